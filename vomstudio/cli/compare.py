@@ -45,16 +45,16 @@ def add_parser(subparsers: Subparsers) -> None:
         "--orientations",
         nargs=2,
         metavar=("TABLE", "OTHER"),
-        help=tr("planes measured on the model and on the benchmark: the angles between them"),
+        help=tr("compare planes measured on the model and on the benchmark"),
     )
     add_azimuth(parser)
     add_frame(parser)
     parser.add_argument(
         "--project",
         metavar="PROJECT",
-        help=tr("both stand as they do in this project, where it has them"),
+        help=tr("use the registrations of both models in this project"),
     )
-    add_output(parser, tr("write the model with its distances as a field, NAME.ply"))
+    add_output(parser, tr("write the model with its distances as a field (NAME.ply)"))
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -211,8 +211,8 @@ def _result_text(comparison: Comparison) -> str:
     if comparison.lod95_m is not None and comparison.significant_share is not None:
         lines.append(
             tr(
-                "Level of detection (95 %, median): {lod:.3g} m; {share:.0f} % of the distances "
-                "are beyond it.",
+                "Level of detection (95 %, median): {lod:.3g} m; {share:.0f} % of the distances"
+                " exceed it.",
                 lod=comparison.lod95_m,
                 share=100.0 * comparison.significant_share,
             )
@@ -220,8 +220,8 @@ def _result_text(comparison: Comparison) -> str:
     if (side := comparison.positive_toward) is not None:
         lines.append(
             tr(
-                "Positive: the model lies before the benchmark, on its side toward {trend} "
-                "(trend/plunge).",
+                "Positive: the model lies in front of the benchmark, toward {trend}"
+                " (trend/plunge).",
                 trend=text_tables.line(vars(side), 0),
             )
         )

@@ -27,14 +27,14 @@ if TYPE_CHECKING:
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``convert`` command."""
     parser = add_command(
-        subparsers, "convert", run, help_=tr("Write a model or cloud in another format")
+        subparsers, "convert", run, help_=tr("Convert a model or cloud to another format")
     )
-    parser.add_argument("input", metavar="IN", help=tr("model or cloud in any format that is read"))
-    parser.add_argument("output", metavar="OUT", help=tr("the file to write; its ending says what"))
-    add_frame(parser)
+    parser.add_argument("input", metavar="IN", help=tr("model or cloud in any supported format"))
     parser.add_argument(
-        "--force", action="store_true", help=tr("replace OUT if it is there already")
+        "output", metavar="OUT", help=tr("output file; its extension selects the format")
     )
+    add_frame(parser)
+    parser.add_argument("--force", action="store_true", help=tr("replace an existing OUT"))
 
 
 def run(args: argparse.Namespace, out: Output) -> None:

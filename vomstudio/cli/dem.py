@@ -18,10 +18,13 @@ from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``dem`` command."""
     parser = add_command(
-        subparsers, "dem", run, help_=tr("Elevation model over a plane of reference, as GeoTIFF")
+        subparsers,
+        "dem",
+        run,
+        help_=tr("Make an elevation model over a reference plane, as GeoTIFF"),
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh, point cloud or table x, y, z"))
-    add_output(parser, tr("the heights, NAME.tif; NAME.json is written beside it"), required=True)
+    add_output(parser, tr("the heights, NAME.tif; NAME.json is written too"), required=True)
     add_options(parser, DemOptions)
     add_options(parser, DemFiles)
     add_frame(parser)

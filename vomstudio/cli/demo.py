@@ -44,7 +44,7 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers,
         "demo",
         run,
-        help_=tr("Measure the embedded sample outcrop, whose truth is known"),
+        help_=tr("Measure the built-in sample outcrop and compare the results with the truth"),
     )
     parser.add_argument(
         "-o",
@@ -52,7 +52,7 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar="DIR",
         default=DEFAULT_FOLDER,
         help=tr(
-            "folder for everything that is written (default {folder})",
+            "output folder (default {folder})",
             folder=DEFAULT_FOLDER,
         ),
     )

@@ -23,10 +23,10 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers,
         "displacement",
         run,
-        help_=tr("Net slip, throw and heave of a fault, with errors"),
+        help_=tr("Compute net slip, throw and heave of a fault, with errors"),
     )
     parser.add_argument(
-        "pairs", metavar="PAIRS", help=tr("table of a point on each side, in metres")
+        "pairs", metavar="PAIRS", help=tr("table of cut-off points on both sides, in metres")
     )
     add_options(parser, DisplacementOptions)
     add_frame(parser)
@@ -93,8 +93,8 @@ def _result_text(result: dict[str, Any]) -> str:
         ]
         rows.append(cells)
     title = (
-        tr("Net slip, metres, errors 95 %")
+        tr("Net slip in metres, with 95 % errors")
         if result["what"] == "net slip"
-        else tr("Dip separation, metres, errors 95 %; the slip is unknown, so this is no slip")
+        else tr("Dip separation in metres, with 95 % errors; the net slip is unknown")
     )
     return f"{title}\n" + text_tables.table(heads, [""] * len(heads), rows)

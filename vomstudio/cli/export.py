@@ -21,11 +21,11 @@ MAX_NAMED = 5
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``export`` command."""
     parser = add_command(
-        subparsers, "export", run, help_=tr("Write a project's features for other programs")
+        subparsers, "export", run, help_=tr("Export the features of a project to other programs")
     )
     parser.add_argument("project", metavar="PROJECT", help=tr("the folder NAME.vom"))
     add_options(parser, ExportFormat)
-    add_output(parser, tr("the file to write"), required=True)
+    add_output(parser, tr("output file"), required=True)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:

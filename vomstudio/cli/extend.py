@@ -32,18 +32,18 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers,
         "extend",
         run,
-        help_=tr("Carry a plane on through a model, with the error of its position"),
+        help_=tr("Extend a plane through a model, with the error of its position"),
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh or point cloud"))
     parser.add_argument(
-        "points", metavar="POINTS", nargs="?", help=tr("points of the plane, a table x, y, z")
+        "points", metavar="POINTS", nargs="?", help=tr("points of the plane (table x, y, z)")
     )
     add_options(parser, ExtendOptions)
-    add_output(parser, tr("its traces on the model, .csv or .gpkg"), required=True)
+    add_output(parser, tr("its traces on the model (.csv or .gpkg)"), required=True)
     parser.add_argument(
         "--labels",
         metavar="OUT.ply",
-        help=tr("write the model with the distance from the plane, its error, and the band"),
+        help=tr("write the model with distance from the plane, its error, and the error band"),
     )
     add_frame(parser)
 
@@ -138,10 +138,10 @@ def _result_text(extension: ExtendedPlane, unit: str) -> str:
         ]
         for bed in extension.beds[:MAX_SHOWN]
     ]
-    heads = [tr("bed"), tr("offset"), tr("length"), tr("95 % least"), tr("95 % most")]
+    heads = [tr("bed"), tr("offset"), tr("length"), tr("95 % min"), tr("95 % max")]
     lines = [
         tr(
-            "Plane {plane} (95 %), carried on over the model.",
+            "Plane {plane} (95 %), extended over the model.",
             plane=text_tables.plane_with_error(vars(extension), "max_error95_deg"),
         ),
         text_tables.table(heads, ["", *[unit] * 4], rows),
@@ -149,6 +149,10 @@ def _result_text(extension: ExtendedPlane, unit: str) -> str:
     remaining = len(extension.beds) - MAX_SHOWN
     if remaining > 0:
         lines.append(
-            tr_n("{count} more is in the file.", "{count} more are in the file.", remaining)
+            tr_n(
+                "{count} more is in the output file.",
+                "{count} more are in the output file.",
+                remaining,
+            )
         )
     return "\n".join(lines)

@@ -39,7 +39,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--labels",
         metavar="OUT.ply",
-        help=tr("write the model with the fields facet and set of its points, -1 for none"),
+        help=tr("write the model with the fields facet and set (-1 for none)"),
     )
     add_options(parser, FacetOptions)
     add_frame(parser)

@@ -30,7 +30,9 @@ if TYPE_CHECKING:
 
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``fit`` command."""
-    parser = add_command(subparsers, "fit", run, help_=tr("Fit planes to points and judge them"))
+    parser = add_command(
+        subparsers, "fit", run, help_=tr("Fit planes to points and assess their quality")
+    )
     parser.add_argument("points", metavar="POINTS", help=tr("text table with x, y, z"))
     add_options(parser, FitOptions)
     add_options(parser, FitTogether)
@@ -154,8 +156,8 @@ def _parallel(path: str, same_bed_pairs: Sequence[str], groups: PointGroups) -> 
 
 def _parallel_text(parallel: ParallelBeds) -> str:
     summary = tr(
-        "Parallel planes together: {plane} (dip direction/dip, 95 %; {smallest} deg at least), "
-        "rms {rms} m, p of being parallel {p}",
+        "Joint fit of parallel planes: {plane} (dip direction/dip, 95 %; at least {smallest}"
+        " deg), RMS {rms} m, p of being parallel {p}",
         plane=text_tables.plane_with_error(vars(parallel), "max_confidence95_deg"),
         smallest=text_tables.figures(parallel.min_confidence95_deg),
         rms=text_tables.figures(parallel.rms_m),

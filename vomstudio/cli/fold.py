@@ -26,7 +26,10 @@ if TYPE_CHECKING:
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``fold`` command."""
     parser = add_command(
-        subparsers, "fold", run, help_=tr("Pi-plane, fold axis beta and its verdict")
+        subparsers,
+        "fold",
+        run,
+        help_=tr("Compute the pi-plane and the fold axis beta, with a verdict"),
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes"))
     add_options(parser, FoldOptions)
@@ -86,7 +89,7 @@ def _limbs(limbs: dict[str, Any] | None) -> list[tuple[str, str]]:
         error=limbs["interlimb_error95_deg"],
     )
     if any(limbs["overturned"]):
-        text = tr("{limbs}, of overturned beds where they are flagged", limbs=text)
+        text = tr("{limbs}; overturned beds as flagged", limbs=text)
     axial = tr(
         "{plane}  dip direction/dip, joint 95 %",
         plane=text_tables.plane_with_error(
@@ -108,7 +111,7 @@ def _pairs(pairs: list[dict[str, Any]]) -> list[tuple[str, str]]:
                 smallest=pair["min_confidence95_deg"],
             )
         text = tr(
-            "{first} and {second} meet in {line}, 95 %: {error}",
+            "{first} and {second} intersect in {line}, 95 %: {error}",
             first=pair["sets"][0],
             second=pair["sets"][1],
             line=text_tables.line(pair),
@@ -122,7 +125,7 @@ def _weakest_axis_rows(weakest_axis: dict[str, Any] | None) -> list[tuple[str, s
     if weakest_axis is None:
         return []
     text = tr(
-        "beta turns by {turn:.1f} deg at most, without plane {id}",
+        "beta rotates by up to {turn:.1f} deg, without plane {id}",
         turn=weakest_axis["turn_deg"],
         id=weakest_axis["id"],
     )

@@ -24,7 +24,7 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers,
         "fractures",
         run,
-        help_=tr("Number, length, nodes and spacing of the fractures of a trace map"),
+        help_=tr("Analyse number, length, nodes and spacing of fractures in a trace map"),
     )
     parser.add_argument(
         "traces",
@@ -32,13 +32,9 @@ def add_parser(subparsers: Subparsers) -> None:
         help=tr("lines in metres: GeoPackage, GeoJSON, shapefile or DXF"),
     )
     add_options(parser, FractureOptions)
-    parser.add_argument(
-        "--plot", metavar="FILE", help=tr("a picture, by its ending: .svg, .pdf or .png")
-    )
+    parser.add_argument("--plot", metavar="FILE", help=tr("figure (.svg, .pdf or .png)"))
     add_frame(parser)
-    parser.add_argument(
-        "--force", action="store_true", help=tr("replace FILE if it is there already")
-    )
+    parser.add_argument("--force", action="store_true", help=tr("replace an existing FILE"))
 
 
 def run(args: argparse.Namespace, out: Output) -> None:

@@ -17,14 +17,14 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers,
         "frames",
         run,
-        help_=tr("Take the sharp frames of a video, for a reconstruction"),
+        help_=tr("Extract the sharp frames of a video for a reconstruction"),
     )
     parser.add_argument(
-        "video", metavar="VIDEO", help=tr("film of the outcrop in any usual format")
+        "video", metavar="VIDEO", help=tr("video of the outcrop in any common format")
     )
-    parser.add_argument("-o", "--output", metavar="DIR", required=True, help=tr("folder for them"))
+    parser.add_argument("-o", "--output", metavar="DIR", required=True, help=tr("output folder"))
     parser.add_argument(
-        "--force", action="store_true", help=tr("write into a folder that is in use")
+        "--force", action="store_true", help=tr("write into a folder that contains other files")
     )
     add_options(parser, VideoFrameOptions)
 

@@ -45,9 +45,7 @@ RASTER_SUFFIXES = {".tif", ".tiff"}
 
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``info`` command."""
-    parser = add_command(
-        subparsers, "info", run, help_=tr("Say what is in models, tables and photos")
-    )
+    parser = add_command(subparsers, "info", run, help_=tr("Describe models, tables and photos"))
     parser.add_argument("files", metavar="FILE", nargs="+", help=tr("file, or folder of photos"))
 
 

@@ -32,14 +32,14 @@ if TYPE_CHECKING:
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``log`` command."""
     parser = add_command(
-        subparsers, "log", run, help_=tr("True thicknesses along a line, with errors")
+        subparsers, "log", run, help_=tr("Measure true thicknesses along a line, with errors")
     )
     parser.add_argument(
         "table",
         metavar="TABLE",
-        help=tr("table of a point on each boundary, in metres; or a project, with --line"),
+        help=tr("table with one point per boundary, in metres; or a project, with --line"),
     )
-    add_output(parser, tr("the log as a table"))
+    add_output(parser, tr("output table"))
     add_options(parser, LogLine)
     add_options(parser, LogOptions)
     add_frame(parser)
@@ -111,9 +111,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
         ]
         for i in reversed(log.intervals)
     ]
-    heading = tr("Metres across the bedding, errors 95 %, the youngest bed on top")
+    heading = tr("True thickness in metres, with 95 % errors, youngest bed on top")
     if not answer.metric:
-        heading = tr("Model units across the bedding, errors 95 %, the youngest bed on top")
+        heading = tr("True thickness in model units, with 95 % errors, youngest bed on top")
     out.text(heading + "\n" + text_tables.table(heads, [""] * len(heads), rows))
 
 

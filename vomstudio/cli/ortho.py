@@ -31,13 +31,16 @@ if TYPE_CHECKING:
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``ortho`` command."""
     parser = add_command(
-        subparsers, "ortho", run, help_=tr("Orthophoto of a model along any direction, as GeoTIFF")
+        subparsers,
+        "ortho",
+        run,
+        help_=tr("Make an orthophoto of a model along any direction, as GeoTIFF"),
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh or point cloud"))
     add_options(parser, OrthoOptions)
     add_output(
         parser,
-        tr("the picture, NAME.tif; NAME_depth.tif and NAME.json are written beside it"),
+        tr("the picture, NAME.tif; NAME_depth.tif and NAME.json are written too"),
         required=True,
     )
     add_options(parser, OrthoDrawing)

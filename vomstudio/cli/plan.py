@@ -30,12 +30,12 @@ def add_parser(subparsers: Subparsers) -> None:
         required=True,
         metavar="CAMERA",
         help=tr(
-            "its name, a photo taken with it, or numbers: 23.5x15.6,35,6000x4000 (sensor "
-            "in mm, focal length in mm, pixels)"
+            "camera name, a photo taken with it, or numbers: 23.5x15.6,35,6000x4000 (sensor in"
+            " mm, focal length in mm, pixels)"
         ),
     )
     add_options(parser, PlanOptions)
-    add_output(parser, tr("a field sheet to print (.pdf, .svg, .html)"))
+    add_output(parser, tr("printable field sheet (.pdf, .svg, .html)"))
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -114,7 +114,7 @@ def _result_text(plan: SurveyPlan) -> str:
         (
             tr("views"),
             tr(
-                "at least {least} of every place, median {median:.0f}",
+                "at least {least} for every point, median {median:.0f}",
                 least=plan.views_least,
                 median=plan.views_median,
             ),

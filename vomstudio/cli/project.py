@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``project`` command."""
     parser = add_command(
-        subparsers, "project", _run, help_=tr("Look into a project, change it, and keep it sound")
+        subparsers, "project", _run, help_=tr("Inspect, edit, verify and repair a project")
     )
     parser.add_argument("project", metavar="PROJECT", help=tr("the folder NAME.vom"))
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
@@ -59,9 +59,9 @@ def add_parser(subparsers: Subparsers) -> None:
     add("create", _create, tr("Create an empty project"))
     add("list", _list, tr("List the contents of the project"))
     model = add("add-model", _add_model, tr("Add a model to the project"))
-    model.add_argument("file", metavar="FILE", help=tr("model or cloud in any format that is read"))
+    model.add_argument("file", metavar="FILE", help=tr("model or cloud in any supported format"))
     add_frame(model)
-    register = add("register", _register, tr("Place a model by points that were found on it"))
+    register = add("register", _register, tr("Register a model by points picked on it"))
     register.add_argument(
         "pairs",
         metavar="PAIRS",
@@ -69,7 +69,7 @@ def add_parser(subparsers: Subparsers) -> None:
         default=None,
         help=tr("table: label, model_x, model_y, model_z, x, y, z[, use, sigma_x, …]"),
     )
-    picks = add("add-picks", _add_picks, tr("Add traces: points in World along beds or fractures"))
+    picks = add("add-picks", _add_picks, tr("Add traces: World points along beds or fractures"))
     picks.add_argument("table", metavar="TABLE", help=tr("text table with x, y, z"))
     import_parser = add(
         "import", _import, tr("Add stations, contact lines and rock areas from a file")
@@ -77,7 +77,7 @@ def add_parser(subparsers: Subparsers) -> None:
     import_parser.add_argument(
         "file", metavar="FILE", help=tr("GeoPackage, GeoJSON, shapefile, KML or CSV, as exported")
     )
-    accept = add("accept", _accept, tr("Find facets or traces of a model, and add them"))
+    accept = add("accept", _accept, tr("Find facets or traces on a model, and add them"))
     proposals = accept.add_subparsers(dest="proposals", metavar="PROPOSALS", required=True)
     for name, each in PROPOSALS.items():
         text = tr("the options of vomstudio {command} apply", command=each.command)
@@ -89,24 +89,24 @@ def add_parser(subparsers: Subparsers) -> None:
     values.add_argument("ids", metavar="ID", nargs="+", help=tr("ids or names"))
     delete = add("delete", _delete, tr("Delete features"))
     delete.add_argument("ids", metavar="ID", nargs="+", help=tr("ids or names"))
-    fit = add("fit", _fit, tr("Fit and judge the features"))
+    fit = add("fit", _fit, tr("Fit the features and assess their quality"))
     fit.add_argument(
         "ids", metavar="ID", nargs="*", default=[], help=tr("ids or names (default: all)")
     )
-    add("coverage", _coverage, tr("Coverage of the faces with a grid"))
-    profile = add("profile", _profile, tr("Judge all features by another profile"))
+    add("coverage", _coverage, tr("Report the coverage of faces with a grid"))
+    profile = add("profile", _profile, tr("Assess all features by another profile"))
     profile.add_argument(
         "name",
         metavar="NAME",
         choices=["error", "textbook"],
-        help=tr("error: by how far they may be off; textbook: by the shape of their points"),
+        help=tr("error: by their 95 % error; textbook: by the shape of their points"),
     )
-    add("update", _update, tr("Measure the surroundings of earlier features by today's rule"))
+    add("update", _update, tr("Measure the surroundings of earlier features by the current rule"))
     add("undo", _undo, tr("Undo the last step"))
-    add("redo", _redo, tr("Redo the step that was undone"))
+    add("redo", _redo, tr("Redo the last undone step"))
     add("verify", _verify, tr("Verify every journal row and file of the project"))
-    add("repair", _repair, tr("Replace a journal that has damaged rows, and keep the damaged one"))
-    add("compact", _compact, tr("Remove journal rows and files that nothing refers to any more"))
+    add("repair", _repair, tr("Repair a journal with damaged rows, and keep a copy of it"))
+    add("compact", _compact, tr("Remove journal rows and files that are no longer used"))
     for action, options in ACTION_OPTIONS.items():
         if action != "accept":
             add_options(actions.choices[action], options)
@@ -188,7 +188,7 @@ def _coverage(args: argparse.Namespace, out: Output) -> None:
     out.result({**_summary(args).to_dict(), "grids": grids})
     out.warn(findings)
     lines = [line for g in shares for line in (g.name, *coverage_rows(g.coverage), "")]
-    out.text("\n".join(lines).strip() or tr("no grid was laid over a face"))
+    out.text("\n".join(lines).strip() or tr("no face has a grid"))
 
 
 def _verify(args: argparse.Namespace, out: Output) -> None:
@@ -205,7 +205,7 @@ def _verify(args: argparse.Namespace, out: Output) -> None:
     # An invalid project is a failure for scripts as well.
     out.failed = not verification.sound
     text = (
-        tr("sound")
+        tr("intact")
         if verification.sound
         else tr_n("{count} problem", "{count} problems", len(verification.problems))
     )
@@ -263,7 +263,7 @@ def _register(args: argparse.Namespace, out: Output) -> None:
         **reference,
     }
     turn_text = tr(
-        "{model} was placed; it turned by {turn:.2f} degrees.", model=model.name, turn=turned
+        "{model} was registered and rotated by {turn:.2f} degrees.", model=model.name, turn=turned
     )
     texts = [placement_text(placed), turn_text, str(set_rotation_finding(sets) or "")]
     _report(args, out, result, "\n".join(filter(None, texts)))
@@ -447,7 +447,7 @@ def _result_text(summary: ProjectSummary) -> str:
     features = tr_n("{count} feature", "{count} features", summary.features)
     lines = [
         tr(
-            "{project}: journal of schema {schema}, sound"
+            "{project}: journal of schema {schema}, intact"
             if summary.sound
             else "{project}: journal of schema {schema}, damaged",
             project=summary.project,

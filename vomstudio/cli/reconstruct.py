@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``reconstruct`` command."""
     parser = add_command(
-        subparsers, "reconstruct", run, help_=tr("Make a textured model of a folder of photos")
+        subparsers,
+        "reconstruct",
+        run,
+        help_=tr("Reconstruct a textured model from a folder of photos"),
     )
     parser.add_argument("photos", metavar="PHOTOS", help=tr("folder of JPEG, TIFF or PNG photos"))
     parser.add_argument(
@@ -27,7 +30,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "--output",
         metavar="DIR",
         required=True,
-        help=tr("folder for the model; run again with the same one to go on where it stopped"),
+        help=tr("output folder; run again with the same folder to continue"),
     )
     add_options(parser, ReconstructOptions)
 
@@ -72,8 +75,8 @@ def _result_text(result: Reconstruction) -> str:
         f"{result.mesh} ({sum(result.seconds.values()):.0f} s, {result.peak_memory_mb:.0f} MB)",
         tr("report: {file}", file=result.report),
         tr(
-            "The folder “work” beside it holds {size:.0f} MB of intermediate results. It may be "
-            "removed.",
+            "The folder “work” contains {size:.0f} MB of intermediate results, which can be"
+            " deleted.",
             size=result.work_mb,
         ),
     ]

@@ -27,15 +27,15 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers,
         "register",
         run,
-        help_=tr("Place a model by points, cameras, compass readings or lengths"),
+        help_=tr("Register a model by points, cameras, compass readings or lengths"),
     )
     parser.add_argument(
         "model",
         metavar="MODEL",
-        help=tr("model or cloud in any format that is read; - solves for the placement alone"),
+        help=tr("model or cloud in any supported format; - computes only the registration"),
     )
     add_options(parser, RegisterOptions)
-    add_output(parser, tr("write the placed model"))
+    add_output(parser, tr("write the registered model"))
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -147,8 +147,8 @@ def placement_text(placement: Placed) -> str:
         ]
         heads = [
             tr("without"),
-            tr("it is off"),
-            tr("model turns"),
+            tr("its error"),
+            tr("model rotates"),
             tr("others agree"),
             tr("worst 95 %"),
         ]

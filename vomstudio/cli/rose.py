@@ -33,7 +33,7 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers, "rose", run, help_=tr("Draw rose diagrams and histograms of dip")
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines"))
-    add_output(parser, tr("the picture, by its ending: .svg, .pdf or .png"), required=True)
+    add_output(parser, tr("output figure (.svg, .pdf or .png)"), required=True)
     for options in OPTION_CLASSES:
         add_options(parser, options)
     add_azimuth(parser)

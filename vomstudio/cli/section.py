@@ -30,11 +30,11 @@ if TYPE_CHECKING:
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``section`` command."""
     parser = add_command(
-        subparsers, "section", run, help_=tr("Section of a model along a plane or a line")
+        subparsers, "section", run, help_=tr("Draw a section of a model along a plane or a line")
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh, point cloud or table x, y, z"))
     add_options(parser, SectionOptions)
-    add_output(parser, tr("the section, .csv, .dxf or .svg"), required=True)
+    add_output(parser, tr("output section (.csv, .dxf or .svg)"), required=True)
     add_options(parser, SectionFeatures)
     add_azimuth(parser)
     add_frame(parser)

@@ -23,10 +23,10 @@ from vomstudio.geology.sets.set_options import SetOptions
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``sets`` command."""
     parser = add_command(
-        subparsers, "sets", run, help_=tr("Propose sets of planes, with what belongs to none")
+        subparsers, "sets", run, help_=tr("Propose sets of planes, and planes without a set")
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes"))
-    add_output(parser, tr("the table with the set of each plane"), required=True)
+    add_output(parser, tr("output table with the set of each plane"), required=True)
     add_options(parser, SetOptions)
     add_azimuth(parser)
     add_frame(parser)
@@ -107,8 +107,8 @@ def _result_text(result: dict[str, Any]) -> str:
     lines = [text_tables.table(heads, units, rows)] if rows else []
     lines.append(
         tr_n(
-            "{count} plane of {all} is in no set.",
-            "{count} planes of {all} are in no set.",
+            "{count} plane of {all} has no set.",
+            "{count} planes of {all} have no set.",
             result["unassigned"],
             all=result["n"],
         )

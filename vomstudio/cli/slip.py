@@ -17,19 +17,17 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers,
         "slip",
         run,
-        help_=tr("P and T axes, kinematic axes and right dihedra of faults"),
+        help_=tr("Compute P and T axes, kinematic axes and right dihedra of faults"),
     )
     parser.add_argument(
         "table",
         metavar="TABLE",
-        help=tr("table of faults with striae and sense of slip: ours, FaultKin's, Win-Tensor's"),
+        help=tr("table of faults with striae and slip sense: own format, FaultKin or Win-Tensor"),
     )
     parser.add_argument(
-        "--plot", metavar="FILE", help=tr("also the nets as a picture, .svg, .pdf or .png")
+        "--plot", metavar="FILE", help=tr("also draw the nets (.svg, .pdf or .png)")
     )
-    parser.add_argument(
-        "--force", action="store_true", help=tr("replace FILE if it is there already")
-    )
+    parser.add_argument("--force", action="store_true", help=tr("replace an existing FILE"))
 
 
 def run(args: argparse.Namespace, out: Output) -> None:

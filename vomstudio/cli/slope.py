@@ -31,11 +31,14 @@ MAX_SHOWN = 20
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``slope`` command."""
     parser = add_command(
-        subparsers, "slope", run, help_=tr("Kinematic analysis of a rock slope: sliding, toppling")
+        subparsers,
+        "slope",
+        run,
+        help_=tr("Analyse the kinematics of a rock slope: sliding and toppling"),
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes"))
     add_options(parser, SlopeFaces)
-    add_output(parser, tr("the shares of each facet as a table"))
+    add_output(parser, tr("output table with the shares of each facet"))
     add_options(parser, SlopeOptions)
     add_azimuth(parser)
 

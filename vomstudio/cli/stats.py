@@ -21,7 +21,10 @@ from vomstudio.geology.populations.statistics_options import StatisticsOptions
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``stats`` command."""
     parser = add_command(
-        subparsers, "stats", run, help_=tr("Orientation tensor, Fisher mean and shape of each set")
+        subparsers,
+        "stats",
+        run,
+        help_=tr("Compute orientation tensor, Fisher mean and shape of each set"),
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines"))
     add_options(parser, StatisticsOptions)
@@ -106,13 +109,14 @@ def _weight_rows(weights: dict[str, Any] | None) -> list[tuple[str, str]]:
     if weights is None:
         return []
     text = tr(
-        "by error ({column}), natural scatter {scatter:.1f} deg; worth {n:.1f} equal ones",
+        "by error ({column}), natural scatter {scatter:.1f} deg; equivalent to {n:.1f} equal"
+        " weights",
         column=weights["column"],
         scatter=weights["natural_scatter_deg"],
         n=weights["effective_n"],
     )
     if count := weights["without_error"]:
-        text = tr("{text}; {count} without an error took the median", text=text, count=count)
+        text = tr("{text}; the median for {count} without an error", text=text, count=count)
     return [(tr("weights"), text)]
 
 

@@ -33,10 +33,10 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers,
         "stereonet",
         run,
-        help_=tr("Draw a stereonet, lower hemisphere, as SVG, PDF or PNG"),
+        help_=tr("Draw a lower-hemisphere stereonet as SVG, PDF or PNG"),
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines"))
-    add_output(parser, tr("the picture, by its ending: .svg, .pdf or .png"), required=True)
+    add_output(parser, tr("output figure (.svg, .pdf or .png)"), required=True)
     for options in OPTION_CLASSES:
         add_options(parser, options)
     add_azimuth(parser)

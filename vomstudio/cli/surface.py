@@ -28,16 +28,16 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers,
         "surface",
         run,
-        help_=tr("How a patch departs from its plane, and how rough it is"),
+        help_=tr("Measure the deviations of a patch from its plane, and its roughness"),
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh, point cloud or table x, y, z"))
     add_options(parser, SurfaceOptions)
     parser.add_argument(
-        "--facet", metavar="N", type=int, help=tr("only this facet of a model with labels")
+        "--facet", metavar="N", type=int, help=tr("only this facet of a labelled model")
     )
-    add_output(parser, tr("the deviations, .tif, .ply or .csv"), required=True)
+    add_output(parser, tr("output deviations (.tif, .ply or .csv)"), required=True)
     parser.add_argument(
-        "--profiles", metavar="OUT.csv", help=tr("also profiles along and across, as a table")
+        "--profiles", metavar="OUT.csv", help=tr("also write profiles along and across as a table")
     )
     add_frame(parser)
 
@@ -145,8 +145,8 @@ def _result_text(result: dict[str, Any], unit: str) -> str:
     else:
         lines.append(
             tr(
-                "Smoothest along {line}, rake {rake:.0f} ± {error:.0f} degrees (95 %): across it "
-                "{ratio:.1f} times as rough.",
+                "Smoothest along {line}, rake {rake:.0f} ± {error:.0f} degrees (95 %);"
+                " {ratio:.1f} times as rough across it.",
                 line=f"{text_tables.azimuth(line['trend_deg'], 0)}/"
                 f"{text_tables.inclination(line['plunge_deg'], 0)}",
                 rake=line["rake_deg"],

@@ -16,10 +16,10 @@ from vomstudio.geology.faults.displacement_options import ThreePointOptions
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``threepoint`` command."""
     parser = add_command(
-        subparsers, "threepoint", run, help_=tr("The plane through three points, with errors")
+        subparsers, "threepoint", run, help_=tr("Fit a plane through three points, with errors")
     )
     parser.add_argument(
-        "points", metavar="POINTS", help=tr("table of three points or more, in metres")
+        "points", metavar="POINTS", help=tr("table of three or more points, in metres")
     )
     add_options(parser, ThreePointOptions)
     add_frame(parser)

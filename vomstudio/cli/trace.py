@@ -45,7 +45,10 @@ FORM_OPTIONS: dict[str, type[Any]] = {
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``trace`` command."""
     parser = add_command(
-        subparsers, "trace", run, help_=tr("Lines on a model: through way-points, or of a drawing")
+        subparsers,
+        "trace",
+        run,
+        help_=tr("Follow lines on a model through way-points, or project drawn lines"),
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh or point cloud"))
     add_options(parser, TraceSource)
@@ -54,7 +57,7 @@ def add_parser(subparsers: Subparsers) -> None:
     straight_traces.add_sets(parser)
     add_frame(parser)
     add_project(parser)
-    add_output(parser, tr("write every vertex of the lines as CSV"), required=True)
+    add_output(parser, tr("write all vertices of the lines as CSV"), required=True)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -215,8 +218,8 @@ def _result_text(trace: FollowedTrace, unit: str) -> str:
     """Describe the length and the plane of a trace."""
     lines = [
         tr(
-            "The trace has {count} vertices and is {length:.3g} {unit} long; the farthest "
-            "way-point lies {snap:.3g} {unit} from it.",
+            "The trace has {count} vertices and is {length:.3g} {unit} long; the maximum distance"
+            " to a way-point is {snap:.3g} {unit}.",
             unit=unit,
             count=trace.vertices,
             length=trace.length_m,
@@ -236,7 +239,7 @@ def _result_text(trace: FollowedTrace, unit: str) -> str:
     if trace.tried:
         lines.append(
             tr(
-                "Followed by {cost}, which gives the best plane of {tried}.",
+                "Followed by {cost}, which gives the best plane among {tried}.",
                 cost=trace.cost,
                 tried=", ".join(
                     f"{trial.cost} ({text_tables.number(trial.error95_deg, 1)})"

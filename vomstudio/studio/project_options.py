@@ -28,7 +28,7 @@ class ModelChoice(Options):
         None,
         metavar="MODEL",
         help=to_translate("name or id of the model"),
-        automatic=to_translate("the only one"),
+        automatic=to_translate("the only model"),
     )
 
 
@@ -45,12 +45,12 @@ class PlacementOptions(ModelChoice):
     reference: str | None = option(
         None,
         metavar="FILE",
-        help=to_translate("fit it to this mesh or cloud of the same rock, which is registered"),
+        help=to_translate("fit the model to this registered mesh or cloud of the same rock"),
     )
     stable: str | None = option(
         None,
         metavar="MASK",
-        help=to_translate("part of the reference that has not moved: polygons, or a cloud"),
+        help=to_translate("stable part of the reference: polygons, or a cloud"),
     )
     crs: str | None = option(
         None,
@@ -62,7 +62,9 @@ class PlacementOptions(ModelChoice):
         None,
         minimum=0.0,
         maximum=MAX_LENGTH_M,
-        help=to_translate("standard deviation of each coordinate of a click on the model, m"),
+        help=to_translate(
+            "standard deviation of each coordinate of a point picked on the model, m"
+        ),
         automatic=to_translate("half the resolution of the model"),
     )
 
@@ -79,7 +81,7 @@ class PickOptions(ModelChoice):
     by: str | None = option(
         None,
         metavar="COLUMN",
-        help=to_translate("name or number of the column that names the traces"),
+        help=to_translate("name or number of the column with the trace names"),
         automatic=to_translate("one trace"),
     )
     set: str | None = option(None, metavar="SET", help=to_translate("set of the traces"))
@@ -116,11 +118,9 @@ class FeatureValues(Options):
     type: str | None = option(
         None, metavar="TYPE", help=to_translate("feature type, such as bedding")
     )
-    set: str | None = option(
-        None, metavar="SET", help=to_translate("set; an empty text removes it")
-    )
+    set: str | None = option(None, metavar="SET", help=to_translate("set; empty to remove it"))
     domain: str | None = option(
-        None, metavar="DOMAIN", help=to_translate("domain; an empty text removes it")
+        None, metavar="DOMAIN", help=to_translate("domain; empty to remove it")
     )
     name: str | None = option(None, metavar="NAME", help=to_translate("name of a single feature"))
 
@@ -135,7 +135,7 @@ class FeatureValues(Options):
 class CompactOptions(Options):
     """Options that compact the journal of a project."""
 
-    dry_run: bool = option(False, help=to_translate("only report what would be removed"))
+    dry_run: bool = option(False, help=to_translate("report removable data without deleting them"))
 
 
 @dataclass(frozen=True)

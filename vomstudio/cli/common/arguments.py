@@ -184,9 +184,7 @@ def add_shared_options(parser: argparse.ArgumentParser) -> None:
 def add_output(parser: Parser, description: str, *, required: bool = False) -> None:
     """Add ``--output`` and ``--force``."""
     parser.add_argument("-o", "--output", metavar="FILE", required=required, help=description)
-    parser.add_argument(
-        "--force", action="store_true", help=tr("replace FILE if it is there already")
-    )
+    parser.add_argument("--force", action="store_true", help=tr("replace an existing FILE"))
 
 
 def add_azimuth(parser: Parser) -> None:
@@ -194,7 +192,7 @@ def add_azimuth(parser: Parser) -> None:
     parser.add_argument(
         "--azimuth",
         choices=["strike", "dipdir"],
-        help=tr("what a column called azimuth, or the first of a table without header, means"),
+        help=tr("meaning of a column called azimuth, or of the first column without a header"),
     )
 
 

@@ -32,10 +32,11 @@ def fit_curved_bed(path: str, groups: PointGroups) -> dict[str, Any]:
 def result_text(fit: dict[str, Any]) -> str:
     """Describe the fit of a curved bed, with its local dip at each trace."""
     if fit["p"] is None:
-        text = tr("One plane explains all of the traces.")
+        text = tr("A single plane fits all traces.")
     else:
         text = tr(
-            "The bed bends (p of a plane {p}): a surface of degree {degree}, rms {rms} m.",
+            "The bed is bent (a plane has p {p}): a surface of degree {degree} fits it, RMS {rms}"
+            " m.",
             p=text_tables.figures(fit["p"]),
             degree=fit["degree"],
             rms=text_tables.figures(fit["rms_m"]),

@@ -44,7 +44,7 @@ def help_text(declaration: Declaration) -> str:
     """Return the help text of an option with its default."""
     text = tr(declaration.help)
     if declaration.is_repeated:
-        return tr("{help}; may be given again", help=text)
+        return tr("{help}; may be repeated", help=text)
     default = tr(declaration.automatic) if declaration.automatic else declaration.default
     if default is None or default is False:
         return text

@@ -154,8 +154,8 @@ def _parser(words: Sequence[str]) -> Parser:
     """
     parser = Parser(
         prog="vomstudio",
-        description=tr("Geology measured on virtual outcrop models."),
-        epilog=tr("Without a command the window opens: vomstudio [FILE or PROJECT]."),
+        description=tr("Measure geological structures on virtual outcrop models."),
+        epilog=tr("Without a command, the window opens: vomstudio [FILE or PROJECT]."),
     )
     add_global_options(parser)
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)

@@ -25,7 +25,7 @@ def add_project(parser: Parser) -> None:
     parser.add_argument(
         "--project",
         metavar="PROJECT",
-        help=tr("place the model as in this project, registered or declared"),
+        help=tr("use the registration or declared frame of the model in this project"),
     )
 
 

@@ -23,13 +23,13 @@ def add_global_options(parser: Parser) -> None:
     parser.add_argument(
         "--version",
         action="store_true",
-        help=tr("print the version; with --json also those of Python, packages and graphics"),
+        help=tr("print the version; with --json also versions of Python, packages and graphics"),
     )
     desktop = parser.add_mutually_exclusive_group()
     desktop.add_argument(
         "--install-desktop",
         action="store_true",
-        help=tr("put VOM Studio into the menu of the desktop (Linux), for this user"),
+        help=tr("add VOM Studio to the desktop menu of this user (Linux)"),
     )
     desktop.add_argument(
         "--uninstall-desktop",
@@ -56,7 +56,8 @@ def run_global_option(args: argparse.Namespace, output: Output) -> None:
 
         files = uninstall()
         output.text(
-            "\n".join(map(str, files)) or tr("VOM Studio is not in the menu. Nothing was removed.")
+            "\n".join(map(str, files))
+            or tr("VOM Studio is not in the desktop menu, so nothing was removed.")
         )
         output.result({"files": files})
     else:

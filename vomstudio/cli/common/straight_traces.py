@@ -23,7 +23,7 @@ def add_sets(parser: Parser) -> None:
     parser.add_argument(
         "--sets-table",
         metavar="TABLE",
-        help=tr("orientation table with sets, against which a straight trace is held"),
+        help=tr("orientation table with sets to compare with a straight trace"),
     )
     add_azimuth(parser)
 
@@ -82,8 +82,8 @@ def trace_pair(text: str, ids: Sequence[Any], option: str) -> tuple[str, str]:
 def crossing_text(crossing: Mapping[str, Any]) -> str:
     """Describe the plane that contains two crossing traces."""
     return tr(
-        "{first} and {second} cross at {angle:.0f} deg. If they are of one plane, it is {plane} "
-        "(dip direction/dip, 95 %; {smallest:.2f} deg at least).",
+        "{first} and {second} cross at {angle:.0f} deg. If they belong to one plane, it is"
+        " {plane} (dip direction/dip, 95 %; at least {smallest:.2f} deg).",
         first=crossing["first"],
         second=crossing["second"],
         angle=crossing["crossing_deg"],

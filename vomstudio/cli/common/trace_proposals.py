@@ -57,7 +57,7 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
         [(proposal.line, proposal.points) for proposal in proposed.proposals],
         crs=model.crs,
         north_known=model.placed,
-        source=tr("{model}, proposed and not looked at", model=Path(args.model).name),
+        source=tr("{model}, proposed and not reviewed", model=Path(args.model).name),
         force=args.force,
     )
     result: dict[str, Any] = {**proposed.to_dict(), "table": args.output}
@@ -66,8 +66,8 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
     out.warn(result["warnings"])
     lines = [
         tr_n(
-            "{count} line is proposed; nobody has looked at it.",
-            "{count} lines are proposed; nobody has looked at them.",
+            "{count} line is proposed and not reviewed.",
+            "{count} lines are proposed and not reviewed.",
             len(proposed.proposals),
         )
     ]

@@ -42,12 +42,12 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers,
         "measurable",
         run,
-        help_=tr("Map of how well a plane could be measured on a model"),
+        help_=tr("Map the expected quality of planes before they are picked"),
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh or point cloud"))
     add_options(parser, MeasurableTarget)
     add_options(parser, MeasurableOptions)
-    add_output(parser, tr("the map, a raster .tif or the model with its fields, .ply"))
+    add_output(parser, tr("output map: a raster (.tif) or the model with its fields (.ply)"))
     add_azimuth(parser)
     add_frame(parser)
     add_project(parser)
@@ -164,7 +164,7 @@ def _result_text(measurable: MeasurableMap) -> str:
     if measurable.best is not None:
         lines.append(
             tr(
-                "The best place for a trace is {x:.2f}, {y:.2f}, {z:.2f}: within {error} deg.",
+                "The best position for a trace is {x:.2f}, {y:.2f}, {z:.2f}: within {error} deg.",
                 x=measurable.best["x"],
                 y=measurable.best["y"],
                 z=measurable.best["z"],

@@ -29,7 +29,7 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers,
         "repeats",
         run,
-        help_=tr("The spread of repeated picks beside the errors that they state"),
+        help_=tr("Compare the spread of repeated picks with their stated errors"),
     )
     parser.add_argument(
         "table",
@@ -67,8 +67,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
 def _result_text(repeats: TableRepeats) -> str:
     lines = [
         tr_n(
-            "{count} pick, {structures} of them picked again",
-            "{count} picks, {structures} of them picked again",
+            "{count} pick, {structures} of them repeated",
+            "{count} picks, {structures} of them repeated",
             repeats.n,
             structures=repeats.structures,
         )
@@ -90,7 +90,7 @@ def _result_text(repeats: TableRepeats) -> str:
     if repeats.spread is not None:
         lines.append(
             tr(
-                "95 % of a pick: {error} deg by its repeats, {stated} deg as stated",
+                "95 % error of a pick: {error} deg from repeats, {stated} deg as stated",
                 error=text_tables.number(repeats.spread.error95_deg, 2),
                 stated=text_tables.number(repeats.stated95_deg, 2),
             )
@@ -108,7 +108,7 @@ def _result_text(repeats: TableRepeats) -> str:
             "{name}: {error:.2f} deg (95 %), {count} repeat",
             "{name}: {error:.2f} deg (95 %), {count} repeats",
             interpreter.spread.n,
-            name=interpreter.name or tr("not named"),
+            name=interpreter.name or tr("unknown"),
             error=interpreter.spread.error95_deg,
         )
         for interpreter in repeats.interpreters

@@ -8,11 +8,11 @@ from vomstudio.core.words import to_translate
 TEXTS: dict[str, Entry] = {
     "action.crs-pending": (
         "info",
-        to_translate("The coordinate reference system is being looked up."),
+        to_translate("The coordinate reference system is being looked up. Please wait."),
     ),
     "action.field-without-ends": (
         "info",
-        to_translate("The colours of this field have no range."),
+        to_translate("This field has no colour range to edit."),
     ),
     "action.first-page": (
         "info",
@@ -20,11 +20,13 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.frame-unknown": (
         "info",
-        to_translate("The unit is not used. Choose above how much of the frame is known."),
+        to_translate("An unknown frame has no unit. Choose another option above first."),
     ),
     "action.frame-without-crs": (
         "info",
-        to_translate("The frame has no coordinate system. Choose Projected coordinates above."),
+        to_translate(
+            "Only projected coordinates have a CRS. Choose Projected coordinates above first."
+        ),
     ),
     "action.last-page": (
         "info",
@@ -36,7 +38,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.model-located": (
         "info",
-        to_translate("The file of the model has been found."),
+        to_translate("The model's file is already available."),
     ),
     "action.no-cameras": (
         "info",
@@ -44,7 +46,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.no-clipping-box": (
         "info",
-        to_translate("The clipping box is off. Switch it on first."),
+        to_translate("The clipping box is off. Turn it on first."),
     ),
     "action.no-crs": (
         "info",
@@ -52,7 +54,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.no-direction": (
         "info",
-        to_translate("The features define no such direction."),
+        to_translate("The features do not define this direction."),
     ),
     "action.no-such-type": (
         "info",
@@ -84,7 +86,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.no-proposals": (
         "info",
-        to_translate("Nothing is proposed. Search the model first."),
+        to_translate("There are no proposals. Search the model first."),
     ),
     "action.no-refused-model": (
         "info",
@@ -92,7 +94,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.no-row": (
         "info",
-        to_translate("No entry of the list is selected. Select one first."),
+        to_translate("No list entry is selected. Select one first."),
     ),
     "action.no-saved-view": (
         "info",
@@ -108,7 +110,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.not-one-row": (
         "info",
-        to_translate("The list does not have one selected entry. Select exactly one."),
+        to_translate("Select exactly one entry in the list."),
     ),
     "action.nothing-exported": (
         "info",
@@ -116,7 +118,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.nothing-rejected": (
         "info",
-        to_translate("Nothing was rejected on this model."),
+        to_translate("No proposals have been rejected on this model."),
     ),
     "action.project-untitled": (
         "info",
@@ -128,11 +130,11 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.control-unusable": (
         "info",
-        to_translate("Choose other control points, or none, in Reconstruction settings: {reason}"),
+        to_translate("Choose other control points in Reconstruction settings, or none. {reason}"),
     ),
     "action.needs-tool": (
         "info",
-        to_translate("The tool {tool} is not active. Choose it first."),
+        to_translate("The tool {tool} is not active. Activate it first."),
     ),
     "action.no-edited-traces": (
         "info",
@@ -140,23 +142,23 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.no-elements": (
         "info",
-        to_translate("No face or point is selected. Select some first."),
+        to_translate("No faces or points are selected. Select some first."),
     ),
     "action.no-grid": (
         "info",
-        to_translate("There is no grid. Lay one over the face first."),
+        to_translate("There is no grid. Create one on the face first."),
     ),
     "action.no-intersection": (
         "info",
-        to_translate("The two planes have no known line of intersection. Choose other planes."),
+        to_translate("The intersection of the two planes is undefined. Choose other planes."),
     ),
     "action.no-mark": (
         "info",
-        to_translate("The point is not marked in this photo. Mark it first."),
+        to_translate("The point has no mark in this photo. Mark it first."),
     ),
     "action.no-photos": (
         "info",
-        to_translate("No folder of photos is open. Choose one first."),
+        to_translate("No photo folder is open. Choose one first."),
     ),
     "action.no-point": (
         "info",
@@ -168,31 +170,31 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.no-report": (
         "info",
-        to_translate("The report is not written yet. Finish the reconstruction first."),
+        to_translate("There is no report yet. Finish the reconstruction first."),
     ),
     "action.no-shape": (
         "info",
-        to_translate("No shape was drawn. Draw the one that all masks need first."),
+        to_translate("No shape has been drawn. Draw the shape to copy first."),
     ),
     "action.no-similar-photo": (
         "info",
-        to_translate("No other photo has the size of this one."),
+        to_translate("No other photo has the same size as this one."),
     ),
     "action.no-vertex": (
         "info",
-        to_translate("No vertex is marked. Click one of the open feature first."),
+        to_translate("No vertex is selected. Click a vertex of the open feature first."),
     ),
     "action.no-video": (
         "info",
-        to_translate("No video is chosen. Choose one first."),
+        to_translate("No video is selected. Choose one first."),
     ),
     "action.not-aligned": (
         "info",
-        to_translate("The photos are not aligned yet. Reconstruct them first."),
+        to_translate("The photos have not been aligned yet. Reconstruct them first."),
     ),
     "action.not-by-control": (
         "info",
-        to_translate("The model is not placed by control points. Choose them above first."),
+        to_translate("Control points are not used for registration. Choose them above first."),
     ),
     "action.nothing-hidden": (
         "info",
@@ -204,7 +206,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.one-group": (
         "info",
-        to_translate("All planes are of one type and set. Measure another group first."),
+        to_translate("All planes have the same type and set. Measure another group first."),
     ),
     "action.reconstruction-running": (
         "info",
@@ -212,11 +214,11 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.same-groups": (
         "info",
-        to_translate("Both groups of planes are the same. Choose two different ones."),
+        to_translate("Both groups of planes are the same. Choose two different groups."),
     ),
     "action.several-features": (
         "info",
-        to_translate("A name belongs to one feature. Select only one."),
+        to_translate("Only one feature can be renamed at a time. Select a single feature."),
     ),
     "action.too-few-photos": (
         "info",
@@ -224,31 +226,31 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.type-unused": (
         "info",
-        to_translate("No feature is of this type."),
+        to_translate("No feature has this type."),
     ),
     "action.all-traces-counted": (
         "info",
-        to_translate("All traces are counted. Choose a window, circle or scanline."),
+        to_translate("All traces are counted. Choose a window, circle or scanline to edit."),
     ),
     "action.busy": (
         "info",
-        to_translate("The result is being computed. Wait a moment."),
+        to_translate("The result is being computed. Please wait."),
     ),
     "action.cells-are-window": (
         "info",
-        to_translate("The done and empty cells of the grid are the window."),
+        to_translate("The grid cells marked done or empty form the window."),
     ),
     "action.clouds-only": (
         "info",
-        to_translate("This applies to point clouds only. Choose one as the model."),
+        to_translate("This applies to point clouds only. Choose a point cloud as the model."),
     ),
     "action.direction-by-domain": (
         "info",
-        to_translate("Each domain has its own direction. Switch the domains off first."),
+        to_translate("Each domain has its own direction. Turn off the domains first."),
     ),
     "action.line-too-short": (
         "info",
-        to_translate("Select a trace or line of at least {minimum} points first."),
+        to_translate("Select a trace or line with at least {minimum} points first."),
     ),
     "action.net-empty": (
         "info",
@@ -260,7 +262,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.nets-of-one-face": (
         "info",
-        to_translate("The nets show one face. Choose One face."),
+        to_translate("Nets are drawn for a single face. Choose One face first."),
     ),
     "action.no-area": (
         "info",
@@ -268,11 +270,11 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.no-bins": (
         "info",
-        to_translate("A net has no bins. Choose a rose as the view."),
+        to_translate("A net has no bins. Choose a rose diagram as the view."),
     ),
     "action.no-contours": (
         "info",
-        to_translate("The net shows no contours. Choose some first."),
+        to_translate("The net shows no contours. Turn them on first."),
     ),
     "action.no-line": (
         "info",
@@ -280,11 +282,11 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.no-other-model": (
         "info",
-        to_translate("Choose the other model first, from the project or a file."),
+        to_translate("No other model is selected. Choose one from the project or a file."),
     ),
     "action.no-pick-left": (
         "info",
-        to_translate("All picks were repeated already. Pick more first."),
+        to_translate("All picks have already been repeated. Pick more first."),
     ),
     "action.no-result": (
         "info",
@@ -292,15 +294,15 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.no-round": (
         "info",
-        to_translate("No pick is offered. Choose Offer picks again first."),
+        to_translate("No pick is being repeated. Choose Start re-picking first."),
     ),
     "action.no-sheet": (
         "info",
-        to_translate("Only a sheet has a legend. Write a sheet too."),
+        to_translate("Only a sheet has a legend. Turn on the sheet first."),
     ),
     "action.no-window": (
         "info",
-        to_translate("Only a window or a scanline can be taken. Choose one."),
+        to_translate("A selection can only define a window or scanline. Choose one first."),
     ),
     "action.not-computed": (
         "info",
@@ -312,23 +314,23 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.not-smoothed": (
         "info",
-        to_translate("Only Kamb contours are smoothed. Choose them first."),
+        to_translate("Only Kamb contours are smoothed. Choose a Kamb method first."),
     ),
     "action.not-two-traces": (
         "info",
-        to_translate("Select two traces of one bed first (Ctrl adds one)."),
+        to_translate("Select two traces of the same bed first (Ctrl adds one)."),
     ),
     "action.other-model-placed": (
         "info",
-        to_translate("The other model was moved in this project. Choose a saved copy of it."),
+        to_translate("The other model has been moved in this project. Choose a saved copy of it."),
     ),
     "action.points-are-boundaries": (
         "info",
-        to_translate("The points of the line are the boundaries."),
+        to_translate("The points of the line are used as boundaries."),
     ),
     "action.points-of-trace": (
         "info",
-        to_translate("The points belong to a trace, which is in the project."),
+        to_translate("The points belong to a trace that is already in the project."),
     ),
     "action.round-running": (
         "info",
@@ -336,10 +338,10 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.slope-is-facet": (
         "info",
-        to_translate("The slope is each facet. Choose One face first."),
+        to_translate("Each facet is its own slope. Choose One face first."),
     ),
     "action.stable-part-without-file": (
         "info",
-        to_translate("A command needs polygons or a model as the stable part."),
+        to_translate("Commands need a file for the stable part. Choose polygons or a model."),
     ),
 }

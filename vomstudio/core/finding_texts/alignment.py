@@ -9,15 +9,15 @@ TEXTS: dict[str, Entry] = {
     "alignment.too-few-photos": (
         "error",
         to_translate(
-            "Fewer than two photos can be used. A model needs two or more that overlap, preferably"
-            " ten. {reasons}"
+            "Fewer than two photos are usable. A model needs at least two overlapping photos,"
+            " preferably ten. {reasons}"
         ),
     ),
     "alignment.no-base": (
         "error",
         to_translate(
-            "The photos match, but no pair of them has a base. Move between photos instead of"
-            " turning on the spot, with 60 % overlap."
+            "The photos match, but were all taken from one position. Move between photos instead"
+            " of turning on the spot, with 60 % overlap."
         ),
     ),
     "alignment.shared-photos": (
@@ -34,31 +34,31 @@ TEXTS: dict[str, Entry] = {
     "alignment.photo-unmatched": (
         "warning",
         to_translate(
-            "It matches no other photo (at most {matches} matches of {features} features)."
+            "The photo matches no other photo (at most {matches} matches of {features} features)."
         ),
     ),
     "alignment.photo-not-placed": (
         "warning",
         to_translate(
-            "Its pose could not be computed: it has {matches} matches with another photo, but too"
-            " few with the model."
+            "The pose could not be computed: the photo has {matches} matches with another photo,"
+            " but too few with the model."
         ),
     ),
     "alignment.photo-unreadable": (
         "warning",
-        to_translate("It cannot be read: {reason}."),
+        to_translate("The photo cannot be read: {reason}."),
     ),
     "alignment.photo-without-features": (
         "warning",
-        to_translate("It has no features that could be found in another photo."),
+        to_translate("The photo has no distinct features."),
     ),
     "alignment.photo-masked": (
         "warning",
-        to_translate("Its mask hides all of it."),
+        to_translate("The mask covers the whole photo."),
     ),
     "alignment.photo-too-large": (
         "warning",
-        to_translate("It is too large for the memory of this computer."),
+        to_translate("The photo is too large for this computer's memory."),
     ),
     "alignment.photo-left-out": (
         "warning",
@@ -79,7 +79,7 @@ TEXTS: dict[str, Entry] = {
     "alignment.exif-focal-dropped": (
         "info",
         to_translate(
-            "With the focal length from EXIF only {aligned} photos could be aligned, without it"
+            "With the EXIF focal length only {aligned} photos could be aligned, without it"
             " {aligned_without}."
         ),
     ),
@@ -99,22 +99,22 @@ TEXTS: dict[str, Entry] = {
     "alignment.matched-in-sequence": (
         "info",
         to_translate(
-            "Each frame was matched with the next {neighbours} and with some later ones ({pairs} of"
-            " {total} pairs)."
+            "Each frame was matched with the next {neighbours} frames and some later ones"
+            " ({pairs} of {total} pairs)."
         ),
     ),
     "alignment.matched-by-gps": (
         "info",
         to_translate(
-            "Each photo was matched with its {neighbours} nearest by GPS and with the next ones by"
-            " name ({pairs} of {total} pairs)."
+            "Each photo was matched with its {neighbours} nearest neighbours by GPS and the next"
+            " ones by name ({pairs} of {total} pairs)."
         ),
     ),
     "alignment.matched-by-likeness": (
         "info",
         to_translate(
-            "Each photo was matched with the {neighbours} most similar and with the next ones by"
-            " name ({pairs} of {total} pairs)."
+            "Each photo was matched with the {neighbours} most similar photos and the next ones"
+            " by name ({pairs} of {total} pairs)."
         ),
     ),
     "alignment.separate-component": (
@@ -135,123 +135,125 @@ TEXTS: dict[str, Entry] = {
     "lens.focal-estimated-without-exif": (
         "info",
         to_translate(
-            "The focal length is estimated, since EXIF does not state it. The view directions"
-            " spread by {spread_deg:.1f}°."
+            "The focal length is missing in EXIF and was estimated. The view directions spread by"
+            " {spread_deg:.1f}°."
         ),
     ),
     "lens.focal-weak": (
         "warning",
         to_translate(
-            "The focal length is estimated without EXIF value, from view directions that spread by"
-            " only {spread_deg:.1f}°. Depths can be wrong by 10 % or more."
+            "The focal length was estimated without an EXIF value. View directions spread by only"
+            " {spread_deg:.1f}°, so depths may be wrong by 10 % or more."
         ),
     ),
     "lens.focal-assumed": (
         "warning",
         to_translate(
-            "The focal length of a usual lens is assumed ({focal_mm:.0f} mm, 35 mm equivalent):"
-            " neither EXIF nor the photos give it. Depths can be wrong."
+            "A typical focal length was assumed ({focal_mm:.0f} mm, 35 mm equivalent), because"
+            " neither EXIF nor the photos determine it. Depths may be wrong."
         ),
     ),
     "lens.focal-held-one-direction": (
         "info",
         to_translate(
-            "The focal length is held at the EXIF value, since it is highly correlated with the"
-            " distance: the view directions spread by {spread_deg:.1f}° ({least_deg:.0f}° needed)."
+            "The focal length is fixed at the EXIF value: it correlates with distance, since view"
+            " directions spread by {spread_deg:.1f}° ({least_deg:.0f}° required)."
         ),
     ),
     "lens.focal-held-few-photos": (
         "info",
         to_translate(
-            "The focal length is held at the EXIF value, since there is only {count} photo of this"
+            "The focal length is fixed at the EXIF value: there is only {count} photo from this"
             " camera ({least} required)."
         ),
         to_translate(
-            "The focal length is held at the EXIF value, since there are only {count} photos of"
-            " this camera ({least} required)."
+            "The focal length is fixed at the EXIF value: there are only {count} photos from this"
+            " camera ({least} required)."
         ),
     ),
     "lens.focal-held-uncertain": (
         "info",
         to_translate(
-            "The focal length is held at the EXIF value, since its error would be"
-            " {error_percent:.1f} % if it were estimated."
+            "The focal length is fixed at the EXIF value: its estimate would have an error of"
+            " {error_percent:.1f} %."
         ),
     ),
     "lens.exif-unusable": (
         "info",
         to_translate(
-            "The focal length is estimated, since photos could not be aligned with the EXIF value."
+            "The focal length was estimated, because the photos could not be aligned with the"
+            " EXIF value."
         ),
     ),
     "lens.exif-contradicted": (
         "info",
         to_translate(
-            "The focal length is estimated: the EXIF value is off by {off_percent:+.0f} %"
-            " (reprojection error in cross-validation {before_px:.3f} px with it, {after_px:.3f} px"
+            "The focal length was estimated: the EXIF value is wrong by {off_percent:+.0f} %"
+            " (cross-validated reprojection error {before_px:.3f} px with it, {after_px:.3f} px"
             " without it)."
         ),
     ),
     "lens.undetermined": (
         "info",
         to_translate(
-            "The lens parameters k2, cx and cy are held, since the observations do not determine"
-            " them."
+            "The lens parameters k2, cx and cy are fixed, because the observations do not"
+            " determine them."
         ),
     ),
     "lens.held-by-validation": (
         "info",
         to_translate(
-            "The lens parameters k2, cx and cy are held: with them free, the reprojection error in"
-            " cross-validation is {after_px:.3f} px instead of {before_px:.3f} px."
+            "The lens parameters k2, cx and cy are fixed: estimating them would give a"
+            " cross-validated reprojection error of {after_px:.3f} px instead of {before_px:.3f}"
+            " px."
         ),
     ),
     "lens.distortion-estimated": (
         "info",
         to_translate(
-            "The distortion k2 is estimated: its effect in the corner is {effect_px:.2f} px,"
+            "The distortion k2 was estimated: its effect in the corner is {effect_px:.2f} px,"
             " {times:.1f} times its error."
         ),
     ),
     "lens.distortion-held": (
         "info",
         to_translate(
-            "The distortion k2 is held: its effect in the corner would be {effect_px:.2f} px,"
+            "The distortion k2 is fixed: its effect in the corner would be {effect_px:.2f} px,"
             " {times:.1f} times its error ({least_px} px and {least_times:.0f} times required)."
         ),
     ),
     "lens.centre-estimated": (
         "info",
         to_translate(
-            "The principal point is estimated ({x_px:+.1f}, {y_px:+.1f} px from the centre, ±"
+            "The principal point was estimated ({x_px:+.1f}, {y_px:+.1f} px from the centre, ±"
             " {sigma_px:.1f} px): its effect in the corner is {effect_px:.2f} px."
         ),
     ),
     "lens.centre-held-small": (
         "info",
         to_translate(
-            "The principal point is held: estimated ({x_px:+.1f}, {y_px:+.1f} px from the centre),"
-            " its effect in the corner would be only {effect_px:.2f} px ({least_px} px required)."
+            "The principal point is fixed: its estimate ({x_px:+.1f}, {y_px:+.1f} px from the"
+            " centre) changes the corners by only {effect_px:.2f} px ({least_px} px required)."
         ),
     ),
     "lens.centre-held-far": (
         "info",
         to_translate(
-            "The principal point is held: its estimate ({x_px:+.1f}, {y_px:+.1f} px from the"
-            " centre, ± {sigma_px:.1f} px) is farther off than in any good camera."
+            "The principal point is fixed: its estimate ({x_px:+.1f}, {y_px:+.1f} px from the"
+            " centre, ± {sigma_px:.1f} px) is implausible for a camera."
         ),
     ),
     "lens.centre-held-uncertain": (
         "info",
         to_translate(
-            "The principal point is held: its estimate ({x_px:+.1f}, {y_px:+.1f} px from the"
-            " centre) has an error of {sigma_px:.1f} px (at most {least_px:.1f} px allowed)."
+            "The principal point is fixed: its estimate ({x_px:+.1f}, {y_px:+.1f} px from the"
+            " centre) has an error of {sigma_px:.1f} px (maximum {least_px:.1f} px)."
         ),
     ),
     "lens.several-lenses": (
         "info",
         to_translate(
-            "Photos of one size without EXIF were taken with {lenses} lenses or zoom settings"
+            "Photos of one size without EXIF come from {lenses} lenses or zoom settings"
             " ({groups}). The mean reprojection error is {after_px:.2f} px instead of"
             " {before_px:.2f} px."
         ),
@@ -272,19 +274,19 @@ TEXTS: dict[str, Entry] = {
     "lens.ground-held": (
         "info",
         to_translate(
-            "Focal length of {count} photo: held at {focal_px:.0f} px, since ground control does"
-            " not constrain it to {required_percent:.1f} %."
+            "Focal length of {count} photo: fixed at {focal_px:.0f} px, because ground control"
+            " does not constrain it to {required_percent:.1f} %."
         ),
         to_translate(
-            "Focal length of {count} photos: held at {focal_px:.0f} px, since ground control does"
-            " not constrain it to {required_percent:.1f} %."
+            "Focal length of {count} photos: fixed at {focal_px:.0f} px, because ground control"
+            " does not constrain it to {required_percent:.1f} %."
         ),
     ),
     "join.by-markers": (
         "info",
         to_translate(
             "Components of {one} and {other} photos were joined by {markers} markers with a"
-            " residual of {rms_px:.1f} px (rms). Their rotation is uncertain by"
+            " residual of {rms_px:.1f} px (RMS). Their relative rotation is uncertain by"
             " {rotation_deg:.2f}°."
         ),
     ),
@@ -295,8 +297,8 @@ TEXTS: dict[str, Entry] = {
     "join.few-markers": (
         "warning",
         to_translate(
-            "A component of {size} photos is not joined: {common} of {least} markers are in both."
-            " Mark more, not in one line, in two photos of each."
+            "A component of {size} photos is not joined: {common} of {least} required markers are"
+            " in both. Mark more, spread out, in two photos of each."
         ),
     ),
     "join.begun-markers": (
@@ -306,15 +308,15 @@ TEXTS: dict[str, Entry] = {
     "join.collinear": (
         "error",
         to_translate(
-            "The markers of both components lie on one line, about which one component can rotate."
-            " Set a marker beside this line."
+            "The markers of both components lie on one line, so one component can rotate about"
+            " it. Mark a point off this line."
         ),
     ),
     "join.contradicted": (
         "error",
         to_translate(
             "The {markers} common markers contradict the tie points ({after_px:.1f} px instead of"
-            " {before_px:.1f} px). Check the marks of {marker}, which has a residual of"
+            " {before_px:.1f} px). Check the marks of {marker}, whose residual is"
             " {residual_px:.0f} px."
         ),
     ),

@@ -23,40 +23,40 @@ TEXTS: dict[str, Entry] = {
     ),
     "array.masked": (
         "error",
-        to_translate("The array has masked values, which are not numbers. Leave their rows out."),
+        to_translate("The array has masked values, which are not numbers. Remove these rows."),
     ),
     "array.not-numbers": (
         "error",
         to_translate(
-            "This value of type {type} is not an array of numbers with rows of equal length."
-            " Correct it."
+            "A value of type {type} is not an array of numbers with rows of equal length. Correct"
+            " it."
         ),
     ),
     "array.not-points": (
         "error",
         to_translate(
-            "The shape ({shape}) is not that of points, (n, 3). Transpose an array (3, n), or write"
-            " a single point as [[x, y, z]]."
+            "An array of shape ({shape}) does not contain points (n, 3). Transpose an array (3,"
+            " n), or write one point as [[x, y, z]]."
         ),
     ),
     "array.shape": (
         "error",
-        to_translate("The array has the shape ({shape}). Pass one of the shape {expected}."),
+        to_translate("The array has the shape ({shape}). Pass an array of shape {expected}."),
     ),
     "array.lengths-differ": (
         "error",
         to_translate(
             "{name} has {count} rows, {other} has {other_count}, so they do not form pairs. Pass"
-            " equal numbers of rows."
+            " the same number of rows."
         ),
     ),
     "array.not-finite": (
         "error",
         *to_translate_n(
-            "{count} row has a value that is not finite or too large (row {first_row}, counted from"
-            " 0). Correct it or leave it out.",
-            "{count} rows have values that are not finite or too large (the first is row"
-            " {first_row}, counted from 0). Correct them or leave them out.",
+            "{count} row has a value that is not finite or too large (row {first_row}, counted"
+            " from 0). Correct or remove it.",
+            "{count} rows have values that are not finite or too large (first: row {first_row},"
+            " counted from 0). Correct or remove them.",
         ),
     ),
     "array.not-positive": (
@@ -64,15 +64,14 @@ TEXTS: dict[str, Entry] = {
         *to_translate_n(
             "{count} row has a value that is not positive (row {first_row}, counted from 0)."
             " Correct it.",
-            "{count} rows have values that are not positive (the first is row {first_row}, counted"
-            " from 0). Correct them.",
+            "{count} rows have values that are not positive (first: row {first_row}, counted from"
+            " 0). Correct them.",
         ),
     ),
     "array.not-flags": (
         "error",
         to_translate(
-            "True or False is needed for each of the {count} points. Pass an array ({count},) of"
-            " bool."
+            "Each of the {count} points needs True or False. Pass an array ({count},) of bool."
         ),
     ),
     "array.rows-left-out": (
@@ -84,7 +83,10 @@ TEXTS: dict[str, Entry] = {
     ),
     "text.invalid-characters": (
         "error",
-        to_translate("The text contains characters that no file can store. Remove them."),
+        to_translate("The text contains characters that cannot be stored in a file. Remove them."),
     ),
-    "path.invalid": ("error", to_translate("No file can have this name ({reason}). Correct it.")),
+    "path.invalid": (
+        "error",
+        to_translate("This is not a valid file name ({reason}). Correct it."),
+    ),
 }

@@ -8,7 +8,7 @@ from vomstudio.core.words import to_translate
 TEXTS: dict[str, Entry] = {
     "command.missing": (
         "error",
-        to_translate("A command is needed: {commands}. See vomstudio --help."),
+        to_translate("No command was given. Choose one of: {commands}. See vomstudio --help."),
     ),
     "command.unknown": (
         "error",
@@ -32,20 +32,20 @@ TEXTS: dict[str, Entry] = {
         to_translate("Required: {names}. See {program} --help."),
     ),
     "command.invalid": ("error", to_translate("{problem}. See {program} --help.")),
-    "command.copied": ("info", to_translate("The command is on the clipboard.")),
+    "command.copied": ("info", to_translate("The command has been copied to the clipboard.")),
     "command.copied-with-file": (
         "info",
-        to_translate("The command is on the clipboard. Its input is in {file}."),
+        to_translate("The command has been copied to the clipboard. Its input is {file}."),
     ),
     "command.window-options": (
         "error",
-        to_translate("The window takes files and folders, not options. See vomstudio --help."),
+        to_translate("The window accepts files and folders, but no options. See vomstudio --help."),
     ),
     "command.internal-error": (
         "error",
         to_translate(
             "An internal error occurred ({type}: {error}). Please report it with this command"
-            " (VOMSTUDIO_DEBUG=1 shows where)."
+            " (VOMSTUDIO_DEBUG=1 shows the traceback)."
         ),
     ),
     "system.refused": (

@@ -12,41 +12,42 @@ TEXTS: dict[str, Entry] = {
     ),
     "control.crs-chosen": (
         "info",
-        to_translate("This CRS was chosen."),
+        to_translate("This CRS was selected."),
     ),
     "control.crs-stated": (
         "info",
-        to_translate("This CRS is stated in {file}."),
+        to_translate("This CRS is specified in {file}."),
     ),
     "control.crs-local": (
         "info",
-        to_translate("No CRS is stated, so the frame is local, in metres."),
+        to_translate("No CRS is specified, so the frame is local, in metres."),
     ),
     "control.crs-proposed": (
         "info",
         to_translate(
-            "This CRS is proposed: the points are {distance_m:.0f} m from the photos' GPS positions"
-            " in it."
+            "This CRS is proposed: in it, the points are {distance_m:.0f} m from the GPS"
+            " positions of the photos."
         ),
     ),
     "control.swapped-columns": (
         "warning",
         to_translate(
-            "Two axes of the coordinates look exchanged ({labels}), or heights are depths. Exchange"
-            " the columns, or change the sign of the heights."
+            "Two coordinate axes appear to be swapped ({labels}), or heights are depths. Swap the"
+            " columns, or change the sign of the heights."
         ),
     ),
     "control.swapped-degrees": (
         "error",
         to_translate(
-            "{label}: longitude {longitude:.4f} and latitude {latitude:.4f} look exchanged."
-            " Exchange the columns."
+            "{label}: longitude {longitude:.4f} and latitude {latitude:.4f} appear to be swapped."
+            " Swap the columns."
         ),
     ),
     "control.other-unit": (
         "warning",
         to_translate(
-            "Coordinates ({axes}) look like {unit}, not metres. Multiply them by {factor:.4g}."
+            "The coordinates ({axes}) appear to be in {unit}, not metres. Multiply them by"
+            " {factor:.4g}."
         ),
     ),
     "control.far-away": (
@@ -59,76 +60,76 @@ TEXTS: dict[str, Entry] = {
     "control.scale-of-unit": (
         "warning",
         to_translate(
-            "The registration scales the model by {scale:.4g}, as from metres to {unit}. If the"
+            "The registration scales the model by {scale:.4g}, like metres to {unit}. If the"
             " model is in metres, multiply the coordinates by {factor:.4g}."
         ),
     ),
     "control.some-in-degrees": (
         "warning",
         to_translate(
-            "x and y of {labels} look like degrees, those of the others like metres. Convert them"
-            " to the CRS of the others."
+            "x and y of {labels} appear to be in degrees, the others in metres. Convert them to"
+            " the CRS of the others."
         ),
     ),
     "control.height-offset": (
         "warning",
         to_translate(
-            "Heights of {labels} fit the others with {offset_m:+.3g} m added. Ellipsoidal and"
+            "Heights of {labels} fit the others after adding {offset_m:+.3g} m. Ellipsoidal and"
             " orthometric heights, or two benchmarks, may be mixed."
         ),
     ),
     "control.drift": (
         "warning",
         to_translate(
-            "Errors of neighbouring control points are correlated ({correlation:.2f}), as by a"
-            " drifting receiver. The stated errors include this. Use a base station."
+            "Errors of neighbouring control points are correlated ({correlation:.2f}): the"
+            " receiver probably drifted. The stated errors include this. Use a base station."
         ),
     ),
     "control.click-error-unknown": (
         "info",
         to_translate(
-            "The click on the model is taken as exact, since its resolution is not known. Give the"
-            " click error if there is one."
+            "The resolution of the model is unknown, so clicks on it are assumed exact. Enter a"
+            " click error if you know it."
         ),
     ),
     "control.marks-scattered": (
         "error",
         to_translate(
-            "The marks of the control points are {scatter_px:.0f} px off each other: they cannot"
-            " show the same points. Check labels, photos and poses."
+            "The marks of the control points differ by {scatter_px:.0f} px, so they cannot show"
+            " the same points. Check labels, photos and poses."
         ),
     ),
     "control.few-marks": (
         "warning",
         to_translate(
-            "Points with fewer than two right marks in photos of the model were not used: {labels}."
+            "Points with fewer than two correct marks in aligned photos were not used: {labels}."
             " Mark them again."
         ),
     ),
     "control.marks-disagree": (
         "warning",
         to_translate(
-            "The marks of these points do not meet in one place, so the points were not used:"
+            "These points were not used, because their marks do not intersect at one position:"
             " {labels}. Check their marks."
         ),
     ),
     "control.too-few": (
         "error",
         to_translate(
-            "Only {count} of {total} control points can be used. {least} are needed, each marked in"
-            " {photos} or more photos. {reasons}"
+            "Only {count} of {total} control points are usable. At least {least} are required,"
+            " each marked in {photos} or more photos. {reasons}"
         ),
     ),
     "control.collinear": (
         "error",
         to_translate(
-            "The points lie on one line, about which the model can rotate. Add a point beside this"
+            "The points lie on one line, so the model can rotate about it. Add a point off this"
             " line."
         ),
     ),
     "control.not-located": (
         "error",
-        to_translate("The marks do not locate all control points in the model. Check them."),
+        to_translate("The marks do not determine the position of every control point. Check them."),
     ),
     "control.contradicts": (
         "error",
@@ -140,22 +141,22 @@ TEXTS: dict[str, Entry] = {
     "control.contradicts-photos": (
         "warning",
         to_translate(
-            "The photos contradict the control points. The model was registered by a similarity and"
-            " not adjusted to them."
+            "The photos contradict the control points. The model was registered by a similarity"
+            " transform, without adjustment to the points."
         ),
     ),
     "control.adjusted": (
         "info",
         to_translate(
-            "The model was adjusted to the control points. Points it is not adjusted to are"
-            " {adjusted_m:.3g} m off, and {similarity_m:.3g} m by a similarity."
+            "The model was adjusted to the control points. Points left out of the adjustment have"
+            " errors of {adjusted_m:.3g} m, or {similarity_m:.3g} m with a similarity."
         ),
     ),
     "control.not-adjusted": (
         "warning",
         to_translate(
-            "The model was not adjusted to the control points: points it is not adjusted to would"
-            " be {adjusted_m:.3g} m off instead of {similarity_m:.3g} m."
+            "The model was not adjusted to the control points: points left out would have errors"
+            " of {adjusted_m:.3g} m instead of {similarity_m:.3g} m."
         ),
     ),
     "control.tie-points": (
@@ -173,8 +174,8 @@ TEXTS: dict[str, Entry] = {
     "control.no-check-points": (
         "warning",
         to_translate(
-            "No check points judge the model independently of those that place it. Leave some out"
-            " as check points."
+            "There are no check points, so the registration is not tested independently. Use some"
+            " control points as check points."
         ),
     ),
     "control.left-out": (
@@ -184,41 +185,43 @@ TEXTS: dict[str, Entry] = {
     "control.more-marks": (
         "warning",
         to_translate(
-            "These points are marked in fewer than {wanted} photos: {labels}. Mark them in more."
+            "These points are marked in fewer than {wanted} photos: {labels}. Mark them in more"
+            " photos."
         ),
     ),
     "control.photos-without-pose": (
         "warning",
         to_translate(
-            "Marks in these photos are not used, since they are not among the cameras of the model:"
-            " {photos}. Check the names."
+            "Marks in these photos are not used, because the model has no cameras with these"
+            " names: {photos}. Check the names."
         ),
     ),
     "control.photos-missing": (
         "warning",
         to_translate(
-            "Marks in these photos are not used, since they are not in the folder: {photos}."
+            "Marks in these photos are not used, because the photos are not in the folder:"
+            " {photos}."
         ),
     ),
     "control.without-coordinates": (
         "warning",
         to_translate(
-            "Marks of these points are not used: {labels}. They have no coordinates. Write labels"
-            " alike in both tables."
+            "Marks of {labels} are not used, because these points have no coordinates. Use the"
+            " same labels in both tables."
         ),
     ),
     "control.same-spot": (
         "warning",
         to_translate(
-            "In {photo} the points {first} and {second} are marked at the same place (x {x:.0f}, y"
-            " {y:.0f}). Remove or move one mark."
+            "In {photo} the points {first} and {second} are marked at the same position (x"
+            " {x:.0f}, y {y:.0f}). Remove or move one mark."
         ),
     ),
     "control.far-from-photos": (
         "warning",
         to_translate(
-            "In {crs} the control points are {distance_km:,.0f} km from the photos' GPS positions."
-            " Check the CRS, and that x and y are east and north."
+            "In {crs} the control points are {distance_km:,.0f} km from the GPS positions of the"
+            " photos. Check the CRS and the order of east and north."
         ),
     ),
     "label.invalid": (
@@ -234,92 +237,91 @@ TEXTS: dict[str, Entry] = {
     "control.all-check": (
         "error",
         to_translate(
-            "All {count} points are marked as check, and none places the model. Mark 3 or more as"
-            " control."
+            "All {count} points are check points, so none places the model. Use at least 3 as"
+            " control points."
         ),
     ),
     "control.one-place": (
         "error",
         to_translate(
-            "All points are at one place, by which nothing can be placed. Give the coordinates of"
-            " each."
+            "All points have the same position, so they cannot place the model. Correct their"
+            " coordinates."
         ),
     ),
     "control.apart": (
         "warning",
         to_translate(
-            "{first} are {distance_m:,.0f} m away from {second}: they may be of two zones or units."
-            " Bring all into one. --crs shows which are right."
+            "{first} are {distance_m:,.0f} m away from {second}: their zones or units may differ."
+            " Convert all to one CRS. --crs shows which are right."
         ),
     ),
     "control.group-swapped": (
         "warning",
         to_translate(
-            "x and y look exchanged, either of {first} or of {second}. Exchange those that are"
-            " wrong. --crs shows which."
+            "x and y appear to be swapped, either for {first} or for {second}. Correct the wrong"
+            " ones. --crs shows which."
         ),
     ),
     "control.constant-heights": (
         "warning",
         to_translate(
-            "All heights are {height:g}, but on the model the points differ in height: heights that"
-            " were not measured tilt the model. Give the heights."
+            "All heights are {height:g}, but the points differ in height on the model. Heights"
+            " that were not measured tilt the model. Enter the measured heights."
         ),
     ),
     "control.missing-heights": (
         "warning",
         to_translate(
-            "The heights of {labels} ({height:g}) look missing, since the other points fit without"
-            " them. Give these heights, or leave the points out."
+            "The heights of {labels} ({height:g}) are probably missing values, because the other"
+            " points fit without them. Enter these heights, or leave the points out."
         ),
     ),
     "control.similar-labels": (
         "warning",
         to_translate(
-            "These labels look like those of one point: {labels}. Keep one, or give them different"
-            " names."
+            "These labels may refer to the same point: {labels}. Keep one, or use more distinct"
+            " labels."
         ),
     ),
     "control.same-coordinates": (
         "warning",
         to_translate(
-            "{labels} have the same coordinates: a row may have been copied. Correct one, or leave"
-            " it out."
+            "{labels} have the same coordinates. A row may have been copied: correct or remove one."
         ),
     ),
     "control.swapped-labels": (
         "warning",
         to_translate(
-            "{first} and {second} look exchanged: the points would fit within {after_m:.2g} m"
-            " instead of {before_m:.2g} m. Exchange these labels."
+            "{first} and {second} appear to be swapped: the points would fit within {after_m:.2g}"
+            " m instead of {before_m:.2g} m. Swap these labels."
         ),
     ),
     "control.other-order": (
         "warning",
         to_translate(
-            "The rows look listed in another order: they would fit within {after_m:.2g} m instead"
-            " of {before_m:.2g} m if {first} had the coordinates of {second}, and so on."
+            "The rows may be in the wrong order: with the coordinates of {second} for {first},"
+            " and so on, they fit within {after_m:.2g} m instead of {before_m:.2g} m."
         ),
     ),
     "control.mark-outside": (
         "warning",
         to_translate(
-            "The mark of {label} at x {x:.0f}, y {y:.0f} is outside of {photo} ({width} x {height}"
-            " pixels), and was left out. Correct it."
+            "The mark of {label} at x {x:.0f}, y {y:.0f} is outside {photo} ({width} x {height}"
+            " pixels) and was left out. Correct it."
         ),
     ),
     "control.other-pixels": (
         "error",
         to_translate(
-            "The marks do not fit the photos: they are {miss_px:.0f} pixels off, and would be"
-            " {better_px:.1f} if {change}. Correct the marks."
+            "The marks are {miss_px:.0f} pixels away from their points in the photos, and would"
+            " be {better_px:.1f} if {change}. Correct the marks."
         ),
     ),
     "control.wrong-mark": (
         "warning",
         to_translate(
-            "The mark of {label} in {photo} at x {x:.0f}, y {y:.0f} contradicts its other marks,"
-            " which put it at x {wanted_x:.0f}, y {wanted_y:.0f}. It was left out."
+            "The mark of {label} in {photo} at x {x:.0f}, y {y:.0f} was left out: its other marks"
+            " predict x {wanted_x:.0f}, y {wanted_y:.0f}."
         ),
     ),
     "control.contradicting-marks": (
@@ -332,31 +334,33 @@ TEXTS: dict[str, Entry] = {
     "control.no-points": (
         "error",
         to_translate(
-            "The file has no control points with coordinates. Add some, or choose another file."
+            "The file contains no control points with coordinates. Add some, or choose another"
+            " file."
         ),
     ),
     "control.no-marks": (
         "error",
         to_translate(
-            "The file has no marks of control points in photos. Add some, or choose another file."
+            "The file contains no marks of control points in photos. Add some, or choose another"
+            " file."
         ),
     ),
     "control.only-marks": (
         "error",
         to_translate(
-            "The file has marks in photos and no control points. Use it as the file of marks."
+            "The file contains marks in photos, but no control points. Use it as the marks file."
         ),
     ),
     "control.only-points": (
         "error",
         to_translate(
-            "The file has control points and no marks in photos. Use it as the file of control"
-            " points."
+            "The file contains control points, but no marks in photos. Use it as the control"
+            " point file."
         ),
     ),
     "control.unknown-format": (
         "error",
-        to_translate("This is not a file of control points. Supported: {formats}."),
+        to_translate("This is not a control point file. Supported formats: {formats}."),
     ),
     "control.no-chunk": (
         "error",
@@ -364,17 +368,17 @@ TEXTS: dict[str, Entry] = {
     ),
     "control.several-chunks": (
         "error",
-        to_translate("The file has {count} chunks with markers. Export the one that is needed."),
+        to_translate("The file has {count} chunks with markers. Export only the chunk you need."),
     ),
     "control.unknown-key": (
         "error",
-        to_translate("{name} {key} is not in the file. Export it again."),
+        to_translate("{name} {key} is missing from the file. Export it again."),
     ),
     "control.no-projection": (
         "error",
         to_translate(
-            "The file does not begin with its projection, such as EPSG:32633 or WGS84 UTM 33N. Add"
-            " it as the first line."
+            "The file does not start with its projection, such as EPSG:32633 or WGS84 UTM 33N."
+            " Add it as the first line."
         ),
     ),
     "control.mark-repeated": (
@@ -385,48 +389,50 @@ TEXTS: dict[str, Entry] = {
     ),
     "control.other-coordinates": (
         "error",
-        to_translate("'{label}' has other coordinates in line {first_line}. Correct one of them."),
+        to_translate(
+            "'{label}' has different coordinates in line {first_line}. Correct one of the lines."
+        ),
     ),
     "control.repeated-point": (
         "error",
-        to_translate("The point {label} is given twice. Leave one of them out."),
+        to_translate("The point {label} occurs twice. Remove one of them."),
     ),
     "control.not-on-earth": (
         "error",
         to_translate(
-            "{label} is not at a longitude and latitude. Correct its coordinates, or the CRS."
+            "{label} has no valid longitude and latitude. Correct its coordinates or the CRS."
         ),
     ),
     "control.bar-of-one-point": (
         "error",
-        to_translate("The scale bar begins and ends at {label}. Name two points."),
+        to_translate("The scale bar starts and ends at {label}. Use two different points."),
     ),
     "control.line-without-length": (
         "error",
-        to_translate("Both ends of the line are at one place. Correct it."),
+        to_translate("Both ends of the line have the same position. Correct one of them."),
     ),
     "control.no-model-direction": (
         "error",
         to_translate(
-            "Columns model_x, model_y and model_z must contain the normal of a plane, or the"
-            " direction of a line, in the frame of the model."
+            "The columns model_x, model_y and model_z must contain a plane normal or a line"
+            " direction in the frame of the model."
         ),
     ),
     "control.no-photos": (
         "error",
-        to_translate("The file lists no photos below the coordinate system. Add their lines."),
+        to_translate("The file lists no photos below the coordinate system. Add them."),
     ),
     "control.marks-missing": (
         "error",
         to_translate(
-            "The marks of the control points in photos are missing. Name their file with --marks."
+            "There are no marks of the control points in photos. Specify their file with --marks."
         ),
     ),
     "control.other-crs": (
         "error",
         to_translate(
-            "Its coordinates are in {crs}, but the points of the project are in "
-            "{project_crs}. Convert them to one CRS."
+            "The coordinates are in {crs}, but the project uses {project_crs}. Convert them to"
+            " the project's CRS."
         ),
     ),
     "control.registers": (
@@ -443,14 +449,16 @@ TEXTS: dict[str, Entry] = {
     ),
     "control.pending": (
         "info",
-        to_translate("The control points are being checked. Wait for the result."),
+        to_translate("The control points are being checked. Please wait."),
     ),
     "control.no-file": (
         "error",
-        to_translate("Choose the file of the control points."),
+        to_translate("Choose the control point file."),
     ),
     "control.no-coordinates": (
         "warning",
-        to_translate("Enter the coordinates of {label}. Without coordinates it is a tie point."),
+        to_translate(
+            "Enter the coordinates of {label}. A point without coordinates is a tie point."
+        ),
     ),
 }

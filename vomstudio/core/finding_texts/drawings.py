@@ -9,13 +9,15 @@ TEXTS: dict[str, Entry] = {
     "rose.rows-left-out": (
         "warning",
         *to_translate_n(
-            "{set}: {count} row without azimuth or weight is left out.",
-            "{set}: {count} rows without azimuth or weight are left out.",
+            "{set}: {count} row without an azimuth or weight is left out.",
+            "{set}: {count} rows without an azimuth or weight are left out.",
         ),
     ),
     "rose.no-azimuth": (
         "warning",
-        to_translate("{set} has no rose: none of its rows has an azimuth and a weight."),
+        to_translate(
+            "{set} has no rose diagram, because none of its rows has both an azimuth and a weight."
+        ),
     ),
     "contours.none": (
         "warning",
@@ -23,12 +25,12 @@ TEXTS: dict[str, Entry] = {
     ),
     "drawing.unchanged": (
         "info",
-        to_translate("Features of the project that the drawing shows unchanged: {count}."),
+        to_translate("Features that are the same in drawing and project: {count}."),
     ),
     "drawing.edited": (
         "warning",
         to_translate(
-            "Traces that were edited in the drawing: {names} ({count} in all). Update edited traces"
+            "Traces edited in the drawing: {names} ({count} in all). Update edited traces"
             " (--update) changes them in the project."
         ),
     ),
@@ -42,15 +44,15 @@ TEXTS: dict[str, Entry] = {
     "drawing.no-lines": (
         "warning",
         to_translate(
-            "{count} bodies and surfaces of the drawing are left out ({entities}): they have no"
-            " lines."
+            "{count} bodies and surfaces in the drawing have no lines and are left out"
+            " ({entities})."
         ),
     ),
     "drawing.only-bodies": (
         "error",
         to_translate(
-            "The drawing has no such lines, only {count} bodies and surfaces ({entities}). Extract"
-            " their edges as lines in CAD."
+            "The drawing contains no such lines, only {count} bodies and surfaces ({entities})."
+            " Extract their edges as lines in CAD."
         ),
     ),
     "drawing.unreadable": (
@@ -63,17 +65,17 @@ TEXTS: dict[str, Entry] = {
     "drawing.splines": (
         "error",
         *to_translate_n(
-            "{count} spline has only the points that it goes through. Turn it into a polyline and"
-            " save the drawing again.",
-            "{count} splines have only the points that they go through. Turn them into polylines"
-            " and save the drawing again.",
+            "{count} spline is stored only as points that it passes through. Convert it to a"
+            " polyline and save the drawing again.",
+            "{count} splines are stored only as points that they pass through. Convert them to"
+            " polylines and save the drawing again.",
         ),
     ),
     "drawing.nested-blocks": (
         "error",
         to_translate(
-            "Blocks of the drawing contain each other so often that they become {count} entities."
-            " Save it without nested blocks (exploded)."
+            "The nested blocks of the drawing expand to {count} entities. Explode the blocks and"
+            " save it again."
         ),
     ),
     "drawing.no-polygons": (
@@ -82,28 +84,28 @@ TEXTS: dict[str, Entry] = {
     ),
     "drawing.no-traces": (
         "error",
-        to_translate("The file contains no lines. Save the traces as lines, one for each trace."),
+        to_translate("The file contains no lines. Save each trace as a line."),
     ),
     "drawing.zero-length": (
         "error",
-        to_translate("All lines have zero length. Pass at least one line with a length."),
+        to_translate("All lines have zero length. Use at least one longer line."),
     ),
     "drawing.several-layers": (
         "error",
-        to_translate("The file has several layers: {layers}. Name one of them."),
+        to_translate("The file has several layers: {layers}. Specify one of them."),
     ),
     "drawing.paper-space": (
         "warning",
         *to_translate_n(
-            "{count} shape of a sheet (paper space) is left out.",
-            "{count} shapes of sheets (paper space) are left out.",
+            "{count} shape in a layout (paper space) is left out.",
+            "{count} shapes in layouts (paper space) are left out.",
         ),
     ),
     "drawing.hidden": (
         "warning",
         *to_translate_n(
-            "{count} shape that is hidden (off, frozen) is left out.",
-            "{count} shapes that are hidden (off, frozen) are left out.",
+            "{count} hidden shape (layer off or frozen) is left out.",
+            "{count} hidden shapes (layer off or frozen) are left out.",
         ),
     ),
     "drawing.dimensions": (
@@ -120,29 +122,28 @@ TEXTS: dict[str, Entry] = {
     "drawing.invalid-shapes": (
         "warning",
         *to_translate_n(
-            "{count} shape without length or area, or without finite coordinates, is left out.",
-            "{count} shapes without length or area, or without finite coordinates, are left out.",
+            "{count} shape without length, area or finite coordinates is left out.",
+            "{count} shapes without length, area or finite coordinates are left out.",
         ),
     ),
     "drawing.lines-as-area": (
         "info",
         *to_translate_n(
-            "{count} closed line was taken as the outline of the area.",
-            "{count} closed lines were taken as outlines of the area.",
+            "{count} closed line is used as the outline of the area.",
+            "{count} closed lines are used as outlines of the area.",
         ),
     ),
     "drawing.separate-parts": (
         "warning",
         to_translate(
-            "Parts of features that do not join count as separate traces: {count} more than"
-            " features."
+            "Disconnected parts of features count as separate traces: {count} more than features."
         ),
     ),
     "drawing.duplicates": (
         "warning",
         *to_translate_n(
-            "{count} shape that is drawn twice counts once.",
-            "{count} shapes that are drawn twice count once.",
+            "{count} shape that is drawn twice is counted once.",
+            "{count} shapes that are drawn twice are counted once.",
         ),
     ),
 }

@@ -9,8 +9,8 @@ TEXTS: dict[str, Entry] = {
     "proposals.none": (
         "error",
         to_translate(
-            "Nothing can be added: of {proposed} proposals, none has the quality {quality}. Change"
-            " the options of the search."
+            "None of {proposed} proposals has the quality {quality}, so nothing was added. Change"
+            " the search options."
         ),
     ),
     "edit.stale": (
@@ -19,7 +19,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "edit.no-change": (
         "error",
-        to_translate("Nothing to change: the project already contains these values."),
+        to_translate("The project already contains these values."),
     ),
     "edit.empty": (
         "error",
@@ -48,34 +48,34 @@ TEXTS: dict[str, Entry] = {
     "record.unknown-kind": (
         "error",
         to_translate(
-            "The record has the unknown kind {kind!r}. Update the program, or restore the "
-            "journal from a copy."
+            "The record has the unknown kind {kind!r}. Update the program, or restore the journal"
+            " from a backup."
         ),
     ),
     "record.unknown-field": (
         "error",
         to_translate(
-            "A record of the kind {kind} has an unknown field. Update the program, or "
-            "restore the journal from a copy."
+            "A record of kind {kind} has an unknown field. Update the program, or restore the"
+            " journal from a backup."
         ),
     ),
     "record.missing-field": (
         "error",
         to_translate(
-            "A record of the kind {kind} lacks a field: {error}. Restore the journal from a copy."
+            "A record of kind {kind} lacks a field: {error}. Restore the journal from a backup."
         ),
     ),
     "record.wrong-value": (
         "error",
-        to_translate("The value is not valid for this field. Restore the journal from a copy."),
+        to_translate("The value is not valid for this field. Restore the journal from a backup."),
     ),
     "record.two-ids": (
         "error",
-        to_translate("The record has two ids. Restore the journal from a copy."),
+        to_translate("The record has two ids. Restore the journal from a backup."),
     ),
     "record.without-base": (
         "error",
-        to_translate("The row changes {record}, which was added by a row that cannot be read."),
+        to_translate("The row changes {record}, but the row that added it cannot be read."),
     ),
     "name.empty": (
         "error",
@@ -87,7 +87,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "name.of-several": (
         "error",
-        to_translate("{count} features cannot share one name. Select one of them."),
+        to_translate("{count} features cannot have the same name. Select one of them."),
     ),
     "type.in-use": (
         "error",
@@ -100,12 +100,13 @@ TEXTS: dict[str, Entry] = {
     ),
     "type.colour": (
         "error",
-        to_translate("{colour!r} is not a colour. Write it as #rrggbb, such as #d55e00."),
+        to_translate("{colour!r} is not a colour. Use the form #rrggbb, such as #d55e00."),
     ),
     "profile.fixed": (
         "error",
         to_translate(
-            "The limits of the profile “{profile}” are fixed. Give your own another name."
+            "The limits of the profile “{profile}” cannot be changed. Save your own under another"
+            " name."
         ),
     ),
     "profile.limit-not-positive": (
@@ -115,21 +116,22 @@ TEXTS: dict[str, Entry] = {
     "profile.limits-crossed": (
         "error",
         to_translate(
-            "The error of a good plane ({good_deg:g}°) is larger than that of a poor one "
-            "({poor_deg:g}°). Exchange them."
+            "The error limit of a good plane ({good_deg:g}°) exceeds that of a poor one"
+            " ({poor_deg:g}°). Swap them."
         ),
     ),
     "model.registered": (
         "error",
         to_translate(
-            "{model} is placed by the registration “{registration}”, which declaring a "
-            "frame would replace. Remove the registration first."
+            "{model} is placed by the registration “{registration}”, which a declared frame would"
+            " replace. Remove the registration first."
         ),
     ),
     "model.other-file": (
         "error",
         to_translate(
-            "{path} is not the file on which {model} was measured. Open it as another model."
+            "{path} is not the file on which features of {model} were measured. Open it as"
+            " another model."
         ),
     ),
     "model.in-use": (
@@ -143,21 +145,19 @@ TEXTS: dict[str, Entry] = {
     ),
     "frame.unit-not-positive": (
         "error",
-        to_translate("The unit must be a positive number of metres. Correct it."),
+        to_translate("The unit must be a positive length in metres. Correct it."),
     ),
     "frame.code-missing": (
         "error",
-        to_translate(
-            "A frame in a coordinate reference system needs its code, such as EPSG:32633."
-        ),
+        to_translate("The coordinate reference system has no code. Enter one, such as EPSG:32633."),
     ),
     "surroundings.up-to-date": (
         "error",
-        to_translate("No feature was measured by an earlier rule."),
+        to_translate("All features were measured by the current rule."),
     ),
     "feature.has-plane": (
         "error",
-        to_translate("{feature} has a plane that its vertices define. Edit it as a trace."),
+        to_translate("{feature} has a plane that is fitted to its vertices. Edit it as a trace."),
     ),
     "feature.no-attribute": (
         "error",
@@ -165,7 +165,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "feature.on-other-model": (
         "error",
-        to_translate("{feature} lies on another model than {model}. Select a feature on {model}."),
+        to_translate("{feature} is not on {model}. Select a feature on {model}."),
     ),
     "bed.no-line": (
         "error",
@@ -181,34 +181,34 @@ TEXTS: dict[str, Entry] = {
     ),
     "grid.not-begun": (
         "info",
-        to_translate("Lay a grid over the face, then mark its cells as you inspect them."),
+        to_translate("Create a grid on the face, then mark its cells as you inspect them."),
     ),
     "grid.no-cell": (
         "error",
-        to_translate("The grid has no such cell. Choose one inside it."),
+        to_translate("The grid has no such cell. Choose a cell inside it."),
     ),
     "repeat.other-kind": (
         "error",
         to_translate(
-            "A feature repeats another one of the same kind. Select one of the same kind."
+            "A repeat must have the same kind as its first pick. Select a feature of the same kind."
         ),
     ),
     "repeat.of-repeat": (
         "error",
-        to_translate("{feature} is a repeat itself. Select the first pick."),
+        to_translate("{feature} is itself a repeat. Select its first pick."),
     ),
     "view.name-length": (
         "error",
-        to_translate("Give the view a name of at most {maximum} letters."),
+        to_translate("The name of a view has at most {maximum} letters. Enter a shorter name."),
     ),
     "view.too-many": (
         "error",
-        to_translate("A project has at most {maximum} views. Delete one first."),
+        to_translate("A project can store at most {maximum} views. Delete one first."),
     ),
     "readings.no-picks": (
         "info",
-        to_translate("{count} reading has no pick of its type to compare with."),
-        to_translate("{count} readings have no picks of their types to compare with."),
+        to_translate("{count} reading has no pick of its type for comparison."),
+        to_translate("{count} readings have no picks of their types for comparison."),
     ),
     "readings.compared": (
         "info",

@@ -9,24 +9,24 @@ TEXTS: dict[str, Entry] = {
     "cloud.too-few-points": (
         "error",
         to_translate(
-            "A surface needs at least {minimum} points with coordinates, and the cloud has {n}."
+            "A surface needs at least {minimum} points with coordinates, but the cloud has {n}."
             " Choose another cloud."
         ),
     ),
     "mesh.no-area": (
         "error",
-        to_translate("No face of the mesh has an area. Export the model again."),
+        to_translate("All faces of the mesh have zero area. Export the model again."),
     ),
     "faces.length-too-small": (
         "error",
         to_translate(
-            "The length is far smaller than the model. Give a longer one, or cut out a part."
+            "The length is far too small for this model. Use a longer one, or cut out a part."
         ),
     ),
     "model.no-colours": (
         "error",
         to_translate(
-            "The model has no colours, which this needs. Use its shape or a field instead."
+            "This needs colours, but the model has none. Use its shape or a field instead."
         ),
     ),
     "model.no-resolution": (
@@ -45,25 +45,25 @@ TEXTS: dict[str, Entry] = {
     "cloud.streamed": (
         "error",
         to_translate(
-            "This cloud is loaded piece by piece, so a patch cannot grow over it. Draw its"
-            " outline instead."
+            "This cloud is streamed in parts, so a patch cannot grow on it. Draw its outline"
+            " instead."
         ),
     ),
     "fields.points-in-line": (
         "error",
         to_translate(
-            "The points within {radius_m:g} m lie on lines or at one place, which have no dip."
-            " Choose a larger radius."
+            "The points within {radius_m:g} m are collinear or coincide, so they have no dip. Use"
+            " a larger radius."
         ),
     ),
     "fields.too-few-points": (
         "error",
-        to_translate("Too few points are within {radius_m:g} m. Choose a larger radius."),
+        to_translate("Too few points lie within {radius_m:g} m. Use a larger radius."),
     ),
     "fields.radius-below-faces": (
         "error",
         to_translate(
-            "The radius is far smaller than the triangles of the model. Choose at least"
+            "The radius is far smaller than the triangles of the model. Use at least"
             " {minimum_m:.2g} m."
         ),
     ),
@@ -71,22 +71,21 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The points scatter by {noise_m:.3g} m about the surface, {times:.1f} times their"
-            " spacing. Normals are estimated over {width_m:.2g} m; narrower pieces are not"
-            " distinguished."
+            " spacing. Normals are estimated over {width_m:.2g} m, so smaller details are lost."
         ),
     ),
     "cloud.normals-unused": (
         "warning",
         to_translate(
-            "The normals of the file are {angle_deg:.0f}° (median) off the surface of its"
-            " points and are not used."
+            "The normals in the file deviate from the point surface by {angle_deg:.0f}° (median)"
+            " and are not used."
         ),
     ),
     "cloud.normals-partly-unused": (
         "warning",
         to_translate(
-            "{share_percent:.0f} % of the normals of the file are more than {limit_deg:.0f}°"
-            " off the surface of the points and are not used."
+            "{share_percent:.0f} % of the normals in the file deviate from the point surface by"
+            " more than {limit_deg:.0f}° and are not used."
         ),
     ),
     "facets.vegetation": (
@@ -99,15 +98,15 @@ TEXTS: dict[str, Entry] = {
     "facets.volume": (
         "warning",
         to_translate(
-            "The points fill a volume and do not form a surface at any width. Smooth the cloud,"
-            " or pick traces by hand."
+            "The points fill a volume instead of forming a surface. Smooth the cloud, or pick"
+            " traces by hand."
         ),
     ),
     "facets.none": (
         "warning",
         to_translate(
-            "No facet was found. Allow a larger angle or distance, fewer points or less area,"
-            " or pick traces by hand."
+            "No facets were found. Allow a larger angle or distance, fewer points or a smaller"
+            " area, or pick traces by hand."
         ),
     ),
     "facets.little-planar": (
@@ -121,50 +120,50 @@ TEXTS: dict[str, Entry] = {
     "facets.wavy": (
         "warning",
         to_translate(
-            "Many facets are pieces of wavy or curved faces. Allow a larger distance for planes"
-            " of whole faces, or pick traces by hand."
+            "Many facets are parts of wavy or curved faces. Allow a larger distance to fit whole"
+            " faces, or pick traces by hand."
         ),
     ),
     "fields.few-points": (
         "warning",
         to_translate(
-            "{share_percent:.0f} % of the places have no value: fewer than {minimum} points are"
-            " within the radius, or these are on one line."
+            "{share_percent:.0f} % of the surface has no value, because fewer than {minimum}"
+            " points lie within the radius or they are collinear."
         ),
     ),
     "fields.single-faces": (
         "warning",
         to_translate(
-            "The radius is less than two edges of the triangles, so values are those of single"
-            " triangles. Choose a larger radius."
+            "The radius is less than two triangle edges, so values describe single triangles. Use"
+            " a larger radius."
         ),
     ),
     "fields.outside-unknown": (
         "warning",
         to_translate(
-            "The cloud has no normals, so up was taken as its outside: overhangs are not"
-            " recognised, and below them the curvature has the opposite sign."
+            "The cloud has no normals, so its outside is assumed to face up. Overhangs are not"
+            " recognised, and curvature below them has the wrong sign."
         ),
     ),
     "mesh.faces-apart": (
         "warning",
         to_translate(
-            "The faces of the mesh are not connected ({share_percent:.0f} % of their edges belong"
-            " to a single face), so facets cannot grow. Merge its vertices."
+            "The faces of the mesh are disconnected ({share_percent:.0f} % of their edges belong"
+            " to a single face), so facets cannot grow. Merge duplicate vertices."
         ),
     ),
     "mesh.faces-doubled": (
         "info",
         to_translate(
-            "{share_percent:.0f} % of the faces have the same corners as others, as on a mesh"
-            " with two sides. Each counts once."
+            "{share_percent:.0f} % of the faces are duplicates, as in a two-sided mesh. Each is"
+            " counted once."
         ),
     ),
     "facets.ground": (
         "warning",
         to_translate(
-            "{share_percent:.0f} % of the exposed rock dips less than {limit_deg:g}°. If this"
-            " is ground, leave it out: {rest_percent:.0f} % of the rest is nearly planar."
+            "{share_percent:.0f} % of the exposed rock dips less than {limit_deg:g}°. If this is"
+            " ground, exclude it: {rest_percent:.0f} % of the rest is nearly planar."
         ),
     ),
 }

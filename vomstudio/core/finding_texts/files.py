@@ -9,33 +9,33 @@ TEXTS: dict[str, Entry] = {
     "uncoded": ("warning", "{text}"),
     "file.other-kind": (
         "error",
-        to_translate("Cannot read this kind of file here: {title}. {remedy}"),
+        to_translate("This kind of file cannot be read here: {title}. {remedy}"),
     ),
     "file.unsafe-schema": (
         "error",
         to_translate(
-            "The file contains the {kind} '{name}', which can run without end or hide rows."
-            " Export its tables to a new file, or ask for another copy."
+            "The file contains the {kind} '{name}', which may never finish or may hide rows."
+            " Export its tables to a new file."
         ),
     ),
     "file.picture-too-large": (
         "error",
         to_translate(
-            "The picture of {width} x {height} pixels needs {needed_mb} MB; for this file"
-            " {limit_mb} MB are allowed. Reduce it, or close other programs."
+            "The picture of {width} x {height} pixels needs {needed_mb} MB ({limit_mb} MB"
+            " available). Reduce it, or close other programs."
         ),
     ),
     "file.picture-header": (
         "error",
         to_translate(
-            "The header of the picture is not valid: {reason}. Save it again with another program."
+            "The picture has an invalid header: {reason}. Save it again with another program."
         ),
     ),
     "file.memory-exceeded": (
         "error",
         to_translate(
-            "Reading was stopped: it takes more memory than the size of the file justifies. Export"
-            " the file again."
+            "Reading was stopped, because it needs more memory than a file of this size should."
+            " Export the file again."
         ),
     ),
     "file.missing": (
@@ -48,7 +48,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "file.is-folder": (
         "error",
-        to_translate("This is a folder. Name a file in it."),
+        to_translate("This is a folder. Specify a file in it."),
     ),
     "file.empty": (
         "error",
@@ -56,19 +56,19 @@ TEXTS: dict[str, Entry] = {
     ),
     "file.unreadable": (
         "error",
-        to_translate("The file cannot be read ({reason}). Check its name and its disk."),
+        to_translate("The file cannot be read ({reason}). Check its name and its drive."),
     ),
     "output.unwritable": (
         "error",
-        to_translate("The file cannot be written ({reason}). Choose another place."),
+        to_translate("The file cannot be written ({reason}). Choose another location."),
     ),
     "folder.not-created": (
         "error",
-        to_translate("The folder cannot be created ({reason}). Choose another place."),
+        to_translate("The folder cannot be created ({reason}). Choose another location."),
     ),
     "file.no-permission": (
         "error",
-        to_translate("You have no permission to read this file. Change its permissions."),
+        to_translate("You do not have permission to read this file. Change its permissions."),
     ),
     "file.damaged": (
         "error",
@@ -79,70 +79,64 @@ TEXTS: dict[str, Entry] = {
     "file.truncated": (
         "error",
         to_translate(
-            "The file ends too early: {size:,} of {expected:,} bytes are there. Copy it again."
+            "The file is truncated: it has {size:,} of {expected:,} bytes. Copy it again."
         ),
     ),
     "file.blank": (
         "error",
-        to_translate("A part of the file is blank (from byte {byte}). Copy or save it again."),
+        to_translate("Part of the file is blank (from byte {byte}). Copy or save it again."),
     ),
     "file.inflated": (
         "error",
         to_translate(
-            "The file describes far more data than it contains: parts are repeated or empty without"
-            " end. Export it again without them."
+            "The file describes far more data than it contains, through endless or repeated"
+            " references. Export it again without them."
         ),
     ),
     "file.exceeds-memory": (
         "error",
         to_translate(
-            "The file needs more than the free memory. Divide it, or export a part of it."
+            "The file needs more memory than is available. Divide it, or export a part of it."
         ),
     ),
     "file.unknown-type": (
         "error",
-        to_translate("The extension '{suffix}' is not one that can be read. Supported: {formats}."),
+        to_translate("Files with the extension '{suffix}' cannot be read. Supported: {formats}."),
     ),
     "output.unknown-format": (
         "error",
         to_translate(
-            "The extension '{suffix}' is not one that can be written. Choose one of: {formats}."
+            "Files with the extension '{suffix}' cannot be written. Choose one of: {formats}."
         ),
     ),
     "output.other-registration": (
         "error",
         to_translate(
-            "This file contains the registration of another model. Choose another name for the"
-            " output."
+            "This file contains the registration of another model. Choose another output name."
         ),
     ),
     "file.declares-entity": (
         "error",
-        to_translate(
-            "The file declares an entity ({name}), which such files do not need. Remove it."
-        ),
+        to_translate("The file declares an entity ({name}), which is not allowed here. Remove it."),
     ),
     "file.too-many-parts": (
         "error",
-        to_translate(
-            "The file has more than {limit:,} {parts}, more than can be meant. Simplify or divide"
-            " it."
-        ),
+        to_translate("The file has more than {limit:,} {parts}. Simplify or divide it."),
     ),
     "file.missing-element": (
         "error",
-        to_translate("The element has no {name}. Add it."),
+        to_translate("The element {name} is missing. Add it."),
     ),
     "file.number-count": (
         "error",
         *to_translate_n(
-            "There is {count} number; {needed} are needed.",
-            "There are {count} numbers; {needed} are needed.",
+            "Found {count} number, but {needed} are required.",
+            "Found {count} numbers, but {needed} are required.",
         ),
     ),
     "file.not-regular": (
         "error",
-        to_translate("This is a folder, a device or a pipe, not a file. Name a file."),
+        to_translate("This is a folder, a device or a pipe. Specify a regular file."),
     ),
     "file.other-format": (
         "error",
@@ -152,7 +146,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "file.silent-pipe": (
         "error",
-        to_translate("Nothing is written into this pipe. Name a file."),
+        to_translate("This pipe sends no data. Specify a file."),
     ),
     "file.device-in-folder": (
         "error",
@@ -161,7 +155,8 @@ TEXTS: dict[str, Entry] = {
     "file.too-large": (
         "error",
         to_translate(
-            "The file is larger than {limit_mb} MB, which no file of its kind is. Check what it is."
+            "The file is larger than {limit_mb} MB, the limit for this kind of file. Check that"
+            " it is the right file."
         ),
     ),
     "file.not-removed": (
@@ -172,28 +167,29 @@ TEXTS: dict[str, Entry] = {
     ),
     "output.no-name": (
         "error",
-        to_translate("This does not name a file. Give the output a file name."),
+        to_translate("The output has no file name. Add one."),
     ),
     "output.is-folder": (
         "error",
-        to_translate("This is a folder. Give the output a file name."),
+        to_translate("This is a folder. Specify an output file name."),
     ),
     "output.is-device": (
         "error",
-        to_translate("This is a device or a pipe. Give the output a file name."),
+        to_translate("This is a device or a pipe. Specify an output file name."),
     ),
     "output.is-stdout": (
         "error",
-        to_translate("Files are not written to standard output. Give the output a file name."),
+        to_translate("Files are not written to standard output. Specify an output file name."),
     ),
     "output.is-input": (
         "error",
-        to_translate("The command reads this file. Choose another output."),
+        to_translate("This file is an input of the command. Choose another output."),
     ),
     "output.exists": (
         "error",
         to_translate(
-            "This file exists already. Choose another name, or use --force if the command has it."
+            "This file already exists. Choose another name, or use --force if the command"
+            " supports it."
         ),
     ),
     "output.write-protected": (
@@ -202,11 +198,11 @@ TEXTS: dict[str, Entry] = {
     ),
     "output.same-names": (
         "error",
-        to_translate("Two of the outputs have the same name. Give each its own."),
+        to_translate("Two outputs have the same name. Use different names."),
     ),
     "output.no-folder": (
         "error",
-        to_translate("The folder {folder} does not exist. Create it, or choose another."),
+        to_translate("The folder {folder} does not exist. Create it, or choose another folder."),
     ),
     "output.folder-is-file": (
         "error",
@@ -215,26 +211,26 @@ TEXTS: dict[str, Entry] = {
     "output.folder-in-use": (
         "error",
         to_translate(
-            "Another reconstruction is running in this folder ({holder}). Wait for it, or name"
+            "Another reconstruction is running in this folder ({holder}). Wait for it, or use"
             " another folder."
         ),
     ),
     "output.outside-folder": (
         "error",
-        to_translate("This place is outside of {folder}. Choose one inside."),
+        to_translate("This location is outside {folder}. Choose one inside."),
     ),
     "output.link": (
         "error",
         to_translate(
-            "{link} is a link, and links in this folder are not followed for writing. Replace it by"
+            "{link} is a link, which is not followed when writing in this folder. Replace it with"
             " its target, or remove it."
         ),
     ),
     "output.no-backup": (
         "error",
         to_translate(
-            "The file cannot be renamed before it is replaced ({reason}). Change the permissions of"
-            " its folder."
+            "The existing file cannot be renamed before it is replaced ({reason}). Change the"
+            " permissions of its folder."
         ),
     ),
     "disk.full": (
@@ -248,12 +244,13 @@ TEXTS: dict[str, Entry] = {
     "disk.no-permission": (
         "error",
         to_translate(
-            "You have no permission to write to this folder. Change it, or save elsewhere."
+            "You do not have permission to write to this folder. Change its permissions, or save"
+            " elsewhere."
         ),
     ),
     "disk.name-too-long": (
         "error",
-        to_translate("This name is too long for the file system. Choose a shorter one."),
+        to_translate("The name is too long for the file system. Choose a shorter one."),
     ),
     "disk.failed": (
         "error",
@@ -265,7 +262,7 @@ TEXTS: dict[str, Entry] = {
     "desktop.not-linux": (
         "error",
         to_translate(
-            "Only Linux desktops have such a menu entry. Start VOM Studio by its command."
+            "A desktop menu entry is only available on Linux. Start VOM Studio with its command."
         ),
     ),
     "project.locked": (
@@ -275,24 +272,24 @@ TEXTS: dict[str, Entry] = {
     "project.unwritable": (
         "error",
         to_translate(
-            "The project folder cannot be written ({reason}). Copy it to a writable place and open"
-            " the copy."
+            "The project folder is not writable ({reason}). Copy it to a writable location and"
+            " open the copy."
         ),
     ),
     "project.folder-missing": (
         "error",
         to_translate(
-            "The project's folder is no longer there: it was deleted or renamed, or its drive was"
+            "The project folder no longer exists: it was deleted or renamed, or its drive was"
             " removed. Restore it."
         ),
     ),
     "settings.unreadable": (
         "warning",
-        to_translate("{file}: the settings cannot be read ({reason}). The defaults are used."),
+        to_translate("{file}: the settings cannot be read ({reason}). Default settings are used."),
     ),
     "settings.invalid-value": (
         "warning",
-        to_translate("{file}, {setting}: {reason}. The default is used."),
+        to_translate("{file}, {setting}: {reason}. The default value is used."),
     ),
     "file.newer-version": (
         "error",
@@ -315,21 +312,20 @@ TEXTS: dict[str, Entry] = {
     "picture.place-unreadable": (
         "warning",
         to_translate(
-            "The picture is georeferenced, but its place cannot be read. Export it as GeoTIFF."
+            "The picture is georeferenced, but its position cannot be read. Export it as GeoTIFF."
         ),
     ),
     "picture.unknown-kind": (
         "error",
         to_translate(
-            "The picture is damaged, or of a kind that cannot be read. Save it as JPEG, PNG or"
-            " TIFF."
+            "The picture is damaged or has an unsupported format. Save it as JPEG, PNG or TIFF."
         ),
     ),
     "picture.unknown-tiff": (
         "error",
         to_translate(
-            "The TIFF is damaged, or of a kind that cannot be read (16 bits per channel). Save it"
-            " with 8 bits per channel."
+            "The TIFF is damaged or has an unsupported format, such as 16 bits per channel. Save"
+            " it with 8 bits per channel."
         ),
     ),
     "file.encoding": (

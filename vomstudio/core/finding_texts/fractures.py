@@ -9,49 +9,50 @@ TEXTS: dict[str, Entry] = {
     "fractures.not-a-window": (
         "error",
         to_translate(
-            "“{text}” is not a window. Write two corners as x, y, x, y, or the corners of a "
-            "polygon."
+            "“{text}” is not a window. Enter two corners as x, y, x, y, or all corners of a"
+            " polygon."
         ),
     ),
     "fractures.not-a-scanline": (
         "error",
-        to_translate(
-            "“{text}” is not a scanline. Write x, y of its beginning, of its bends and of its end."
-        ),
+        to_translate("“{text}” is not a scanline. Enter x, y of its start, its bends and its end."),
     ),
     "fractures.not-numbers": (
         "error",
         to_translate(
-            "“{text}” is not a list of numbers. Put commas between them, such as 0, 0, 5, 2.5."
+            "“{text}” is not a list of numbers. Separate them with commas, such as 0, 0, 5, 2.5."
         ),
     ),
     "fractures.not-a-circle": (
         "error",
         to_translate(
-            "“{text}” is not a circle. Write centre and radius in metres, such as 10,20,5."
+            "“{text}” is not a circle. Enter centre and radius in metres, such as 10,20,5."
         ),
     ),
     "fractures.not-a-strike-range": (
         "error",
-        to_translate("“{text}” is not a range of strikes. Write ranges such as 340-020,060-100."),
+        to_translate("“{text}” is not a range of strikes. Enter ranges such as 340-020,060-100."),
     ),
     "fractures.sets-not-of-traces": (
         "error",
-        to_translate("There are {sets} sets, but not as many traces. Give the set of each trace."),
+        to_translate(
+            "There are {sets} sets, but a different number of traces. Specify one set for"
+            " each trace."
+        ),
     ),
     "fractures.scanline-without-length": (
         "error",
-        to_translate("The scanline has no length. Draw it across the traces."),
+        to_translate("The scanline has zero length. Draw it across the traces."),
     ),
     "fractures.area-without-size": (
         "error",
-        to_translate("The area has no size. Draw a polygon around the traces."),
+        to_translate("The area has zero size. Draw a polygon around the traces."),
     ),
     "fractures.area-elsewhere": (
         "error",
         to_translate(
-            "The area lies outside the map of traces. Check that both are in the same"
-            " coordinate reference system."
+            "The area does not overlap the traces. Check that both are in the same coordinate"
+            " reference system."
         ),
     ),
     "fractures.scanline-without-traces": (
@@ -68,15 +69,15 @@ TEXTS: dict[str, Entry] = {
     "fractures.one-face": (
         "info",
         to_translate(
-            "All figures are those of one face: fractures nearly parallel to it are missed, and"
-            " lengths are those of traces, not of planes."
+            "All figures describe one face: fractures nearly parallel to it are missed, and"
+            " lengths belong to traces, not planes."
         ),
     ),
     "fractures.area-beyond-traces": (
         "warning",
         to_translate(
-            "{share_percent:.0f} % of the area is beyond the outermost traces. If it was not"
-            " mapped, P20 and P21 are too small. Give the mapped area."
+            "{share_percent:.0f} % of the area is outside the outermost traces. If it was not"
+            " mapped, P20 and P21 are too small. Specify the mapped area."
         ),
     ),
     "fractures.no-traces": (
@@ -101,39 +102,38 @@ TEXTS: dict[str, Entry] = {
         "warning",
         *to_translate_n(
             "{count} pair of traces overlaps: the overlap has no node, and its length counts"
-            " twice. Delete one of them.",
+            " twice. Delete one trace.",
             "{count} pairs of traces overlap: the overlaps have no nodes, and their lengths count"
-            " twice. Delete one of each.",
+            " twice. Delete one trace of each pair.",
         ),
     ),
     "fractures.other-nodes": (
         "warning",
         *to_translate_n(
-            "At {count} place more than four branches meet, which is not an I, Y or X node."
+            "At {count} point more than four branches meet, so it is not an I, Y or X node."
             " Reduce the tolerance.",
-            "At {count} places more than four branches meet, which are not I, Y or X nodes."
+            "At {count} points more than four branches meet, so they are not I, Y or X nodes."
             " Reduce the tolerance.",
         ),
     ),
     "area.self-crossing": (
         "warning",
         *to_translate_n(
-            "The outline of the area crosses itself. Its parts add up to {area_m2:.6g} m²; with"
-            " their signs they would be {signed_area_m2:.6g} m². Correct the outline.",
-            "The outlines of {count} areas cross themselves. Their parts add up to"
-            " {area_m2:.6g} m²; with their signs they would be {signed_area_m2:.6g} m². Correct"
-            " the outlines.",
+            "The outline of the area crosses itself. Its parts total {area_m2:.6g} m², or"
+            " {signed_area_m2:.6g} m² if signed. Correct the outline.",
+            "The outlines of {count} areas cross themselves. Their parts total {area_m2:.6g} m²,"
+            " or {signed_area_m2:.6g} m² if signed. Correct the outlines.",
         ),
     ),
     "fractures.no-mark": (
         "error",
-        to_translate("Drag on the map to mark it, or type its numbers."),
+        to_translate("Drag on the map to draw it, or enter its coordinates."),
     ),
     "fractures.no-cells": (
         "error",
         to_translate(
-            "No cell of {grid} is marked as done or empty. Mark what was inspected with the "
-            "tool Cells."
+            "No cell of {grid} is marked as done or empty. Mark the inspected cells with the tool"
+            " Cells."
         ),
     ),
 }

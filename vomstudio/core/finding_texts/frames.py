@@ -13,58 +13,60 @@ TEXTS: dict[str, Entry] = {
     "coordinate.far-from-model": (
         "error",
         to_translate(
-            "The place is {times:.0f} times the model's size away from it. Check the coordinates."
+            "The point is {times:.0f} times the model's size away from it. Check the coordinates."
         ),
     ),
     "coordinate.latitude": (
         "error",
-        to_translate("A latitude of {value:g} is not within -90 to 90. Correct it."),
+        to_translate("The latitude {value:g} is not within -90 to 90. Correct it."),
     ),
     "coordinate.longitude": (
         "error",
-        to_translate("A longitude of {value:g} is not within -360 to 360. Correct it."),
+        to_translate("The longitude {value:g} is not within -360 to 360. Correct it."),
     ),
     "accuracy.out-of-range": (
         "error",
         to_translate(
-            "{value:g} is not a valid accuracy. State one from {minimum:g} to {maximum:g}, or leave"
-            " it out."
+            "{value:g} is not a valid accuracy. Enter a value from {minimum:g} to {maximum:g}, or"
+            " leave it empty."
         ),
     ),
     "frame.assumed": (
         "warning",
         to_translate(
-            "{file} does not state its frame. In use: {up} up, unit {unit}, CRS {crs}. Options"
-            " --up, --unit and --crs change this."
+            "{file} does not specify its frame. Assumed: {up} up, unit {unit}, CRS {crs}. Change"
+            " this with --up, --unit and --crs."
         ),
     ),
     "frame.crs-unit-kept": (
         "info",
-        to_translate("Coordinates stay in the unit of the CRS, {metres:.9g} m."),
+        to_translate("Coordinates remain in the unit of the CRS, {metres:.9g} m."),
     ),
     "frame.no-unit": (
         "warning",
         to_translate(
-            "The unit of the model is not known. Lengths given in metres are in that unit. State it"
-            " with --unit."
+            "The unit of the model is unknown, so lengths in metres are read in that unit."
+            " Specify it with --unit."
         ),
     ),
     "frame.not-metric": (
         "error",
         to_translate(
-            "Lengths in {crs} are up to {scale:.4g} times those on the ground there. Use"
+            "Lengths in {crs} are up to {scale:.4g} times the true lengths at this location. Use"
             " {suggested_crs}."
         ),
     ),
     "frame.undefined-place": (
         "error",
-        to_translate("{crs} is not defined where the data lie. Check the CRS and the coordinates."),
+        to_translate(
+            "{crs} is not defined at the location of the data. Check the CRS and the coordinates."
+        ),
     ),
     "frame.outside-area": (
         "warning",
         to_translate(
-            "The data lie outside the area of use of {crs}; lengths there are {scale:.5g} times"
-            " those on the ground. Check the CRS, or use {suggested_crs}."
+            "The data lie outside the area of use of {crs}, where lengths are {scale:.5g} times"
+            " the true lengths. Check the CRS, or use {suggested_crs}."
         ),
     ),
     "frame.reprojected": (
@@ -74,64 +76,65 @@ TEXTS: dict[str, Entry] = {
     "frame.unit-converted": (
         "info",
         to_translate(
-            "The file states x and y in {unit} and heights in {height_unit}. All were converted to"
-            " metres."
+            "The file specifies x and y in {unit} and heights in {height_unit}. All were"
+            " converted to metres."
         ),
     ),
     "frame.maybe-degrees": (
         "warning",
         to_translate(
-            "x and y look like degrees: within 180 and 90, spanning {span:.2g} for {height:.2g} of"
-            " height. State the CRS with --crs and convert with --to-crs."
+            "x and y may be degrees: they are within 180 and 90, and span {span:.2g} for"
+            " {height:.2g} of height. Specify --crs and convert with --to-crs."
         ),
     ),
     "frame.crs-replaced": (
         "warning",
-        to_translate("{file} states {file_crs}; the given {crs} is used instead."),
+        to_translate("{file} specifies {file_crs}, but the given {crs} is used instead."),
     ),
     "frame.crs-unreadable": (
         "warning",
-        to_translate("The stated CRS ({crs}) is not known. State the right one with --crs."),
+        to_translate("The CRS in the file ({crs}) is unknown. Specify the correct one with --crs."),
     ),
     "frame.crs-unused": (
         "warning",
         to_translate(
-            "{file} states {crs}, which does not fit the coordinates. It is not used. State the CRS"
-            " with --crs."
+            "{file} specifies {crs}, which does not fit the coordinates and is not used. Specify"
+            " the correct CRS with --crs."
         ),
     ),
     "frame.height-unit-only": (
         "warning",
         to_translate(
-            "Only heights have a stated unit ({height_unit}). x and y are assumed to be in the same"
+            "Only the heights have a unit ({height_unit}). x and y are assumed to have the same"
             " unit."
         ),
     ),
     "frame.height-unit-replaced": (
         "warning",
         to_translate(
-            "The file states heights in {height_unit}, its CRS in {crs_unit}. The first is used."
+            "The file specifies heights in {height_unit}, its CRS in {crs_unit}. The former is"
+            " used."
         ),
     ),
     "frame.axes-unused": (
         "warning",
         to_translate(
-            "The axes of the stated CRS point west or south, but the coordinates are negative. They"
-            " are used as east and north, without this CRS."
+            "The axes of the CRS point west or south, but the coordinates are negative. They are"
+            " read as east and north, without this CRS."
         ),
     ),
     "frame.degrees": (
         "error",
         to_translate(
-            "x and y are in degrees, which have no scale. Convert them with --to-crs, for example"
-            " to {suggested_crs}."
+            "x and y are in degrees, so they have no common length scale. Convert them with"
+            " --to-crs, for example to {suggested_crs}."
         ),
     ),
     "frame.not-degrees": (
         "error",
         to_translate(
-            "The stated CRS is in degrees, but x and y are too large. State the right CRS with"
-            " --crs."
+            "The CRS is in degrees, but x and y are too large for degrees. Specify the correct"
+            " CRS with --crs."
         ),
     ),
     "frame.geocentric": (
@@ -144,49 +147,47 @@ TEXTS: dict[str, Entry] = {
     "frame.depths": (
         "error",
         to_translate(
-            "The stated CRS defines z as a depth, positive downwards. Convert depths to heights"
-            " first."
+            "The CRS defines z as depth, positive downwards. Convert depths to heights first."
         ),
     ),
     "frame.other-axes": (
         "error",
         to_translate(
-            "The axes of the stated CRS point west or south, so azimuths would be wrong. Use a CRS"
-            " with axes east and north."
+            "The axes of the CRS point west or south, so azimuths would be wrong. Use a CRS with"
+            " axes east and north."
         ),
     ),
     "frame.swapped-axes": (
         "error",
         to_translate(
-            "x and y are exchanged for {crs}. Exchange the two columns, or name them in the header."
+            "x and y are swapped for {crs}. Swap the two columns, or name them in the header."
         ),
     ),
     "frame.model-without-crs": (
         "info",
         to_translate(
-            "{file} is in {crs}; the data that it belongs to state no CRS. Its coordinates are used"
-            " as they are."
+            "{file} is in {crs}, but its model has no CRS. The coordinates are used unchanged."
         ),
     ),
     "frame.two-crs": (
         "warning",
-        to_translate("The file states two different CRS: {one}, and {other}. The first is used."),
+        to_translate("The file specifies two different CRS: {one} and {other}. The first is used."),
     ),
     "frame.up-by-format": (
         "error",
         to_translate(
-            "This format defines Y as up, so the model is turned when read. For another axis,"
-            " convert it to another format with --up z first."
+            "In this format Y is up, so the model is rotated when read. For another up axis,"
+            " convert it to another format with --up z."
         ),
     ),
     "frame.stale-crs-file": (
         "warning",
-        to_translate("{file} states a CRS that this model does not have. Remove that file."),
+        to_translate("{file} specifies a CRS that this model does not have. Remove that file."),
     ),
     "frame.unknown-crs": (
         "error",
         to_translate(
-            "'{crs}' is not a known CRS. Write a code such as EPSG:32633, or a zone such as UTM"
+            "'{crs}' is not a known CRS. Enter a code such as EPSG:32633, or a zone such as UTM"
             " 33N."
         ),
     ),
@@ -199,60 +200,59 @@ TEXTS: dict[str, Entry] = {
     "frame.other-height-unit": (
         "error",
         to_translate(
-            "{crs} has heights in another unit than x and y. Convert the heights, and choose the"
-            " CRS of x and y alone."
+            "{crs} has heights in another unit than x and y. Convert the heights, and choose a"
+            " CRS of x and y only."
         ),
     ),
     "frame.other-crs": (
         "error",
         to_translate(
-            "{crs} is not the CRS of {control}, which is in {stated}. Leave it out, or convert the"
-            " points."
+            "{crs} differs from the CRS of {control}, {stated}. Omit it, or convert the points."
         ),
     ),
     "frame.no-crs": (
         "error",
-        to_translate("The file states no CRS to convert from. State it with --crs."),
+        to_translate("The file specifies no CRS to convert from. Specify it with --crs."),
     ),
     "frame.unit-contradiction": (
         "error",
-        to_translate("The unit of {crs} is {metres:g} m, not {unit}. Leave out --crs or --unit."),
+        to_translate("The unit of {crs} is {metres:g} m, not {unit}. Omit --crs or --unit."),
     ),
     "frame.damaged-keys": (
         "error",
-        to_translate("The keys of the CRS in the file are damaged. State the CRS yourself."),
+        to_translate("The CRS information in the file is damaged. Specify the CRS yourself."),
     ),
     "north.unknown-year": (
         "error",
         to_translate(
-            "The magnetic declination is known from {first} to {last}, not in {year}. Give it as a"
-            " number."
+            "The magnetic declination is known from {first} to {last}, but not for {year}. Enter"
+            " it as a number."
         ),
     ),
     "north.near-pole": (
         "error",
         to_translate(
-            "A compass does not show north so near to a magnetic pole. Use another reference."
+            "A compass is unreliable this close to a magnetic pole. Use another reference."
         ),
     ),
     "kml.no-crs": (
         "error",
         to_translate(
-            "KML needs longitude and latitude, and some models of the project have no CRS. Register"
-            " them, or export another format."
+            "KML needs longitude and latitude, but some models of the project have no CRS."
+            " Register them, or export another format."
         ),
     ),
     "kml.outside-area": (
         "error",
         to_translate(
-            "Some features are outside the area of use of {crs}. Check the CRS of their models."
+            "Some features lie outside the area of use of {crs}. Check the CRS of their models."
         ),
     ),
     "place.invalid": (
         "error",
         to_translate(
-            "“{text}” is not a place. Enter latitude and longitude in degrees, such as "
-            "46.52, 11.35."
+            "“{text}” is not a position. Enter latitude and longitude in degrees, such as 46.52,"
+            " 11.35."
         ),
     ),
 }

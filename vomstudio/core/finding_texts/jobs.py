@@ -14,11 +14,11 @@ TEXTS: dict[str, Entry] = {
     ),
     "job.out-of-memory": (
         "error",
-        to_translate("There is not enough memory for this. {remedy}"),
+        to_translate("There is not enough memory for this task. {remedy}"),
     ),
     "job.closing": (
         "error",
-        to_translate("The program is closing. No new work is started."),
+        to_translate("The program is closing, so no new work is started."),
     ),
     "job.no-worker": (
         "error",
@@ -50,13 +50,11 @@ TEXTS: dict[str, Entry] = {
     ),
     "cluster.no-dask": (
         "error",
-        to_translate("A cluster needs Dask. Install it with: pip install 'vomstudio[cluster]'."),
+        to_translate("The cluster needs Dask. Install it with: pip install 'vomstudio[cluster]'."),
     ),
     "cluster.no-scheduler": (
         "error",
-        to_translate(
-            "No Dask scheduler answers at {address}. Start one, or leave this option out."
-        ),
+        to_translate("No Dask scheduler responds at {address}. Start one, or omit this option."),
     ),
     "cluster.no-workers": (
         "error",
@@ -74,20 +72,19 @@ TEXTS: dict[str, Entry] = {
     "cluster.part-lost": (
         "error",
         to_translate(
-            "The cluster lost the same part of the work {tries} times ({error}), probably "
-            "out of memory. Finished results are kept. Try again."
+            "The cluster failed {tries} times on the same task ({error}), probably for lack of"
+            " memory. Finished results are kept. Try again."
         ),
     ),
     "edges.network-unused": (
         "error",
         to_translate(
-            'A network is used with the cost "onnx" only. Choose this cost, or leave the '
-            "network out."
+            'A network is only used with the cost "onnx". Choose this cost, or omit the network.'
         ),
     ),
     "edges.no-network": (
         "error",
-        to_translate('The cost "onnx" needs a network. Give its file with {option}.'),
+        to_translate('The cost "onnx" needs a network. Specify its file with {option}.'),
     ),
     "cost.needs-way-points": (
         "error",
@@ -99,65 +96,65 @@ TEXTS: dict[str, Entry] = {
     "job.internal-error": (
         "error",
         to_translate(
-            "{job}: an internal error occurred ({error}). Your project is unchanged. Please"
-            " save a report, so that the fault can be found."
+            "{job}: an internal error occurred ({error}). Your project is unchanged. Please save"
+            " a report, so that the error can be fixed."
         ),
     ),
     "program.internal-error": (
         "error",
         to_translate(
-            "An internal error occurred ({error}). Only your last action may be missing. "
-            "Please save a report, so that the fault can be found."
+            "An internal error occurred ({error}). At most your last action is lost. Please save"
+            " a report, so that the error can be fixed."
         ),
     ),
     "screen.missing": (
         "error",
         to_translate(
-            "There is no screen for the window (DISPLAY is not set). Use the commands instead:"
+            "There is no display for the window (DISPLAY is not set). Use the commands instead:"
             " vomstudio --help lists them."
         ),
     ),
     "screen.unreachable": (
         "error",
         to_translate(
-            "The screen {display} cannot be reached. Check DISPLAY, or use the commands: vomstudio"
-            " --help lists them."
+            "The display {display} is not available. Check DISPLAY, or use the commands:"
+            " vomstudio --help lists them."
         ),
     ),
     "screen.library-failed": (
         "error",
-        to_translate("The libraries of the window cannot be loaded: {error}. Install them again."),
+        to_translate("The window libraries cannot be loaded: {error}. Install them again."),
     ),
     "screen.no-opengl": (
         "error",
         to_translate(
-            "This screen has no OpenGL, so the window cannot draw. Install the graphics driver, or"
-            " on Linux the package libgl1-mesa-dri."
+            "This display has no OpenGL, so the window cannot draw. Install the graphics driver,"
+            " or on Linux the package libgl1-mesa-dri."
         ),
     ),
     "screen.old-opengl": (
         "error",
         to_translate(
-            "This screen has OpenGL {version}, but drawing needs {needed}. Update the graphics"
+            "This display has OpenGL {version}, but {needed} is required. Update the graphics"
             " driver, or on Linux set LIBGL_ALWAYS_SOFTWARE=1."
         ),
     ),
     "program.repeated": (
         "info",
-        *to_translate_n("It has happened {count} time.", "It has happened {count} times."),
+        *to_translate_n("This has happened {count} time.", "This has happened {count} times."),
     ),
     "program.report-written": (
         "info",
-        to_translate("The report was written to {file}. Read it before you pass it on."),
+        to_translate("The report was saved as {file}. Read it before sharing it."),
     ),
     "program.memory-full": (
         "error",
-        to_translate("Memory is full. Close other programs and try again."),
+        to_translate("The memory is full. Close other programs and try again."),
     ),
     "program.library-missing": (
         "error",
         to_translate(
-            "The system's library {library} is missing or damaged. Install the package that"
+            "The system library {library} is missing or damaged. Install the package that"
             " contains it."
         ),
     ),
@@ -176,15 +173,15 @@ TEXTS: dict[str, Entry] = {
     "program.package-missing": (
         "error",
         to_translate(
-            "The system's library {library} is missing or damaged. Install it (on Debian "
-            "and Ubuntu: sudo apt install {package})."
+            "The system library {library} is missing or damaged. Install it (on Debian and"
+            " Ubuntu: sudo apt install {package})."
         ),
     ),
     "program.crashed": (
         "error",
         to_translate(
-            "The program crashed when it last ran. Your work is in the journal. Please save "
-            "a report, so that the fault can be found."
+            "The program crashed in the last session. Your work is in the journal. Please save a"
+            " report, so that the error can be fixed."
         ),
     ),
 }

@@ -9,20 +9,22 @@ TEXTS: dict[str, Entry] = {
     "model.entities-left-out": (
         "warning",
         to_translate(
-            "{count} entities are left out ({entities}). A model consists of points and faces: save"
-            " solids as meshes, and blocks exploded."
+            "{count} entities are left out ({entities}). Only points and faces are read: save"
+            " solids as meshes, and explode blocks."
         ),
     ),
     "model.no-entities": (
         "error",
         to_translate(
-            "The drawing has no points or faces, only: {entities}. Save solids as meshes, and"
-            " blocks exploded."
+            "The drawing contains only {entities}, but no points or faces. Save solids as meshes,"
+            " and explode blocks."
         ),
     ),
     "model.columns-left-out": (
         "warning",
-        to_translate("Columns left out: {columns}. Only those with a number per point are read."),
+        to_translate(
+            "Columns left out: {columns}. Only columns with a number for every point are read."
+        ),
     ),
     "model.other-shapes": (
         "error",
@@ -39,19 +41,19 @@ TEXTS: dict[str, Entry] = {
     ),
     "model.cut-short": (
         "warning",
-        to_translate("The file ends too early: {count} of its points or faces were read."),
+        to_translate("The file is truncated: only {count} of its points or faces were read."),
     ),
     "texture.by-name": (
         "warning",
         to_translate(
-            "{file}: the texture '{missing}' of material '{material}' is missing. '{picture}' is"
-            " used because of its name. Check it."
+            "{file}: the texture '{missing}' of material '{material}' is missing. '{picture}' has"
+            " a similar name and is used instead. Check it."
         ),
     ),
     "model.unsupported": (
         "error",
         to_translate(
-            "The file uses {feature}, which this program does not read. Export it again without, or"
+            "The file uses {feature}, which is not supported. Export it without this feature, or"
             " in another format."
         ),
     ),
@@ -65,7 +67,7 @@ TEXTS: dict[str, Entry] = {
     "model.part-missing": (
         "error",
         to_translate(
-            "A file that belongs to the model is missing: {reason}. Put it beside the model."
+            "A file that belongs to the model is missing: {reason}. Put it next to the model."
         ),
     ),
     "model.no-points": (
@@ -83,7 +85,8 @@ TEXTS: dict[str, Entry] = {
     "model.all-withheld": (
         "error",
         to_translate(
-            "All points are marked as withheld. Export the file again with those to be used."
+            "All points are marked as withheld. Unmark the points you need and export the file"
+            " again."
         ),
     ),
     "model.too-many-elements": (
@@ -93,22 +96,22 @@ TEXTS: dict[str, Entry] = {
     "model.incomplete": (
         "warning",
         to_translate(
-            "The file is cut short: it has {count:,} of the {promised:,} {element} that its header"
-            " promises. Copy it again."
+            "The file is truncated: it has {count:,} of the {promised:,} {element} stated in its"
+            " header. Copy it again."
         ),
     ),
     "model.maybe-cut-short": (
         "warning",
         to_translate(
-            "The file does not end with {end}, so it may be cut short. Compare its number of faces"
-            " with the program that wrote it."
+            "The file does not end with {end}, so it may be truncated. Compare its number of"
+            " faces with the program that wrote it."
         ),
     ),
     "model.trailing-bytes": (
         "warning",
         *to_translate_n(
-            "The bytes after the {count:,} face that the header promises are not read.",
-            "The bytes after the {count:,} faces that the header promises are not read.",
+            "Data after the {count:,} face stated in the header are ignored.",
+            "Data after the {count:,} faces stated in the header are ignored.",
         ),
     ),
     "model.opened-as-cloud": (
@@ -125,13 +128,13 @@ TEXTS: dict[str, Entry] = {
     "model.points-withheld": (
         "warning",
         *to_translate_n(
-            "{count:,} point that the file marks as withheld or invalid is left out.",
-            "{count:,} points that the file marks as withheld or invalid are left out.",
+            "{count:,} point marked as withheld or invalid is left out.",
+            "{count:,} points marked as withheld or invalid are left out.",
         ),
     ),
     "model.withheld-hidden": (
         "warning",
-        to_translate("Points that the file marks as withheld are not shown."),
+        to_translate("Points marked as withheld are not shown."),
     ),
     "model.points-far-away": (
         "warning",
@@ -154,8 +157,8 @@ TEXTS: dict[str, Entry] = {
     "model.faces-without-vertices": (
         "warning",
         *to_translate_n(
-            "{count:,} face is left out: it refers to vertices that the file does not have.",
-            "{count:,} faces are left out: they refer to vertices that the file does not have.",
+            "{count:,} face is left out: it refers to missing vertices.",
+            "{count:,} faces are left out: they refer to missing vertices.",
         ),
     ),
     "model.faces-incomplete": (
@@ -168,8 +171,8 @@ TEXTS: dict[str, Entry] = {
     "model.faces-invalid": (
         "warning",
         *to_translate_n(
-            "{count:,} face is left out: a corner of it has no valid coordinates.",
-            "{count:,} faces are left out: a corner of each has no valid coordinates.",
+            "{count:,} face is left out: one of its corners has no valid coordinates.",
+            "{count:,} faces are left out: some of their corners have no valid coordinates.",
         ),
     ),
     "model.faces-without-area": (
@@ -194,14 +197,14 @@ TEXTS: dict[str, Entry] = {
         "warning",
         *to_translate_n(
             "{count:,} value is not a number (line {line}).",
-            "{count:,} values are not numbers (the first in line {line}).",
+            "{count:,} values are not numbers (first in line {line}).",
         ),
     ),
     "model.text-lines-left-out": (
         "warning",
         *to_translate_n(
-            "{count:,} line was not understood and is left out.",
-            "{count:,} lines were not understood and are left out.",
+            "{count:,} line was not recognised and is left out.",
+            "{count:,} lines were not recognised and are left out.",
         ),
     ),
     "model.short-lines": (
@@ -214,12 +217,12 @@ TEXTS: dict[str, Entry] = {
     "model.columns-as-colors": (
         "warning",
         to_translate(
-            "Columns {first} to {last} have no names. They are taken as red, green and blue."
+            "Columns {first} to {last} have no names. They are read as red, green and blue."
         ),
     ),
     "model.columns-as-normals": (
         "warning",
-        to_translate("Columns {first} to {last} have no names. They are taken as normals."),
+        to_translate("Columns {first} to {last} have no names. They are read as normals."),
     ),
     "model.colors-not-numbers": (
         "warning",
@@ -231,23 +234,25 @@ TEXTS: dict[str, Entry] = {
     ),
     "model.colors-black": (
         "warning",
-        to_translate("All colours are black. They are not used."),
+        to_translate("All colours are black, so they are not used."),
     ),
     "model.face-colors-unused": (
         "warning",
-        to_translate("The faces have colours or attributes of their own, which are not used."),
+        to_translate("The faces have their own colours or attributes, which are not used."),
     ),
     "model.fields-left-out": (
         "warning",
-        to_translate("These fields of the points are not read: {fields}."),
+        to_translate("These point fields are not read: {fields}."),
     ),
     "model.fields-limited": (
         "warning",
-        to_translate("The file has {count:,} values per point; the first {limit:,} are read."),
+        to_translate(
+            "The file has {count:,} values per point, of which the first {limit:,} are read."
+        ),
     ),
     "model.fields-damaged": (
         "warning",
-        to_translate("The fields of the points are described wrongly. They are not read."),
+        to_translate("The description of the point fields is invalid, so they are not read."),
     ),
     "model.elements-left-out": (
         "warning",
@@ -266,66 +271,66 @@ TEXTS: dict[str, Entry] = {
     ),
     "model.origin-invalid": (
         "warning",
-        to_translate("{file} has no valid origin (offset x y z). No origin is added."),
+        to_translate("{file} has no valid origin (offset x y z), so no origin is added."),
     ),
     "model.origin-unused": (
         "warning",
-        to_translate(
-            "{file} has another origin than the model file. The origin in the model file is used."
-        ),
+        to_translate("{file} has another origin than the model file, whose origin is used."),
     ),
     "model.maybe-lying": (
         "warning",
         to_translate(
-            "The surface faces along Z, but the format defines Y as up. If the model lies on its"
+            "The surface faces along Z, but in this format Y is up. If the model lies on its"
             " side, convert it with --up z."
         ),
     ),
     "model.cache-unwritable": (
         "error",
-        to_translate("The cache cannot be written ({reason}). Free its disk or move the project."),
+        to_translate(
+            "The cache cannot be written ({reason}). Free some disk space or move the project."
+        ),
     ),
     "model.cache-damaged": (
         "error",
-        to_translate("The cache is damaged: {reason}. Open the model's own file."),
+        to_translate("The cache is damaged: {reason}. Open the original model file."),
     ),
     "model.file-changed": (
         "error",
         to_translate(
-            "The file has changed since the piece was selected, so nothing was cut. Open the model"
-            " again."
+            "The file has changed since the selection was made, so nothing was cut. Open the"
+            " model again."
         ),
     ),
     "model.other-selection": (
         "error",
         to_translate(
-            "The selection has {selected:,} elements, the model {count:,}. Select the piece in this"
-            " model."
+            "The selection has {selected:,} elements, the model {count:,}. Make the selection on"
+            " this model."
         ),
     ),
     "model.empty-selection": (
         "error",
-        to_translate("Nothing is selected. Select a piece of the model."),
+        to_translate("Nothing is selected. Select a part of the model."),
     ),
     "model.exceeds-format": (
         "error",
         to_translate(
-            "The model is too large for the format {format}. Write another one ({alternatives}), or"
-            " divide the model."
+            "The model is too large for the format {format}. Use another format ({alternatives}),"
+            " or divide the model."
         ),
     ),
     "model.not-finite": (
         "error",
         *to_translate_n(
             "{count} point has a coordinate that is not finite (row {first_row}, counted from 0)."
-            " Correct it or leave it out.",
-            "{count} points have coordinates that are not finite (the first in row {first_row},"
-            " counted from 0). Correct them or leave them out.",
+            " Correct or remove it.",
+            "{count} points have coordinates that are not finite (first: row {first_row}, counted"
+            " from 0). Correct or remove them.",
         ),
     ),
     "model.field-renamed": (
         "warning",
-        to_translate("The field '{field}' is named '{new}' in this format."),
+        to_translate("The field '{field}' is called '{new}' in this format."),
     ),
     "model.field-rounded": (
         "warning",
@@ -353,11 +358,11 @@ TEXTS: dict[str, Entry] = {
     ),
     "model.normals-not-written": (
         "warning",
-        to_translate("This format has no normals of points. They are left out."),
+        to_translate("This format has no point normals. They are left out."),
     ),
     "model.colors-not-written": (
         "warning",
-        to_translate("This format has no colours of mesh vertices. They are left out."),
+        to_translate("This format has no vertex colours for meshes. They are left out."),
     ),
     "model.colors-reduced": (
         "warning",
@@ -366,10 +371,10 @@ TEXTS: dict[str, Entry] = {
     "model.faces-not-written": (
         "warning",
         *to_translate_n(
-            "This format has no faces. The {count:,} face of the mesh is left out, its vertices"
-            " are written.",
-            "This format has no faces. The {count:,} faces of the mesh are left out, its vertices"
-            " are written.",
+            "This format has no faces. The vertices are written without the {count:,} face of the"
+            " mesh.",
+            "This format has no faces. The vertices are written without the {count:,} faces of"
+            " the mesh.",
         ),
     ),
     "texture.unusable": (
@@ -383,23 +388,23 @@ TEXTS: dict[str, Entry] = {
     "texture.only-colors": (
         "warning",
         to_translate(
-            "Only the colour textures are used. Normal, occlusion and emission maps are not."
+            "Only colour textures are used. Normal, occlusion and emission maps are ignored."
         ),
     ),
     "texture.no-coordinates": (
         "warning",
         *to_translate_n(
-            "{count:,} corner of a face has no texture: it refers to texture coordinates that the"
-            " file does not have (line {line}).",
-            "{count:,} corners of faces have no texture: they refer to texture coordinates that"
-            " the file does not have (first in line {line}).",
+            "{count:,} face corner has no texture, because it refers to missing texture"
+            " coordinates (line {line}).",
+            "{count:,} face corners have no texture, because they refer to missing texture"
+            " coordinates (first in line {line}).",
         ),
     ),
     "texture.unknown-number": (
         "warning",
         *to_translate_n(
-            "{count:,} face has no texture: the header has no texture of its number.",
-            "{count:,} faces have no texture: the header has no textures of their numbers.",
+            "{count:,} face has no texture, because its texture number is not in the header.",
+            "{count:,} faces have no texture, because their texture numbers are not in the header.",
         ),
     ),
     "texture.no-numbers": (
@@ -416,20 +421,24 @@ TEXTS: dict[str, Entry] = {
     "texture.unreadable": (
         "error",
         to_translate(
-            "The texture cannot be read ({reason}). Put it back, or save it as JPEG or PNG."
+            "The texture cannot be read ({reason}). Restore it, or save it as JPEG or PNG."
         ),
     ),
     "material.too-many-files": (
         "warning",
-        to_translate("The file names {count:,} material files; the first {limit:,} are read."),
+        to_translate(
+            "The file refers to {count:,} material files, of which the first {limit:,} are read."
+        ),
     ),
     "material.no-file": (
         "warning",
-        to_translate("The file uses materials but names no material file (mtllib). They are grey."),
+        to_translate(
+            "The file uses materials without a material file (mtllib). They are shown in grey."
+        ),
     ),
     "material.missing": (
         "warning",
-        to_translate("These materials are in no material file and are grey: {names}."),
+        to_translate("These materials are in no material file and are shown in grey: {names}."),
     ),
     "material.file-unusable": (
         "warning",
@@ -446,23 +455,23 @@ TEXTS: dict[str, Entry] = {
     "dem.picture": (
         "error",
         to_translate(
-            "This is a picture ({bands} bands of {kind}), not a height model. Open the model that"
-            " it shows."
+            "This is a picture ({bands} bands of {kind}), not a height model. Open the model it"
+            " was made from."
         ),
     ),
     "dem.depths": (
         "error",
         to_translate(
-            "These are depths behind an oblique picture, not heights. Open the model that it shows."
+            "These are depths of an oblique picture, not heights. Open the model it was made from."
         ),
     ),
     "dem.not-heights": (
         "error",
-        to_translate("The values are {kind}, which are not heights. Export the file as Float32."),
+        to_translate("The values are {kind}, which cannot be heights. Export the file as Float32."),
     ),
     "dem.too-small": (
         "error",
-        to_translate("One row of pixels is not a surface. Export a larger part."),
+        to_translate("A single row of pixels does not define a surface. Export a larger part."),
     ),
     "dem.no-place": (
         "error",
@@ -477,24 +486,24 @@ TEXTS: dict[str, Entry] = {
     "dem.reduced": (
         "warning",
         to_translate(
-            "Of {width:,} x {height:,} pixels, {columns:,} x {rows:,} are read (one in {step} in"
-            " both directions). Open a part of the file to read all."
+            "Only {columns:,} x {rows:,} of {width:,} x {height:,} pixels are read (one in {step}"
+            " in both directions). Open a part of the file to read all."
         ),
     ),
     "dem.scale-unused": (
         "warning",
-        to_translate("The stated scale of the heights is 0. It is not used."),
+        to_translate("The file states a height scale of 0, which is not used."),
     ),
     "dem.no-data-value": (
         "warning",
         *to_translate_n(
-            "{count:,} pixel with the value {value:g} is taken as no data.",
-            "{count:,} pixels with the value {value:g} are taken as no data.",
+            "{count:,} pixel with the value {value:g} is treated as no data.",
+            "{count:,} pixels with the value {value:g} are treated as no data.",
         ),
     ),
     "dem.unit-unknown": (
         "warning",
-        to_translate("The unit of the heights ({unit}) is not known. The unit of the CRS is used."),
+        to_translate("The unit of the heights ({unit}) is unknown. The unit of the CRS is used."),
     ),
     "dem.pixels-left-out": (
         "warning",
@@ -512,15 +521,15 @@ TEXTS: dict[str, Entry] = {
     "display.texture-too-large": (
         "warning",
         to_translate(
-            "The texture {file} has {width} × {height} pixels, more than can be drawn. The "
-            "surface is drawn without it."
+            "The texture {file} has {width} × {height} pixels, which is too large to draw. The"
+            " surface is drawn without it."
         ),
     ),
     "display.texture-reduced": (
         "warning",
         to_translate(
-            "The texture {file} has {width} × {height} pixels; the graphics card can draw "
-            "{limit} a side. It is shown at 1/{factor} of its resolution."
+            "The texture {file} has {width} × {height} pixels, but the graphics card supports"
+            " {limit} per side. It is shown at 1/{factor} of its resolution."
         ),
     ),
     "display.texture-damaged": (
@@ -529,7 +538,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "display.points-missing": (
         "warning",
-        to_translate("No further points of a cloud can be loaded. {reason}"),
+        to_translate("No more points of a cloud can be loaded. {reason}"),
     ),
     "display.part-missing": (
         "warning",
@@ -537,7 +546,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "display.not-prepared": (
         "warning",
-        to_translate("The model could not be prepared for drawing. {reason}"),
+        to_translate("The model could not be prepared for display. {reason}"),
     ),
     "display.field-not-shown": (
         "warning",

@@ -10,7 +10,7 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("“{value}” is not valid. Choose one of: {choices}."),
     ),
-    "option.missing": ("error", to_translate("A value is needed, not None. Give one.")),
+    "option.missing": ("error", to_translate("A value is required, not None. Specify one.")),
     "option.too-small": (
         "error",
         to_translate("{value} is too small. Use a number of at least {minimum}."),
@@ -19,22 +19,22 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("{value} is not valid. Use a number from {minimum} to {maximum}."),
     ),
-    "option.none-given": ("error", to_translate("Give one of these: {options}.")),
+    "option.none-given": ("error", to_translate("Specify one of these: {options}.")),
     "option.requires": (
         "error",
-        to_translate("{option} needs {other}. Give both, or leave out {option}."),
+        to_translate("{option} needs {other}. Specify both, or omit {option}."),
     ),
     "option.clouds-only": (
         "error",
-        to_translate("The model is a mesh, and {option} is for point clouds. Leave it out."),
+        to_translate("{option} applies to point clouds, but the model is a mesh. Omit it."),
     ),
     "option.not-a-length": (
         "error",
-        to_translate("{value} is not valid. Use a length above 0, at most {maximum} m."),
+        to_translate("{value} is not a valid length. Use a value above 0 and up to {maximum} m."),
     ),
     "option.conflict": (
         "error",
-        to_translate("{option} and {other} exclude each other. Leave out one of them."),
+        to_translate("{option} and {other} exclude each other. Omit one of them."),
     ),
     "number.not-positive": (
         "error",
@@ -43,8 +43,8 @@ TEXTS: dict[str, Entry] = {
     "frame.not-in-metres": (
         "error",
         to_translate(
-            "The coordinate reference system {crs} is not in metres. Choose one that is, such as a"
-            " UTM zone."
+            "The coordinate reference system {crs} is not in metres. Choose one in metres, such"
+            " as a UTM zone."
         ),
     ),
     "number.invalid": (

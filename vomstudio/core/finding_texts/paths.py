@@ -9,15 +9,15 @@ TEXTS: dict[str, Entry] = {
     "path.off-model": (
         "error",
         to_translate(
-            "Way-point {number} is {distance_m:.3g} m from the model (maximum {maximum_m:.3g}"
-            " m). Give points on its surface, in its frame."
+            "Way-point {number} is {distance_m:.3g} m from the model (maximum {maximum_m:.3g} m)."
+            " Place it on the surface, in the model's frame."
         ),
     ),
     "path.separate-parts": (
         "error",
         to_translate(
-            "Way-points {first} and {second} are on separate parts of the model. Set way-points"
-            " on one part."
+            "Way-points {first} and {second} are on separate parts of the model. Place all"
+            " way-points on one part."
         ),
     ),
     "path.beside-model": (
@@ -26,25 +26,23 @@ TEXTS: dict[str, Entry] = {
     ),
     "path.outside-photo": (
         "error",
-        to_translate("Way-point {number} is outside the photo {photo}. Give points inside."),
+        to_translate("Way-point {number} is outside the photo {photo}. Place it inside."),
     ),
     "path.point-beside-model": (
         "error",
         to_translate(
-            "Way-point {number} is off the model in the photo {photo}. Give points on the rock."
+            "Way-point {number} is off the model in the photo {photo}. Place it on the rock."
         ),
     ),
     "path.not-connected": (
         "error",
-        to_translate(
-            "Two way-points are not connected in the photo. Set them closer to each other."
-        ),
+        to_translate("Two way-points are not connected in the photo. Place them closer together."),
     ),
     "path.not-shown": (
         "error",
         to_translate(
             "The photo {photo} does not show way-point {number}. Choose a photo that shows all"
-            " of them."
+            " way-points."
         ),
     ),
     "path.no-surface": (
@@ -54,56 +52,58 @@ TEXTS: dict[str, Entry] = {
     "network.inputs-outputs": (
         "error",
         to_translate(
-            "The network has {inputs} inputs and {outputs} outputs. One picture and one map of"
-            " edges are needed."
+            "The network has {inputs} inputs and {outputs} outputs. It must have one input"
+            " picture and one output map of edges."
         ),
     ),
     "network.input-shape": (
         "error",
-        to_translate("The network takes {shape}. A picture of 1 x 3 x height x width is needed."),
+        to_translate(
+            "The network expects {shape}. Its input must be a picture of 1 x 3 x height x width."
+        ),
     ),
     "network.input-size": (
         "error",
         to_translate(
-            "The network takes pictures with sides of {side} pixels. Sides of {minimum} to"
-            " {maximum} are possible."
+            "The network expects pictures with sides of {side} pixels. Only {minimum} to"
+            " {maximum} are supported."
         ),
     ),
     "network.not-loaded": (
         "error",
         to_translate(
-            "OpenCV cannot load this network ({reason}). Export it again, with its weights"
-            " inside and for an older opset."
+            "OpenCV cannot load this network ({reason}). Export it again with embedded weights"
+            " and an older opset."
         ),
     ),
     "network.failed": (
         "error",
         to_translate(
-            "The network fails on a picture of {width} x {height} pixels ({reason}). Export it"
+            "The network failed on a picture of {width} x {height} pixels ({reason}). Export it"
             " again."
         ),
     ),
     "network.output-shape": (
         "error",
         to_translate(
-            "The network returns {shape} for a picture of {width} x {height} pixels. One"
-            " probability for each pixel is needed."
+            "The network returns {shape} for a picture of {width} x {height} pixels. It must"
+            " return one probability per pixel."
         ),
     ),
     "network.not-finite": (
         "error",
-        to_translate("The network returns values that are not numbers. Check its weights."),
+        to_translate("The network returns values that are not finite. Check its weights."),
     ),
     "network.not-probabilities": (
         "error",
         to_translate(
-            "The network returns values from {low:.3g} to {high:.3g}. A probability is from 0"
-            " to 1: end the network with a sigmoid."
+            "The network returns values from {low:.3g} to {high:.3g}, which are not"
+            " probabilities. Add a sigmoid as its last layer."
         ),
     ),
     "path.no-other-photo": (
         "info",
-        to_translate("No other photo shows the place, so none confirms the line."),
+        to_translate("No other photo shows this part, so the line is not confirmed."),
     ),
     "path.pixels-beside-model": (
         "warning",
@@ -115,24 +115,24 @@ TEXTS: dict[str, Entry] = {
     "path.hidden-rock": (
         "warning",
         *to_translate_n(
-            "The line crosses {count} edge behind which rock is hidden in the photo. The trace"
-            " is straight across it ({gap_m:.2g} m).",
-            "The line crosses {count} edges behind which rock is hidden in the photo. The trace"
-            " is straight across them (up to {gap_m:.2g} m).",
+            "The line crosses {count} edge behind which the photo shows no rock. There the trace"
+            " is straight ({gap_m:.2g} m).",
+            "The line crosses {count} edges behind which the photo shows no rock. There the trace"
+            " is straight (up to {gap_m:.2g} m).",
         ),
     ),
     "path.unconfirmed": (
         "warning",
         to_translate(
-            "Other photos confirm only {share_percent:.0f} % of the line: elsewhere the model is"
-            " inaccurate, or something moved. Look at the line in these photos."
+            "Other photos confirm only {share_percent:.0f} % of the line. Elsewhere the model is"
+            " inaccurate, or something moved. Check the line in these photos."
         ),
     ),
     "path.reduced": (
         "warning",
         to_translate(
-            "The model has {points:,} points. Lines were proposed from {used:,} of them, so the"
-            " finest are missing."
+            "The model has {points:,} points, of which {used:,} were searched. The finest lines"
+            " may be missing."
         ),
     ),
 }

@@ -10,7 +10,7 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "Errors of neighbouring camera positions are correlated ({correlation:.2f}): the"
-            " receiver drifted. The stated errors include this. Add control points."
+            " receiver probably drifted. The stated errors include this. Add control points."
         ),
     ),
     "photo.altitude-sign": (
@@ -23,36 +23,36 @@ TEXTS: dict[str, Entry] = {
     "photo.angles-not-measured": (
         "warning",
         to_translate(
-            "Yaw, pitch and roll are exactly 0 in {photos} photos ({photo}, ...), so they were not"
-            " measured. They are not used."
+            "Yaw, pitch and roll are exactly 0 in {photos} photos ({photo}, ...), so they were"
+            " probably not measured and are not used."
         ),
     ),
     "photo.angles-in-comment": (
         "info",
         to_translate(
-            "The angles of {photos} photos ({photo}, ...) are from EXIF UserComment: yaw from true"
-            " north, pitch 0 level and -90 straight down. Check this."
+            "The angles of {photos} photos ({photo}, ...) come from EXIF UserComment: yaw from"
+            " true north, pitch 0 level and -90 straight down. Check this."
         ),
     ),
     "cameras.opendronemap-angles": (
         "info",
         to_translate(
-            "Yaw, pitch and roll of {file} are read as OpenDroneMap writes them: pitch 0 looks"
-            " straight down, 90 ahead."
+            "Yaw, pitch and roll in {file} are read by the OpenDroneMap convention: pitch 0 is"
+            " straight down, 90 horizontal."
         ),
     ),
     "cameras.yaw-accuracy-unknown": (
         "warning",
         to_translate(
-            "The yaws state no accuracy (sigma_yaw), so that of a compass is assumed. State it, or"
-            " how far north may be off."
+            "The yaws have no accuracy (sigma_yaw), so that of a compass is assumed. Specify it,"
+            " or the possible error of north."
         ),
     ),
     "cameras.pitch-from-nadir": (
         "error",
         to_translate(
-            "Pitch is between -90 (straight down) and 90 degrees. These values seem to be counted"
-            " from straight down: subtract 90."
+            "Pitch must be between -90 (straight down) and 90 degrees. These values appear to be"
+            " counted from straight down: subtract 90."
         ),
     ),
     "cameras.no-angles": (
@@ -77,8 +77,8 @@ TEXTS: dict[str, Entry] = {
     "photo.none-usable": (
         "error",
         *to_translate_n(
-            "The folder has no usable photos. {photo} was refused: {reason}",
-            "The folder has no usable photos. {count} files were refused, first {photo}: {reason}",
+            "The folder has no usable photos. {photo} was rejected: {reason}",
+            "The folder has no usable photos. {count} files were rejected, first {photo}: {reason}",
         ),
     ),
     "photo.heif": (
@@ -87,7 +87,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "photo.raw": (
         "error",
-        to_translate("Raw sensor data are not supported. Develop the photo to JPEG or TIFF."),
+        to_translate("Raw files are not supported. Convert the photo to JPEG or TIFF."),
     ),
     "photo.video": (
         "error",
@@ -99,19 +99,21 @@ TEXTS: dict[str, Entry] = {
     ),
     "photo.duplicate": (
         "error",
-        to_translate("This is the same photo as {original}. One of them is used."),
+        to_translate("This photo is identical to {original}. Only one of them is used."),
     ),
     "photo.panorama": (
         "error",
-        to_translate("This is a panorama made of several photos. Use those instead."),
+        to_translate("This is a panorama of several photos. Use the single photos instead."),
     ),
     "photo.truncated": (
         "error",
-        to_translate("The photo is truncated: its last part is missing. Copy it again."),
+        to_translate("The photo is truncated: its end is missing. Copy it again."),
     ),
     "photo.raster": (
         "error",
-        to_translate("This is a map or a height model (GeoTIFF), not a photo. Leave it out."),
+        to_translate(
+            "This is a map or a height model (GeoTIFF), not a photo. Remove it from the folder."
+        ),
     ),
     "photo.colors": (
         "error",
@@ -119,11 +121,11 @@ TEXTS: dict[str, Entry] = {
     ),
     "photo.exif-damaged": (
         "warning",
-        to_translate("The EXIF data are damaged ({reason}) and were read in part."),
+        to_translate("The EXIF data are damaged ({reason}) and were only partly read."),
     ),
     "photo.unknown-orientation": (
         "warning",
-        to_translate("The orientation tag {tag} is unknown. The photo is used as stored."),
+        to_translate("The orientation tag {tag} is unknown. The photo is not rotated."),
     ),
     "photo.position-without-fix": (
         "warning",
@@ -135,7 +137,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "photo.direction-invalid": (
         "warning",
-        to_translate("The direction of the view {value:g} is not an azimuth and is not used."),
+        to_translate("The view direction {value:g} is not a valid azimuth and is not used."),
     ),
     "photo.enlarged": (
         "warning",
@@ -146,8 +148,8 @@ TEXTS: dict[str, Entry] = {
     "photo.cropped": (
         "warning",
         to_translate(
-            "The photo was cropped from {original} to {size} pixels, so its principal point is not"
-            " near the centre. Use uncropped photos."
+            "The photo was cropped from {original} to {size} pixels, so its principal point is"
+            " off the centre. Use uncropped photos."
         ),
     ),
     "photo.sensor-unused": (
@@ -158,7 +160,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "mask.without-photo": (
         "error",
-        to_translate("This is a mask without its photo. Add the photo, or remove the mask."),
+        to_translate("This mask has no photo. Add its photo, or remove the mask."),
     ),
     "mask.unusable": (
         "warning",
@@ -173,14 +175,14 @@ TEXTS: dict[str, Entry] = {
     "mask.other-shape": (
         "warning",
         to_translate(
-            "The mask has {mask_size} pixels, the photo {photo_size}: another aspect ratio. The"
-            " mask is not used."
+            "The mask has {mask_size} pixels, the photo {photo_size}. Their aspect ratios differ,"
+            " so the mask is not used."
         ),
     ),
     "cameras.centres-in-degrees": (
         "error",
         to_translate(
-            "The centres are in longitude and latitude, in which no model is. Export them in the"
+            "The camera centres are in longitude and latitude. Export them in the projected"
             " coordinate system of the model."
         ),
     ),
@@ -191,22 +193,22 @@ TEXTS: dict[str, Entry] = {
     "cameras.none-aligned": (
         "error",
         to_translate(
-            "The file has no photo with a known pose. Align the photos, and export the cameras"
-            " again."
+            "The file contains no aligned photo. Align the photos, and export the cameras again."
         ),
     ),
     "camera.clicked": ("info", to_translate("This is the camera of photo {photo}.")),
     "cameras.none-beside-models": (
         "info",
         to_translate(
-            "No open model has its cameras (cameras.json) beside it. Open them with “Open cameras”."
+            "No open model has its cameras (cameras.json) in its folder. Open them with “Open"
+            " cameras”."
         ),
     ),
     "cameras.none-in-folder": (
         "error",
         to_translate(
-            "The folder has no cameras. Name cameras.json, a sparse model of COLMAP, an XML of"
-            " Metashape, reconstruction.json or shots.geojson."
+            "The folder has no cameras. Specify cameras.json, a COLMAP sparse model, a Metashape"
+            " XML file, reconstruction.json or shots.geojson."
         ),
     ),
     "cameras.repeated-photo": (
@@ -220,20 +222,20 @@ TEXTS: dict[str, Entry] = {
     "cameras.not-looking": (
         "warning",
         to_translate(
-            "The cameras of {file} do not look at the model: its frame is probably shifted or"
-            " turned. Export both in the same frame."
+            "The cameras of {file} do not look at the model, so their frame is probably shifted"
+            " or rotated. Export both in the same frame."
         ),
     ),
     "cameras.several-chunks": (
         "warning",
         to_translate(
-            "The file has {count} chunks; the cameras of '{label}', which has the most, are used."
+            "The file has {count} chunks. The cameras of '{label}', the largest, are used."
         ),
     ),
     "cameras.several-parts": (
         "warning",
         to_translate(
-            "The photos fell into {count} parts; the cameras of the largest one are used."
+            "The photos form {count} separate parts. The cameras of the largest one are used."
         ),
     ),
     "cameras.sizes-unknown": (
@@ -253,20 +255,20 @@ TEXTS: dict[str, Entry] = {
     "cameras.own-frame": (
         "warning",
         to_translate(
-            "reconstruction.json has a frame of its own, which differs from map coordinates by the"
-            " convergence of meridians. For the georeferenced model name odm_report/shots.geojson."
+            "reconstruction.json has its own frame, which is rotated from map coordinates by the"
+            " meridian convergence. For the georeferenced model use odm_report/shots.geojson."
         ),
     ),
     "cameras.unknown-lens": (
         "warning",
         to_translate(
-            "The lens model {model} ({photos} photos) is not known. Marks and level lines in these"
-            " photos are used as on straight lines."
+            "The lens model {model} ({photos} photos) is unknown. Marks and level lines in these"
+            " photos are used without distortion correction."
         ),
     ),
     "photo.no-camera": (
         "error",
-        to_translate("The photo {photo} has no camera in {cameras}. It has those of: {photos}."),
+        to_translate("The photo {photo} has no camera in {cameras}, which has: {photos}."),
     ),
     "lens.unknown-model": (
         "error",
@@ -275,28 +277,27 @@ TEXTS: dict[str, Entry] = {
     "lens.parameter-count": (
         "error",
         to_translate(
-            "The lens model {model} has {needed} parameters, and {given} are given. Correct them."
+            "The lens model {model} needs {needed} parameters, but {given} are given. Correct them."
         ),
     ),
     "points.tables-outdated": (
         "warning",
         to_translate(
-            "The points are saved in the project, but the tables beside the photos are not "
-            "up to date. {reason}"
+            "The points are saved in the project, but the tables next to the photos are not up to"
+            " date. {reason}"
         ),
     ),
     "points.table-in-project": (
         "warning",
         to_translate(
-            "The folder of the photos cannot be written to. {table} is saved in the project "
-            "instead: {folder}"
+            "The photo folder is not writable. {table} is saved in the project instead: {folder}"
         ),
     ),
     "points.former-table": (
         "info",
         to_translate(
-            "{table} contained values that the project does not have. The former file is "
-            "kept as {copy}."
+            "{table} contained values that the project does not have. The previous file is kept"
+            " as {copy}."
         ),
     ),
     "points.imported": (
@@ -315,11 +316,11 @@ TEXTS: dict[str, Entry] = {
     ),
     "mask.files-outdated": (
         "warning",
-        to_translate("The masks are saved in the project, but not beside the photos. {reason}"),
+        to_translate("The masks are saved in the project, but not next to the photos. {reason}"),
     ),
     "mask.former-file": (
         "info",
-        to_translate("The former mask is kept as {copy}."),
+        to_translate("The previous mask is kept as {copy}."),
     ),
     "photo.none-found": (
         "error",
@@ -339,41 +340,41 @@ TEXTS: dict[str, Entry] = {
     "photo.files-changed": (
         "warning",
         to_translate(
-            "Another program has changed files beside the photos: {files}. They are not "
-            "used until you import them."
+            "Another program has changed files next to the photos: {files}. They are not used"
+            " until you import them."
         ),
     ),
     "marks.other-photos": (
         "warning",
-        to_translate("Marks in photos that are not in this folder are kept: {photos}."),
+        to_translate("Marks in photos outside this folder are kept: {photos}."),
     ),
     "mask.repeated": (
         "info",
         *to_translate_n(
-            "The shape was drawn in {count} more photo.",
-            "The shape was drawn in {count} more photos.",
+            "The shape was also drawn in {count} other photo.",
+            "The shape was also drawn in {count} other photos.",
         ),
     ),
     "mask.repeating": (
         "info",
         *to_translate_n(
-            "Masks are being drawn: {done} of {count} photo is done. Wait for the rest.",
-            "Masks are being drawn: {done} of {count} photos are done. Wait for the rest.",
+            "Masks are being drawn: {done} of {count} photo. Please wait.",
+            "Masks are being drawn: {done} of {count} photos. Please wait.",
         ),
     ),
     "mask.pending": (
         "info",
-        to_translate("The mask is being read. Wait until it is shown."),
+        to_translate("The mask is being read. Please wait."),
     ),
     "photos.pending": (
         "info",
-        to_translate("The photos are being read. Wait until they are listed."),
+        to_translate("The photos are being read. Please wait."),
     ),
     "mask.size-differs": (
         "info",
         *to_translate_n(
-            "{count} photo of another size is unchanged.",
-            "{count} photos of another size are unchanged.",
+            "{count} photo of a different size is unchanged.",
+            "{count} photos of a different size are unchanged.",
         ),
     ),
 }

@@ -17,64 +17,66 @@ TEXTS: dict[str, Entry] = {
     "line.not-seven-numbers": (
         "error",
         to_translate(
-            "“{text}” is not seven numbers x1,y1,z1,x2,y2,z2,value. An eighth may state the"
-            " error of the value (one sigma)."
+            "“{text}” does not consist of seven numbers x1,y1,z1,x2,y2,z2,value. An optional"
+            " eighth is the error of the value (one sigma)."
         ),
     ),
     "line.not-six-numbers": (
         "error",
         to_translate(
-            "“{text}” is not six numbers x1,y1,z1,x2,y2,z2. A seventh may state the error "
-            "of the line in degrees."
+            "“{text}” does not consist of six numbers x1,y1,z1,x2,y2,z2. An optional seventh is"
+            " the error of the line in degrees."
         ),
     ),
     "option.needs-model": (
         "error",
-        to_translate("{option} needs a model. Name its file instead of -."),
+        to_translate("{option} needs a model. Specify its file instead of -."),
     ),
     "option.needs-cameras": (
         "error",
         to_translate(
-            "Photos need the cameras of the model. Name the model instead of -, or its "
-            "cameras with --model-cameras."
+            "Photos need the cameras of the model. Specify the model instead of -, or its cameras"
+            " with --model-cameras."
         ),
     ),
     "option.not-with-project": (
         "error",
-        to_translate("The project places its models. Leave this option out."),
+        to_translate("The project places its own models. Omit this option."),
     ),
     "registration.undetermined": (
         "error",
         to_translate(
-            "The reference does not determine: {parameters}. Add points that determine it."
+            "The reference does not determine {parameters}. Add points that determine them."
         ),
     ),
     "reference.mask-elsewhere": (
         "error",
         to_translate(
-            "No point of the reference lies in the mask. Check that both have the same frame."
+            "The mask contains no point of the reference. Check that both have the same frame."
         ),
     ),
     "reading.points-up": (
         "error",
-        to_translate("“{text}” points up. Give the end of the line that plunges down."),
+        to_translate("“{text}” plunges upward. Enter the end of the line that plunges down."),
     ),
     "reading.invalid-error": (
         "error",
-        to_translate("“{text}” is not an error of a reading. Type degrees (one sigma), such as 3."),
+        to_translate(
+            "“{text}” is not a valid error of a reading. Enter degrees (one sigma), such as 3."
+        ),
     ),
     "north.no-convergence": (
         "error",
         to_translate(
-            "The convergence between true north and grid north is not known. State the "
-            "place of the readings."
+            "The convergence between true and grid north is unknown. Enter the position of the"
+            " readings."
         ),
     ),
     "photo.none-of-cameras": (
         "error",
         to_translate(
-            "No photo of the model's cameras ({name}, …) was found. Name the folder of the "
-            "photos, or a table."
+            "No photo of the model's cameras ({name}, …) was found. Specify the folder of the"
+            " photos, or a table."
         ),
     ),
 }

@@ -9,37 +9,37 @@ TEXTS: dict[str, Entry] = {
     "trace.beside": (
         "warning",
         to_translate(
-            "Points {start} to {end} are {offset_m:.2g} m beside the plane of the rest, behind rock"
-            " without a contact. Set a way-point there, on the right contact."
+            "Points {start} to {end} are {offset_m:.2g} m off the plane of the others, behind"
+            " rock without a contact. Add a way-point there on the correct contact."
         ),
     ),
     "lines.not-planar": (
         "warning",
         to_translate(
-            "The lines are three-dimensional. They were analysed on the plane {plane}: scatter"
+            "The lines are three-dimensional and were analysed on the plane {plane}: scatter"
             " {scatter_m:.2g} m, {shortening_percent:.1f} % shorter than in space. --plane sets"
-            " another."
+            " another plane."
         ),
     ),
     "lines.no-plane": (
         "error",
         to_translate(
-            "The lines lie on one straight line, so they define no plane. State their plane"
+            "The lines are all collinear, so they do not define a plane. Specify their plane"
             " (--plane DD/D)."
         ),
     ),
     "lines.no-heights": (
         "warning",
         to_translate(
-            "Lines without heights: {lines}. They cannot be placed on the plane {plane}. Export"
-            " them with heights."
+            "Lines without heights: {lines}. They cannot be projected onto the plane {plane}."
+            " Export them with heights."
         ),
     ),
     "lines.edge-on": (
         "error",
         to_translate(
-            "The {option} is seen edge-on on the plane {plane} of the lines. Give it with heights"
-            " (a circle as X,Y,Z,R)."
+            "The {option} is seen edge-on on the plane {plane} of the lines. Specify it with"
+            " heights (a circle as X,Y,Z,R)."
         ),
     ),
     "lines.closed": (
@@ -51,7 +51,7 @@ TEXTS: dict[str, Entry] = {
     "trace.straight": (
         "info",
         to_translate(
-            "The trace is straight: its plane contains the line {line}, within {width_deg:.1f}°,"
+            "The trace is straight: its plane contains the line {line} within {width_deg:.1f}°,"
             " and dips between {low_deg:.0f} and {high_deg:.0f}°."
         ),
     ),
@@ -72,21 +72,21 @@ TEXTS: dict[str, Entry] = {
     "trace.not-straight": (
         "error",
         to_translate(
-            "The trace {trace} is not straight: it has a plane of its own, or none. Choose a"
-            " straight one."
+            "The trace {trace} is not straight: it has its own plane, or none. Choose a straight"
+            " trace."
         ),
     ),
     "trace.not-a-pair": (
         "error",
         to_translate(
-            "“{value}” is not a pair of traces. Name two of them, such as {first},{second}."
+            "“{value}” is not a pair of traces. Specify two traces, such as {first},{second}."
         ),
     ),
     "plane.local": (
         "info",
         to_translate(
-            "The face bends by {bend_deg:.2g}° from edge to edge, so its plane is local."
-            " The attitude over several such faces is known to {regional_deg:.2g}°."
+            "The face bends by {bend_deg:.2g}° from edge to edge, so its plane is local. The"
+            " attitude over several such faces is known within {regional_deg:.2g}°."
         ),
     ),
     "plane.long-roughness": (
@@ -100,14 +100,14 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The extent is {ratio:.1f} times the resolution of the model (minimum {minimum:g})."
-            " Pick a longer one, or use a finer model."
+            " Pick a larger feature, or use a finer model."
         ),
     ),
     "plane.small": (
         "info",
         to_translate(
             "The extent is {ratio:g} times the resolution of the model ({recommended:g}"
-            " recommended). Planes of this size can be expected within {error_deg:.2g}°."
+            " recommended). Planes of this size are expected within {error_deg:.2g}°."
         ),
     ),
     "plane.not-coplanar": (
@@ -127,20 +127,20 @@ TEXTS: dict[str, Entry] = {
     "plane.unknown-resolution": (
         "info",
         to_translate(
-            "The resolution of the model is unknown, so the extent was not compared with it."
+            "The resolution of the model is unknown, so the extent could not be compared with it."
         ),
     ),
     "plane.in-face": (
         "warning",
         to_translate(
-            "The trace follows the outcrop face within {angle_deg:.2g}° and has little"
-            " relief out of it. Pick where the trace cuts into the face."
+            "The trace follows the outcrop face within {angle_deg:.2g}° and has little relief."
+            " Pick where it cuts into the face."
         ),
     ),
     "plane.along-face": (
         "info",
         to_translate(
-            "The plane follows the outcrop face within {angle_deg:.2g}°: is that face the"
+            "The plane follows the outcrop face within {angle_deg:.2g}°. Is that face the"
             " structure itself?"
         ),
     ),
@@ -151,13 +151,15 @@ TEXTS: dict[str, Entry] = {
     "plane.three-straight-points": (
         "warning",
         to_translate(
-            "Three points nearly on a line hardly determine a plane, and give no error. Add points"
-            " where the trace bends."
+            "Three nearly collinear points barely constrain a plane, and give no error. Add"
+            " points where the trace bends."
         ),
     ),
     "plane.three-distinct-points": (
         "warning",
-        to_translate("Only 3 of the {n} points differ, so no error can be estimated. Add points."),
+        to_translate(
+            "Only 3 of the {n} points are distinct, so no error can be estimated. Add points."
+        ),
     ),
     "plane.too-few-points": (
         "warning",
@@ -170,7 +172,7 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The registration of the model can tilt the plane by {error_deg:.2g}° (limit"
-            " {limit_deg:g}°). Register the model better."
+            " {limit_deg:g}°). Improve the registration."
         ),
     ),
     "plane.too-straight": (
@@ -184,7 +186,7 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The resolution of the model can tilt the plane by {error_deg:.2g}° (limit"
-            " {limit_deg:g}°). Pick a wider one, or use a finer model."
+            " {limit_deg:g}°). Pick a wider feature, or use a finer model."
         ),
     ),
     "plane.uncertain": (
@@ -210,49 +212,50 @@ TEXTS: dict[str, Entry] = {
     "plane.almost-straight": (
         "info",
         to_translate(
-            "The points are almost on a line: collinearity {collinearity:.1f}, K {K:.2g} (below"
+            "The points are nearly collinear: collinearity {collinearity:.1f}, K {K:.2g} (below"
             " {recommended:g} recommended)."
         ),
     ),
     "plane.unbounded-error": (
         "info",
         to_translate(
-            "The scatter is as large as the bend, so the angular error has no bound below 90°."
+            "The trace is too straight for its scatter, so its angular error has no bound below"
+            " 90°."
         ),
     ),
     "plane.levels": (
         "warning",
         to_translate(
-            "The points lie in two levels {gap_m:.2g} m apart, and the plane between them."
-            " Allow less distance, or paint each level by itself."
+            "The points lie on two levels {gap_m:.2g} m apart, and the plane between them. Reduce"
+            " the distance, or paint each level separately."
         ),
     ),
     "plane.bowed": (
         "warning",
         to_translate(
-            "The face continues as a curved surface, so this piece depends on the"
-            " thresholds. Use its plane only where you see one."
+            "The face continues as a curved surface, so this patch depends on the thresholds. Use"
+            " its plane only where the face looks planar."
         ),
     ),
     "plane.earlier-rule": (
         "info",
         to_translate(
-            "Resolution and outcrop face were measured by an earlier rule. Update the"
-            " surroundings of earlier features."
+            "Resolution and outcrop face were measured by an earlier rule. Update earlier"
+            " features to measure them again."
         ),
     ),
     "plane.to-and-fro": (
         "info",
         to_translate(
-            "The points go to and fro as if picked all over a face. If this is not a trace,"
+            "The points go back and forth, as if picked all over a face. If this is not a trace,"
             " use a patch."
         ),
     ),
     "line.plane-error-unknown": (
         "warning",
         to_translate(
-            "The error of a plane on which the line depends is unknown, and so is that of"
-            " the line. Measure that plane again."
+            "The line depends on a plane with unknown error, so its own error is unknown. Measure"
+            " that plane again."
         ),
     ),
     "line.two-points": (
@@ -264,15 +267,15 @@ TEXTS: dict[str, Entry] = {
     "line.registration": (
         "warning",
         to_translate(
-            "The line is uncertain by {error_deg:.2g}° (limit {limit_deg:g}°), mostly from"
-            " the registration. Register the model better."
+            "The line is uncertain by {error_deg:.2g}° (limit {limit_deg:g}°), mostly due to the"
+            " registration. Improve the registration."
         ),
     ),
     "line.uncertain-plane": (
         "warning",
         to_translate(
-            "The line is uncertain by {error_deg:.2g}° (limit {limit_deg:g}°), mostly from"
-            " its planes. Measure them better."
+            "The line is uncertain by {error_deg:.2g}° (limit {limit_deg:g}°), mostly due to its"
+            " planes. Measure them better."
         ),
     ),
     "line.uncertain": (
@@ -284,43 +287,42 @@ TEXTS: dict[str, Entry] = {
     ),
     "line.off-plane": (
         "warning",
-        to_translate(
-            "The line is {angle_deg:.2g}° off the plane it should lie on. Pick it on that plane."
-        ),
+        to_translate("The line is {angle_deg:.2g}° off its plane. Pick it on that plane."),
     ),
     "line.scattered-set": (
         "warning",
         to_translate(
-            "The planes of one set lie {scatter_deg:.2g}° (RMS) from their mean, like those"
-            " of a fold. Use one limb, or the fold axis."
+            "The planes of one set scatter by {scatter_deg:.2g}° (RMS) about their mean, as in a"
+            " fold. Use one limb, or the fold axis."
         ),
     ),
     "line.plane-missing": (
         "warning",
         to_translate(
-            "The plane of the line was deleted or has no fit, so its rake is unknown."
-            " Choose another plane."
+            "The plane of the line was deleted or has no fit, so the rake is unknown. Choose"
+            " another plane."
         ),
     ),
     "plane.no-band": (
         "error",
-        to_translate("The errors of this plane are not known, so it has no band. Add points."),
+        to_translate("The errors of this plane are unknown, so it has no error band. Add points."),
     ),
     "plane.regression-band": (
         "error",
-        to_translate("A plane by regression has no band. Fit it by the moment of inertia (pca)."),
+        to_translate(
+            "A plane fitted by regression has no error band. Fit it by the moment of inertia (pca)."
+        ),
     ),
     "plane.too-uncertain": (
         "error",
         to_translate(
-            "The plane may be off by {error_deg:.0f}°, so it cannot be extended. Add points."
+            "The plane is uncertain by {error_deg:.0f}°, so it cannot be extended. Add points."
         ),
     ),
     "points.collinear": (
         "error",
         to_translate(
-            "All points lie on one straight line, which many planes contain. Add a point off the"
-            " line."
+            "All points are collinear, so they do not define a plane. Add a point off the line."
         ),
     ),
     "planes.parallel": (
@@ -333,7 +335,7 @@ TEXTS: dict[str, Entry] = {
     "line.across-plane": (
         "error",
         to_translate(
-            "The line is perpendicular to the plane, so it has no rake there. Choose another plane."
+            "The line is perpendicular to the plane, so it has no rake. Choose another plane."
         ),
     ),
     "plane.parallel-traces": (
@@ -351,34 +353,34 @@ TEXTS: dict[str, Entry] = {
     ),
     "points.offsets": (
         "error",
-        to_translate("Offsets must rise from 0 to the number of points. Correct them."),
+        to_translate("Offsets must increase from 0 to the number of points. Correct them."),
     ),
     "plane.parallel-to-axis": (
         "error",
         to_translate(
-            "The plane is parallel to the axis {axis}, so regression of {axis} cannot find it."
+            "The plane is parallel to the axis {axis}, so regression along {axis} is impossible."
             " Use another axis, or the moment of inertia (pca)."
         ),
     ),
     "points.uncertain-about-line": (
         "warning",
         to_translate(
-            "The points are nearly on one line, about which the plane may be off by"
-            " {error_deg:.0f}° (95 %). Add a point beside the line."
+            "The points are nearly collinear, so the plane is uncertain by {error_deg:.0f}° (95"
+            " %) about their line. Add a point off this line."
         ),
     ),
     "points.too-near": (
         "warning",
         to_translate(
-            "The points are too close together for their error: the plane may be off by"
+            "The points are too close together for their error, so the plane is uncertain by"
             " {error_deg:.0f}° (95 %). Add points farther away."
         ),
     ),
     "points.nearly-collinear": (
         "warning",
         to_translate(
-            "The points are nearly on one line: an error of {error_m:g} m turns the plane by"
-            " {turn_deg:.2g}°. Add one beside the line, or state the error."
+            "The points are nearly collinear: an error of {error_m:g} m rotates the plane by"
+            " {turn_deg:.2g}°. Add a point off the line, or enter the error."
         ),
     ),
     "plane.none-fitted": (

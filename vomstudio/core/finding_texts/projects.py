@@ -30,19 +30,21 @@ TEXTS: dict[str, Entry] = {
     ),
     "project.no-models": (
         "error",
-        to_translate("The project has no model yet. Add one first."),
+        to_translate("The project has no models yet. Add one first."),
     ),
     "project.several-models": (
         "error",
-        to_translate("The project has several models. Name one of them: {names}."),
+        to_translate("The project has several models. Specify one of them: {names}."),
     ),
     "project.other-model": (
         "error",
-        to_translate("The project has no model of this file, only: {models}. Name one of these."),
+        to_translate(
+            "The project has no model with this file, only: {models}. Specify one of these."
+        ),
     ),
     "model.ambiguous-name": (
         "error",
-        to_translate("Several models are called {name}. Give the id of one of them: {ids}."),
+        to_translate("Several models are called {name}. Specify the id of one of them: {ids}."),
     ),
     "model.file-missing": (
         "error",
@@ -60,12 +62,12 @@ TEXTS: dict[str, Entry] = {
     "journal.damaged": (
         "error",
         to_translate(
-            "The journal is damaged, or is not a journal ({reason}). Restore it from a copy."
+            "The journal is damaged, or is not a journal ({reason}). Restore it from a backup."
         ),
     ),
     "journal.foreign": (
         "error",
-        to_translate("This is not the journal of a VOM Studio project. Restore it from a copy."),
+        to_translate("This is not the journal of a VOM Studio project. Restore it from a backup."),
     ),
     "journal.in-use": (
         "error",
@@ -80,23 +82,21 @@ TEXTS: dict[str, Entry] = {
     ),
     "journal.not-copied": (
         "error",
-        to_translate(
-            "The journal cannot be copied: the copy differs from it. Choose another place."
-        ),
+        to_translate("The journal could not be copied correctly. Choose another location."),
     ),
     "journal.sound": (
         "error",
-        to_translate("The journal is undamaged: there is nothing to repair."),
+        to_translate("The journal is intact, so no repair is needed."),
     ),
     "journal.inconsistent": (
         "error",
-        to_translate("The readable rows are not consistent. Restore the journal from a copy."),
+        to_translate("The readable rows are inconsistent. Restore the journal from a backup."),
     ),
     "row.unknown-kind": (
         "error",
         to_translate(
-            "This version does not know rows of the kind {kind!r}. Open the project with a "
-            "newer version."
+            "This version does not support rows of the kind {kind!r}. Open the project with a"
+            " newer version."
         ),
     ),
     "row.target-missing": (
@@ -106,39 +106,39 @@ TEXTS: dict[str, Entry] = {
     "compaction.unsaved": (
         "error",
         to_translate(
-            "The project has unsaved changes, which compacting would delete. Save it first."
+            "The project has unsaved changes, which compaction would delete. Save it first."
         ),
     ),
     "compaction.in-memory": (
         "error",
-        to_translate("Some steps are in memory only. Save the project elsewhere first."),
+        to_translate("Some steps exist only in memory. Save the project elsewhere first."),
     ),
     "compaction.damaged": (
         "error",
         to_translate(
-            "The project's journal has damaged rows, which compacting would delete. Repair "
-            "the project first."
+            "The journal of the project has damaged rows, which compaction would delete. Repair"
+            " the project first."
         ),
     ),
     "compaction.none": (
         "error",
         to_translate(
-            "The journal from before the compaction no longer exists, so the compaction "
-            "cannot be undone."
+            "The journal from before the compaction no longer exists, so compaction cannot be"
+            " undone."
         ),
     ),
     "asset.outside": (
         "error",
         to_translate(
-            "The name {asset} points to a file outside of the project's assets. Restore the"
-            " project from a copy."
+            "The name {asset} refers to a file outside the project's assets. Restore the project"
+            " from a backup."
         ),
     ),
     "asset.missing": (
         "error",
         to_translate(
-            "The file is missing from the project. It contained the mask of a photo. "
-            "Restore the project from a copy."
+            "A file of the project is missing. It contained the mask of a photo. Restore the"
+            " project from a backup."
         ),
     ),
     "sample.damaged": (
@@ -152,24 +152,24 @@ TEXTS: dict[str, Entry] = {
     "reconstruction.unreadable": (
         "error",
         to_translate(
-            "The file cannot be read: the results of the reconstruction are lost. "
-            "Reconstruct again."
+            "The file cannot be read, so the results of the reconstruction are lost. Reconstruct"
+            " again."
         ),
     ),
     "reconstruction.not-moved": (
         "error",
         to_translate(
-            "The project is saved, but its reconstructions stay in {source}: they cannot be"
+            "The project is saved, but its reconstructions remain in {source}: they cannot be"
             " moved ({reason})."
         ),
     ),
     "folder.not-of-photos": (
         "error",
-        to_translate("This is not a folder of photos. Choose another."),
+        to_translate("This is not a photo folder. Choose another folder."),
     ),
     "folder.of-photos": (
         "error",
-        to_translate("This is the folder of the photos themselves. Choose another folder."),
+        to_translate("This is the folder of the original photos. Choose another folder."),
     ),
     "table.unreadable": (
         "error",
@@ -177,9 +177,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "export.no-features": (
         "error",
-        to_translate(
-            "The project has no features yet, so there is nothing to export. Measure some first."
-        ),
+        to_translate("The project has no features to export. Measure some first."),
     ),
     "export.written": (
         "info",
@@ -188,40 +186,41 @@ TEXTS: dict[str, Entry] = {
     "export.nothing-to-write": (
         "error",
         to_translate(
-            "Nothing of the project can be written for {program}: {reason}. Measure one "
-            "first, or choose another format."
+            "The project has nothing to export to {program}: {reason}. Measure such a feature"
+            " first, or choose another format."
         ),
     ),
     "export.not-tif": (
         "error",
-        to_translate("The name of a GeoTIFF ends in .tif. Add this ending."),
+        to_translate("The name of a GeoTIFF must end in .tif. Add this extension."),
     ),
     "export.not-shp": (
         "error",
-        to_translate("The name of a shapefile ends in .shp. Add this ending."),
+        to_translate("The name of a shapefile must end in .shp. Add this extension."),
     ),
     "import.not-vectors": (
         "error",
         to_translate(
-            "This file contains no vector layers that can be read (GeoPackage, GeoJSON, "
-            "shapefile, DXF, KML). Export it again."
+            "This file contains no readable vector layers (GeoPackage, GeoJSON, shapefile, DXF,"
+            " KML). Export it again."
         ),
     ),
     "import.no-layers": (
         "error",
         to_translate(
-            "The file contains no stations, contact lines or rock areas. Name its layers {layers}."
+            "The file contains no stations, contact lines or rock areas. Rename its layers to"
+            " {layers}."
         ),
     ),
     "import.nothing-usable": (
         "error",
-        to_translate("Nothing in the file can be imported. The first is {name}: {reason}"),
+        to_translate("Nothing in the file can be imported. The first problem is {name}: {reason}"),
     ),
     "import.too-few-points": (
         "error",
         *to_translate_n(
-            "It has fewer than {count} point. Draw it with more.",
-            "It has fewer than {count} points. Draw it with more.",
+            "It has fewer than {count} point. Draw more points.",
+            "It has fewer than {count} points. Draw more points.",
         ),
     ),
     "import.no-heights": (
@@ -230,18 +229,19 @@ TEXTS: dict[str, Entry] = {
     ),
     "import.type-replaced": (
         "warning",
-        to_translate("The project has no feature type {type}. Contact was used instead."),
+        to_translate("The project has no feature type {type}, so Contact was used instead."),
     ),
     "project.save-changes": ("info", to_translate("Save the changes to {project}?")),
     "project.memory-lost": (
         "warning",
         to_translate(
-            "{failure} What is in memory only is lost unless you save the project elsewhere."
+            "{failure} Data that exist only in memory are lost unless you save the project"
+            " elsewhere."
         ),
     ),
     "reading.no-pick": (
         "info",
-        to_translate("No pick has the same type, so the reading is not compared."),
+        to_translate("There is no pick of the same type to compare the reading with."),
     ),
     "reading.nearest-pick": (
         "info",
@@ -249,15 +249,15 @@ TEXTS: dict[str, Entry] = {
     ),
     "reading.similar-pick": (
         "info",
-        to_translate("{angle} from {pick}, the most similar pick."),
+        to_translate("{angle} from {pick}, the pick with the most similar orientation."),
     ),
     "reading.turned": (
         "info",
-        to_translate("The azimuth was turned by {turned_deg:+.2f}° to grid north."),
+        to_translate("The azimuth was rotated by {turned_deg:+.2f}° to grid north."),
     ),
     "reading.no-angle": (
         "error",
-        to_translate("The row has no azimuth, or no dip or plunge. Enter both."),
+        to_translate("The row lacks an azimuth, a dip or a plunge. Enter both angles."),
     ),
     "angle.out-of-range": (
         "error",
@@ -268,31 +268,33 @@ TEXTS: dict[str, Entry] = {
     ),
     "drawing.no-plane": (
         "error",
-        to_translate("None of the drawn lines defines a plane. The first is {name}: {reason}"),
+        to_translate(
+            "None of the drawn lines defines a plane. The first problem is {name}: {reason}"
+        ),
     ),
     "drawing.unknown-type": (
         "error",
         to_translate(
-            "The feature type of lines on these layers is not known: {layers}. State it "
-            "with --type."
+            "The feature type of lines on these layers is unknown: {layers}. Specify it with"
+            " --type."
         ),
     ),
     "drawing.not-a-trace": (
         "error",
-        to_translate("Only traces are changed by drawings. Edit the feature in the project."),
+        to_translate("Only traces can be updated from drawings. Edit the feature in the project."),
     ),
     "photo.not-showing": (
         "warning",
         to_translate(
-            "The photo {photo} does not show both way-points, so the piece between them is "
-            "followed over the surface."
+            "The photo {photo} does not show both way-points, so this part of the line is"
+            " followed on the surface."
         ),
     ),
     "photo.file-missing": (
         "warning",
         to_translate(
-            "The file of the photo {photo} was not found, so the line is followed over the "
-            "surface. Locate the photos."
+            "The file of the photo {photo} was not found, so the line is followed on the surface."
+            " Locate the photos."
         ),
     ),
     "journal.rows-missing": (
@@ -310,11 +312,13 @@ TEXTS: dict[str, Entry] = {
     ),
     "row.not-text": (
         "error",
-        to_translate("Its kind, label, time or version is not text."),
+        to_translate("The kind, label, time or version is not text."),
     ),
     "asset.damaged": (
         "error",
-        to_translate("The content of {path} does not match its checksum. Restore it from a copy."),
+        to_translate(
+            "The content of {path} does not match its checksum. Restore it from a backup."
+        ),
     ),
     "project.files-left-behind": (
         "warning",
@@ -325,22 +329,22 @@ TEXTS: dict[str, Entry] = {
     "journal.folder-gone": (
         "error",
         to_translate(
-            "The project's folder no longer exists: it was deleted, renamed or on a drive "
-            "that was removed. Bring it back, or save the project elsewhere."
+            "The project folder no longer exists: it was deleted or renamed, or its drive was"
+            " removed. Restore it, or save the project elsewhere."
         ),
     ),
     "journal.gone": (
         "error",
         to_translate(
-            "The project's journal no longer exists: it was deleted or renamed. Bring it "
-            "back, or save the project elsewhere."
+            "The project's journal no longer exists: it was deleted or renamed. Restore it, or"
+            " save the project elsewhere."
         ),
     ),
     "journal.replaced": (
         "error",
         to_translate(
-            "The project was replaced by a copy, or changed by another program. Bring it "
-            "back, or save the project elsewhere."
+            "The project was replaced by a copy, or changed by another program. Restore it, or"
+            " save the project elsewhere."
         ),
     ),
     "journal.not-written": (
@@ -352,11 +356,11 @@ TEXTS: dict[str, Entry] = {
     ),
     "asset.unreadable": (
         "error",
-        to_translate("{path} cannot be read ({reason}). Restore it from a copy."),
+        to_translate("{path} cannot be read ({reason}). Restore it from a backup."),
     ),
     "project.steps-in-memory": (
         "error",
-        to_translate("{reason} Your steps are in memory only until then."),
+        to_translate("{reason} Until then, your steps exist only in memory."),
     ),
     "reading.declination-column": (
         "warning",
@@ -372,20 +376,22 @@ TEXTS: dict[str, Entry] = {
     "reading.columns-missing": (
         "error",
         to_translate(
-            "Choose the columns of both angles (missing: {roles}), or the one column that "
-            "contains both."
+            "Choose the columns of both angles (missing: {roles}), or a single column that"
+            " contains both."
         ),
     ),
     "reading.notation-missing": (
         "error",
         to_translate(
-            "Choose the notation. The numbers do not show whether they are strikes or dip "
-            "directions."
+            "Choose the notation. The numbers alone do not show whether they are strikes or dip"
+            " directions."
         ),
     ),
     "reading.type-unclear": (
         "error",
-        to_translate("Choose a type for {types}: the name does not show whether they are lines."),
+        to_translate(
+            "Choose a type for {types}. The name does not show whether these are planes or lines."
+        ),
     ),
     "reading.lines-by-type": (
         "info",
@@ -399,46 +405,46 @@ TEXTS: dict[str, Entry] = {
     "reading.upward": (
         "info",
         to_translate(
-            "{count} lineation plunges upward and is given by its downward end ({lines})."
+            "{count} lineation plunges upward and is stored by its downward end ({lines})."
         ),
         to_translate(
-            "{count} lineations plunge upward and are given by their downward ends ({lines})."
+            "{count} lineations plunge upward and are stored by their downward ends ({lines})."
         ),
     ),
     "reading.degrees-without-crs": (
         "warning",
         to_translate(
-            "{count} reading is imported without position: degrees need a project with a "
-            "CRS ({lines})."
+            "{count} reading is imported without a position: degrees need a project with a CRS"
+            " ({lines})."
         ),
         to_translate(
-            "{count} readings are imported without position: degrees need a project with a "
-            "CRS ({lines})."
+            "{count} readings are imported without positions: degrees need a project with a CRS"
+            " ({lines})."
         ),
     ),
     "reading.coordinate-missing": (
         "warning",
         to_translate(
-            "{count} reading is imported without position: x, y or z is missing ({lines})."
+            "{count} reading is imported without a position: x, y or z is missing ({lines})."
         ),
         to_translate(
-            "{count} readings are imported without position: x, y or z is missing ({lines})."
+            "{count} readings are imported without positions: x, y or z is missing ({lines})."
         ),
     ),
     "reading.no-position": (
         "warning",
-        to_translate("{count} reading is imported without position ({lines}). {reason}"),
-        to_translate("{count} readings are imported without position ({lines}). {reason}"),
+        to_translate("{count} reading is imported without a position ({lines}). {reason}"),
+        to_translate("{count} readings are imported without positions ({lines}). {reason}"),
     ),
     "compaction.done": (
         "info",
-        to_translate("The project is compacted. This can be undone until the project is closed."),
+        to_translate(
+            "The project has been compacted. This can be undone until the project is closed."
+        ),
     ),
     "compaction.nothing-to-remove": (
         "info",
-        to_translate(
-            "The project contains nothing to remove: undo and redo can still reach everything."
-        ),
+        to_translate("There is nothing to remove: undo and redo can still reach all edits."),
     ),
     "compaction.undone": (
         "info",
@@ -449,41 +455,41 @@ TEXTS: dict[str, Entry] = {
     "compaction.not-done": (
         "error",
         to_translate(
-            "The project has not been compacted since it was opened, so no compaction can be"
-            " undone."
+            "The project has not been compacted since it was opened, so there is no compaction to"
+            " undo."
         ),
     ),
     "reading.north-missing": (
         "error",
-        to_translate("Choose the north to which the azimuths refer."),
+        to_translate("Choose the north reference of the azimuths."),
     ),
     "reading.declination-missing": (
         "error",
         to_translate(
-            "Enter the declination in degrees, east positive: it is printed on the map's "
-            "margin. Enter 0 if it was set on the compass."
+            "Enter the declination in degrees, east positive, as printed in the map margin. Enter"
+            " 0 if it was already set on the compass."
         ),
     ),
     "reading.far-from-model": (
         "warning",
         to_translate(
-            "The positions are {distance_m:,.0f} m away from the model. Check that they are "
-            "in its CRS."
+            "The positions are {distance_m:,.0f} m away from the model. Check that they are in"
+            " the model's CRS."
         ),
     ),
     "project.unsaved-found": (
         "warning",
-        to_translate("Unsaved work of the last session was found."),
+        to_translate("The last session left unsaved work."),
     ),
     "project.unclosed": (
         "warning",
-        to_translate("{project} was open when the program last ended. Its work can be restored."),
+        to_translate("{project} was open when the program last stopped. Its work can be restored."),
     ),
     "project.older-unclosed": (
         "warning",
         *to_translate_n(
-            "{count} older project was found as well.",
-            "{count} older projects were found as well.",
+            "{count} older project was also found.",
+            "{count} older projects were also found.",
         ),
     ),
 }

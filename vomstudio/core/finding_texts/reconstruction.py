@@ -9,8 +9,8 @@ TEXTS: dict[str, Entry] = {
     "reconstruct.not-written": (
         "error",
         to_translate(
-            "Results cannot be written ({reason}). Finished results are kept. Free some space and"
-            " start again."
+            "The results cannot be written ({reason}). Finished results are kept. Free some space"
+            " and start again."
         ),
     ),
     "reconstruct.damaged": (
@@ -21,11 +21,11 @@ TEXTS: dict[str, Entry] = {
     ),
     "reconstruct.photo-lost": (
         "error",
-        to_translate("This file cannot be read any more ({reason}). Put it back and start again."),
+        to_translate("This file can no longer be read ({reason}). Restore it and start again."),
     ),
     "reconstruct.not-yet": (
         "error",
-        to_translate("There are no {results} yet. Make the model first."),
+        to_translate("There are no {results} yet. Reconstruct the model first."),
     ),
     "reconstruct.photo-not-aligned": (
         "error",
@@ -33,13 +33,15 @@ TEXTS: dict[str, Entry] = {
     ),
     "reconstruct.local-frame": (
         "warning",
-        to_translate("The model was not registered and has a local frame without scale. {reason}"),
+        to_translate(
+            "The model is not registered, so it has a local frame without scale. {reason}"
+        ),
     ),
     "reconstruct.register-later": (
         "info",
         to_translate(
-            "It can be registered later by points, camera positions, compass readings, level lines"
-            " and lengths (vomstudio register, or Model > Register by points)."
+            "Register it later with points, camera positions, compass readings, level lines or"
+            " lengths (vomstudio register, or Model > Register by points)."
         ),
     ),
     "reconstruction.finished": (
@@ -56,7 +58,8 @@ TEXTS: dict[str, Entry] = {
     "reconstruction.reduced-depth-maps": (
         "warning",
         to_translate(
-            "To fit into it, depth maps are made at {size_px} instead of {wanted_px} pixels."
+            "To fit into memory, depth maps are computed at {size_px} instead of {wanted_px}"
+            " pixels."
         ),
     ),
     "reconstruction.aligned": (
@@ -68,9 +71,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "reconstruction.tie-points": (
         "info",
-        to_translate(
-            "{tie_points:,} tie points, of which {in_three:,} are in three photos or more."
-        ),
+        to_translate("{tie_points:,} tie points, {in_three:,} of them in three or more photos."),
     ),
     "reconstruction.size": (
         "info",
@@ -82,7 +83,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "region.not-a-box": (
         "error",
-        to_translate("A region is six numbers: x0,y0,z0,x1,y1,z1, its lowest and highest corner."),
+        to_translate(
+            "A region consists of six numbers: x0,y0,z0,x1,y1,z1, its lowest and highest corner."
+        ),
     ),
     "region.empty": (
         "error",
@@ -91,46 +94,46 @@ TEXTS: dict[str, Entry] = {
     "region.few-points": (
         "error",
         to_translate(
-            "The region contains {points} tie points, too few for two photos. All of them lie in"
-            " {bounds}. Check the region and its frame ({frame})."
+            "The region contains {points} tie points, too few for two photos. All tie points lie"
+            " in {bounds}. Check the region and its frame ({frame})."
         ),
     ),
     "region.no-depths": (
         "error",
         to_translate(
-            "None of the photos that see the region can have a depth map. Choose a larger region,"
-            " or take more photos of it."
+            "No photo that shows the region can have a depth map. Choose a larger region, or take"
+            " more photos of it."
         ),
     ),
     "dense.too-few-photos": (
         "error",
         to_translate(
-            "Depth maps need two photos of the same rock, but this alignment has only {photos}."
-            " Take more photos, or align again."
+            "Depth maps need two photos of the same rock, but only {photos} are aligned. Take"
+            " more photos, or align again."
         ),
     ),
     "dense.few-tie-points": (
         "warning",
-        to_translate("{photo} has no depth map: {count} tie point is too few."),
-        to_translate("{photo} has no depth map: {count} tie points are too few."),
+        to_translate("{photo} has no depth map, because it has only {count} tie point."),
+        to_translate("{photo} has no depth map, because it has only {count} tie points."),
     ),
     "dense.no-neighbour": (
         "warning",
         to_translate(
-            "{photo} has no depth map, since no other photo overlaps it enough with a suitable"
+            "{photo} has no depth map, because no other photo overlaps it enough with a suitable"
             " base."
         ),
     ),
     "dense.reduced": (
         "warning",
         to_translate(
-            "Depth maps have {size_px} instead of {wanted_px} pixels along the long side, since"
-            " there is not enough free memory."
+            "Depth maps have {size_px} instead of {wanted_px} pixels along the long side, because"
+            " of limited memory."
         ),
     ),
     "dense.no-sources": (
         "error",
-        to_translate("Depths need another photo of the same place."),
+        to_translate("Depths need another photo of the same rock."),
     ),
     "dense.no-method": (
         "error",
@@ -148,20 +151,20 @@ TEXTS: dict[str, Entry] = {
     ),
     "dense.no-base": (
         "error",
-        to_translate("{photo} was taken from the same position, so the base is zero."),
+        to_translate("{photo} was taken from the same position, so there is no base."),
     ),
     "dense.map-size": (
         "error",
         to_translate(
-            "COLMAP's depth map has {width} x {height} pixels, which is not the size of the photo."
-            " Align the photos again."
+            "COLMAP's depth map has {width} x {height} pixels, which differs from the size of the"
+            " photo. Align the photos again."
         ),
     ),
     "dense.no-agreement": (
         "error",
         to_translate(
-            "No two depth maps agree anywhere. The photos may be blurred, show a surface without"
-            " texture, or be badly aligned."
+            "No two depth maps agree anywhere. The photos may be blurred, badly aligned, or show"
+            " a surface without texture."
         ),
     ),
     "dense.calibration": (
@@ -178,8 +181,7 @@ TEXTS: dict[str, Entry] = {
     "gpu.failed": (
         "warning",
         to_translate(
-            "The depth maps cannot be computed on the GPU ({reason}). The device “cpu” computes"
-            " them without it."
+            "The depth maps cannot be computed on the GPU ({reason}). Use the device “cpu” instead."
         ),
     ),
     "photo.unreadable": (
@@ -213,7 +215,8 @@ TEXTS: dict[str, Entry] = {
     "surface.no-normals": (
         "error",
         to_translate(
-            "The cloud has no normals. A surface needs them to know which side is outside."
+            "The cloud has no normals, which a surface needs to distinguish inside and outside."
+            " Compute them first."
         ),
     ),
     "surface.few-points": (
@@ -230,8 +233,8 @@ TEXTS: dict[str, Entry] = {
     "surface.nothing-left": (
         "error",
         to_translate(
-            "No surface is left near the points. Check that the cloud is dense and its normals are"
-            " right."
+            "No surface remains near the points. Check that the cloud is dense and its normals"
+            " are correct."
         ),
     ),
     "surface.not-a-mesh": (
@@ -250,8 +253,8 @@ TEXTS: dict[str, Entry] = {
     "surface.not-decimated": (
         "warning",
         to_translate(
-            "The surface has {faces:,} triangles instead of {wanted:,}, since further decimation"
-            " would have broken it."
+            "The surface has {faces:,} triangles instead of {wanted:,}, because further"
+            " decimation would have damaged it."
         ),
     ),
     "texture.no-triangles": (
@@ -265,15 +268,15 @@ TEXTS: dict[str, Entry] = {
     "texture.no-photo-sees": (
         "error",
         to_translate(
-            "No photo sees this mesh. Check that the cameras belong to it and that its triangles"
-            " face outwards."
+            "The mesh is not visible in any photo. Check that the cameras belong to it and that"
+            " its triangles face outwards."
         ),
     ),
     "texture.mostly-unseen": (
         "error",
         to_translate(
             "{share_percent:.0f} % of the surface is in no photo, so most of the model would be"
-            " invented. Photograph all sides, or mask all but the rock."
+            " interpolated. Photograph all sides, or mask everything except the rock."
         ),
     ),
     "texture.charts-too-large": (
@@ -282,11 +285,13 @@ TEXTS: dict[str, Entry] = {
     ),
     "texture.triangle-too-large": (
         "error",
-        to_translate("A single triangle is larger than a page. Choose larger pages or texels."),
+        to_translate(
+            "A single triangle is larger than a texture page. Use larger pages or texels."
+        ),
     ),
     "texture.page-size": (
         "error",
-        to_translate("The page size must be 64 to 16384, a multiple of {step}."),
+        to_translate("The page size must be a multiple of {step} from 64 to 16384."),
     ),
     "texture.page-too-large": (
         "error",
@@ -297,15 +302,15 @@ TEXTS: dict[str, Entry] = {
     ),
     "texture.photo-sees-nothing": (
         "warning",
-        to_translate("{photo} sees nothing of the surface."),
+        to_translate("{photo} does not show any part of the surface."),
     ),
     "texture.larger-pixels": (
         "warning",
         to_translate(
-            "Texture pixels are {factor:.3g} times as large as wanted, to fit {count} page."
+            "Texture pixels are {factor:.3g} times as large as requested, to fit on {count} page."
         ),
         to_translate(
-            "Texture pixels are {factor:.3g} times as large as wanted, to fit {count} pages."
+            "Texture pixels are {factor:.3g} times as large as requested, to fit on {count} pages."
         ),
     ),
     "texture.unseen": (
@@ -317,32 +322,32 @@ TEXTS: dict[str, Entry] = {
     "texture.turned-over": (
         "warning",
         to_translate(
-            "{count} piece of the surface was turned over, since the photos see its other side."
+            "{count} part of the surface was flipped, because the photos show its other side."
         ),
         to_translate(
-            "{count} pieces of the surface were turned over, since the photos see their other side."
+            "{count} parts of the surface were flipped, because the photos show their other side."
         ),
     ),
     "texture.occluded": (
         "warning",
         to_translate(
-            "{photo} was left out over {share_percent:.0f} % of what it sees, since the other"
-            " photos show something else there."
+            "{share_percent:.0f} % of the view of {photo} was not used, because the other photos"
+            " show something else there."
         ),
     ),
     "folder.is-file": (
         "error",
-        to_translate("This is a file. Name a folder."),
+        to_translate("This is a file. Specify a folder."),
     ),
     "folder.unnamed": (
         "error",
-        to_translate("This does not name a folder. Name one."),
+        to_translate("The folder has no name. Specify one."),
     ),
     "folder.not-empty": (
         "error",
         to_translate(
-            "The folder contains other files. Name a new or empty folder, or use --force if the"
-            " command has it."
+            "The folder contains other files. Specify a new or empty folder, or use --force if"
+            " the command supports it."
         ),
     ),
     "reconstruct.tables-unused": (

@@ -12,27 +12,27 @@ TEXTS: dict[str, Entry] = {
     ),
     "sets.too-many-seeds": (
         "error",
-        to_translate("{seeds} seeds make more sets than {max_sets}. Leave out seeds."),
+        to_translate("{seeds} seeds define more sets than {max_sets}. Remove some seeds."),
     ),
     "sets.seed-not-a-plane": (
         "error",
-        to_translate("“{text}” is not a plane. Write dip direction/dip, such as 120/45,300/80."),
+        to_translate("“{text}” is not a plane. Enter dip direction/dip, such as 120/45,300/80."),
     ),
     "sets.equal-seeds": (
         "error",
-        to_translate("Two seeds are less than 1 degree apart. Leave out one of them."),
+        to_translate("Two seeds are less than 1 degree apart. Remove one of them."),
     ),
     "sets.not-a-scanline": (
         "error",
-        to_translate("A scanline is two different points in metres: x,y,z,x,y,z."),
+        to_translate("A scanline needs two different points in metres: x,y,z,x,y,z."),
     ),
     "sets.no-places": (
         "error",
-        to_translate("A scanline requires the places of the planes. Add the columns x, y, z."),
+        to_translate("A scanline needs the positions of the planes. Add the columns x, y, z."),
     ),
     "sets.no-scatter": (
         "error",
-        to_translate("No set of the table has three planes that scatter about a mean. Add planes."),
+        to_translate("No set in the table has three planes that scatter about a mean. Add planes."),
     ),
     "sets.empty": ("error", to_translate("The set {set} has no planes. Choose another set.")),
     "sets.no-members": (
@@ -41,7 +41,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "sets.unknown": (
         "error",
-        to_translate("No plane is in the set “{set}”. The sets are: {sets}."),
+        to_translate("No plane belongs to the set “{set}”. The sets are: {sets}."),
     ),
     "rose.negative-weight": ("error", to_translate("Weights must not be negative. Correct them.")),
     "sets.no-orientations": (
@@ -50,38 +50,43 @@ TEXTS: dict[str, Entry] = {
     ),
     "orientation.not-a-direction": (
         "error",
-        to_translate("Orientation {number} of {n} is not a direction. Leave it out."),
+        to_translate("Orientation {number} of {n} is not a valid direction. Remove it."),
     ),
     "orientation.no-mean": (
         "error",
         to_translate(
-            "The orientations cancel out or are spread evenly, so they have no mean. Divide"
+            "The orientations cancel out or are evenly distributed, so they have no mean. Divide"
             " them into sets."
         ),
     ),
     "net.ellipse-direction": (
         "error",
-        to_translate("The direction of an ellipse must not be along its axis. Give one across it."),
+        to_translate(
+            "The direction of an ellipse must not be parallel to its axis. Choose a direction"
+            " perpendicular to it."
+        ),
     ),
     "bingham.too-few": (
         "info",
         to_translate(
-            "Bingham's distribution needs at least {minimum} orientations, and there are {n}."
+            "Bingham's distribution needs at least {minimum} orientations, but there are {n}."
         ),
     ),
     "bingham.no-scatter": (
         "info",
-        to_translate("All orientations are in one plane or line: the concentration is infinite."),
+        to_translate(
+            "All orientations lie in one plane or along one line, so the concentration is infinite."
+        ),
     ),
     "kent.too-few": (
         "info",
         to_translate(
-            "Kent's distribution needs at least {minimum} orientations, and there are {n}."
+            "Kent's distribution needs at least {minimum} orientations, but there are {n}."
         ),
     ),
     "kent.weighted": (
         "info",
-        to_translate("Kent's distribution requires equal weights, and these differ."),
+        to_translate("Kent's distribution needs equal weights, but these differ."),
     ),
     "kent.not-clustered": (
         "info",
@@ -91,7 +96,10 @@ TEXTS: dict[str, Entry] = {
         "info",
         to_translate("The cluster is round, so Fisher's mean describes it (p = {p:.2f})."),
     ),
-    "fisher.identical": ("info", to_translate("All orientations are the same: kappa is infinite.")),
+    "fisher.identical": (
+        "info",
+        to_translate("All orientations are identical, so kappa is infinite."),
+    ),
     "fisher.too-scattered": (
         "info",
         to_translate("The set is too scattered: no cone contains the mean with 95 % confidence."),
@@ -99,8 +107,8 @@ TEXTS: dict[str, Entry] = {
     "fisher.few-decide": (
         "info",
         to_translate(
-            "Weighted by their errors, {n} planes or lines count as {worth:.1f}, too few to show"
-            " the natural scatter. Without weights, a cone can be computed."
+            "Weighted by their errors, {n} planes or lines count as {worth:.1f}, too few to"
+            " estimate natural scatter. Without weights, a cone can be computed."
         ),
     ),
     "fisher.single": ("info", to_translate("A Fisher mean needs at least two orientations.")),
@@ -115,8 +123,8 @@ TEXTS: dict[str, Entry] = {
     "fisher.uniform": (
         "info",
         to_translate(
-            "No orientation is preferred: the scatter is nearly uniform (Vollmer P {point:.2f},"
-            " G {girdle:.2f}, R {random:.2f})."
+            "No orientation is preferred: the distribution is nearly uniform (Vollmer P"
+            " {point:.2f}, G {girdle:.2f}, R {random:.2f})."
         ),
     ),
     "sets.lines-left-out": (
@@ -129,13 +137,13 @@ TEXTS: dict[str, Entry] = {
     "sets.none": (
         "warning",
         to_translate(
-            "No set stands out from an even scatter. A set needs at least {minimum} planes."
-            " --seeds states sets of your own."
+            "No set stands out from a uniform distribution. A set needs at least {minimum}"
+            " planes. Define your own sets with --seeds."
         ),
     ),
     "sets.empty-seed": (
         "warning",
-        to_translate("No plane belongs to the seed {number}, so it does not form a set."),
+        to_translate("No plane belongs to seed {number}, so it does not form a set."),
     ),
     "sets.fewer": (
         "warning",
@@ -147,68 +155,66 @@ TEXTS: dict[str, Entry] = {
     "sets.girdle": (
         "warning",
         to_translate(
-            "No gap separates {sets}: their poles lie along one great circle, like a bent bed,"
+            "No gap separates {sets}: their poles lie along one great circle, as in a bent bed,"
             " and may be one girdle with a fold axis."
         ),
     ),
     "sets.each-pick-counts": (
         "warning",
         to_translate(
-            "Only places are known, so each pick counts as a discontinuity. If several belong to"
-            " one, the spacing is larger and P32 smaller."
+            "Only positions are known, so each pick counts as one discontinuity. If several"
+            " belong to one, the spacing is larger and P32 smaller."
         ),
     ),
     "sets.too-few-planes": (
         "error",
         *to_translate_n(
-            "Sets need at least {minimum} planes; there is {count} here. Pick more, or "
-            "choose others.",
-            "Sets need at least {minimum} planes; there are {count} here. Pick more, or "
-            "choose others.",
+            "Sets need at least {minimum} planes, but there is only {count}. Pick more, or choose"
+            " other planes.",
+            "Sets need at least {minimum} planes, but there are only {count}. Pick more, or"
+            " choose other planes.",
         ),
     ),
     "sets.too-few-without-set": (
         "error",
         *to_translate_n(
-            "Sets need at least {minimum} planes, and {count} is without a set. Include "
-            "those that have one already.",
-            "Sets need at least {minimum} planes, and {count} are without a set. Include "
-            "those that have one already.",
+            "Sets need at least {minimum} planes, but only {count} has no set yet. Include planes"
+            " that have a set.",
+            "Sets need at least {minimum} planes, but only {count} have no set yet. Include"
+            " planes that have a set.",
         ),
     ),
     "sets.replaced": (
         "info",
         *to_translate_n(
-            "{count} plane has a set already, which accepting replaces.",
-            "{count} planes have a set already, which accepting replaces.",
+            "{count} plane already has a set, which accepting replaces.",
+            "{count} planes already have a set, which accepting replaces.",
         ),
     ),
     "sets.left-out": (
         "info",
         *to_translate_n(
-            "{count} plane has a set already and is left out.",
-            "{count} planes have a set already and are left out.",
+            "{count} plane already has a set and is left out.",
+            "{count} planes already have a set and are left out.",
         ),
     ),
     "sets.mixed-types": (
         "warning",
         to_translate(
-            "{n} types are pooled ({types}). The mean of a mixture rarely means anything, and no"
-            " fold axis is computed."
+            "{n} types are pooled ({types}). The mean of different types is rarely meaningful,"
+            " and no fold axis is computed."
         ),
     ),
     "sets.type-too-small": (
         "info",
         *to_translate_n(
-            "{type} has only {count} plane here and gets no sets.",
-            "{type} has only {count} planes here and gets no sets.",
+            "{type} has only {count} plane here, too few for sets.",
+            "{type} has only {count} planes here, too few for sets.",
         ),
     ),
     "sets.no-common-frame": (
         "info",
-        to_translate(
-            "No spacing: the planes are on several models that have no common coordinates."
-        ),
+        to_translate("No spacing: the planes are on several models without common coordinates."),
     ),
     "sets.not-in-metres": (
         "info",
@@ -217,20 +223,20 @@ TEXTS: dict[str, Entry] = {
     "sets.partly-in-metres": (
         "info",
         *to_translate_n(
-            "{count} plane has no coordinates in metres. The spacing is that of the others.",
-            "{count} planes have no coordinates in metres. The spacing is that of the others.",
+            "{count} plane has no coordinates in metres. The spacing is computed without it.",
+            "{count} planes have no coordinates in metres. The spacing is computed without them.",
         ),
     ),
     "sets.none-distinct": (
         "info",
         to_translate(
-            "No set stands out from an even scatter. A set needs at least {minimum} planes, "
-            "or a seed."
+            "No set stands out from a uniform distribution. A set needs at least {minimum}"
+            " planes, or a seed."
         ),
     ),
     "sets.parallel": (
         "info",
-        to_translate("Where all planes of a set are parallel, κ has no limit."),
+        to_translate("If all planes of a set are parallel, κ is infinite."),
     ),
     "sets.accepted": (
         "info",
@@ -247,8 +253,8 @@ TEXTS: dict[str, Entry] = {
     "repeats.not-begun": (
         "info",
         to_translate(
-            "No structure was picked again yet. Choose Offer picks again: a tenth of the picks"
-            " shows the error of one."
+            "No structure has been repeated yet. Choose Start re-picking: repeating a tenth of"
+            " your picks shows the error of a pick."
         ),
     ),
 }

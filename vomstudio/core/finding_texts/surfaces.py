@@ -9,41 +9,43 @@ TEXTS: dict[str, Entry] = {
     "patch.not-a-place": (
         "error",
         to_translate(
-            "“{text}” is not a place with a radius. Write x,y,z,r: a World point and metres."
+            "“{text}” is not a position with a radius. Use the form x,y,z,r: a World point and"
+            " metres."
         ),
     ),
     "patch.empty": (
         "error",
         to_translate(
-            "No part of the model lies within this radius. Choose another place or a larger radius."
+            "No part of the model lies within this radius. Choose another position or a larger"
+            " radius."
         ),
     ),
     "patch.too-small": (
         "error",
         to_translate(
-            "The patch is too small: {count} cells of {cell_m:.3g} m have a height, and {least} are"
-            " needed. Enlarge it, or choose a finer part of the model."
+            "The patch is too small: {count} cells of {cell_m:.3g} m have a height, but {least}"
+            " are required. Enlarge it, or use a finer model."
         ),
     ),
     "patch.partly-planar": (
         "warning",
         to_translate(
-            "The plane does not fit {share_percent:.0f} % of the patch. Without that part it turns"
-            " by {turn_deg:.1f}°."
+            "The plane does not fit {share_percent:.0f} % of the patch. Without this part it"
+            " rotates by {turn_deg:.1f}°."
         ),
     ),
     "patch.two-planes": (
         "warning",
         to_translate(
-            "The patch consists of two planes, {angle_deg:.1f}° apart, with {share_percent:.0f} %"
-            " and {other_percent:.0f} % of it. Measure each on its own."
+            "The patch consists of two planes {angle_deg:.1f}° apart, with {share_percent:.0f} %"
+            " and {other_percent:.0f} % of its area. Measure each separately."
         ),
     ),
     "patch.bent": (
         "warning",
         to_translate(
-            "The patch is bent: a paraboloid explains {share_percent:.0f} % of its deviations. Its"
-            " smoothest direction is that of the remainder."
+            "The patch is bent: a paraboloid explains {share_percent:.0f} % of its deviations."
+            " The smoothest direction refers to the remainder."
         ),
     ),
     "facet.no-field": (
@@ -57,32 +59,34 @@ TEXTS: dict[str, Entry] = {
     "facet.other-labels": (
         "error",
         to_translate(
-            "None of the labels on the model is the id of a facet in {table}. Use the table and the"
-            " labels of one run."
+            "None of the labels on the model is the id of a facet in {table}. Use a table and"
+            " labels from the same run."
         ),
     ),
     "roughness.flat": (
         "info",
-        to_translate("The surface is flat to the last digit of its coordinates, so not rough."),
+        to_translate(
+            "The surface is flat to the last digit of its coordinates, so it has no roughness."
+        ),
     ),
     "roughness.small-patch": (
         "warning",
         to_translate(
-            "The patch is too small for its resolution, which resolves distances from"
-            " {shortest_m:.3g} m. Enlarge the patch, or use a finer model."
+            "The patch is too small: the model resolves only distances above {shortest_m:.3g} m."
+            " Enlarge the patch, or use a finer model."
         ),
     ),
     "roughness.short-range": (
         "warning",
         to_translate(
-            "Distances from {from_m:.3g} to {to_m:.3g} m, which patch and model allow, are too"
-            " short a range for an exponent. Enlarge the patch."
+            "Patch and model allow distances from {from_m:.3g} to {to_m:.3g} m, too short a range"
+            " for an exponent. Enlarge the patch."
         ),
     ),
     "roughness.below-noise": (
         "warning",
         to_translate(
-            "The surface does not exceed the model's noise of {noise_m:.3g} m over a range of"
+            "The roughness does not exceed the model's noise of {noise_m:.3g} m over a range of"
             " distances. Use a finer model."
         ),
     ),
@@ -90,22 +94,22 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The deviations grow with the power {short:.2f} of short and {long:.2f} of long"
-            " distances, so no single exponent fits: grooves, waves or steps have distinct"
-            " lengths."
+            " distances, so no single exponent fits. The surface may have grooves, waves or"
+            " steps."
         ),
     ),
     "roughness.invalid-exponent": (
         "warning",
         to_translate(
-            "The deviations grow with the power {exponent:.2f} of the distance. A rough surface has"
-            " 0 to 1: this one is bent or smooth at this scale."
+            "The deviations grow with the power {exponent:.2f} of the distance, outside 0 to 1."
+            " The surface is bent or smooth at this scale."
         ),
     ),
     "roughness.direction-below-noise": (
         "warning",
         to_translate(
-            "The surface does not exceed the model's noise of {noise_m:.3g} m, so no direction is"
-            " smoothest. Use a finer model."
+            "The roughness does not exceed the model's noise of {noise_m:.3g} m, so there is no"
+            " smoothest direction. Use a finer model."
         ),
     ),
     "roughness.no-direction": (
@@ -115,44 +119,43 @@ TEXTS: dict[str, Entry] = {
     "measurable.length-assumed": (
         "info",
         to_translate(
-            "The length of a trace is not given: {times:g} times the resolution of the model is"
-            " used."
+            "No trace length was specified, so {times:g} times the resolution of the model is used."
         ),
     ),
     "measurable.shares": (
         "info",
         to_translate(
             "{good_percent:.0f} % of the surface would give a good plane (95 % error up to 5°),"
-            " {doubtful_percent:.0f} % a doubtful, {poor_percent:.0f} % a poor,"
+            " {doubtful_percent:.0f} % a doubtful, {poor_percent:.0f} % a poor one,"
             " {none_percent:.0f} % none."
         ),
     ),
     "measurable.trace-share": (
         "info",
         to_translate(
-            "By traces alone {good_percent:.0f} % would be good; {exposed_percent:.0f} % exposes"
-            " the plane itself."
+            "Traces alone would give good planes on {good_percent:.0f} %; {exposed_percent:.0f} %"
+            " of the surface exposes the plane itself."
         ),
     ),
     "sample.tally": (
         "info",
         to_translate(
             "The truth lies within the stated 95 % region in {held} of {count} checks. About 1 in"
-            " 20 should miss."
+            " 20 is expected to lie outside."
         ),
     ),
     "sample.photo-model": (
         "info",
         to_translate(
-            "The model of the sample's photos is {model_mm:.0f} mm off the outcrop, and its cameras"
-            " are {cameras_mm:.0f} mm off (medians)."
+            "The model from the sample's photos is {model_mm:.0f} mm off the outcrop, and its"
+            " cameras are {cameras_mm:.0f} mm off (medians)."
         ),
     ),
     "sample.photo-planes": (
         "info",
         to_translate(
-            "{held} of {count} planes on this model are true within the total error (95 %); the"
-            " largest error is {worst_deg:.1f}°."
+            "{held} of {count} planes on this model agree with the truth within their total error"
+            " (95 %). The largest error is {worst_deg:.1f}°."
         ),
     ),
     "sample.pick-without-plane": (

@@ -13,19 +13,19 @@ TEXTS: dict[str, Entry] = {
     "one-photo": (
         "error",
         to_translate(
-            "A single photo has no depth. Take at least two photos of the same rock, preferably"
+            "A single photo gives no depth. Take at least two photos of the same rock, preferably"
             " ten."
         ),
     ),
     "few-photos": (
         "warning",
         to_translate(
-            "There is only {count} photo. Each place of the rock should be seen in four or five:"
-            " two or three have no redundancy."
+            "There is only {count} photo. Photograph each part of the rock four or five times:"
+            " two or three views have no redundancy."
         ),
         to_translate(
-            "There are only {count} photos. Each place of the rock should be seen in four or five:"
-            " two or three have no redundancy."
+            "There are only {count} photos. Photograph each part of the rock four or five times:"
+            " two or three views have no redundancy."
         ),
     ),
     "damaged": (
@@ -40,11 +40,11 @@ TEXTS: dict[str, Entry] = {
         "info",
         to_translate(
             "The focal length of {count} photo is unknown. The alignment must estimate it, which"
-            " needs well-spread photos with obliques."
+            " needs varied view directions, including oblique photos."
         ),
         to_translate(
             "The focal length of {count} photos is unknown. The alignment must estimate it, which"
-            " needs well-spread photos with obliques."
+            " needs varied view directions, including oblique photos."
         ),
     ),
     "several-cameras": (
@@ -57,15 +57,15 @@ TEXTS: dict[str, Entry] = {
     "survey.turned-photos": (
         "info",
         to_translate(
-            "Some photos were turned by a program. Use the photos as the camera stored them, so"
-            " that they share one calibration."
+            "Some photos were rotated by a program. Use the camera's original files, so that all"
+            " photos share one calibration."
         ),
     ),
     "blurred": (
         "warning",
         to_translate(
-            "These photos are blurred by up to {value:.1f} pixels (median of the set {median:.1f}):"
-            " {photos}. Leave them out if other photos see the same."
+            "These photos are blurred by up to {value:.1f} pixels (median of the set"
+            " {median:.1f}): {photos}. Leave them out if other photos cover the same area."
         ),
     ),
     "soft": (
@@ -92,29 +92,29 @@ TEXTS: dict[str, Entry] = {
     "exposure": (
         "warning",
         to_translate(
-            "These photos are nearly black or mostly overexposed: {photos}. Nothing can be"
-            " recognised in them."
+            "These photos are nearly black or mostly overexposed, so nothing can be matched in"
+            " them: {photos}."
         ),
     ),
     "brightness-jump": (
         "warning",
         to_translate(
             "These photos are lighter or darker than the others by up to {stops:.1f} stops:"
-            " {photos}. Matching suffers, and the texture will show it."
+            " {photos}. This impairs matching and will show in the texture."
         ),
     ),
     "light-changed": (
         "warning",
         to_translate(
-            "The metered light changed by {value:.1f} stops: sun and shade, or hours in between."
-            " Moving shadows are matched as if they were rock."
+            "The metered light changed by {value:.1f} stops, due to sun and shade or hours in"
+            " between. Moving shadows are matched as if they were rock."
         ),
     ),
     "long-survey": (
         "info",
         to_translate(
-            "The photos were taken over {value:.0f} hours, while shadows move. On several days,"
-            " take them at the same time of day."
+            "The photos were taken over {value:.0f} hours, during which shadows move. If you need"
+            " several days, use the same time of day."
         ),
     ),
     "unmatched": (
@@ -134,8 +134,8 @@ TEXTS: dict[str, Entry] = {
     "few-views": (
         "warning",
         to_translate(
-            "Half of the rock is seen by {value:.0f} photos or fewer. Every place should be seen by"
-            " four or five."
+            "Half of the rock is covered by {value:.0f} photos or fewer. Every part should be"
+            " covered by four or five."
         ),
     ),
     "parts": (
@@ -148,34 +148,34 @@ TEXTS: dict[str, Entry] = {
     "same-position": (
         "warning",
         to_translate(
-            "These photos were taken from the position of another one, with another direction or"
-            " zoom: {photos}. Take one photo from each position."
+            "These photos share their position with another one, in another direction or zoom:"
+            " {photos}. Take one photo from each position."
         ),
     ),
     "near-identical": (
         "info",
         to_translate(
-            "These photos are almost identical to another: {photos}. All but one can be left out."
+            "These photos are almost identical to another: {photos}. You can leave out all but one."
         ),
     ),
     "one-direction": (
         "warning",
         to_translate(
-            "All photos look in one direction (within {value:.2g}°), so the model may be bent like"
-            " a dome. Add oblique photos, and check points."
+            "All photos look in the same direction (within {value:.2g}°), so the model may be"
+            " bent like a dome. Add oblique photos and check points."
         ),
     ),
     "gsd-spread": (
         "warning",
         to_translate(
             "The ground sampling distances of the photos differ by a factor of {value:.0f}. Keep"
-            " them within an order of magnitude."
+            " the factor below ten."
         ),
     ),
     "no-gps": (
         "info",
         to_translate(
-            "The photos have no GPS position. Scale and orientation need control points, a table"
+            "The photos have no GPS positions. Scale and orientation need control points, a table"
             " of camera positions, or a measured length and direction."
         ),
     ),
@@ -190,42 +190,42 @@ TEXTS: dict[str, Entry] = {
         "info",
         to_translate(
             "Only {value} of {total} photos have a GPS position (latitude, longitude and"
-            " altitude). A model needs 3 or more to be registered by them."
+            " altitude). Registration by GPS needs 3 or more."
         ),
     ),
     "collinear": (
         "warning",
         to_translate(
-            "The camera positions are on one line, about which the model can rotate. Add control"
-            " points, or photos from beside the line."
+            "The camera positions are collinear, so the model can rotate about their line. Add"
+            " control points, or photos from beside the line."
         ),
     ),
     "gps-noise": (
         "warning",
         to_translate(
-            "The camera positions extend over {extent_m:,.0f} m with an accuracy of {sigma_m:.2g} m"
-            " each, so a model can be rotated by {value:.0f}° (95 %). Use control points."
+            "The camera positions extend over {extent_m:,.0f} m with an accuracy of {sigma_m:.2g}"
+            " m each, so the model may be rotated by {value:.0f}° (95 %). Use control points."
         ),
     ),
     "gps-registration": (
         "info",
         to_translate(
-            "A model registered by the camera positions (accuracy {sigma_m:.2g} m) can be rotated"
+            "A model registered by the camera positions (accuracy {sigma_m:.2g} m) may be rotated"
             " by up to {value:.1f}° (95 %)."
         ),
     ),
     "focal-vague": (
         "warning",
         to_translate(
-            "The focal length of these photos is not in EXIF and poorly constrained: {photos}."
-            " Depths may be stretched, which makes dips wrong."
+            "The focal length of these photos is missing in EXIF and poorly constrained:"
+            " {photos}. Depths may be stretched, and dips wrong."
         ),
     ),
     "focal-wrong": (
         "info",
         to_translate(
-            "The focal length in EXIF is off by {error_percent:+.0f} % for {photos}: they were"
-            " zoomed, cropped or resized. The estimated one is used."
+            "The focal length in EXIF is wrong by {error_percent:+.0f} % for {photos}, which were"
+            " zoomed, cropped or resized. The estimated value is used."
         ),
     ),
     "unregistered": (
@@ -245,15 +245,15 @@ TEXTS: dict[str, Entry] = {
     "high-error": (
         "warning",
         to_translate(
-            "The median reprojection error is {value:.1f} pixels. Photos are blurred, the scene"
+            "The median reprojection error is {value:.1f} pixels: photos are blurred, the scene"
             " moved, or the camera model does not fit the lens."
         ),
     ),
     "rotation": (
         "warning",
         to_translate(
-            "The registration, and every direction on the model, may be off by {value:.1f}° (95 %)."
-            " Add control points, not in one line."
+            "The registration, and every direction on the model, may be wrong by {value:.1f}° (95"
+            " %). Add control points that are not in line."
         ),
     ),
     "control-unused": (
@@ -267,43 +267,43 @@ TEXTS: dict[str, Entry] = {
     "mark-scatter": (
         "warning",
         to_translate(
-            "Marks of the control points scatter by {value:.0f} px. The stated errors include"
-            " this. Check the marks, and the poses of the photos."
+            "Marks of the control points scatter by {value:.0f} px, which the stated errors"
+            " include. Check the marks and the poses of the photos."
         ),
     ),
     "plan.unknown-camera": (
         "error",
         to_translate(
-            "“{camera}” is not in the table of cameras (similar: {similar}). Name a photo taken"
-            " with it, or numbers, for example 23.5x15.6,35,6000x4000."
+            "“{camera}” is not in the list of cameras (similar: {similar}). Specify a photo taken"
+            " with it, or numbers, such as 23.5x15.6,35,6000x4000."
         ),
     ),
     "plan.not-a-camera": (
         "error",
         to_translate(
-            "“{camera}” does not describe a camera. Give sensor width x height in mm, focal length"
-            " in mm, pixels, for example 23.5x15.6,35,6000x4000."
+            "“{camera}” does not describe a camera. Specify sensor width x height in mm, focal"
+            " length in mm, pixels, such as 23.5x15.6,35,6000x4000."
         ),
     ),
     "plan.photo-without-camera": (
         "error",
         to_translate(
-            "This photo's metadata do not describe its camera. Give sensor and focal length in mm,"
-            " and pixels, for example 23.5x15.6,35,6000x4000."
+            "The photo's metadata do not describe its camera. Specify sensor and focal length in"
+            " mm, and pixels, such as 23.5x15.6,35,6000x4000."
         ),
     ),
     "plan.no-focal-length": (
         "error",
-        to_translate("The {camera} has interchangeable lenses. Give the focal length in mm."),
+        to_translate("The {camera} has interchangeable lenses. Specify the focal length in mm."),
     ),
     "plan.fixed-aperture": (
         "warning",
-        to_translate("The aperture of the {camera} cannot be set: f/{f_number:g} is used."),
+        to_translate("The aperture of the {camera} is fixed, so f/{f_number:g} is used."),
     ),
     "plan.no-distance": (
         "error",
         to_translate(
-            "Give the distance of the camera (--distance M), the size of a pixel on the rock (--gsd"
+            "Specify the camera distance (--distance M), the size of a pixel on the rock (--gsd"
             " M) or the smallest plane (--plane M)."
         ),
     ),
@@ -316,13 +316,13 @@ TEXTS: dict[str, Entry] = {
     ),
     "plan.too-close": (
         "error",
-        to_translate("This distance is too short for the lens to focus. Increase it."),
+        to_translate("The lens cannot focus at this distance. Increase it."),
     ),
     "plan.too-far": (
         "warning",
         to_translate(
-            "At {distance:g} m a pixel covers {gsd:.3g} mm. For {wanted:.3g} mm go to {closer:.3g}"
-            " m."
+            "At {distance:g} m a pixel covers {gsd:.3g} mm. For {wanted:.3g} mm, move to"
+            " {closer:.3g} m."
         ),
     ),
     "plan.high-rows": (
@@ -335,54 +335,56 @@ TEXTS: dict[str, Entry] = {
     "plan.high-row": (
         "warning",
         to_translate(
-            "The row is {height_m:.1f} m above the foot of the outcrop. Use a drone: photos from"
-            " below do not show the tops of ledges."
+            "The row is {height_m:.1f} m above the foot of the outcrop. Use a drone, because"
+            " photos from below do not show the tops of ledges."
         ),
     ),
     "plan.narrow-strip": (
         "warning",
         to_translate(
-            "The outcrop is a narrow strip, with control points nearly in one line. Put some beside"
-            " it or in front, and photograph those too."
+            "The outcrop is a narrow strip, so its control points are nearly in line. Place and"
+            " photograph some beside it or in front."
         ),
     ),
     "plan.thin-border": (
         "warning",
-        to_translate("Some places near the border are seen by only {count} photo. Add some there."),
         to_translate(
-            "Some places near the border are seen by only {count} photos. Add some there."
+            "Some parts near the border are covered by only {count} photo. Add photos there."
+        ),
+        to_translate(
+            "Some parts near the border are covered by only {count} photos. Add photos there."
         ),
     ),
     "plan.unregistrable": (
         "warning",
-        to_translate("By the positions of the cameras alone the model cannot be registered."),
+        to_translate("The positions of the cameras alone cannot register the model."),
     ),
     "plan.rotation": (
         "warning",
         to_translate(
-            "By the positions of the cameras alone, known to {sigma_m:.2g} m, the model may be"
-            " turned by {rotation95_deg:.2g}° (95 %)."
+            "Registered by camera positions alone, known to {sigma_m:.2g} m, the model may be"
+            " rotated by {rotation95_deg:.2g}° (95 %)."
         ),
     ),
     "plan.rotation-by-control": (
         "info",
         to_translate(
-            "By the planned control points, known to {sigma_m:.2g} m, the model may be turned by"
-            " {rotation95_deg:.2g}° (95 %)."
+            "Registered by the planned control points, known to {sigma_m:.2g} m, the model may be"
+            " rotated by {rotation95_deg:.2g}° (95 %)."
         ),
     ),
     "plan.nearly-in-line": (
         "warning",
         to_translate(
-            "The cameras stand nearly on one line. Take a second set from farther away or higher,"
-            " with an overlap of more than 60 %."
+            "The camera positions are nearly in line. Take a second set from farther away or"
+            " higher, with an overlap of more than 60 %."
         ),
     ),
     "plan.measure-on-site": (
         "info",
         to_translate(
-            "Without control points hold the camera level, and measure one azimuth and one dip by"
-            " compass and one length by tape on the outcrop."
+            "Without control points, hold the camera level, and measure one azimuth, one dip and"
+            " one length on the outcrop."
         ),
     ),
     "survey.sound": (
@@ -391,7 +393,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "survey.reservations": (
         "warning",
-        to_translate("These photos can give a model, with reservations: {reasons}."),
+        to_translate("These photos can give a model, with limitations: {reasons}."),
     ),
     "survey.incomplete": (
         "error",
@@ -403,9 +405,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "survey.pixel-size-unknown": (
         "info",
-        to_translate(
-            "The pixel size is unknown, since neither focal length nor distance is known."
-        ),
+        to_translate("The pixel size is unknown, because focal length and distance are unknown."),
     ),
     "survey.pixel-size-at-distance": (
         "info",
@@ -418,24 +418,23 @@ TEXTS: dict[str, Entry] = {
     "survey.planes-by-photos": (
         "info",
         to_translate(
-            "Planes {size} across can be expected within {error_deg:.1f}°, those"
-            " {textbook_size} across, the textbook's limit of 1000 pixels, within"
-            " {textbook_error_deg:.1f}° (95 %)."
+            "Planes {size} across are expected within {error_deg:.1f}°, and those {textbook_size}"
+            " across (the textbook's limit of 1000 pixels) within {textbook_error_deg:.1f}° (95"
+            " %)."
         ),
     ),
     "survey.planes-by-model": (
         "info",
         to_translate(
-            "Planes {size} across can be expected within {error_deg:.1f}°, those"
-            " {textbook_size} across, the limit of 100 times the resolution, within"
-            " {textbook_error_deg:.1f}° (95 %)."
+            "Planes {size} across are expected within {error_deg:.1f}°, and those {textbook_size}"
+            " across (100 times the resolution) within {textbook_error_deg:.1f}° (95 %)."
         ),
     ),
     "survey.no-planes": (
         "warning",
         to_translate(
-            "No plane can be expected within {wanted_deg:g}°, since the registration may be off by"
-            " {registration_deg:.1f}° (95 %)."
+            "No plane can be measured within {wanted_deg:g}°, because the registration may be"
+            " wrong by {registration_deg:.1f}° (95 %)."
         ),
     ),
     "video.not-good-enough": (
@@ -448,8 +447,8 @@ TEXTS: dict[str, Entry] = {
     "video.frames-kept": (
         "info",
         *to_translate_n(
-            "{count} frame kept of {width} × {height} pixels, from {seconds:.0f} s.",
-            "{count} frames kept of {width} × {height} pixels, from {seconds:.0f} s.",
+            "{count} frame of {width} × {height} pixels extracted from {seconds:.0f} s.",
+            "{count} frames of {width} × {height} pixels extracted from {seconds:.0f} s.",
         ),
     ),
     "video.frames-left-out": (
@@ -466,21 +465,19 @@ TEXTS: dict[str, Entry] = {
     "video.usable": (
         "info",
         *to_translate_n(
-            "{count} frame can be used. It has no position: scale and orientation must come from"
+            "{count} frame is usable. It has no position: scale and orientation need control"
+            " points or a measured length.",
+            "{count} frames are usable. They have no positions: scale and orientation need"
             " control points or a measured length.",
-            "{count} frames can be used. They have no position: scale and orientation must come"
-            " from control points or a measured length.",
         ),
     ),
     "video.not-a-video": (
         "error",
-        to_translate(
-            "This file is not a video that can be read. Export it as MP4, or take photos."
-        ),
+        to_translate("This file is not a readable video. Export it as MP4, or take photos."),
     ),
     "video.no-frames": (
         "error",
-        to_translate("No frame of this video can be used. Frames left out: {reasons}."),
+        to_translate("The video has no usable frames. Frames left out: {reasons}."),
     ),
     "video.cut-short": (
         "warning",
@@ -490,12 +487,8 @@ TEXTS: dict[str, Entry] = {
     ),
     "video.few-frames": (
         "error",
-        to_translate(
-            "Only {count} frame is sharp and different from the others. {least} are needed."
-        ),
-        to_translate(
-            "Only {count} frames are sharp and different from each other. {least} are needed."
-        ),
+        to_translate("Only {count} frame is sharp and distinct, but {least} are required."),
+        to_translate("Only {count} frames are sharp and distinct, but {least} are required."),
     ),
     "video.blurred": (
         "warning",
@@ -519,10 +512,10 @@ TEXTS: dict[str, Entry] = {
     ),
     "video.unusual-rate": (
         "warning",
-        to_translate("{fps:g} frames per second are unusual. Take 1 to 4."),
+        to_translate("{fps:g} frames per second are unusual. Use 1 to 4."),
     ),
     "plan.no-camera": (
         "error",
-        to_translate("Choose a camera, or a photo that was taken with it."),
+        to_translate("Choose a camera, or a photo taken with it."),
     ),
 }

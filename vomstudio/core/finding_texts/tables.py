@@ -13,36 +13,37 @@ TEXTS: dict[str, Entry] = {
     "table.commented-rows": (
         "warning",
         *to_translate_n(
-            "Line {lines} begins with # and is taken as a comment, but looks like a row. If it is"
-            " one, remove the #.",
-            "Lines {lines} begin with # and are taken as comments, but look like rows. If they"
-            " are, remove the #.",
+            "Line {lines} begins with # and was skipped as a comment, but looks like a row. If"
+            " so, remove the #.",
+            "Lines {lines} begin with # and were skipped as comments, but look like rows. If so,"
+            " remove the #.",
         ),
     ),
     "table.too-large": (
         "error",
         to_translate(
-            "The text has {size_gib:.1f} GiB. Convert so many points to LAS or PLY first."
+            "The text has {size_gib:.1f} GiB. Convert this many points to LAS or PLY first."
         ),
     ),
     "table.too-many-rows": (
         "error",
         to_translate(
-            "The table has {count:,} lines; {limit:,} of its kind can be read. Divide it, or"
-            " convert points of a cloud to LAS or PLY."
+            "The table has {count:,} lines; the limit for this kind is {limit:,}. Divide it, or"
+            " convert cloud points to LAS or PLY."
         ),
     ),
     "table.long-line": (
         "error",
         to_translate(
-            "A line has {count:,} characters, more than any table has. Check what the file is."
+            "A line has {count:,} characters, too many for a table. Check that this is the right"
+            " file."
         ),
     ),
     "table.ragged-row": (
         "error",
         to_translate(
-            "This row has {count} cells, not {expected} (delimiter: {delimiter}). Complete or"
-            " correct it. Numbers with decimal commas need ; between the columns."
+            "This row has {count} cells instead of {expected} (delimiter: {delimiter}). Complete"
+            " or correct it. Numbers with decimal commas need ; between the columns."
         ),
     ),
     "table.open-quotes": (
@@ -53,7 +54,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "table.column-count": (
         "error",
-        to_translate("The table has {count} columns. Needed are: {columns}."),
+        to_translate("The table has {count} columns. Required columns: {columns}."),
     ),
     "table.no-header": (
         "error",
@@ -62,15 +63,15 @@ TEXTS: dict[str, Entry] = {
     "table.doubtful-header": (
         "error",
         to_translate(
-            "Column {column}: line {header_line} was taken as the header because its cell '{cell}'"
-            " is not a number. If it is data, write a header above it."
+            "Column {column}: line {header_line} was read as the header, because '{cell}' is not"
+            " a number. If it is data, add a header above it."
         ),
     ),
     "table.missing-column": (
         "error",
         to_translate(
-            "The table has no column for {column}. The columns are: {columns}. Name one of them:"
-            " {names}."
+            "The table has no column for {column}. The columns are: {columns}. Rename one to one"
+            " of: {names}."
         ),
     ),
     "table.unknown-column": (
@@ -83,7 +84,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "table.value-missing": (
         "error",
-        to_translate("The value is missing or not valid. Correct the cell."),
+        to_translate("The value is missing or invalid. Correct the cell."),
     ),
     "table.not-a-number": (
         "error",
@@ -99,15 +100,13 @@ TEXTS: dict[str, Entry] = {
     "table.comma-delimiter": (
         "error",
         to_translate(
-            "Decimal commas cannot be distinguished from delimiters here. Write ; or tabs between"
+            "Decimal commas cannot be distinguished from delimiters here. Use ; or tabs between"
             " the columns, or decimal points."
         ),
     ),
     "table.mixed-decimals": (
         "error",
-        to_translate(
-            "Decimal commas and decimal points are mixed in this column. Use one of them."
-        ),
+        to_translate("The column mixes decimal commas and decimal points. Use only one of them."),
     ),
     "table.not-positive": (
         "error",
@@ -119,12 +118,12 @@ TEXTS: dict[str, Entry] = {
     ),
     "table.repeated-label": (
         "error",
-        to_translate("'{label}' is also in line {first_line}. Rename or remove one of them."),
+        to_translate("'{label}' also occurs in line {first_line}. Rename or remove one of them."),
     ),
     "table.invalid-wkt": (
         "error",
         to_translate(
-            "A border in the column wkt is not a valid geometry. Write it as WKT, or leave it"
+            "An outline in the column wkt is not a valid geometry. Write it as WKT, or leave it"
             " empty."
         ),
     ),
@@ -142,27 +141,27 @@ TEXTS: dict[str, Entry] = {
     "table.several-words": (
         "warning",
         to_translate(
-            "The points of {names} have more than one {column}, so none is used. Give all points of"
-            " one feature the same."
+            "The points of {names} have more than one {column}, so none is used. Use one value"
+            " for all points of a feature."
         ),
     ),
     "table.segments": (
         "warning",
         to_translate(
-            "Lines such as '---' divide the rows into {count} parts. All points are taken as one"
-            " plane: use --by segment to fit each part."
+            "Lines such as '---' divide the rows into {count} parts, but all points are fitted by"
+            " one plane. To fit each part, use --by segment."
         ),
     ),
     "table.groups": (
         "warning",
         to_translate(
-            "Column '{column}' has {count} different values and looks like groups. All points are"
-            " taken as one plane: use --by {by} to fit each."
+            "Column '{column}' has {count} different values and may define groups, but all points"
+            " are fitted by one plane. To fit each, use --by {by}."
         ),
     ),
     "table.only-repeats": (
         "error",
-        to_translate("All rows repeat picks of other rows, which are not in the table. Add those."),
+        to_translate("All rows are repeats of picks that are not in the table. Add these picks."),
     ),
     "table.repeats-left-out": (
         "warning",
@@ -174,54 +173,54 @@ TEXTS: dict[str, Entry] = {
     "table.rows-copied": (
         "info",
         *to_translate_n(
-            "Copied {count} row of the table.",
-            "Copied {count} rows of the table.",
+            "{count} row has been copied.",
+            "{count} rows have been copied.",
         ),
     ),
     "orientation.no-columns": (
         "error",
         to_translate(
-            "The header ({columns}) has no orientations. Name its columns strike and dip, dip"
+            "The header ({columns}) has no orientations. Name the columns strike and dip, dip"
             " direction and dip, or trend and plunge."
         ),
     ),
     "orientation.no-planes": (
         "error",
-        to_translate("The table has no planes. Choose a table of planes."),
+        to_translate("The table contains no planes. Choose a table of planes."),
     ),
     "orientation.ambiguous-azimuth": (
         "error",
         to_translate(
-            "The azimuth can be strike or dip direction. State which with --azimuth strike or"
+            "The azimuth may be strike or dip direction. Specify it with --azimuth strike or"
             " --azimuth dipdir, or name the column."
         ),
     ),
     "orientation.overturned-dip": (
         "error",
         to_translate(
-            "The dip {value:g} is outside 0 to 90 degrees. Write {dip:g} to the opposite side, with"
-            " 'yes' in a column 'overturned'; or check the order of columns."
+            "The dip {value:g} is outside 0 to 90 degrees. Enter {dip:g} with the opposite dip"
+            " direction and 'yes' in a column 'overturned', or check the column order."
         ),
     ),
     "orientation.unclear-overturned": (
         "warning",
         to_translate(
-            "{column}: '{word}' is neither yes nor no. These beds are taken as upright: lines"
+            "{column}: '{word}' is neither yes nor no. These beds are read as upright: lines"
             " {lines}."
         ),
     ),
     "orientation.azimuths-wrapped": (
         "warning",
         *to_translate_n(
-            "{count} azimuth outside 0 to 360 in {column} is taken modulo 360 (line {lines}).",
-            "{count} azimuths outside 0 to 360 in {column} are taken modulo 360 (lines {lines}).",
+            "{count} azimuth outside 0 to 360 in {column} is read modulo 360 (line {lines}).",
+            "{count} azimuths outside 0 to 360 in {column} are read modulo 360 (lines {lines}).",
         ),
     ),
     "orientation.quadrants-unused": (
         "warning",
         to_translate(
-            "Compass points in {columns} are not used. If the planes dip to them, name the column"
-            " 'quadrant'."
+            "Compass directions in {columns} are not used. If they are dip quadrants, name the"
+            " column 'quadrant'."
         ),
     ),
     "orientation.strike-differs": (
@@ -236,7 +235,7 @@ TEXTS: dict[str, Entry] = {
     "orientation.planes-with-lines": (
         "warning",
         to_translate(
-            "{count} rows have a plane and a line and are taken as planes. Add a column 'element'"
+            "{count} rows have a plane and a line and are read as planes. Add a column 'element'"
             " (plane or line) to choose."
         ),
     ),
@@ -250,15 +249,17 @@ TEXTS: dict[str, Entry] = {
     "slip.right-lateral": (
         "warning",
         to_translate(
-            "The sense R is read as right-lateral, since T or L occur as in FaultKin's tables."
-            " Write TR or reverse for a reverse movement."
+            "The sense R is read as right-lateral, because T or L occur as in FaultKin's tables."
+            " Write TR or reverse for reverse slip."
         ),
     ),
     "slip.off-plane": (
         "warning",
         *to_translate_n(
-            "{count} line leaves its plane by more than {angle_deg:g} degrees (line {lines}).",
-            "{count} lines leave their planes by more than {angle_deg:g} degrees (lines {lines}).",
+            "{count} line deviates from its plane by more than {angle_deg:g} degrees (line"
+            " {lines}).",
+            "{count} lines deviate from their planes by more than {angle_deg:g} degrees (lines"
+            " {lines}).",
         ),
     ),
     "slip.contradiction": (
@@ -270,83 +271,92 @@ TEXTS: dict[str, Entry] = {
     ),
     "table.other-delimiter": (
         "error",
-        to_translate("The cells are separated by '{delimiter}'. Separate them by blanks or tabs."),
+        to_translate("The cells are separated by '{delimiter}'. Separate them by spaces or tabs."),
     ),
     "repeats.no-column": (
         "error",
         to_translate(
-            "The table has no column repeat_of. Name with --by a column whose words are equal"
-            " for picks of the same structure."
+            "The table has no column repeat_of. Specify a column with --by whose value is the"
+            " same for picks of the same structure."
         ),
     ),
     "table.no-errors": (
         "error",
-        to_translate("The table has no errors to weight by. Add one of the columns {columns}."),
+        to_translate("The table has no errors for weighting. Add one of the columns {columns}."),
     ),
     "repeats.not-exported": (
         "info",
-        to_translate("It repeats {first}, and this format has no repeats."),
+        to_translate("The feature repeats {first}, which this format cannot store."),
     ),
-    "feature.without-plane": ("info", to_translate("It has no plane and no line.")),
+    "feature.without-plane": ("info", to_translate("The feature has neither a plane nor a line.")),
     "repeats.first-missing": (
         "info",
-        to_translate("The pick {first} that it repeats is not in the table. Add it."),
+        to_translate("Its first pick, {first}, is not in the table. Add it."),
     ),
-    "repeats.line-of-plane": ("info", to_translate("It is a line, and its first pick is a plane.")),
-    "repeats.plane-of-line": ("info", to_translate("It is a plane, and its first pick is a line.")),
-    "repeats.none": ("info", to_translate("No structure was picked again. Repeat some picks.")),
+    "repeats.line-of-plane": (
+        "info",
+        to_translate("The repeat is a line, but its first pick is a plane."),
+    ),
+    "repeats.plane-of-line": (
+        "info",
+        to_translate("The repeat is a plane, but its first pick is a line."),
+    ),
+    "repeats.none": (
+        "info",
+        to_translate("No structure has been picked twice. Repeat some picks."),
+    ),
     "repeats.scatter": (
         "info",
         *to_translate_n(
-            "{count} repeat: a pick scatters by {error_deg:.1f}° (95 %), known to be between"
-            " {low_deg:.1f} and {high_deg:.1f}°.",
-            "{count} repeats: a pick scatters by {error_deg:.1f}° (95 %), known to be between"
-            " {low_deg:.1f} and {high_deg:.1f}°.",
+            "{count} repeat: picks scatter by {error_deg:.1f}° (95 %), with an uncertainty of"
+            " {low_deg:.1f} to {high_deg:.1f}°.",
+            "{count} repeats: picks scatter by {error_deg:.1f}° (95 %), with an uncertainty of"
+            " {low_deg:.1f} to {high_deg:.1f}°.",
         ),
     ),
-    "repeats.no-errors": ("info", to_translate("The picks state no errors to compare this with.")),
+    "repeats.no-errors": ("info", to_translate("The picks have no stated errors for comparison.")),
     "repeats.interpreters-differ": (
         "warning",
         to_translate(
-            "Interpreters differ from each other by more than their own repeats do (F"
-            " {ratio:.1f}, p {p:.3f})."
+            "Interpreters differ from each other by more than their own repeats (F {ratio:.1f}, p"
+            " {p:.3f})."
         ),
     ),
     "repeats.interpreters-alike": (
         "info",
         to_translate(
-            "Interpreters do not differ significantly more than their own repeats do (F"
-            " {ratio:.1f}, p {p:.2f})."
+            "Interpreters do not differ significantly more than their own repeats (F {ratio:.1f},"
+            " p {p:.2f})."
         ),
     ),
     "repeats.only-picking": (
         "info",
         to_translate(
-            "Repeats show only the errors of picking. The errors of the model and its"
-            " registration are the same in both picks."
+            "Repeats show only the picking error. The errors of the model and its registration"
+            " are the same in both picks."
         ),
     ),
     "repeats.errors-too-small": (
         "warning",
         to_translate(
             "The stated errors are too small: picks differ {factor:.1f} times as much as they"
-            " allow (95 %: {low:.1f} to {high:.1f} times)."
+            " predict (95 %: {low:.1f} to {high:.1f} times)."
         ),
     ),
     "repeats.too-few": (
         "info",
         *to_translate_n(
-            "{count} pair is too few to notice stated errors that are half as large as they"
+            "{count} pair is too few to detect stated errors that are half as large as they"
             " should be. Repeat more picks.",
-            "{count} pairs are too few to notice stated errors that are half as large as they"
+            "{count} pairs are too few to detect stated errors that are half as large as they"
             " should be. Repeat more picks.",
         ),
     ),
     "repeats.errors-hold": (
         "info",
         to_translate(
-            "The stated errors fit the repeats: picks differ {factor:.2f} times as much as the"
-            " errors allow. Errors too small by {noticeable:.1f} times would be noticed."
+            "The stated errors agree with the repeats: picks differ {factor:.2f} times as much as"
+            " predicted. Errors too small by {noticeable:.1f} times would be detected."
         ),
     ),
     "stats.unnamed-set": (

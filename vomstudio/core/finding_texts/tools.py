@@ -16,17 +16,17 @@ TEXTS: dict[str, Entry] = {
     ),
     "tool.no-area": (
         "error",
-        to_translate("The outline has no area. Pick points around the rock."),
+        to_translate("The outline has zero area. Pick points around the rock."),
     ),
     "tool.other-kind": (
         "error",
         to_translate(
-            "This tool cannot continue a feature of this kind. Choose the tool that made it."
+            "This tool cannot edit a feature of this kind. Choose the tool that created it."
         ),
     ),
     "line.from-compass": (
         "error",
-        to_translate("{name} was read by compass. Change the reading in the list."),
+        to_translate("{name} is a compass reading. Change its value in the list."),
     ),
     "model.not-open": (
         "error",
@@ -34,7 +34,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "feature.open": (
         "error",
-        to_translate("A feature is open. Finish it (Enter) or cancel it (Esc) first."),
+        to_translate("There is an unfinished feature. Finish it (Enter) or cancel it (Esc) first."),
     ),
     "tool.discarded": (
         "info",
@@ -42,16 +42,19 @@ TEXTS: dict[str, Entry] = {
     ),
     "tool.path-pending": (
         "info",
-        to_translate("The path of the previous feature is being searched. Paint when it is kept."),
+        to_translate(
+            "The path of the previous feature is still being computed. Paint after it has"
+            " been saved."
+        ),
     ),
     "tool.clicks-dropped": (
         "info",
-        to_translate("{count} click of an unfinished feature was dropped. Click again."),
-        to_translate("{count} clicks of an unfinished feature were dropped. Click again."),
+        to_translate("{count} click of an unfinished feature was discarded. Click again."),
+        to_translate("{count} clicks of an unfinished feature were discarded. Click again."),
     ),
     "tool.no-shape": (
         "error",
-        to_translate("No shape is being drawn. Draw one over the outcrop."),
+        to_translate("No shape is being drawn. Draw one on the outcrop."),
     ),
     "tool.selection-restored": (
         "info",
@@ -60,46 +63,45 @@ TEXTS: dict[str, Entry] = {
     ),
     "plane.nothing-chosen": (
         "error",
-        to_translate("No plane has been begun. Click or paint the outcrop."),
+        to_translate("No plane has been started. Click or paint on the outcrop."),
     ),
     "selection.no-feature-inside": (
         "info",
-        to_translate("No visible feature has its centre inside. Draw a larger shape."),
+        to_translate("The shape contains no centre of a visible feature. Draw a larger shape."),
     ),
     "view.no-normal": (
         "error",
-        to_translate("The surface has no normal there. Choose a smoother place."),
+        to_translate("The surface has no normal at this point. Choose a smoother part."),
     ),
     "place.copied": (
         "info",
-        to_translate("The coordinates {place} were copied."),
+        to_translate("The coordinates {place} have been copied."),
     ),
     "type.other-geometry": (
         "warning",
-        to_translate("{type} does not suit all of these features. The others are unchanged."),
+        to_translate("{type} is not suitable for all of these features. The others are unchanged."),
     ),
     "type.shown-again": (
         "info",
-        to_translate("{types} was hidden and is shown again for the new feature."),
+        to_translate("{types} was hidden and is now visible again for the new feature."),
     ),
     "tool.nothing-open": (
         "error",
-        to_translate("No feature is open. Click on the outcrop to begin one."),
+        to_translate("There is no unfinished feature. Click on the outcrop to start one."),
     ),
     "feature.too-few-points": (
         "error",
-        to_translate("Pick {count} more point: at least {minimum} are needed."),
-        to_translate("Pick {count} more points: at least {minimum} are needed."),
+        to_translate("Pick {count} more point: at least {minimum} are required."),
+        to_translate("Pick {count} more points: at least {minimum} are required."),
     ),
     "thickness.no-plane": (
         "error",
-        to_translate("A thickness is measured across a plane. Choose one."),
+        to_translate("Thickness is measured perpendicular to a plane. Choose a plane."),
     ),
     "thickness.plane-lost": (
         "error",
         to_translate(
-            "The plane across which the thickness is measured was deleted or has no fit. "
-            "Choose another one."
+            "The reference plane of the thickness was deleted or has no fit. Choose another one."
         ),
     ),
     "tool.no-surface": (
@@ -109,8 +111,8 @@ TEXTS: dict[str, Entry] = {
     "tool.other-model": (
         "error",
         to_translate(
-            "This point lies on another model. Finish the open feature (Enter) or cancel it"
-            " (Esc) first."
+            "This point is on another model. Finish the open feature (Enter) or cancel it (Esc)"
+            " first."
         ),
     ),
     "model.removed": (
@@ -120,61 +122,66 @@ TEXTS: dict[str, Entry] = {
     "growth.no-plane": (
         "error",
         to_translate(
-            "The points there do not define a plane. Click where the surface is denser or smoother."
+            "The points here do not define a plane. Click where the surface is denser or smoother."
         ),
     ),
     "growth.isolated": (
         "warning",
-        to_translate("No neighbour is within the tolerances. Raise the angle or the distance."),
+        to_translate("No neighbour is within the tolerances. Increase the angle or the distance."),
     ),
     "growth.stopped": (
         "warning",
-        to_translate("Growth was stopped at {count:,}. Lower the angle or the distance."),
+        to_translate("Growth stopped at {count:,} elements. Reduce the angle or the distance."),
     ),
     "growth.whole-model": (
         "warning",
-        to_translate("The selection covers the whole model. Lower the angle or the distance."),
+        to_translate("The selection covers the whole model. Reduce the angle or the distance."),
     ),
     "neighbours.pending": (
         "info",
-        to_translate("The neighbour graph is being built. The selection follows when it is ready."),
+        to_translate(
+            "The neighbour graph is being built. The selection will follow when it is ready."
+        ),
     ),
     "selection.no-model": (
         "error",
-        to_translate("No model is open and visible, so nothing can be selected. Open or show one."),
+        to_translate("No visible model is open, so nothing can be selected. Open or show one."),
     ),
     "selection.no-change": (
         "warning",
-        to_translate("The selection stays the same. Choose another place or a larger tolerance."),
+        to_translate(
+            "The selection has not changed. Choose another position or a larger tolerance."
+        ),
     ),
     "selection.too-many": (
         "error",
         to_translate(
-            "{count:,} are too many for one plane: at most {maximum:,}. Choose a smaller area."
+            "{count:,} elements are too many for one plane (maximum {maximum:,}). Choose a"
+            " smaller area."
         ),
     ),
     "selection.not-in-photo": (
         "error",
-        to_translate("Shapes are drawn over the outcrop. In a photo choose Grow and paint (G)."),
+        to_translate("Shapes are drawn on the outcrop only. In a photo choose Grow and paint (G)."),
     ),
     "selection.nothing-inside": (
         "error",
         to_translate(
-            "Nothing selectable lies inside. Draw a larger shape, come nearer, or select "
-            "through the surface."
+            "The shape contains nothing selectable. Draw a larger shape, zoom in, or select"
+            " through the surface."
         ),
     ),
     "selection.no-such-value": (
         "error",
-        to_translate("No element has such a value. Enter a wider range."),
+        to_translate("No element has a value in this range. Enter a wider range."),
     ),
     "selection.hold-button": (
         "info",
-        to_translate("Hold the left button and draw around what you want."),
+        to_translate("Hold the left button and draw around the part to select."),
     ),
     "cells.marked-at-once": (
         "info",
-        to_translate("Cells are marked at once. Undo removes a mark."),
+        to_translate("Cells are marked immediately. Undo removes a mark."),
     ),
     "tool.draft-unreadable": (
         "warning",
@@ -183,35 +190,35 @@ TEXTS: dict[str, Entry] = {
     "tool.draft-kept": (
         "info",
         to_translate(
-            "The open feature stays unfinished. Finish it with Enter or cancel it with Esc."
+            "The open feature remains unfinished. Finish it with Enter or cancel it with Esc."
         ),
     ),
     "tool.draft-restored": (
         "info",
         to_translate(
-            "An unfinished feature with {count} point was restored. You can go on picking."
+            "An unfinished feature with {count} point was restored. You can continue picking."
         ),
         to_translate(
-            "An unfinished feature with {count} points was restored. You can go on picking."
+            "An unfinished feature with {count} points was restored. You can continue picking."
         ),
     ),
     "slip.no-plane": (
         "error",
-        to_translate("First choose the plane on which the line lies."),
+        to_translate("Choose the plane that contains the line first."),
     ),
     "feature.continued": (
         "error",
-        to_translate("Change the attributes of a continued feature in Properties."),
+        to_translate("Change the attributes of an edited feature in Properties."),
     ),
     "measurement.continued": (
         "info",
         to_translate(
-            "A continued measurement keeps its kind and plane. Begin a new one to change them."
+            "An edited measurement keeps its kind and plane. Start a new one to change them."
         ),
     ),
     "follow.continued": (
         "error",
-        to_translate("A continued feature is picked point by point."),
+        to_translate("An edited feature is picked point by point."),
     ),
     "follow.by-cost": (
         "info",
@@ -220,15 +227,15 @@ TEXTS: dict[str, Entry] = {
     "follow.by-best-cost": (
         "info",
         to_translate(
-            "Followed by {cost}, the cost that gives the best plane, through {points} way-points."
+            "Followed by {cost}, the cost with the best plane, through {points} way-points."
         ),
     ),
-    "follow.searching": ("info", to_translate("Searching for the path.")),
-    "follow.finishing": ("info", to_translate("Finished when the path is found.")),
+    "follow.searching": ("info", to_translate("Tracing…")),
+    "follow.finishing": ("info", to_translate("Will be saved when traced.")),
     "follow.clicks-waiting": (
         "info",
-        to_translate("{count} click waits for the next feature."),
-        to_translate("{count} clicks wait for the next feature."),
+        to_translate("{count} click is queued for the next feature."),
+        to_translate("{count} clicks are queued for the next feature."),
     ),
     "follow.no-cost": (
         "error",
@@ -237,19 +244,19 @@ TEXTS: dict[str, Entry] = {
     "follow.not-in-photos": (
         "error",
         to_translate(
-            "Photos show colours and lightness. Choose one of these under Follow to follow "
-            "it in photos."
+            "Photos show only colour and brightness. Choose one of these under Follow to use"
+            " photos."
         ),
     ),
     "follow.reading-cameras": (
         "info",
-        to_translate("The cameras of the photos are being read. Wait until they are loaded."),
+        to_translate("The cameras of the photos are being read. Please wait."),
     ),
     "follow.no-cameras": (
         "error",
         to_translate(
-            "No photos with known cameras are in use. Open the panel In the photos, or the "
-            "cameras of the model there."
+            "No photos with known cameras are open. Open the panel In the photos, or the cameras"
+            " of the model there."
         ),
     ),
     "follow.no-network": (

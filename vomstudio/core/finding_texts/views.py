@@ -8,9 +8,7 @@ from vomstudio.core.words import to_translate, to_translate_n
 TEXTS: dict[str, Entry] = {
     "view.direction-unmeasured": (
         "info",
-        to_translate(
-            "The direction was typed or set with the mouse. It follows from no measurement."
-        ),
+        to_translate("The view was set by hand and is not derived from measurements."),
     ),
     "model.no-surface": (
         "error",
@@ -23,33 +21,33 @@ TEXTS: dict[str, Entry] = {
     "view.not-a-part": (
         "error",
         to_translate(
-            "“{text}” is not a part of a view. Write x,y,z,width,height: a World point and two"
-            " lengths in metres."
+            "“{text}” is not a part of a view. Use the form x,y,z,width,height: a World point and"
+            " two lengths in metres."
         ),
     ),
     "view.part-empty": (
         "error",
-        to_translate("This part of the view does not show the model. Choose another part."),
+        to_translate("This part of the view does not contain the model. Choose another part."),
     ),
     "view.no-pixels": (
         "error",
         to_translate(
-            "No pixel of this view shows the model. Choose another part, a finer ground sampling"
-            " distance or another direction."
+            "The model is not visible in any pixel of this view. Choose another part, a finer"
+            " ground sampling distance or another direction."
         ),
     ),
     "view.edge-on": (
         "warning",
         to_translate(
             "The model is nearly flat and seen edge-on, so the view shows only its edge. Look"
-            " against its mean plane: --plane {plane}."
+            " perpendicular to its mean plane: --plane {plane}."
         ),
     ),
     "view.not-placed": (
         "warning",
         to_translate(
-            "The model was made from photos without control points or GPS: north is unknown, and"
-            " so is the unit unless --unit gives it."
+            "The model was reconstructed without control points or GPS, so north is unknown, and"
+            " the unit too unless --unit is specified."
         ),
     ),
     "view.axis-conditional": (
@@ -65,17 +63,17 @@ TEXTS: dict[str, Entry] = {
     "view.axis-error": (
         "warning",
         to_translate(
-            "The 95 % error of the axis, {error_deg:.1f}°, shortens lengths in the direction of"
-            " tilt by {share_percent:.1f} % and displaces points by up to {displacement:.3g}"
-            " {unit} (depth {depth:.3g} {unit})."
+            "The 95 % error of the axis, {error_deg:.1f}°, shortens lengths in the tilt direction"
+            " by {share_percent:.1f} % and displaces points by up to {displacement:.3g} {unit}"
+            " (depth {depth:.3g} {unit})."
         ),
     ),
     "view.axis-error-unknown": (
         "warning",
         to_translate(
-            "The error of the direction is unknown. {error_deg:.1f}° would shorten lengths along"
-            " the tilt by {share_percent:.1f} % and displace points by up to {displacement:.3g}"
-            " {unit} (depth {depth:.3g} {unit})."
+            "The error of the direction is unknown. {error_deg:.1f}° would shorten lengths in the"
+            " tilt direction by {share_percent:.1f} % and displace points by up to"
+            " {displacement:.3g} {unit} (depth {depth:.3g} {unit})."
         ),
     ),
     "view.off-axis": (
@@ -87,14 +85,14 @@ TEXTS: dict[str, Entry] = {
     "view.off-axis-cost": (
         "warning",
         to_translate(
-            "Off by {error_deg:.0f}°, lengths in the direction of tilt are shortened by"
-            " {share_percent:.1f} % and points displaced by up to {displacement:.3g} {unit} (depth"
-            " {depth:.3g} {unit})."
+            "A direction wrong by {error_deg:.0f}° shortens lengths in the tilt direction by"
+            " {share_percent:.1f} % and displaces points by up to {displacement:.3g} {unit}"
+            " (depth {depth:.3g} {unit})."
         ),
     ),
     "view.chosen": (
         "info",
-        to_translate("The chosen direction: {description}"),
+        to_translate("Selected direction: {description}"),
     ),
     "view.as-given": (
         "info",
@@ -111,13 +109,13 @@ TEXTS: dict[str, Entry] = {
     "view.down-plunge-estimated": (
         "info",
         to_translate(
-            "{share_percent:.0f} % of the visible surface faces the viewer (normals"
-            " estimated, taken to point up)."
+            "{share_percent:.0f} % of the visible surface faces the viewer (estimated normals,"
+            " assumed to point up)."
         ),
     ),
     "view.down-plunge-unseen": (
         "info",
-        to_translate("No part of the surface is visible from there."),
+        to_translate("No part of the surface is visible from this direction."),
     ),
     "view.up-plunge": (
         "info",
@@ -129,13 +127,13 @@ TEXTS: dict[str, Entry] = {
     "view.up-plunge-estimated": (
         "info",
         to_translate(
-            "Seen down-plunge, {share_percent:.0f} % of the visible surface faces away"
-            " from the viewer (normals estimated, taken to point up)."
+            "Seen down-plunge, {share_percent:.0f} % of the visible surface faces away from the"
+            " viewer (estimated normals, assumed to point up)."
         ),
     ),
     "view.flipped": (
         "info",
-        to_translate("Flipped by request. Before: {reason}"),
+        to_translate("Flipped on request. Before: {reason}"),
     ),
     "gsd.texture": (
         "info",
@@ -168,15 +166,15 @@ TEXTS: dict[str, Entry] = {
     "gsd.limited": (
         "info",
         to_translate(
-            "The ground sampling distance is {gsd:g} {unit} per pixel, the finest that stays below"
-            " {limit} million pixels."
+            "The ground sampling distance is {gsd:g} {unit} per pixel, the finest that needs"
+            " fewer than {limit} million pixels."
         ),
     ),
     "ortho.written": (
         "info",
         to_translate(
-            "{file} was written: {width} × {height} pixels of {gsd:g} {unit}, coverage "
-            "{coverage_percent:.0f} %."
+            "{file} was saved: {width} × {height} pixels of {gsd:g} {unit}, coverage"
+            " {coverage_percent:.0f} %."
         ),
     ),
     "gsd.too-many-pixels": (
@@ -202,27 +200,27 @@ TEXTS: dict[str, Entry] = {
     "dem.no-heights": (
         "error",
         to_translate(
-            "No cell has a height: the surface is seen edge-on, or is smaller than a cell. Choose"
+            "No cell has a height: the surface is seen edge-on, or smaller than a cell. Choose"
             " another reference plane or a smaller --gsd."
         ),
     ),
     "dem.points-in-line": (
         "error",
         to_translate(
-            "Seen along the normal of this plane, the points lie on one line or are fewer than"
-            " three. Choose another reference plane."
+            "Seen along the normal of this plane, the points are collinear or fewer than three."
+            " Choose another reference plane."
         ),
     ),
     "dem.too-many-contours": (
         "error",
         to_translate(
-            "Contours every {spacing_m:g} m would be more than {maximum} levels over"
+            "Contours every {spacing_m:g} m would need more than {maximum} levels over"
             " {range_m:.4g} m of height. Choose a larger spacing."
         ),
     ),
     "dem.no-contours": (
         "warning",
-        to_translate("No contour line lies within the heights. Choose a smaller spacing."),
+        to_translate("No contour line lies within the range of heights. Choose a smaller spacing."),
     ),
     "texture.not-drawn": (
         "warning",
@@ -231,7 +229,7 @@ TEXTS: dict[str, Entry] = {
     "interpretation.legend-alone": (
         "error",
         to_translate(
-            "A legend alone explains nothing. Add features to draw: traces, patches or symbols."
+            "A legend needs features to explain. Add traces, patches or symbols to the drawing."
         ),
     ),
     "interpretation.not-in-view": (
@@ -248,18 +246,18 @@ TEXTS: dict[str, Entry] = {
     "domain.none": (
         "error",
         to_translate(
-            "No feature is in a domain. Give the features their domains first (Properties > Domain,"
-            " or a column called domain)."
+            "No feature belongs to a domain. Assign domains first (Properties > Domain, or a"
+            " column called domain)."
         ),
     ),
     "domain.unknown": (
         "error",
-        to_translate("No feature is in the domain {domain}. Choose one of: {domains}."),
+        to_translate("No feature belongs to the domain {domain}. Choose one of: {domains}."),
     ),
     "domain.no-axis": (
         "error",
         to_translate(
-            "Domain {domain} has no axis of its own ({reason}). Give a direction of view."
+            "Domain {domain} has no axis of its own ({reason}). Specify a view direction."
         ),
     ),
     "domain.ends-at-faults": (
@@ -269,29 +267,28 @@ TEXTS: dict[str, Entry] = {
     "domain.no-fault-between": (
         "info",
         to_translate(
-            "No fault separates domain {domain} from {others}: it ends half way to their nearest"
-            " features."
+            "No fault separates domain {domain} from {others}, so it ends halfway to their"
+            " nearest features."
         ),
     ),
     "domain.on-both-sides": (
         "info",
         *to_translate_n(
-            "{count} feature lies on both sides of the plane and was left as it is.",
-            "{count} features lie on both sides of the plane and were left as they are.",
+            "{count} feature lies on both sides of the plane and is unchanged.",
+            "{count} features lie on both sides of the plane and are unchanged.",
         ),
     ),
     "sidecar.other-file": (
         "error",
         to_translate(
-            "This is not the sidecar of an orthophoto. Choose the NAME.json that was written with"
-            " it."
+            "This is not the sidecar of an orthophoto. Choose the NAME.json written with it."
         ),
     ),
     "sidecar.no-place": (
         "error",
         to_translate(
-            "The sidecar does not state where the pixels lie on the model. Write the orthophoto"
-            " again."
+            "The sidecar does not specify the position of the pixels on the model. Create the"
+            " orthophoto again."
         ),
     ),
     "drawing.not-finite": (
@@ -300,23 +297,20 @@ TEXTS: dict[str, Entry] = {
     ),
     "drawing.other-picture": (
         "error",
-        to_translate(
-            "The lines were drawn on another orthophoto. Choose the sidecar (NAME.json) that was"
-            " written with that one."
-        ),
+        to_translate("The lines were drawn on another orthophoto. Choose its sidecar (NAME.json)."),
     ),
     "drawing.several-pictures": (
         "error",
         to_translate(
-            "{count} pictures of the drawing, at different places, may be the orthophoto. Keep the"
-            " one on which the lines were drawn, linked as {name}."
+            "{count} pictures of the drawing, at different positions, may be the orthophoto. Keep"
+            " only the one the lines were drawn on, linked as {name}."
         ),
     ),
     "drawing.on-map": (
         "error",
         to_translate(
-            "The drawing is in map coordinates ({crs}), but the orthophoto is on a plane of its"
-            " own. Draw on the GeoTIFF in its own coordinates."
+            "The drawing is in map coordinates ({crs}), but the orthophoto has its own plane."
+            " Draw on the GeoTIFF in its own coordinates."
         ),
     ),
     "drawing.off-surface": (

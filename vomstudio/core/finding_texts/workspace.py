@@ -8,11 +8,11 @@ from vomstudio.core.words import to_translate, to_translate_n
 TEXTS: dict[str, Entry] = {
     "display.no-textures": (
         "info",
-        to_translate("No open model has textures."),
+        to_translate("No open model has a texture."),
     ),
     "display.no-colours": (
         "info",
-        to_translate("No open model has colours of its own."),
+        to_translate("No open model has its own colours."),
     ),
     "display.cloud-without-faces": (
         "info",
@@ -24,13 +24,13 @@ TEXTS: dict[str, Entry] = {
     ),
     "display.no-cloud": (
         "info",
-        to_translate("Eye-dome lighting is for point clouds. A mesh can be lit."),
+        to_translate("Eye-dome lighting needs a point cloud. Use lighting for a mesh."),
     ),
     "drawing.orthophoto-of-other-file": (
         "warning",
         to_translate(
-            "The orthophoto was made of another file than {model}, or before its file "
-            "changed. Make it again."
+            "The orthophoto was made from another file than {model}, or before its file changed."
+            " Make it again."
         ),
     ),
     "picks.no-plane": (
@@ -56,8 +56,8 @@ TEXTS: dict[str, Entry] = {
     "model.cloud-too-large": (
         "error",
         to_translate(
-            "{model} is too large to be loaded as a whole, which this needs. Raise the "
-            "limit of points in the settings, or cut out a part."
+            "{model} is too large to be loaded completely. Raise the limit of points in the"
+            " settings, or cut out a part."
         ),
     ),
     "model.fields-too-large": (
@@ -67,7 +67,8 @@ TEXTS: dict[str, Entry] = {
     "model.placed-anew": (
         "warning",
         to_translate(
-            "The model was placed anew, so earlier proposals are not valid. Search again."
+            "The position of the model has changed, so earlier proposals are not valid. Search"
+            " again."
         ),
     ),
     "cache.unreadable": (
@@ -92,7 +93,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "selection.no-slip": (
         "error",
-        to_translate("Select a slip lineation that lies on a fault first."),
+        to_translate("Select a slip lineation on a fault first."),
     ),
     "selection.not-two-planes": (
         "error",
@@ -100,48 +101,48 @@ TEXTS: dict[str, Entry] = {
     ),
     "selection.no-feature-read": (
         "error",
-        to_translate("Select the trace, patch or line that was read."),
+        to_translate("Select the trace, patch or line that was measured by compass."),
     ),
     "slip.across-plane": (
         "error",
         to_translate(
-            "The lineation is perpendicular to its plane, so it is not a slip on it. Select"
-            " another one."
+            "The lineation is perpendicular to its plane, so it cannot be a slip direction."
+            " Select another one."
         ),
     ),
     "feature.not-on-model": (
         "error",
-        to_translate("{feature} does not lie on a model. Select what the model shows of it."),
+        to_translate("{feature} is not on a model. Select its trace, patch or line on the model."),
     ),
     "feature.no-attitude": (
         "error",
         to_translate(
-            "{feature} has no plane and no direction that could have been read. Select "
-            "another feature."
+            "{feature} has no plane or direction to compare with a reading. Select another feature."
         ),
     ),
     "feature.same-names": (
         "warning",
         to_translate(
-            "{count} name belongs to more than one feature: {names}. Tables distinguish "
-            "them by their ids only. Rename one with F2."
+            "{count} name is used by more than one feature: {names}. Tables distinguish them only"
+            " by id. Rename one with F2."
         ),
         to_translate(
-            "{count} names belong to more than one feature: {names}. Tables distinguish "
-            "them by their ids only. Rename some with F2."
+            "{count} names are used by more than one feature: {names}. Tables distinguish them"
+            " only by id. Rename some with F2."
         ),
     ),
     "registration.few-marked-points": (
         "error",
         to_translate(
-            "At least three points are needed, each marked in at least two photos. Mark "
-            "more points."
+            "At least three points are required, each marked in at least two photos. Mark more"
+            " points."
         ),
     ),
     "scale.check-bar": (
         "warning",
         to_translate(
-            "Check scale bar {name}: its length in the placed model is off by {error_m:+.3g} m."
+            "Check scale bar {name}: its length in the registered model is wrong by"
+            " {error_m:+.3g} m."
         ),
     ),
     "project.saved": (
@@ -155,22 +156,22 @@ TEXTS: dict[str, Entry] = {
     "project.home-not-writable": (
         "warning",
         to_translate(
-            "Your home folder is not writable: settings are not kept, and unsaved work is "
-            "in {folder}, which the system may empty. Save the project elsewhere."
+            "Your home folder is not writable: settings are not saved, and unsaved work is in"
+            " {folder}, which the system may empty. Save the project elsewhere."
         ),
     ),
     "project.opening": (
         "warning",
-        to_translate("Another project is being opened. Wait until it is open."),
+        to_translate("Another project is being opened. Please wait."),
     ),
     "project.on-disk-again": (
         "warning",
-        to_translate("All steps are on the disk again."),
+        to_translate("All steps are saved on disk again."),
     ),
     "project.closed": ("error", to_translate("The project is closed. Open it again.")),
     "project.recovered-and-saved": (
         "warning",
-        to_translate("Unsaved changes of an earlier session were recovered and are saved now."),
+        to_translate("Unsaved changes of an earlier session were recovered and saved."),
     ),
     "project.recovered": (
         "warning",
@@ -178,11 +179,11 @@ TEXTS: dict[str, Entry] = {
     ),
     "surroundings.unknown": (
         "warning",
-        to_translate("Resolution and exposed face are not known for the new planes."),
+        to_translate("Resolution and outcrop face are unknown for the new planes."),
     ),
     "surroundings.running": (
         "info",
-        to_translate("The surroundings are being measured. Wait until they are."),
+        to_translate("The surroundings are being measured. Please wait."),
     ),
     "surroundings.models-closed": (
         "error",
@@ -212,9 +213,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "surroundings.left-out": (
         "warning",
-        to_translate("{count} feature keeps its earlier values, since its model is not open."),
+        to_translate("{count} feature keeps its earlier values, because its model is not open."),
         to_translate(
-            "{count} features keep their earlier values, since their models are not open."
+            "{count} features keep their earlier values, because their models are not open."
         ),
     ),
     "model.not-cached": (
@@ -228,8 +229,8 @@ TEXTS: dict[str, Entry] = {
     "features.several-selected": (
         "info",
         to_translate(
-            "{n} features are selected: a change here changes all of them. The figures are those"
-            " of {name}."
+            "{n} features are selected, and changes apply to all of them. The values shown are"
+            " those of {name}."
         ),
     ),
     "field.not-calculated": ("info", to_translate("{field} is missing. Calculate it again.")),
@@ -267,35 +268,33 @@ TEXTS: dict[str, Entry] = {
     ),
     "registration.marks-unused": (
         "error",
-        to_translate("The registration failed, with marks that were not used. {marks} {reason}"),
+        to_translate("The registration failed, and some marks were not used. {marks} {reason}"),
     ),
     "grid.no-points": (
         "error",
-        to_translate(
-            "The model has no points that a grid could cover. Choose a model with points."
-        ),
+        to_translate("The model has no points to cover with a grid. Choose a model with points."),
     ),
     "grid.too-many-cells": (
         "error",
         to_translate(
-            "These would be more than {maximum:,} cells. Give them a side of at least"
+            "The grid would have more than {maximum:,} cells. Enter a cell side of at least"
             " {minimum:.2g}."
         ),
     ),
     "grid.unmeasurable-cells": (
         "info",
         *to_translate_n(
-            "{count} cell that cannot be measured is left out of the counts per area"
-            " ({share_percent:.0f} % of the face).",
-            "{count} cells that cannot be measured are left out of the counts per area"
+            "{count} unmeasurable cell is excluded from the counts per area ({share_percent:.0f}"
+            " % of the face).",
+            "{count} unmeasurable cells are excluded from the counts per area"
             " ({share_percent:.0f} % of the face).",
         ),
     ),
     "grid.open-cells": (
         "info",
         *to_translate_n(
-            "{count} cell was not inspected and is left out too ({share_percent:.0f} %).",
-            "{count} cells were not inspected and are left out too ({share_percent:.0f} %).",
+            "{count} cell that was not inspected is also excluded ({share_percent:.0f} %).",
+            "{count} cells that were not inspected are also excluded ({share_percent:.0f} %).",
         ),
     ),
     "grid.empty-cells-with-features": (
@@ -305,36 +304,34 @@ TEXTS: dict[str, Entry] = {
     "filter.unknown-column": (
         "error",
         to_translate(
-            "The column “{name}” does not exist. The tooltip lists all names. Put a word that"
-            " contains : in quotes."
+            "There is no column “{name}”. The tooltip lists all columns. Put a word that contains"
+            " : in quotes."
         ),
     ),
     "filter.similar-column": (
         "error",
         to_translate(
-            "The column “{name}” does not exist. Did you mean {similar}? The tooltip lists all"
-            " names. Put a word that contains : in quotes."
+            "There is no column “{name}”. Did you mean {similar}? The tooltip lists all columns."
+            " Put a word that contains : in quotes."
         ),
     ),
     "filter.needs-word": (
         "error",
-        to_translate("“{condition}” is incomplete. Write a word, such as {name}:{example}."),
+        to_translate("“{condition}” is incomplete. Add a word, such as {name}:{example}."),
     ),
     "filter.needs-yes-or-no": (
         "error",
-        to_translate("“{condition}” cannot be read. Write {name}:yes or {name}:no."),
+        to_translate("“{condition}” is not valid. Write {name}:yes or {name}:no."),
     ),
     "filter.needs-number": (
         "error",
         to_translate(
-            "“{condition}” cannot be read. Write a number, such as {name}>30 or {name}:20..45."
+            "“{condition}” is not valid. Write a number, such as {name}>30 or {name}:20..45."
         ),
     ),
     "filter.text-has-no-size": (
         "error",
-        to_translate(
-            "“{condition}”: text cannot be compared by size. Write : (contains) or = (equals)."
-        ),
+        to_translate("“{condition}” compares text by size. Use : (contains) or = (equals)."),
     ),
     "view.damaged": (
         "warning",
@@ -357,7 +354,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "frame.of-project": (
         "info",
-        to_translate("The file states no CRS, so it takes that of the project, {crs}."),
+        to_translate("The file specifies no CRS, so the CRS of the project is used, {crs}."),
     ),
     "frame.undeclared": (
         "warning",
@@ -370,7 +367,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "model.placed": (
         "info",
-        to_translate("{model} is placed. {facts}."),
+        to_translate("Registration of {model}: {facts}."),
     ),
     "model.moved": (
         "warning",
@@ -382,7 +379,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "file.unchanged": (
         "warning",
-        to_translate("{reason} The file was left unchanged."),
+        to_translate("{reason} The file was not changed."),
     ),
     "file.reading": (
         "info",
@@ -391,16 +388,15 @@ TEXTS: dict[str, Entry] = {
     "delete.hidden-left": (
         "info",
         *to_translate_n(
-            "{count} selected feature was not deleted: the filter of this list hides it.",
-            "{count} selected features were not deleted: the filter of this list hides them.",
+            "{count} selected feature was not deleted, because the list filter hides it.",
+            "{count} selected features were not deleted, because the list filter hides them.",
         ),
     ),
     "delete.hidden-deleted": (
         "info",
         *to_translate_n(
-            "{count} of the deleted features is hidden by a filter in the list. Undo restores it.",
-            "{count} of the deleted features are hidden by a filter in the list. Undo "
-            "restores them.",
+            "{count} deleted feature was hidden by a filter in the list. Undo restores it.",
+            "{count} deleted features were hidden by a filter in the list. Undo restores them.",
         ),
     ),
     "photo.busy": (
@@ -409,7 +405,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "planes.none": (
         "error",
-        to_translate("No plane was measured yet. Measure some on the outcrop."),
+        to_translate("No planes have been measured yet. Measure some on the outcrop."),
     ),
     "selection.no-line": (
         "error",
@@ -421,7 +417,10 @@ TEXTS: dict[str, Entry] = {
     ),
     "selection.unsuitable": (
         "info",
-        to_translate("Nothing selected fits here. Select something else, or choose a group above."),
+        to_translate(
+            "The selection contains nothing suitable. Select other features, or choose a"
+            " group above."
+        ),
     ),
     "selection.no-plane": (
         "error",
@@ -429,7 +428,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "net.copied": (
         "info",
-        to_translate("The stereonet is on the clipboard."),
+        to_translate("The stereonet has been copied to the clipboard."),
     ),
     "net.no-preview": (
         "info",
@@ -437,15 +436,15 @@ TEXTS: dict[str, Entry] = {
     ),
     "net.only": (
         "info",
-        to_translate("{what}: only a net shows this. Choose a net as the view."),
+        to_translate("{what}: only available on a net. Choose a net as the view."),
     ),
     "selection.no-trace-or-patch": (
         "error",
-        to_translate("Select the trace or patch whose plane is to be used."),
+        to_translate("Select a trace or patch to use its plane."),
     ),
     "field.plane-missing": (
         "error",
-        to_translate("Type the plane as dip direction and dip, such as 315/38."),
+        to_translate("Enter the plane as dip direction and dip, such as 315/38."),
     ),
     "model.no-other": (
         "error",
@@ -453,11 +452,11 @@ TEXTS: dict[str, Entry] = {
     ),
     "stable.no-points": (
         "error",
-        to_translate("Click the points near which the rock has not moved."),
+        to_translate("Click points around which the rock has not moved."),
     ),
     "stable.no-box": (
         "error",
-        to_translate("Set the clipping box in the outcrop's view first (View > Clipping box)."),
+        to_translate("Set the clipping box of the outcrop first (View > Clipping box)."),
     ),
     "stable.no-model": (
         "error",
@@ -473,19 +472,19 @@ TEXTS: dict[str, Entry] = {
     ),
     "facets.none-open": (
         "error",
-        to_translate("No proposed facet is left to accept."),
+        to_translate("There are no proposed facets left to accept."),
     ),
     "patch.pending": (
         "info",
-        to_translate("The patch is being analysed. Wait for the result."),
+        to_translate("The patch is being analysed. Please wait."),
     ),
     "patch.plane-fits": (
         "info",
-        to_translate("The plane fits the whole patch, so trimming is not needed."),
+        to_translate("The plane fits the whole patch, so no trimming is needed."),
     ),
     "extension.pending": (
         "info",
-        to_translate("The plane is being extended. Wait for the result."),
+        to_translate("The plane is being extended. Please wait."),
     ),
     "extension.missing": (
         "error",

@@ -88,7 +88,7 @@ def _list_photos(request: PhotosRequest, progress: Progress) -> PhotoListing:
     thumbnails = request.cache / "thumbnails"
     make_folder(thumbnails)
     places = metres_from_gps(survey.photos)
-    progress.stage(tr("Making thumbnails"), len(survey.photos))
+    progress.stage(tr("Creating thumbnails"), len(survey.photos))
     rows = []
     for number, photo in enumerate(survey.photos):
         progress.step(number)

@@ -22,28 +22,28 @@ class ReconstructOptions(Options):
     """
 
     quality: Literal["preview", "low", "medium", "high"] = option(
-        "medium", help=to_translate("share of the photos' resolution that is used")
+        "medium", help=to_translate("fraction of the photo resolution to use")
     )
     gcp: str | None = option(
         None,
         metavar="FILE",
         help=to_translate(
-            "control points: CSV label,x,y,z[,sigma][,use], XML of MicMac or Metashape, or"
-            " OpenDroneMap's gcp_list.txt; none does without"
+            "control points: CSV label,x,y,z[,sigma][,use], XML from MicMac or Metashape,"
+            " OpenDroneMap's gcp_list.txt, or none"
         ),
         automatic=to_translate(
-            "control.csv in or beside the folder of the photos, if enough of its points are marked"
+            "control.csv in or next to the photo folder, if enough of its points are marked"
         ),
     )
     marks: str | None = option(
         None,
         metavar="FILE",
         help=to_translate(
-            "marks of the control points: CSV label,photo,x,y, or XML of MicMac; other labels are"
-            " tie points"
+            "marks of the control points: CSV label,photo,x,y, or XML from MicMac; other labels"
+            " are tie points"
         ),
         automatic=to_translate(
-            "in the file of the points, else marks.csv beside it or in the folder of the photos"
+            "in the control point file, else marks.csv next to it or in the photo folder"
         ),
     )
     crs: str | None = option(
@@ -55,7 +55,7 @@ class ReconstructOptions(Options):
         None,
         metavar="ADDRESS",
         label=to_translate("Cluster"),
-        help=to_translate("use the Dask cluster of this scheduler"),
+        help=to_translate("use the Dask cluster with this scheduler"),
         tip=to_translate("Address of the scheduler of a Dask cluster"),
         empty_text=to_translate("None, or tcp://computer:8786"),
     )
@@ -64,7 +64,7 @@ class ReconstructOptions(Options):
         minimum=1,
         maximum=4096,
         label=to_translate("Threads"),
-        help=to_translate("threads on this computer"),
+        help=to_translate("number of threads on this computer"),
         tip=to_translate("Number of threads; fewer need less memory"),
         automatic=to_translate("all processors"),
     )
@@ -73,21 +73,21 @@ class ReconstructOptions(Options):
         minimum=0,
         maximum=2**31 - 1,
         label=to_translate("Seed"),
-        tip=to_translate("With one thread the same seed gives the same model"),
+        tip=to_translate("With one thread, equal seeds give equal models"),
         help=to_translate(
-            "seed of random numbers; with --threads 1 the same seed gives the same model"
+            "seed of random numbers; with --threads 1, equal seeds give equal models"
         ),
     )
     device: Literal["auto", "cpu", "cuda"] = option(
         "auto",
         help=to_translate(
-            "processor of the depth maps; auto: a GPU if the installed COLMAP can use one"
+            "processor for depth maps; auto: a GPU if the installed COLMAP supports it"
         ),
     )
     region: str | None = option(
         None,
         metavar="x0,y0,z0,x1,y1,z1",
-        help=to_translate("make a model of this box only, in the frame of the model"),
+        help=to_translate("reconstruct only this box, in the frame of the model"),
     )
 
     def __post_init__(self) -> None:

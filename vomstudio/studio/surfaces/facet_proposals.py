@@ -121,7 +121,7 @@ class Proposals:
         if of.min_coplanarity is not None:
             parts.append(tr("coplanarity at least {value:g}", value=of.min_coplanarity))
         return tr(
-            "Facet that the program proposed ({limits}) and that was accepted.",
+            "Proposed facet ({limits}), accepted.",
             limits=", ".join(parts),
         )
 

@@ -276,7 +276,7 @@ class ModelFields(ModelWork):
             MAP_MEASURABLE,
             MeasurableRequest(standing, (x, y, z), options, out),
             tr(
-                "Where planes of {plane} could be measured on {model}",
+                "Measurability of planes {plane} on {model}",
                 model=record.name,
                 plane=format_plane(plane),
             ),

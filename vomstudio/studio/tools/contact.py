@@ -150,6 +150,6 @@ TOOL = ToolEntry(
     label=to_translate("Contact lin&e"),
     icon="vector-line",
     key="E",
-    tip=to_translate("Click along a contact or fault that is drawn only; no plane is fitted."),
+    tip=to_translate("Draw a line along a contact or fault, without fitting a plane."),
     order=22,
 )

@@ -83,15 +83,15 @@ class ControlTool(StatelessTool):
     def hint(self) -> str:
         point = self.current
         if point is None:
-            return tr("Control points: click a point; its coordinates are typed beside it.")
+            return tr("Control points: click a point, then enter its coordinates in the list.")
         if point.vertices:
             return tr(
-                "Control points: click where {point} is to move it there.",
+                "Control points: click the new position of {point}.",
                 point=point.name,
             )
         if point.id in self._expected:
             return tr(
-                "Control points: click {point}; a ring shows where it should be.",
+                "Control points: click {point}; a ring shows its expected position.",
                 point=point.name,
             )
         return tr("Control points: click {point} on the outcrop.", point=point.name)
@@ -182,6 +182,6 @@ TOOL = ToolEntry(
     label=to_translate("&Control points"),
     icon="crosshairs-gps",
     key="C",
-    tip=to_translate("Click points of known coordinates, to place the model by them."),
+    tip=to_translate("Click points with known coordinates to register the model."),
     order=45,
 )

@@ -95,9 +95,9 @@ class ElementChanges:
         elif isinstance(neighbours, Finding):
             self._context.report(neighbours)
         elif gains:
-            self._only(selection, neighbours.wider(selection.mask), tr("Widen"))
+            self._only(selection, neighbours.wider(selection.mask), tr("Grow"))
         else:
-            self._only(selection, neighbours.narrower(selection.mask), tr("Narrow"))
+            self._only(selection, neighbours.narrower(selection.mask), tr("Shrink"))
 
     def take_patch(self, patch: Patch) -> None:
         """Select the faces or points of a patch."""
@@ -110,7 +110,7 @@ class ElementChanges:
         mask = np.zeros(element_count(data), np.bool_)
         ids = runs_to_ids(patch.runs)
         mask[ids[ids < len(mask)]] = True
-        self._tool.take(patch.model_id, mask, self._tool.combine, tr("Take plane"))
+        self._tool.take(patch.model_id, mask, self._tool.combine, tr("Select plane"))
 
     # --- selection by value -------------------------------------------------------------------
     def select_by_field(self, name: str, low: float, high: float) -> None:
@@ -126,7 +126,7 @@ class ElementChanges:
         if not mask.any():
             self._context.hint(Finding("selection.no-such-value"))
             return
-        self._tool.take(model_id, mask, self._tool.combine, tr("By a field"))
+        self._tool.take(model_id, mask, self._tool.combine, tr("By field"))
 
     def select_by_colour(self, tolerance: float) -> None:
         """Select elements with colours similar to those of the selection."""

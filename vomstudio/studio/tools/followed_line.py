@@ -353,11 +353,11 @@ def photo_votes(legs: Sequence[FollowedPath]) -> str | None:
     if not judged:
         if not all(leg.final for leg in legs):
             return text
-        return f"{text} {tr('No other photo could judge it.')}"
+        return f"{text} {tr('No other photo could confirm it.')}"
     voters = {voter for leg in legs for voter in leg.voters}
     votes = tr_n(
-        "{count} other photo was asked, which shows the same on {percent:.0f} % of the line.",
-        "{count} other photos were asked, which show the same on {percent:.0f} % of the line.",
+        "{count} other photo was compared and confirms {percent:.0f} % of the line.",
+        "{count} other photos were compared and confirm {percent:.0f} % of the line.",
         len(voters),
         percent=100.0 * sum(leg.confirmed for leg in legs) / judged,
     )

@@ -23,17 +23,16 @@ from vomstudio.studio.tools.tool_entry import ToolEntry
 
 _HINTS = {
     "level": to_translate(
-        "Level line: click its two ends, on a water line, a spirit level or a bed known to be "
-        "horizontal."
+        "Level line: click both ends of a water line, a spirit level or a bed known to be"
+        " horizontal."
     ),
     "plumb": to_translate(
-        "Plumb line: click its two ends, on a hanging string or rope, or an edge built upright."
+        "Plumb line: click both ends of a hanging string or rope, or of a vertical edge."
     ),
-    "azimuth": to_translate("Known azimuth: click the two ends, in the direction of the azimuth."),
-    "length": to_translate("Known length: click the two ends of a tape or staff."),
+    "azimuth": to_translate("Known azimuth: click both ends, in the direction of the azimuth."),
+    "length": to_translate("Known length: click both ends of a tape or staff."),
     "plane": to_translate(
-        "Plane or line by compass: click the trace, patch or line that was measured, then type "
-        "what was read."
+        "Plane or line by compass: click the measured trace, patch or line, then enter the reading."
     ),
 }
 
@@ -142,9 +141,6 @@ TOOL = ToolEntry(
     label=to_translate("&Known lines"),
     icon="spirit-level",
     key="K",
-    tip=to_translate(
-        "Click lines that are level or vertical, or of known azimuth or length, and choose planes "
-        "read by compass, to place the model."
-    ),
+    tip=to_translate("Register the model by known lines and compass readings."),
     order=46,
 )

@@ -218,8 +218,6 @@ TOOL = ToolEntry(
     label=to_translate("&Line"),
     icon="arrow-top-right",
     key="L",
-    tip=to_translate(
-        "Click along a striation, hinge or other lineation: trend, plunge, rake on a plane."
-    ),
+    tip=to_translate("Click along a lineation to measure its trend, plunge and rake."),
     order=30,
 )

@@ -64,7 +64,7 @@ class LithologyTool(FollowingTool[Lithology]):
 
     def hint(self) -> str:
         if self._feature is None:
-            return tr("Rock area: click around a part of the outcrop that is one rock.")
+            return tr("Rock area: click around an area of a single rock.")
         return tr_n(
             "Rock area: {count} corner. Enter or double click finishes; drag a vertex to move it; "
             "Ctrl+click inserts one; Esc cancels.",
@@ -201,6 +201,6 @@ TOOL = ToolEntry(
     label=to_translate("&Rock area"),
     icon="layers",
     key="Shift+R",
-    tip=to_translate("Click around one rock; the area is measured on the surface of the model."),
+    tip=to_translate("Outline an area of a single rock, measured on the surface."),
     order=28,
 )

@@ -30,10 +30,10 @@ TWO_ENDS = ("distance", "thickness")
 MIN_POINTS = {"distance": 2, "polyline": 2, "area": 3, "thickness": 2}
 
 _HINTS = {
-    "distance": to_translate("Measure: click the two end points of the distance."),
-    "polyline": to_translate("Measure: click along the line whose length you want."),
-    "area": to_translate("Measure: click the corners of the area, one after the other."),
-    "thickness": to_translate("Measure: click a point on the base and one on the top."),
+    "distance": to_translate("Measure: click both ends of the distance."),
+    "polyline": to_translate("Measure: click along the line to measure its length."),
+    "area": to_translate("Measure: click the corners of the area in order."),
+    "thickness": to_translate("Measure: click one point on the base and one on the top."),
 }
 
 
@@ -214,6 +214,6 @@ TOOL = ToolEntry(
     label=to_translate("&Measure"),
     icon="ruler",
     key="M",
-    tip=to_translate("Measure a distance, a length, an area, or a thickness across a plane."),
+    tip=to_translate("Measure a distance, length, area, or thickness across a plane."),
     order=40,
 )

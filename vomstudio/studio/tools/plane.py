@@ -59,10 +59,10 @@ RADIUS_FACTOR = 1.25
 DEFAULT_RADIUS_SHARE = 1.0 / 80.0
 MAX_PLANE_ELEMENTS = 2_000_000
 _PICK_HINT = to_translate(
-    "click grows it, dragging paints it. Ctrl+wheel: angle, Shift+wheel: distance."
+    "click to grow it, drag to paint it. Ctrl+wheel: angle, Shift+wheel: distance."
 )
 _HINT = to_translate("Plane: {how} {count}")
-_HINT_OPEN = to_translate("Plane: {count} Enter keeps the plane, Esc discards it.")
+_HINT_OPEN = to_translate("Plane: {count} Enter saves the plane, Esc discards it.")
 
 
 class PlaneTool(ElementTool):
@@ -557,7 +557,7 @@ class PlaneTool(ElementTool):
         if self._waiting:
             return (tr("Waiting for the neighbour graph"),)
         if measurement is None and self.count and self._shape is None and not self._down:
-            return (tr("The plane is measured at Enter"),)
+            return (tr("The plane is measured after Enter"),)
         return plane_reading(self._context, measurement, painting=self._down)
 
     def _pending_places(self) -> FloatArray | None:
@@ -596,7 +596,7 @@ TOOL = ToolEntry(
     label=to_translate("&Plane"),
     icon="layers-search-outline",
     key="P",
-    tip=to_translate("Click or paint one surface; its plane is fitted."),
+    tip=to_translate("Click or paint a surface to fit its plane."),
     order=20,
     takes_keys=True,
 )

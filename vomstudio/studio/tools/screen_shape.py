@@ -80,7 +80,7 @@ class DrawnShape:
     def hint(self) -> str:
         """Describe the effect of the next click."""
         if self.mode != "polygon":
-            return tr("Release the button to use the area inside; Esc discards the shape.")
+            return tr("Release the button to close the shape; Esc discards it.")
         if self.why_not_close() is not None:
             return tr("Click the next corner; Esc discards the polygon.")
         return tr(

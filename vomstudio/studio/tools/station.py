@@ -42,8 +42,8 @@ class StationTool(PolylineTool[Station]):
 
     def hint(self) -> str:
         if self.continued:
-            return tr("Field station: click its new place; Enter finishes; Esc cancels.")
-        return tr("Field station: click the place of a station or sample on the outcrop.")
+            return tr("Field station: click its new position; Enter finishes; Esc cancels.")
+        return tr("Field station: click the position of a station or sample on the outcrop.")
 
     def why_not_finish(self) -> Finding | None:
         if self._feature is None:
@@ -131,6 +131,6 @@ TOOL = ToolEntry(
     label=to_translate("Fiel&d station"),
     icon="map-marker",
     key="D",
-    tip=to_translate("Click the place of a station or a sample; its number and photo go with it."),
+    tip=to_translate("Click the position of a station or sample, with number and photos."),
     order=36,
 )

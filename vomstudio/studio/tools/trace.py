@@ -57,17 +57,17 @@ class TraceTool(FollowingTool[Trace]):
             )
         if count < 3:
             return tr_n(
-                "Trace: {count} of at least 3 points. Go on clicking; Backspace removes the last "
-                "point; Esc cancels.",
-                "Trace: {count} of at least 3 points. Go on clicking; Backspace removes the last "
-                "point; Esc cancels.",
+                "Trace: {count} of at least 3 points. Continue clicking; Backspace removes the"
+                " last point; Esc cancels.",
+                "Trace: {count} of at least 3 points. Continue clicking; Backspace removes the"
+                " last point; Esc cancels.",
                 count,
             )
         return tr_n(
-            "Trace: {count} point. Enter or double click finishes; drag a vertex to move it; "
-            "Ctrl+click inserts one; Delete removes the marked one; Esc cancels.",
-            "Trace: {count} points. Enter or double click finishes; drag a vertex to move it; "
-            "Ctrl+click inserts one; Delete removes the marked one; Esc cancels.",
+            "Trace: {count} point. Enter or double click finishes; drag a vertex to move it;"
+            " Ctrl+click inserts one; Delete removes the selected one; Esc cancels.",
+            "Trace: {count} points. Enter or double click finishes; drag a vertex to move it;"
+            " Ctrl+click inserts one; Delete removes the selected one; Esc cancels.",
             count,
         )
 
@@ -219,6 +219,6 @@ TOOL = ToolEntry(
     label=to_translate("&Trace"),
     icon="vector-polyline",
     key="T",
-    tip=to_translate("Click along a bed, fault or fracture; its plane is fitted as you click."),
+    tip=to_translate("Click along a bed, fault or fracture to fit its plane."),
     order=10,
 )

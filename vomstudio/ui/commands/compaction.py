@@ -21,14 +21,14 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             "compact_project",
             tr("&Compact project…"),
             lambda: _compact(studio, parent),
-            tip=tr("Remove edits and files that can no longer be restored."),
+            tip=tr("Remove edits and files that undo cannot restore."),
             why_not=lambda: _why_not(studio),
         ),
         Command(
             "take_back_compaction",
             tr("Undo compaction"),
             lambda: _undo_compaction(studio),
-            tip=tr("Possible until the project is closed."),
+            tip=tr("Restore the removed edits, until the project is closed."),
             why_not=lambda: None if studio.project.is_compacted else Finding("compaction.not-done"),
         ),
     ]
@@ -62,7 +62,7 @@ def compaction_text(plan: CompactionPlan) -> str:
     """Describe what a compaction removes and what it keeps, for the confirmation question."""
     sentences = [
         tr(
-            "{rows} of {total} journal rows hold edits that were undone and then replaced.",
+            "{rows} of {total} journal rows contain edits that were undone and then replaced.",
             rows=plan.rows,
             total=plan.total_rows,
         )
@@ -77,9 +77,8 @@ def compaction_text(plan: CompactionPlan) -> str:
             )
         )
     consequence = tr(
-        "Undo and redo can no longer reach them, but they document how the measurements were "
-        "made. Everything that can be undone or redone is kept. The compaction itself can be "
-        "undone until the project is closed."
+        "Undo and redo cannot reach these edits, but they document your measurements. Compaction"
+        " can be undone until the project is closed."
     )
     return f"{' '.join(sentences)}\n\n{consequence}"
 

@@ -68,10 +68,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             "display_field",
             tr("Scalar field"),
             lambda: choose_field(studio, docks),
-            tip=tr(
-                "Colour the model by intensity, classification, elevation or another value, "
-                "with a colour bar."
-            ),
+            tip=tr("Colour the model by intensity, classification, elevation or another field."),
             why_not=view.why_not,
             is_checked=lambda: state.mode == "field",
         ),
@@ -79,7 +76,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             "display_lit",
             tr("&Lighting"),
             toggle_lighting,
-            tip=tr("A light at the viewer shades the surface; without it colours are true."),
+            tip=tr("Shade the surface by a light; turn off for true colours."),
             why_not=lambda: display.why_not_lit(models()),
             is_checked=lambda: state.lit[current_mode()],
         ),
@@ -87,7 +84,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             "display_eye_dome",
             tr("&Eye-dome lighting"),
             lambda: state.set_eye_dome(not state.eye_dome),
-            tip=tr("Shades a point cloud by its depth while the view is at rest."),
+            tip=tr("Shade a point cloud by depth while the view is still."),
             why_not=lambda: display.why_not_eye_dome(models()),
             is_checked=lambda: state.eye_dome,
         ),
@@ -112,16 +109,13 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             tr("&Clipping box"),
             lambda: toggle_clip(studio, view, docks),
             icon="cube-scan",
-            tip=tr(
-                "Show and pick only what is inside a box. Drag its faces or enter their "
-                "coordinates."
-            ),
+            tip=tr("Show and pick only the part of the model inside a box."),
             why_not=view.why_not,
             is_checked=lambda: state.clipping,
         ),
         Command(
             "clipping_reset",
-            tr("Fit clipping box to models"),
+            tr("Fit clipping box"),
             lambda: fit_clip(studio, view),
             why_not=lambda: None if state.clipping else Finding("action.no-clipping-box"),
         ),

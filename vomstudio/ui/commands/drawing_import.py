@@ -53,7 +53,7 @@ class DrawingImport(QObject):
         """Ask for a drawing, and for the sidecar file of the picture if it is elsewhere."""
         name, _ = QFileDialog.getOpenFileName(
             self._parent,
-            tr("Import lines drawn on an orthophoto"),
+            tr("Import drawn lines"),
             start_folder(self._studio),
             file_filters.drawings(),
         )
@@ -78,7 +78,7 @@ class DrawingImport(QObject):
             return
         name, _ = QFileDialog.getOpenFileName(
             self._parent,
-            tr("The file NAME.json that was written beside the orthophoto"),
+            tr("Choose the NAME.json written with the orthophoto"),
             str(drawing.parent),
             file_filters.sidecars(),
         )
@@ -98,7 +98,7 @@ class DrawingImport(QObject):
             READ_DRAWN_LINES,
             DrawnLinesRequest(drawing, sidecar, placed_model),
             title=tr(
-                "Bringing the lines of {file} to {model}", file=drawing.name, model=model.name
+                "Projecting the lines of {file} onto {model}", file=drawing.name, model=model.name
             ),
             on_done=self._background.guard(
                 lambda lines: self._create_traces(drawing, sidecar, model, lines)

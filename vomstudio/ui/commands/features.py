@@ -23,15 +23,20 @@ PLANE_STYLES = (
         "planes_discs",
         to_translate("&Discs"),
         "discs",
-        to_translate("Each plane as a translucent disc of its feature's extent."),
+        to_translate("Draw each plane as a translucent disc of its extent."),
     ),
     (
         "planes_symbols",
         to_translate("&Strike and dip symbols"),
         "symbols",
-        to_translate("Strike line with a tick and the dip; arrows down the plunge for lines."),
+        to_translate("Draw strike and dip symbols, and plunge arrows for lines."),
     ),
-    ("planes_neither", to_translate("&None"), "neither", to_translate("Traces and outlines only.")),
+    (
+        "planes_neither",
+        to_translate("&None"),
+        "neither",
+        to_translate("Draw only traces and outlines."),
+    ),
 )
 
 
@@ -74,16 +79,13 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
             tr("Feature &types…"),
             open_types,
             icon="shape-outline",
-            tip=tr("Add, rename, colour and remove feature types: bedding, fault, joint …"),
+            tip=tr("Add, rename, colour and remove feature types."),
         ),
         Command(
             "update_surroundings",
             tr("&Update earlier features"),
             surroundings.update,
-            tip=tr(
-                "Measure the resolution and the outcrop face anew around features "
-                "that were measured by an earlier rule."
-            ),
+            tip=tr("Measure resolution and outcrop face again by the current rule."),
             why_not=surroundings.why_not,
         ),
         Command(
@@ -91,7 +93,7 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
             tr("&Show"),
             lambda: studio.set_visible(selected_ids(), True),
             icon="eye-outline",
-            tip=tr("Show the selected features, in the outcrop and on the stereonet."),
+            tip=tr("Show the selected features in the outcrop and on the stereonet."),
             why_not=why_no_selection,
         ),
         Command(
@@ -100,12 +102,12 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
             lambda: studio.set_visible(selected_ids(), False),
             icon="eye-off-outline",
             shortcut="Ctrl+H",
-            tip=tr("Hide the selected features, in the outcrop and on the stereonet."),
+            tip=tr("Hide the selected features in the outcrop and on the stereonet."),
             why_not=why_no_selection,
         ),
         Command(
             "show_only",
-            tr("Show &only these"),
+            tr("Show &only selected"),
             lambda: studio.show_only(selected_ids()),
             tip=tr("Hide all features except the selected ones."),
             why_not=why_no_selection,

@@ -32,14 +32,14 @@ def commands(studio: Studio, files: Files, quit_program: Callable[[], object]) -
             files.choose_model,
             icon="folder-open-outline",
             shortcut="Ctrl+O",
-            tip=tr("A mesh, point cloud or height model. Files can be dropped on the window."),
+            tip=tr("Open a mesh, point cloud or height model."),
         ),
         Command(
             "open_sample",
             tr("Open sample outcrop"),
             open_sample,
             icon="image-filter-hdr",
-            tip=tr("A synthetic cliff whose bedding is known exactly."),
+            tip=tr("Open a synthetic cliff with known bedding."),
         ),
         Command(
             "open_project",
@@ -54,10 +54,7 @@ def commands(studio: Studio, files: Files, quit_program: Callable[[], object]) -
             files.save,
             icon="content-save-outline",
             shortcut="Ctrl+S",
-            tip=tr(
-                "All work is in the journal already. Saving marks a state and writes the GIS "
-                "layers."
-            ),
+            tip=tr("Mark a saved state and write the GIS layers."),
         ),
         Command("save_as", tr("Save &as…"), files.save_as, shortcut="Ctrl+Shift+S"),
         Command(
@@ -66,7 +63,7 @@ def commands(studio: Studio, files: Files, quit_program: Callable[[], object]) -
             lambda: files.export("csv"),
             icon="table-arrow-right",
             shortcut="Ctrl+E",
-            tip=tr("The orientation table as CSV, with errors, verdicts and reasons."),
+            tip=tr("Export the orientation table as CSV, with errors and verdicts."),
             why_not=why_no_features,
         ),
         Command(
@@ -74,26 +71,26 @@ def commands(studio: Studio, files: Files, quit_program: Callable[[], object]) -
             tr("Export &GIS layers…"),
             lambda: files.export("gpkg"),
             icon="layers-outline",
-            tip=tr("All features as layers of a GeoPackage."),
+            tip=tr("Export all features as layers of a GeoPackage."),
             why_not=why_no_features,
         ),
         Command(
             "export_shp",
             tr("Export &shapefiles…"),
             lambda: files.export("shp"),
-            tip=tr("All features as shapefiles, one for each layer."),
+            tip=tr("Export all features as shapefiles, one per layer."),
             why_not=why_no_features,
         ),
         Command(
             "export_dxf",
             tr("Export &DXF…"),
             lambda: files.export("dxf"),
-            tip=tr("All features for CAD, one layer for each feature type."),
+            tip=tr("Export all features for CAD, one layer per type."),
             why_not=why_no_features,
         ),
         Command(
             "export_program",
-            tr("Export for &another program…"),
+            tr("Export to &program…"),
             files.export_for_program,
             tip=tr(
                 "Stereonet, Orient, FaultKin, Win-Tensor, GemPy, LoopStructural, "
@@ -103,10 +100,10 @@ def commands(studio: Studio, files: Files, quit_program: Callable[[], object]) -
         ),
         Command(
             "copy_export",
-            tr("&Copy last export as command"),
+            tr("&Copy export command"),
             files.copy_export,
             icon="console",
-            tip=tr("The line for the shell that exports the same."),
+            tip=tr("Copy the shell command that repeats the last export."),
             why_not=files.why_no_export,
         ),
         Command("quit", tr("&Quit"), quit_program, shortcut="Ctrl+Q"),

@@ -38,21 +38,18 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
     return [
         Command(
             "fit_figure",
-            tr("Figure of plane s&hapes…"),
+            tr("Plane s&hapes figure…"),
             lambda: _ask_for_figure(studio, parent),
             icon="chart-scatter-plot",
-            tip=tr("Coplanarity by collinearity of the selected planes, else of all."),
+            tip=tr("Plot coplanarity against collinearity of the selected planes, or all."),
             why_not=why_not,
         ),
         Command(
             "copy_fit",
-            tr("Copy &fits as command…"),
+            tr("Copy &fit command…"),
             lambda: copy_fit(studio, parent),
             icon="console",
-            tip=tr(
-                "Keep the points of the selected traces, else of all, as a table, and copy the "
-                "command that fits their planes."
-            ),
+            tip=tr("Export the points of selected or all traces, and copy the command."),
             why_not=why_not,
         ),
     ]
@@ -66,7 +63,7 @@ def planes_to_fit(studio: Studio) -> Sequence[Picked]:
 
 
 def _ask_for_figure(studio: Studio, parent: QWidget) -> None:
-    path = ask_for_figure_file(parent, studio, tr("Figure of plane shapes"), "shapes")
+    path = ask_for_figure_file(parent, studio, tr("Plane shapes figure"), "shapes")
     if path is not None:
         write_figure(studio, path)
 

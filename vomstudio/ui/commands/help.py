@@ -23,16 +23,16 @@ if TYPE_CHECKING:
     from vomstudio.ui.dialogs.help.help_window import HelpWindow
 
 _MOUSE_TEXT = to_translate(
-    "<p><b>Mouse</b>: drag orbits about the point under the cursor, wheel zooms to the cursor, "
-    "middle button or Shift+drag pans, double click sets the pivot. While picking: click adds, "
-    "drag a vertex moves it, Ctrl+click inserts, Enter or double click finishes. With the "
-    "patch brush: drag paints, Ctrl+drag erases, the right button orbits. "
-    "With Select: Shift adds, Ctrl takes away, Ctrl+wheel and Shift+wheel turn the tolerance. "
-    "On the stereonet: click a pole or a great circle, drag a lasso around poles; Ctrl adds.</p>"
+    "<p><b>Mouse</b>: drag orbits about the point under the cursor, wheel zooms to the cursor,"
+    " middle button or Shift+drag pans, double click sets the centre of rotation. While picking:"
+    " click adds, drag a vertex moves it, Ctrl+click inserts, Enter or double click finishes."
+    " With the patch brush: drag paints, Ctrl+drag erases, the right button orbits. With Select:"
+    " Shift adds, Ctrl removes, Ctrl+wheel and Shift+wheel change the tolerance. On the"
+    " stereonet: click a pole or a great circle, drag a lasso around poles; Ctrl adds.</p>"
 )
 _ABOUT_TEXT = to_translate(
-    "<b>VOM Studio {version}</b><br>Measures geological structures on virtual outcrop models and "
-    "states the error of each measurement.<br>BSD-3-Clause."
+    "<b>VOM Studio {version}</b><br>Measures geological structures on virtual outcrop models,"
+    " with the error of each measurement.<br>BSD-3-Clause."
 )
 
 
@@ -55,7 +55,7 @@ def commands(actions: Actions, host: Host, dialogs: OpenDialogs, parent: QWidget
             tr("&Documentation"),
             show_documentation,
             icon="book-open-outline",
-            tip=tr("First steps, what the numbers mean, commands and file formats."),
+            tip=tr("First steps, meaning of the numbers, commands and file formats."),
         ),
         Command(
             "explain",
@@ -63,10 +63,7 @@ def commands(actions: Actions, host: Host, dialogs: OpenDialogs, parent: QWidget
             show_explanation,
             icon="help-circle-outline",
             shortcut="F1",
-            tip=tr(
-                "Opens the documentation at what is under the cursor, or has the focus; over "
-                "the outcrop the list of shortcuts."
-            ),
+            tip=tr("Explain the control under the cursor, or list the shortcuts."),
             is_global=True,
         ),
         Command(
@@ -80,7 +77,7 @@ def commands(actions: Actions, host: Host, dialogs: OpenDialogs, parent: QWidget
             tr("Save &report…"),
             lambda: save_report(host, parent),
             icon="file-alert-outline",
-            tip=tr("An error report as text. Read it before you pass it on."),
+            tip=tr("Save an error report as text. Read it before sharing it."),
         ),
         Command(
             "about",

@@ -38,10 +38,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
             tr("&Keep intersection"),
             lambda: plane_relations.keep_intersection(studio),
             icon="vector-intersection",
-            tip=tr(
-                "Keep the intersection line of the two selected planes as a feature, with its "
-                "error."
-            ),
+            tip=tr("Save the intersection of the two selected planes as a line."),
             why_not=lambda: plane_relations.why_not_keep(studio),
         ),
         Command(
@@ -49,43 +46,31 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
             tr("&Intersection of sets…"),
             ask_for_sets,
             icon="vector-intersection",
-            tip=tr(
-                "Intersection line of the mean planes of two types or sets, such as bedding and "
-                "fault."
-            ),
+            tip=tr("Intersect the mean planes of two types or sets."),
             why_not=why_too_few_groups,
         ),
         Command(
             "part_by_plane",
-            tr("Part into domains by this &plane"),
+            tr("Split into domains by &plane"),
             lambda: domain_splitting.split_domains(studio),
             icon="vector-difference",
-            tip=tr(
-                "Features on the two sides of the selected plane become the domains hanging "
-                "wall and footwall."
-            ),
+            tip=tr("Assign the domains hanging wall and footwall by the selected plane."),
             why_not=lambda: domain_splitting.why_not(studio),
         ),
         Command(
             "import_listed",
-            tr("Import &stations, contacts and rocks…"),
+            tr("Import &stations…"),
             lists.choose,
             icon="map-marker-plus",
-            tip=tr(
-                "Import stations, samples, contact lines and rock areas from layers or a table "
-                "as they are exported."
-            ),
+            tip=tr("Import stations, samples, contact lines and rock areas from exported files."),
             why_not=lambda: why_no_model(studio),
         ),
         Command(
             "import_drawing",
-            tr("Import lines &drawn on an orthophoto…"),
+            tr("Import &drawn lines…"),
             drawings.choose,
             icon="vector-polyline-plus",
-            tip=tr(
-                "Lines and polygons that were drawn on an orthophoto in a GIS, CAD or Inkscape "
-                "become traces on the model."
-            ),
+            tip=tr("Project lines drawn on an orthophoto onto the model as traces."),
             why_not=drawings.why_not,
         ),
         Command(
@@ -93,15 +78,15 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
             tr("&Update edited traces"),
             drawings.update,
             icon="vector-polyline-edit",
-            tip=tr("Give traces that were edited in the imported drawing their new vertices."),
+            tip=tr("Update traces that were edited in the imported drawing."),
             why_not=drawings.why_no_update,
         ),
         Command(
             "along_line",
-            tr("Look along the &line"),
+            tr("Along the &line"),
             directions.look_along_line,
             shortcut="I",
-            tip=tr("Orthographic view along the selected lineation or intersection."),
+            tip=tr("Look along the selected lineation or intersection (orthographic)."),
             why_not=directions.why_no_line,
             is_viewport_key=True,
         ),

@@ -45,21 +45,15 @@ def commands(
             tr("Fit to another &model…"),
             fit,
             icon="vector-combine",
-            tip=tr(
-                "Places the model by another one of the same rock: points that are clicked in "
-                "both, then the surfaces, with the error in degrees."
-            ),
+            tip=tr("Register the model by another model of the same rock."),
             why_not=why_no_model,
         ),
         Command(
             "compare_models",
-            tr("Compare with a &benchmark…"),
+            tr("Compare with &benchmark…"),
             compare,
             icon="compare-horizontal",
-            tip=tr(
-                "Signed distances from a better model or cloud of the same rock, and what of "
-                "them is more than chance."
-            ),
+            tip=tr("Compute signed distances from a more accurate model, with their significance."),
             why_not=why_no_model,
         ),
     ]

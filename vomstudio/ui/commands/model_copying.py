@@ -33,9 +33,8 @@ def copy_into_project(parent: QWidget, studio: Studio, links: PhotoLinks, model:
         )
         box.setInformativeText(
             tr(
-                "Size: {size:,.0f} MB. With its photos the project folder can be moved to another "
-                "computer and still shows features in the photos. Without them, the project "
-                "refers to the photos at their present place.",
+                "Size: {size:,.0f} MB. With the photos, the project folder works on other"
+                " computers. Without them, the project refers to their present location.",
                 size=size_bytes / 1e6,
             )
         )

@@ -69,10 +69,7 @@ def commands(
             tr("&Declare frame…"),
             files.declare_frame,
             icon="axis-arrow",
-            tip=tr(
-                "Up axis, unit, and CRS or local frame. Orientations are geographic only in "
-                "a declared frame."
-            ),
+            tip=tr("Specify up axis, unit and CRS, so that orientations are geographic."),
             why_not=why_no_model,
         ),
         Command(
@@ -80,10 +77,7 @@ def commands(
             tr("&Register by points"),
             register,
             icon="vector-point-select",
-            tip=tr(
-                "Places the model by points that are clicked on it or come in a table, and "
-                "their coordinates, with residuals and the error in degrees."
-            ),
+            tip=tr("Register the model by points with known coordinates."),
             why_not=why_no_model,
         ),
         Command(
@@ -91,7 +85,7 @@ def commands(
             tr("Convert to &metric CRS"),
             studio.workspace.models.convert,
             icon="map-marker-path",
-            tip=tr("Opens the refused model as a copy in a CRS whose metres are true."),
+            tip=tr("Open a copy of the rejected model in a metric CRS."),
             why_not=why_not_convert,
         ),
         Command(
@@ -99,7 +93,7 @@ def commands(
             tr("&Locate file…"),
             files.locate_model,
             icon="file-search-outline",
-            tip=tr("Choose the file of a model that has been moved or renamed."),
+            tip=tr("Choose the file of a model that was moved or renamed."),
             why_not=why_not_locate,
         ),
         Command(
@@ -107,10 +101,7 @@ def commands(
             tr("&Copy into project"),
             copy,
             icon="content-copy",
-            tip=tr(
-                "Copies the model with its materials, textures and cameras, and its photos if "
-                "wanted, so that the project folder can be moved or zipped."
-            ),
+            tip=tr("Copy the model with textures, cameras and photos into the project folder."),
             why_not=why_not_copy,
         ),
         Command(
@@ -118,7 +109,7 @@ def commands(
             tr("&Export model as…"),
             files.export_model,
             icon="export",
-            tip=tr("In World coordinates, as OBJ, PLY, GLB, LAS/LAZ, XYZ, SHP or DXF."),
+            tip=tr("Export in World coordinates, as OBJ, PLY, GLB, LAS/LAZ, XYZ, SHP or DXF."),
             why_not=why_not_export,
         ),
         Command(

@@ -102,18 +102,18 @@ def commands(
     return [
         Command(
             "type_on_net",
-            tr("Draw and turn on the net…"),
+            tr("Draw and rotate…"),
             draw_on_net,
             icon="pencil-ruler",
-            tip=tr("Type great and small circles, lines on planes, a turning, levels."),
+            tip=tr("Draw great and small circles, rotate the data, set contour levels."),
             why_not=why_not_loaded,
         ),
         Command(
             "figure_style",
-            tr("Style of figures…"),
+            tr("Figure style…"),
             choose_style,
             icon="palette-outline",
-            tip=tr("Size, letters, symbols and colours of figures of nets and roses."),
+            tip=tr("Set size, font, symbols and colours of net and rose figures."),
             why_not=why_not_loaded,
         ),
         Command(
@@ -121,7 +121,7 @@ def commands(
             tr("Rose diagram"),
             show_rose,
             icon="chart-donut-variant",
-            tip=tr("Show strikes as a rose, or the net again."),
+            tip=tr("Switch between the rose diagram of strikes and the net."),
             why_not=why_not_loaded,
             is_checked=lambda: studio.settings.net_view == "strike",
         ),
@@ -136,39 +136,33 @@ def commands(
         ),
         Command(
             "net_in_middle",
-            tr("Stereonet in the middle"),
+            tr("Stereonet in centre"),
             lambda: fill_middle("stereonet"),
             icon="fit-to-page-outline",
             shortcut="Shift+F9",
-            tip=tr("Give the stereonet the place of the outcrop, or put it back."),
+            tip=tr("Show the stereonet in place of the outcrop, or return it."),
         ),
         Command(
             "import_readings",
             tr("Import &field measurements…"),
             lambda: choose_readings(parent, studio),
             icon="compass-outline",
-            tip=tr(
-                "Import compass readings from a table and compare them "
-                "with the planes picked on the model."
-            ),
+            tip=tr("Import compass readings and compare them with the picked planes."),
         ),
         Command(
             "export_net",
             tr("Export stereo&net…"),
             export,
             icon="export-variant",
-            tip=tr("The stereonet as a figure: SVG, PDF or PNG."),
+            tip=tr("Export the stereonet as SVG, PDF or PNG."),
             why_not=why_no_net,
         ),
         Command(
             "copy_net",
-            tr("&Copy stereonet as a figure"),
+            tr("&Copy stereonet figure"),
             copy,
             icon="content-copy",
-            tip=tr(
-                "The stereonet as a figure on the clipboard: drawing programs take it as SVG, "
-                "others as a picture."
-            ),
+            tip=tr("Copy the stereonet to the clipboard as SVG and picture."),
             why_not=why_no_net,
         ),
     ]

@@ -28,11 +28,11 @@ def commands(
     return [
         Command(
             "orthophoto",
-            tr("&Orthophoto along this view…"),
+            tr("&Orthophoto…"),
             open_dialog,
             icon="camera-metering-matrix",
             shortcut="Ctrl+P",
-            tip=tr("A true-to-scale picture of the model along the present view, as GeoTIFF."),
+            tip=tr("Make a true-to-scale picture along the current view, as GeoTIFF."),
             why_not=view.why_not,
         ),
     ]

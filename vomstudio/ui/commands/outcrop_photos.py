@@ -70,7 +70,7 @@ def commands(
             show_panel,
             icon="image-search-outline",
             shortcut="Ctrl+Shift+P",
-            tip=tr("The photos in which the selection is visible, with the features on them."),
+            tip=tr("Show the photos that contain the selection, with features drawn."),
             why_not=no_model,
         ),
         Command(
@@ -86,7 +86,7 @@ def commands(
             tr("&Locate photos…"),
             find_photos,
             icon="folder-search-outline",
-            tip=tr("Choose the folder in which the photos of the model are now."),
+            tip=tr("Choose the folder that contains the photos of the model."),
             why_not=lambda: None if links.models() else Finding("action.no-cameras"),
         ),
         Command(

@@ -48,9 +48,7 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             tr("Propose &sets…"),
             propose_sets,
             icon="scatter-plot-outline",
-            tip=tr(
-                "Sort planes into sets, see them on the net, and accept or reject the proposal."
-            ),
+            tip=tr("Group planes into sets and review the proposal on the net."),
             why_not=why_no_planes,
         ),
         Command(
@@ -58,7 +56,7 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             tr("&Elevation model…"),
             view_command("elevation"),
             icon="image-filter-hdr",
-            tip=tr("Heights over a horizontal, vertical or slanting plane, as GeoTIFF."),
+            tip=tr("Make a raster of heights over any plane, as GeoTIFF."),
             why_not=no_model,
         ),
         Command(
@@ -66,7 +64,7 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             tr("Se&ction…"),
             view_command("section"),
             icon="box-cutter",
-            tip=tr("Cut the model along a plane or a line, with the features beside it."),
+            tip=tr("Cut the model along a plane or line, and project features."),
             why_not=no_model,
         ),
         Command(
@@ -74,10 +72,7 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             tr("F&ractures…"),
             analysis_command("fractures"),
             icon="grid",
-            tip=tr(
-                "Number, length, nodes and spacing of traces along a line, in a circle or in a "
-                "window."
-            ),
+            tip=tr("Count traces and measure their length, nodes and spacing."),
             why_not=why_no_lines,
         ),
         Command(
@@ -85,18 +80,15 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             tr("Co&verage…"),
             analysis_command("looked_at"),
             icon="grid",
-            tip=tr("Lay a grid over the face and mark its cells as done, empty or unmeasurable."),
+            tip=tr("Divide the face into cells and mark the inspected ones."),
             why_not=no_model,
         ),
         Command(
             "repeats",
-            tr("Picks a&gain…"),
+            tr("Repeat&ability…"),
             analysis_command("repeats"),
             icon="replay",
-            tip=tr(
-                "Offer some picks for a second time, unseen, and compare the spread with the "
-                "stated errors."
-            ),
+            tip=tr("Repeat some picks and compare the spread with the stated errors."),
             why_not=why_no_lines,
         ),
         Command(
@@ -104,7 +96,7 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             tr("Fault &displacement…"),
             analysis_command("displacement"),
             icon="arrow-split-horizontal",
-            tip=tr("Net slip, throw and heave from cut-off traces on both sides of a fault."),
+            tip=tr("Compute net slip, throw and heave from cut-off traces."),
             why_not=why_no_lines,
         ),
         Command(
@@ -112,14 +104,14 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             tr("T&hree points…"),
             panel_command("interpret", "three_points"),
             icon="vector-triangle",
-            tip=tr("The plane through three points or more, clicked or typed, with its error."),
+            tip=tr("Fit a plane through three or more points, with its error."),
         ),
         Command(
             "bed_log",
-            tr("&Log along a line…"),
+            tr("&Log…"),
             view_command("bed_log"),
             icon="layers-triple-outline",
-            tip=tr("Boundaries of beds along a line, and the true thickness between them."),
+            tip=tr("Measure true bed thicknesses along a line."),
             why_not=no_model,
         ),
     ]

@@ -165,9 +165,7 @@ class Files(QObject):
         """
         if not self._studio.project.untitled:
             return True
-        title = tr(
-            "Choose where to save the project; the model of {photos} is made in it", photos=photos
-        )
+        title = tr("Save the project, which will contain the model of {photos}", photos=photos)
         return self._save_to_choice(title, photos)
 
     def _save_to_choice(self, title: str, stem: str) -> bool:
@@ -205,7 +203,7 @@ class Files(QObject):
         formats = {tr(pattern): format_ for format_, (pattern, _) in _PROGRAMS.items()}
         answer = ask_for_file(
             self._parent,
-            tr("Export for another program"),
+            tr("Export to program"),
             results_folder(self._studio) / self._file_stem(),
             {pattern: _PROGRAMS[format_][1] for pattern, format_ in formats.items()},
         )
@@ -441,7 +439,7 @@ class Files(QObject):
         menu.clear()
         for project in list_discarded_works():
             action = menu.addAction(project.describe())
-            action.setToolTip(tr("Opens the project; Undo restores the discarded work."))
+            action.setToolTip(tr("Open the project; Undo restores the discarded work."))
             action.triggered.connect(lambda _=False, p=project.folder: self.open_path(p))
         if menu.isEmpty():
             menu.addAction(tr("No discarded work")).setEnabled(False)

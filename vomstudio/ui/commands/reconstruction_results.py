@@ -83,7 +83,7 @@ def commands(
             tr("Show &tie points"),
             show_tie_points,
             icon="dots-hexagon",
-            tip=tr("The sparse cloud of tie points, coloured by reprojection error."),
+            tip=tr("Show the sparse cloud of tie points, coloured by reprojection error."),
             why_not=why_no_tie_points,
         ),
         Command(
@@ -91,7 +91,7 @@ def commands(
             tr("&Report"),
             open_report,
             icon="file-document-outline",
-            tip=tr("All figures of the reconstruction on one page."),
+            tip=tr("Show the report with all figures of the reconstruction."),
             why_not=why_no_report,
         ),
     ]

@@ -28,7 +28,7 @@ def commands(studio: Studio, docks: Docks) -> list[Command]:
             tr("Surface f&ields…"),
             lambda: show("fields"),
             icon="palette-outline",
-            tip=tr("Paint dip, dip direction, curvature, roughness or planarity on the outcrop."),
+            tip=tr("Colour the outcrop by dip, dip direction, curvature, roughness or planarity."),
             why_not=no_model,
         ),
         Command(
@@ -36,9 +36,7 @@ def commands(studio: Studio, docks: Docks) -> list[Command]:
             tr("Propose fa&cets…"),
             lambda: show("facets"),
             icon="vector-polygon",
-            tip=tr(
-                "Find near-planar pieces of the outcrop, look at them, and accept or reject each."
-            ),
+            tip=tr("Find near-planar parts of the outcrop, and accept or reject each."),
             why_not=no_model,
         ),
         Command(
@@ -46,7 +44,7 @@ def commands(studio: Studio, docks: Docks) -> list[Command]:
             tr("Propose &traces…"),
             lambda: show("traces"),
             icon="vector-polyline",
-            tip=tr("Look for lines that stand out of the noise, and accept, edit or reject each."),
+            tip=tr("Find significant lines on the outcrop, and accept or reject each."),
             why_not=no_model,
         ),
     ]

@@ -69,24 +69,18 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
     return [
         Command(
             "patch_surface",
-            tr("Patch as a &surface…"),
+            tr("Patch &surface…"),
             show_surface,
             icon="waves",
-            tip=tr(
-                "Deviations of the selected patch from its plane, where the plane ceases to "
-                "hold, its roughness and smoothest direction."
-            ),
+            tip=tr("Analyse roughness and deviations of the selected patch from its plane."),
             why_not=why_no_patch,
         ),
         Command(
             "extend_plane",
-            tr("E&xtend through the model…"),
+            tr("E&xtend plane…"),
             show_extension,
             icon="arrow-expand-horizontal",
-            tip=tr(
-                "Carry the selected plane on through its model, with the band of its error, "
-                "also repeated at the thickness of the beds."
-            ),
+            tip=tr("Extend the selected plane through its model, with its error band."),
             why_not=why_no_plane,
         ),
     ]

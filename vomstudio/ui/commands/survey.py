@@ -76,17 +76,14 @@ def commands(
         ),
         Command(
             "plan_survey",
-            tr("&Plan a survey…"),
+            tr("&Plan survey…"),
             dialogs.show_planner,
             icon="clipboard-text-outline",
-            tip=tr(
-                "Distance, camera positions, number of photos and control points, and a field "
-                "sheet."
-            ),
+            tip=tr("Plan distance, camera positions and control points, with a field sheet."),
         ),
         Command(
             "video_frames",
-            tr("Frames from a &video…"),
+            tr("&Video frames…"),
             dialogs.show_video,
             icon="movie-open-outline",
             tip=tr("Extract the sharp frames of a video as photos."),
@@ -104,7 +101,7 @@ def commands(
             tr("&Reconstruct"),
             reconstruct,
             icon="cube-scan",
-            tip=tr("Align the photos and make a dense, textured model, in the background."),
+            tip=tr("Align the photos and reconstruct a textured model in the background."),
             why_not=survey.why_not_reconstruct,
         ),
         Command(

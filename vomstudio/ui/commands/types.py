@@ -47,7 +47,7 @@ def commands(find_box: Callable[[], TypeBox | None]) -> list[Command]:
             tr("Type {number}", number=row + 1),
             partial(choose, row),
             shortcut=str(row + 1),
-            tip=tr("Choose the type of the feature that is picked."),
+            tip=tr("Choose the type of the next feature."),
             why_not=partial(why_not, row),
             is_viewport_key=True,
             current_text=partial(name, row),

@@ -23,7 +23,7 @@ _LABELS = (
     ("none", to_translate("none")),
 )
 _THEMES = (
-    ("system", to_translate("As the &system has it")),
+    ("system", to_translate("&System")),
     ("light", to_translate("&Light")),
     ("dark", to_translate("&Dark")),
 )
@@ -74,7 +74,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             switch_labels,
             icon="label-outline",
             shortcut="Shift+L",
-            tip=tr("Label all features, selected ones, or none."),
+            tip=tr("Label all features, selected features, or none."),
             why_not=view.why_not,
             is_viewport_key=True,
             current_text=labels_text,
@@ -104,7 +104,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             view.history.back,
             icon="chevron-left",
             shortcut="Shift+Z",
-            tip=tr("Back to the camera and the clipping box before their last change."),
+            tip=tr("Return to the previous camera and clipping box."),
             why_not=view.history.why_not_back,
             is_viewport_key=True,
         ),
@@ -114,7 +114,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             view.history.forward,
             icon="chevron-right",
             shortcut="Shift+Y",
-            tip=tr("Forward again, after going back."),
+            tip=tr("Go forward to the later view."),
             why_not=view.history.why_not_forward,
             is_viewport_key=True,
         ),
@@ -124,7 +124,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             view.toggle_orthographic,
             icon="cube-outline",
             shortcut="O",
-            tip=tr("Without perspective: lengths perpendicular to the view are true."),
+            tip=tr("Parallel projection: lengths perpendicular to the view are true."),
             why_not=view.why_not,
             is_viewport_key=True,
             is_checked=lambda: view.is_orthographic,
@@ -133,7 +133,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             "trackball",
             tr("Free rotation (&trackball)"),
             toggle_trackball,
-            tip=tr("Rotate about any axis. Otherwise Z stays up (turntable)."),
+            tip=tr("Rotate about any axis. If off, Z stays up (turntable)."),
             why_not=view.why_not,
             is_checked=lambda: not studio.settings.turntable,
         ),
@@ -142,7 +142,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             tr("Hide all panels"),
             toggle_panels,
             shortcut="F9",
-            tip=tr("Hide the panels, or show them again."),
+            tip=tr("Hide or show all panels."),
         ),
     ]
     table += [

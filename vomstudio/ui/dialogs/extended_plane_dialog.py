@@ -50,7 +50,7 @@ class ExtendDialog(QDialog):
         super().__init__(parent)
         explain(self, "conventions.md#planes-carried-on")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle(tr("Extend {name} through the model", name=plane.name))
+        self.setWindowTitle(tr("Extend {name}", name=plane.name))
         self.setMinimumWidth(520)
         self._studio, self._plane = studio, plane
         self._model_id: str = plane.model_id  # type: ignore[attr-defined]
@@ -59,28 +59,22 @@ class ExtendDialog(QDialog):
         self.limits.show_unit(length_unit(project_axes(studio)))
         form = QFormLayout()
         self.limits.add_rows(form)
-        self.color_box = QCheckBox(tr("Colour the band by the distance from the plane"))
-        self.color_box.setToolTip(
-            tr(
-                "Without colours the outcrop keeps its texture under the lines, so that the plane "
-                "can be held against the beds."
-            )
-        )
+        self.color_box = QCheckBox(tr("Colour by distance"))
+        self.color_box.setToolTip(tr("Turn off to compare the lines with the textured outcrop."))
         self.color_box.setChecked(True)
         self.color_box.toggled.connect(self._show_colors)
         form.addRow(self.color_box)
         self.summary = Label(
             tr(
-                "Places on the outcrop that lie within the 95 % error of the plane are coloured by "
-                "their distance from it. Lines show the plane and the edges of its band while this "
-                "window is open."
+                "Rock within the 95 % error of the plane is coloured by distance. Lines show the"
+                " plane and the edges of its error band."
             )
         )
         self.summary.setWordWrap(True)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         role = QDialogButtonBox.ButtonRole.ActionRole
-        self.show_button = buttons.addButton(tr("Show on the outcrop"), role)
-        self.save_button = buttons.addButton(tr("Save its traces…"), role)
+        self.show_button = buttons.addButton(tr("Show on outcrop"), role)
+        self.save_button = buttons.addButton(tr("Save traces…"), role)
         self.show_button.clicked.connect(self.start)
         self.save_button.clicked.connect(self._ask_for_file)
         buttons.rejected.connect(self.reject)
@@ -112,7 +106,7 @@ class ExtendDialog(QDialog):
             self.summary.setText(error.message)
             return
         self._is_busy = True
-        self.summary.setText(tr("Carrying the plane on…"))
+        self.summary.setText(tr("Extending the plane…"))
         self._refresh_buttons()
         self._background.run(
             partial(_extend_plane, opened.data, model, fit, options),
@@ -194,7 +188,7 @@ class ExtendDialog(QDialog):
     def _ask_for_file(self) -> None:
         formats = {"gpkg": "GeoPackage", "csv": "CSV"}
         name = f"{self._plane.name}_extended.gpkg"
-        path = ask_for_target(self, self._studio, tr("Save the traces"), name, formats)
+        path = ask_for_target(self, self._studio, tr("Save traces"), name, formats)
         if path is not None:
             self.save_to(path)
 
@@ -237,16 +231,15 @@ def _describe_extension(extension: ExtendedPlane, *, metric: bool) -> list[str]:
     max_error_m = max(bed.most_error95_m for bed in extension.beds)
     return [
         tr_n(
-            "{count} plane meets the model, over {length}.",
-            "{count} planes meet the model, over {length}.",
+            "{count} plane intersects the model over {length}.",
+            "{count} planes intersect the model over {length}.",
             len(extension.beds),
             length=length_text(extension.length_m, metric=metric),
         ),
         tr(
-            "Its place is known to {least} where it is known best, and to {most} at the far end "
-            "(95 %).",
+            "The error of its position ranges from {least} to {most} at the far end (95 %).",
             least=length_text(min_error_m, metric=metric),
             most=length_text(max_error_m, metric=metric),
         ),
-        tr("This is where it is if it goes on as a plane."),
+        tr("This assumes that the structure continues as a plane."),
     ]

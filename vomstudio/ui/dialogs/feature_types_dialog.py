@@ -98,7 +98,7 @@ class TypesDialog(QDialog):
         self.other_color = QToolButton()
         self.other_color.setText(tr("Other…"))
         self.other_color.setToolTip(
-            tr("The eight colours beside can be distinguished by colour-blind readers.")
+            tr("Choose another colour; the eight suggested ones suit colour-blind readers.")
         )
         self.other_color.setCheckable(True)
         theme.highlight_toggles(self.other_color)
@@ -238,7 +238,7 @@ class TypesDialog(QDialog):
             action = menu.addAction(theme.type_icon(kind.color, kind.symbol), kind.name)
             action.triggered.connect(partial(self._apply, edits.add_type, kind))
         menu.addSeparator()
-        menu.addAction(tr("Own type"), self._add_custom)
+        menu.addAction(tr("Custom type"), self._add_custom)
         menu.exec(self.add_button.mapToGlobal(self.add_button.rect().bottomLeft()))
 
     def _add_custom(self) -> None:

@@ -42,7 +42,7 @@ _DEFAULT_SIZES = {
 }
 _SIZES = (
     ("width_mm", to_translate("Width"), " mm", 1.0),
-    ("height_mm", to_translate("Height of a net"), " mm", 1.0),
+    ("height_mm", to_translate("Net height"), " mm", 1.0),
     ("font_pt", to_translate("Letters"), " pt", 0.5),
     ("symbol_pt", to_translate("Symbols"), " pt", 0.5),
     ("line_pt", to_translate("Lines"), " pt", 0.1),
@@ -60,7 +60,7 @@ class FigureStyleDialog(QDialog):
         super().__init__(parent)
         explain(self, "numbers.md#the-net")
         self._studio, self._panel = studio, panel
-        self.setWindowTitle(tr("Style of figures"))
+        self.setWindowTitle(tr("Figure style"))
         self.numbers: dict[str, QDoubleSpinBox] = {}
         form = QFormLayout()
         for name, title, unit, step in _SIZES:
@@ -76,7 +76,7 @@ class FigureStyleDialog(QDialog):
             self.numbers[name] = box
         self.font_box = ComboBox()
         self.font_box.setObjectName("figure_font")
-        self.font_box.addItem(tr("usual"), "")
+        self.font_box.addItem(tr("default"), "")
         for name in fonts():
             self.font_box.addItem(name, name)
         self.font_box.keep_narrow()
@@ -93,7 +93,7 @@ class FigureStyleDialog(QDialog):
         self.preview.setAccessibleName(tr("Preview"))
         buttons = QDialogButtonBox()
         close = buttons.addButton(QDialogButtonBox.StandardButton.Close)
-        self.reset_button = buttons.addButton(tr("As usual"), QDialogButtonBox.ButtonRole.ResetRole)
+        self.reset_button = buttons.addButton(tr("Defaults"), QDialogButtonBox.ButtonRole.ResetRole)
         self.reset_button.clicked.connect(self._reset)
         buttons.rejected.connect(self.reject)
         columns = QHBoxLayout()
@@ -130,7 +130,7 @@ class FigureStyleDialog(QDialog):
             layout.addWidget(button)
             self.colors[orientation_set.color] = button
         if not self.colors:
-            layout.addWidget(Label(tr("There is nothing on the net.")))
+            layout.addWidget(Label(tr("The net is empty.")))
         layout.addStretch(1)
         return row
 

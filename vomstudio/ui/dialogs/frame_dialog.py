@@ -95,15 +95,9 @@ class FrameDialog(QDialog):
     def _make_choices(self, crs: str | None, project_crs: Sequence[str]) -> tuple[QWidget, ...]:
         """Create the choices, in order from a CRS to an unknown frame."""
         self._crs_button = QRadioButton(tr("Projected coordinates (CRS)"))
-        self._local_button = QRadioButton(
-            tr("Local: scale, up axis and grid north are correct, position arbitrary")
-        )
-        self._scaled_button = QRadioButton(
-            tr("Scale only: the unit is known; orientations are in the local frame")
-        )
-        self._unknown_button = QRadioButton(
-            tr("Unknown: orientations are in the local frame, lengths in model units")
-        )
+        self._local_button = QRadioButton(tr("Local (correct scale, up axis and north)"))
+        self._scaled_button = QRadioButton(tr("Scale only (known unit, local orientations)"))
+        self._unknown_button = QRadioButton(tr("Unknown (local orientations, model units)"))
         buttons = (self._crs_button, self._local_button, self._scaled_button, self._unknown_button)
         group = QButtonGroup(self)
         for button in buttons:
@@ -201,15 +195,13 @@ def _describe_origin(model: Model) -> str:
     """Return where the present frame of the model comes from, and what a declared frame does."""
     if model.registration is not None:
         return tr(
-            "{model} is placed by its registration ({registration}). A declared frame replaces it.",
+            "{model} has a registration ({registration}), which a declared frame replaces.",
             model=model.name,
             registration=model.registration.name,
         )
     if model.frame.kind != "undeclared":
-        return tr("Dip directions and lengths follow from the frame. Undo restores it.")
-    return tr(
-        "The file states no frame. Dip directions and lengths are correct only if the frame is."
-    )
+        return tr("The frame determines dip directions and lengths. Undo restores it.")
+    return tr("The file specifies no frame. Dip directions and lengths depend on your choice.")
 
 
 def _bounds(opened: OpenModel) -> np.ndarray:

@@ -21,13 +21,13 @@ class InterpretationBox(QWidget):
     def __init__(self, studio: Studio) -> None:
         super().__init__()
         labels = {
-            "traces": (tr("Traces"), tr("Everything that is a line, in the colour of its type.")),
-            "patches": (tr("Patches"), tr("Outlines of patches, and areas of rock.")),
+            "traces": (tr("Traces"), tr("Draw lines in the colour of their type.")),
+            "patches": (tr("Patches"), tr("Draw outlines of patches and rock areas.")),
             "symbols": (
                 tr("Symbols"),
-                tr("Planes with their names and apparent dips, lines, stations and samples."),
+                tr("Draw planes with apparent dips, lines, stations and samples."),
             ),
-            LEGEND: (tr("Legend"), tr("On the sheet: what the colours and symbols mean.")),
+            LEGEND: (tr("Legend"), tr("Add a legend to the sheet.")),
         }
         self.boxes: dict[str, QCheckBox] = {}
         row = QHBoxLayout(self)

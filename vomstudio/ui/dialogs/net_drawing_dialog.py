@@ -39,32 +39,32 @@ _FIELDS = (
     (
         "planes",
         to_translate("Great circles"),
-        to_translate("Planes, such as {plane}; several with ; between them."),
+        to_translate("Planes, such as {plane}; separate several with ;."),
     ),
     (
         "cones",
         to_translate("Small circles"),
-        to_translate("trend/plunge/half-angle, such as 125/26/30; several with ; between them."),
+        to_translate("Trend/plunge/half-angle, such as 125/26/30; separate several with ;."),
     ),
     (
         "slips",
         to_translate("Lines on planes"),
-        to_translate("dip direction/dip/rake, such as 120/60/40: the plane and the line in it."),
+        to_translate("Dip direction/dip/rake of a line on a plane, such as 120/60/40."),
     ),
     (
         "untilt",
         to_translate("Untilt by plane"),
-        to_translate("All is turned so that this plane becomes horizontal, such as {plane}."),
+        to_translate("Rotate everything so that this plane becomes horizontal, such as {plane}."),
     ),
     (
         "rotate",
-        to_translate("Turn about axis"),
-        to_translate("trend/plunge/angle, right-handed about the downward end, such as 125/26/30."),
+        to_translate("Rotate about axis"),
+        to_translate("Trend/plunge/angle, right-handed about the downward end, such as 125/26/30."),
     ),
     (
         "levels",
-        to_translate("Levels of contours"),
-        to_translate("Such as 2, 4, 8; empty for round ones."),
+        to_translate("Contour levels"),
+        to_translate("Such as 2, 4, 8; empty for automatic levels."),
     ),
 )
 
@@ -76,7 +76,7 @@ class NetTypingDialog(QDialog):
         super().__init__(parent)
         explain(self, "numbers.md#the-net")
         self._studio, self._view_settings = studio, view_settings
-        self.setWindowTitle(tr("Draw and turn on the net"))
+        self.setWindowTitle(tr("Draw and rotate"))
         self.fields: dict[str, QLineEdit] = {}
         form = QFormLayout()
         example = format_plane(parse_net_plane("120/60", ""), studio.settings.notation)
@@ -92,7 +92,7 @@ class NetTypingDialog(QDialog):
             form.addRow(tr(title), field)
             self.fields[name] = field
         self.fields["levels"].setText(", ".join(f"{v:g}" for v in view_settings.levels))
-        self.use_plane_button = QPushButton(tr("Untilt by the selected plane"))
+        self.use_plane_button = QPushButton(tr("Untilt by selected"))
         self.use_plane_button.clicked.connect(self._use_selected_plane)
         form.addRow("", self.use_plane_button)
         self.message = Label()

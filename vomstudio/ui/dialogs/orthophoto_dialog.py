@@ -70,7 +70,7 @@ class OrthoDialog(QDialog):
         super().__init__(parent)
         explain(self, "conventions.md#orthophotos")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle(tr("Orthophoto along this view"))
+        self.setWindowTitle(tr("Orthophoto of view"))
         self.setMinimumWidth(640)
         self._studio = studio
         trend, plunge = viewport.moves.view_direction()
@@ -82,10 +82,10 @@ class OrthoDialog(QDialog):
         form = self._make_form()
         self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
         self._start_button = self._buttons.addButton(
-            tr("Make the orthophoto"), QDialogButtonBox.ButtonRole.AcceptRole
+            tr("Make orthophoto"), QDialogButtonBox.ButtonRole.AcceptRole
         )
         self.copy_button = CopyCommandButton(
-            self.copy_command, tr("the command that makes the same orthophoto")
+            self.copy_command, tr("the command for this orthophoto")
         )
         self.copy_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self._buttons.addButton(self.copy_button, QDialogButtonBox.ButtonRole.ActionRole)
@@ -119,14 +119,14 @@ class OrthoDialog(QDialog):
         direction.setWordWrap(True)
         self._error_effect = Label()
         self._error_effect.setWordWrap(True)
-        self.flip = QCheckBox(tr("From the opposite side (mirror image)"))
+        self.flip = QCheckBox(tr("Opposite side (mirrored)"))
         self.target, file = file_field("ortho_target", tr("Choose…"), self._browse)
         form = QFormLayout()
         form.setVerticalSpacing(8)
         form.addRow(tr("Model"), self.model)
         form.addRow(tr("View direction"), direction)
         form.addRow("", self.flip)
-        form.addRow(tr("Effect of its error"), self._error_effect)
+        form.addRow(tr("Error effect"), self._error_effect)
         form.addRow(tr("Area"), self._make_area())
         form.addRow(tr("Pixel size"), self._make_pixel())
         form.addRow(tr("Sheet"), self._make_sheet())
@@ -135,12 +135,10 @@ class OrthoDialog(QDialog):
         form.addRow(tr("Interpretation"), self.interpretation)
         self.domain = ComboBox()
         self.domain.setObjectName("ortho_domain")
-        self.domain.addItem(tr("The whole outcrop"), None)
+        self.domain.addItem(tr("Whole outcrop"), None)
         for name in domain_names(self._studio.session.records):
             self.domain.addItem(tr("{domain}, the rest grey", domain=name), name)
-        self.domain.setToolTip(
-            tr("Of a structure whose domains have axes of their own a picture shows one.")
-        )
+        self.domain.setToolTip(tr("Show one domain, along its own fold axis."))
         form.addRow(tr("Show"), self.domain)
         form.setRowVisible(self.domain, self.domain.count() > 1)
         form.addRow(tr("File"), file)
@@ -171,7 +169,7 @@ class OrthoDialog(QDialog):
         return pixel
 
     def _make_sheet(self) -> QHBoxLayout:
-        self.sheet = QCheckBox(tr("Also write a sheet to scale"))
+        self.sheet = QCheckBox(tr("Write scaled sheet"))
         self.sheet_format = ComboBox()
         for name in ("png", "pdf"):
             self.sheet_format.addItem(name.upper(), name)

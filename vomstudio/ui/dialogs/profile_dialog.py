@@ -34,22 +34,22 @@ _MAX_PREVIEW_FEATURES = 5_000
 """Maximum number of features in the preview; assessing more takes too long."""
 
 _LIMITS = (
-    ("good_confidence95_deg", "error", to_translate("Error of a good plane, at most"), "°"),
-    ("poor_confidence95_deg", "error", to_translate("Error of a poor plane, more than"), "°"),
-    ("least_extent_over_resolution", "error", to_translate("Extent over resolution, at least"), ""),
-    ("least_coplanarity", "shape", to_translate("Coplanarity, at least"), ""),
-    ("most_collinearity", "shape", to_translate("Collinearity, at most"), ""),
-    ("extent_over_resolution", "shape", to_translate("Extent over resolution, at least"), ""),
-    ("surface_effect_deg", "", to_translate("Trace along the outcrop face, within"), "°"),
+    ("good_confidence95_deg", "error", to_translate("Error of a good plane, maximum"), "°"),
+    ("poor_confidence95_deg", "error", to_translate("Error of a poor plane, above"), "°"),
+    ("least_extent_over_resolution", "error", to_translate("Extent over resolution, minimum"), ""),
+    ("least_coplanarity", "shape", to_translate("Coplanarity, minimum"), ""),
+    ("most_collinearity", "shape", to_translate("Collinearity, maximum"), ""),
+    ("extent_over_resolution", "shape", to_translate("Extent over resolution, minimum"), ""),
+    ("surface_effect_deg", "", to_translate("Trace along outcrop face, within"), "°"),
 )
 
 _DESCRIPTIONS = {
     "error": to_translate(
-        "A plane is judged by how far it may be off (95 %). Shape and extent are notes."
+        "A plane is assessed by its 95 % error. Shape and extent are only noted."
     ),
     "shape": to_translate(
-        "A plane is judged by the limits of the textbook: good where all three are met, doubtful "
-        "where one is missed, poor where more are. The error is a note."
+        "A plane is assessed by the textbook limits: good if it meets all three, doubtful if it"
+        " misses one, otherwise poor. The error is only noted."
     ),
 }
 
@@ -108,9 +108,9 @@ class ProfileDialog(QDialog):
             self.form.addRow(tr(title), box)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         self.apply_button = buttons.addButton(
-            tr("Judge all features"), QDialogButtonBox.ButtonRole.ApplyRole
+            tr("Assess all features"), QDialogButtonBox.ButtonRole.ApplyRole
         )
-        self.apply_button.setToolTip(tr("One step, which can be undone."))
+        self.apply_button.setToolTip(tr("Assess all features in one step, which can be undone."))
         self.apply_button.clicked.connect(self._apply)
         buttons.rejected.connect(self.close)
         layout = QVBoxLayout(self)
@@ -167,7 +167,7 @@ class ProfileDialog(QDialog):
         standard = PROFILES_BY_NAME.get(self._base.profile)
         if standard is not None and self.name.text() == _title(standard.profile):
             with QSignalBlocker(self.name):
-                self.name.setText(tr("own limits"))
+                self.name.setText(tr("custom limits"))
         self._show_effect()
 
     def limits(self) -> Thresholds:

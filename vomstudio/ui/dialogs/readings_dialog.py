@@ -212,8 +212,8 @@ class ReadingsDialog(QDialog):
         self._north.setObjectName("readings_north")
         for text, value in (
             (tr("Choose…"), None),
-            (tr("Magnetic north, as a compass reads"), "magnetic"),
-            (tr("True north (declination was set on the compass)"), "true"),
+            (tr("Magnetic north (compass)"), "magnetic"),
+            (tr("True north (declination set on compass)"), "true"),
             (tr("Grid north of the project"), "grid"),
         ):
             self._north.addItem(text, value)

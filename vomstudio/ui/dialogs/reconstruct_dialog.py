@@ -120,11 +120,11 @@ class ReconstructDialog(QDialog):
         self.control_button = QRadioButton(tr("Ground control points"))
         self.control, control_row = file_field("control_file", tr("Choose…"), self._browse_control)
         self.control.setPlaceholderText(
-            tr("Table with label, x, y, z, or XML file of MicMac or Metashape")
+            tr("Table with label, x, y, z, or XML from MicMac or Metashape")
         )
         self.marks, marks_row = file_field("marks_file", tr("Choose…"), self._browse_marks)
         self.marks.setPlaceholderText(
-            tr("If empty: marks.csv beside the control points, or in their file")
+            tr("If empty: marks.csv next to the control points, or in their file")
         )
         self._control_rows = (control_row, marks_row)
         for field in (self.control, self.marks):

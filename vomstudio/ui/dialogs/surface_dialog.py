@@ -53,11 +53,11 @@ class SurfaceDialog(QDialog):
         super().__init__(parent)
         explain(self, "conventions.md#surfaces")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle(tr("Patch {name} as a surface", name=patch.name))
+        self.setWindowTitle(tr("Surface of patch {name}", name=patch.name))
         self._studio, self._patch = studio, patch
         self._part: Mesh | PointCloud | None = None
         self.figures: SurfaceFigures | None = None
-        self.picture = Label(tr("Looking at the patch…"))
+        self.picture = Label(tr("Analysing the patch…"))
         self.picture.setMinimumSize(*_PICTURE_SIZE)
         self.picture.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.limits = OptionFields(SurfaceOptions, "surface")
@@ -70,11 +70,13 @@ class SurfaceDialog(QDialog):
         self.summary.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         role = QDialogButtonBox.ButtonRole.ActionRole
-        self.show_button = buttons.addButton(tr("Show on the model"), role)
-        self.trim_button = buttons.addButton(tr("Trim the patch"), role)
-        self.save_button = buttons.addButton(tr("Save the map…"), role)
+        self.show_button = buttons.addButton(tr("Show on model"), role)
+        self.trim_button = buttons.addButton(tr("Trim patch"), role)
+        self.save_button = buttons.addButton(tr("Save map…"), role)
         self.show_button.clicked.connect(self.show_on_model)
-        self.trim_button.setToolTip(tr("Leave out of the patch what departs from its plane."))
+        self.trim_button.setToolTip(
+            tr("Remove the part of the patch that deviates from its plane.")
+        )
         self.trim_button.clicked.connect(self.trim)
         self.save_button.clicked.connect(self._ask_for_file)
         buttons.rejected.connect(self.reject)

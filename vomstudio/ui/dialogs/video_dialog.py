@@ -51,9 +51,8 @@ class VideoDialog(QDialog):
         self._job: RunningJob | None = None
         intro = Label(
             tr(
-                "The sharpest frame of each interval is kept, unless it is blurred or nearly the "
-                "same as the previous one. Photos are better than frames of a video: they are "
-                "larger and sharper, and they state their camera and position."
+                "The sharpest frame of each interval is saved unless blurred or redundant. Photos"
+                " are better: they are larger, sharper, and contain camera and position."
             )
         )
         intro.setWordWrap(True)

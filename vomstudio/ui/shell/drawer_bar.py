@@ -30,7 +30,7 @@ class DrawerBar(QToolBar):
         self._places = {name: self.addWidget(button) for name, button in self.buttons.items()}
         self._more_button = QToolButton()
         self._more_button.setText(tr("More"))
-        self._more_button.setToolTip(tr("All pages of the drawer"))
+        self._more_button.setToolTip(tr("Show all pages of the drawer"))
         self._more_button.setAutoRaise(True)
         self._more_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         menu = QMenu(self._more_button)

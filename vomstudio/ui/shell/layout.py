@@ -77,8 +77,8 @@ WORKSPACES: tuple[WorkspaceLayout, ...] = (
         to_translate("Model"),
         "cube-outline",
         to_translate(
-            "Model: check photos and reconstruct them, open a model, and register it. "
-            "Open a model or a folder of photos to begin."
+            "Model: check and reconstruct photos, open and register models. Open a model or photo"
+            " folder to start."
         ),
         "model",
         inspector=("display", "compare"),
@@ -91,8 +91,8 @@ WORKSPACES: tuple[WorkspaceLayout, ...] = (
         to_translate("Interpret"),
         "vector-polyline",
         to_translate(
-            "Interpret: pick traces and planes on the outcrop, and read their orientations with "
-            "errors. Open a model to begin."
+            "Interpret: pick traces and planes on the outcrop to measure their orientations. Open"
+            " a model to start."
         ),
         "model",
         inspector=("surface", "three_points", "view", "display"),
@@ -103,8 +103,8 @@ WORKSPACES: tuple[WorkspaceLayout, ...] = (
         to_translate("Results"),
         "chart-scatter-plot",
         to_translate(
-            "Results: nets, statistics, sections, logs and tables of the features. "
-            "Pick features first, or import field measurements."
+            "Results: nets, statistics, sections, logs and tables. Pick features or import field"
+            " measurements to start."
         ),
         "features",
         inspector=("view", "display"),

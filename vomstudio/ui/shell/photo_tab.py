@@ -68,7 +68,7 @@ class PhotoTab(QObject):
                 self.turn_over,
                 None,
                 "F8",
-                tr("Look at the outcrop, or at the photo that is open."),
+                tr("Switch between the outcrop and the open photo."),
                 nothing_open,
             ),
             Command(
@@ -77,7 +77,7 @@ class PhotoTab(QObject):
                 self._opening.may_close,
                 None,
                 "Ctrl+W",
-                tr("Its masks and marks are kept."),
+                tr("Close the photo; its masks and marks are saved."),
                 nothing_open,
             ),
         ]

@@ -135,10 +135,10 @@ class StatusLine(QStatusBar):
         warned = tr("⚠ Local frame: not registered") if nothing else f"⚠ {studio.frame_name()}"
         if known and poor:
             worst_deg = max(finding.values["rotation95_deg"] for finding in poor)
-            warned = tr("{frame}, turned by up to {error:.0f}°", frame=warned, error=worst_deg)
+            warned = tr("{frame}, rotated by up to {error:.0f}°", frame=warned, error=worst_deg)
         self._badge.setText(studio.frame_name() if known and not poor else warned)
         what = (
-            tr("The frame of the displayed coordinates and orientations. Click to change it.")
+            tr("Frame of displayed coordinates and orientations. Click to change it.")
             if known
             else tr("Orientations are not geographic yet. Click to declare the model's frame.")
         )
@@ -201,6 +201,6 @@ class StatusLine(QStatusBar):
             self._layers.setText("")
             self._layers.setToolTip(escape_markup(path))
         elif self._layers_time:
-            self._layers.setText(tr("GIS layers written at {time:%H:%M}", time=self._layers_time))
+            self._layers.setText(tr("GIS layers saved at {time:%H:%M}", time=self._layers_time))
         else:
-            self._layers.setText(tr("GIS layers not written yet"))
+            self._layers.setText(tr("GIS layers not saved yet"))

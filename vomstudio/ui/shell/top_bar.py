@@ -53,7 +53,7 @@ def commands(workspaces: Workspaces, docks: WindowDocks) -> list[Command]:
             enlarge,
             "arrow-expand",
             "F12",
-            tr("Give the active page the centre, or return it to its place."),
+            tr("Show the active page in the centre, or return it."),
         ),
         Command(
             "dock_net",
@@ -70,7 +70,7 @@ def commands(workspaces: Workspaces, docks: WindowDocks) -> list[Command]:
             lambda: docks.toggle("second_view", not docks.is_shown("second_view")),
             "view-split-vertical",
             "F7",
-            tr("Show the outcrop a second time: another model or direction."),
+            tr("Show the outcrop in a second view, such as another direction."),
             is_checked=lambda: docks.is_shown("second_view"),
         ),
         Command(

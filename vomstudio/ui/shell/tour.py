@@ -33,8 +33,8 @@ from vomstudio.ui.shell.tour_steps import TourStep, steps
 
 _LOOK_MS = 150
 _END = to_translate(
-    "That was the tour. Help > Documentation goes on from here, F1 explains what is under the "
-    "cursor, and Ctrl+K finds every command."
+    "That was the tour. Continue with Help > Documentation. F1 explains the control under the"
+    " cursor, and Ctrl+K finds every command."
 )
 
 
@@ -95,7 +95,7 @@ class Tour(QObject):
         assert self._card is not None
         self.step = number
         if number == len(self._steps):
-            self._card.say(tr("The end"), _join(result, tr(_END)), tr("Close"))
+            self._card.say(tr("Finished"), _join(result, tr(_END)), tr("Close"))
         else:
             step = self._steps[number]
             self._before = step.now()
@@ -200,6 +200,6 @@ def commands(
             start,
             "map-marker-path",
             (),
-            tr("Nine short steps at the real window, from the sample to a saved project."),
+            tr("Learn the window in nine steps, from sample to saved project."),
         ),
     ]

@@ -125,8 +125,8 @@ def steps(
         TourStep(
             "turn",
             to_translate(
-                "Turn the outcrop: hold the left mouse button down and drag. The "
-                "wheel zooms to the cursor, Home shows the whole model."
+                "Rotate the outcrop: drag with the left mouse button. The wheel zooms to the"
+                " cursor, Home shows the whole model."
             ),
             viewport,
             direction,
@@ -135,8 +135,8 @@ def steps(
         TourStep(
             "trace",
             to_translate(
-                "Choose the trace tool, here or with the key T. It turns a line "
-                "of clicks into a plane."
+                "Choose the trace tool, here or with the key T. It fits a plane to a line of"
+                " clicks."
             ),
             button("trace"),
             nothing,
@@ -145,8 +145,8 @@ def steps(
         TourStep(
             "pick",
             to_translate(
-                "Click at least five times along one bed, round a bend of the "
-                "rock where there is one. The plane is fitted as you click."
+                "Click at least five points along one bed, around a corner of the rock if"
+                " possible. The plane is fitted as you click."
             ),
             viewport,
             nothing,
@@ -155,7 +155,7 @@ def steps(
         TourStep(
             "finish",
             to_translate(
-                "Press Enter to keep the trace. Undo (Ctrl+Z) takes back any step, also this one."
+                "Press Enter to save the trace. Undo (Ctrl+Z) reverts any step, including this one."
             ),
             viewport,
             traces,
@@ -165,8 +165,8 @@ def steps(
         TourStep(
             "numbers",
             to_translate(
-                "Choose Properties in the inspector. It shows how well the plane is known. "
-                "Rest the cursor on a figure, and press F1 to read about it."
+                "Choose Properties in the inspector. It shows the errors of the plane. Point at a"
+                " value and press F1 for an explanation."
             ),
             lambda: docks.place_of("properties") or docks.place_of("tool"),
             nothing,
@@ -176,8 +176,8 @@ def steps(
         TourStep(
             "net",
             to_translate(
-                "The stereonet shows the same plane. Click its pole: outcrop, "
-                "table and net select together."
+                "The stereonet shows the same plane. Click its pole: it is selected in outcrop,"
+                " table and net."
             ),
             dock("stereonet"),
             nothing,
@@ -187,23 +187,20 @@ def steps(
         TourStep(
             "orthophoto",
             to_translate(
-                "Make a true-to-scale picture along this view: press Ctrl+P, "
-                "then Make the orthophoto in the dialog."
+                "Make a true-to-scale picture along this view: press Ctrl+P, then Make orthophoto"
+                " in the dialog."
             ),
             lambda: button("orthophoto")() or viewport(),
             lambda: len(orthophotos),
             lambda before: len(orthophotos) > before,
-            result=lambda: tr("{file} is written.", file=orthophotos[-1]),
+            result=lambda: tr("{file} has been saved.", file=orthophotos[-1]),
         ),
         TourStep(
             "save",
-            to_translate(
-                "Save the project (Ctrl+S). Until then nothing is lost either: "
-                "unsaved work survives a crash."
-            ),
+            to_translate("Save the project (Ctrl+S). Unsaved work also survives a crash."),
             button("save"),
             nothing,
             saved,
-            result=lambda: tr("The project {name} is saved.", name=studio.project.name),
+            result=lambda: tr("The project {name} has been saved.", name=studio.project.name),
         ),
     ]

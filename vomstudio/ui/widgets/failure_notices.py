@@ -136,13 +136,12 @@ def can_close(host: Host, parent: QWidget, questions: Sequence[Callable[[], bool
             host,
             parent,
             tr(
-                "What to do with unsaved changes could not be asked because of an internal error "
-                "({kind}: {error}).",
+                "An internal error prevented the question about unsaved changes ({kind}: {error}).",
                 kind=type(error).__name__,
                 error=escape_markup(str(error)),
             ),
         )
-        leave = box.addButton(tr("Close all the same"), QMessageBox.ButtonRole.DestructiveRole)
+        leave = box.addButton(tr("Close anyway"), QMessageBox.ButtonRole.DestructiveRole)
         box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
         _answer(box, host, parent)
         return box.clickedButton() is leave
@@ -166,8 +165,7 @@ def close_all(host: Host, parent: QWidget, steps: Sequence[Callable[[], object]]
         host,
         parent,
         tr(
-            "The window closes, but not all could be put in order because of an internal error "
-            "({kind}: {error}).",
+            "The window closes, but an internal error occurred while closing ({kind}: {error}).",
             kind=type(failed[0]).__name__,
             error=escape_markup(str(failed[0])),
         ),
@@ -189,7 +187,7 @@ def _box(host: Host, parent: QWidget, sentence: str) -> QMessageBox:
     with contextlib.suppress(Exception):
         failure = host.studio.project.write_failure
     box.setInformativeText(
-        tr("All that was done is in the project's journal, and is there when it is opened again.")
+        tr("All your work is in the project's journal and will be restored when you open it.")
         if failure is None
         else escape_markup(failure.message)
     )

@@ -44,33 +44,26 @@ class _Line:
 
 _ERROR = _Line(
     to_translate("95 % error"),
-    to_translate(
-        "The larger half-angle of the 95 % region, with the errors of fit, resolution and "
-        "registration, which decides the verdict; and by how much the registration can tilt it."
-    ),
+    to_translate("95 % error in total, which decides the verdict, and from registration alone."),
     catalogue.TOTAL,
     catalogue.REGISTRATION_ERROR,
 )
 _CONFIDENCE = _Line(
     to_translate("Fit 95 %"),
-    to_translate(
-        "Half-angles of the joint 95 % confidence region of the fit alone, largest × smallest."
-    ),
+    to_translate("Half-angles of the joint 95 % region of the fit alone."),
     catalogue.MAX_CONFIDENCE,
     catalogue.MIN_CONFIDENCE,
     " × ",
 )
 _SIZE = _Line(
     to_translate("Extent / RMS"),
-    to_translate(
-        "Longest axis of the trace, and root mean square distance of its points to the plane."
-    ),
+    to_translate("Longest axis of the trace, and RMS distance from the plane."),
     catalogue.EXTENT,
     catalogue.RMS,
 )
 _AREA = _Line(
     to_translate("Area"),
-    to_translate("Area of the faces of a patch."),
+    to_translate("Area of the patch."),
     catalogue.AREA,
     catalogue.AREA,
 )
@@ -79,18 +72,13 @@ _LINES = (
     _CONFIDENCE,
     _Line(
         to_translate("± dip / dir."),
-        to_translate(
-            "95 % confidence of dip and of dip direction; the dip direction is undefined for a "
-            "nearly horizontal plane."
-        ),
+        to_translate("95 % errors of dip and dip direction (undefined if nearly horizontal)."),
         catalogue.DIP_ERROR,
         catalogue.DIP_DIRECTION_ERROR,
     ),
     _Line(
         to_translate("Ang. error"),
-        to_translate(
-            "Hyperbolic angular error of the scatter (Quinn and Ehlmann 2019), largest × smallest."
-        ),
+        to_translate("Hyperbolic angular error (Quinn and Ehlmann 2019), largest × smallest."),
         catalogue.MAX_ANGULAR_ERROR,
         catalogue.MIN_ANGULAR_ERROR,
         " × ",

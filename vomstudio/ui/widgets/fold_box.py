@@ -20,8 +20,8 @@ class FoldBox(QWidget):
         self._studio = studio
         self.quality, self.set = ComboBox(), ComboBox()
         for box, name, tip in (
-            (self.quality, "fold_quality", tr("Planes of the fold axis, by their verdict.")),
-            (self.set, "fold_set", tr("Planes of the fold axis, by their set.")),
+            (self.quality, "fold_quality", tr("Use planes with this verdict for the fold axis.")),
+            (self.set, "fold_set", tr("Use planes of this set for the fold axis.")),
         ):
             box.setObjectName(name)
             box.setToolTip(tip)

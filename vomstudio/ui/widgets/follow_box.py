@@ -14,13 +14,13 @@ from vomstudio.ui.base.controls import ComboBox, allow
 from vomstudio.ui.base.studio import Studio
 
 COST_TITLES = (
-    (None, to_translate("nothing: straight between clicks")),
-    (AUTO, to_translate("the best of all that follow")),
-    ("colour", to_translate("colour like that at the clicks")),
-    ("dark", to_translate("dark")),
-    ("light", to_translate("light")),
-    ("gradient", to_translate("edges of lightness")),
-    ("curvature", to_translate("edges of the surface")),
+    (None, to_translate("straight line")),
+    (AUTO, to_translate("automatic")),
+    ("colour", to_translate("same colour")),
+    ("dark", to_translate("dark line")),
+    ("light", to_translate("light line")),
+    ("gradient", to_translate("brightness edge")),
+    ("curvature", to_translate("surface edge")),
 )
 
 
@@ -32,7 +32,7 @@ class FollowBox(ComboBox):
         self.setObjectName(f"{tool.name}_follow")
         self._studio, self._tool = studio, tool
         self._fields: tuple[str, ...] | None = None
-        self.setToolTip(tr("What the line follows over the surface from click to click (Shift+T)."))
+        self.setToolTip(tr("Path of the line between clicks (Shift+T)."))
         self.refresh()
         self.currentIndexChanged.connect(lambda _: self._tool.follow(self.currentData()))
 
@@ -53,7 +53,7 @@ class FollowBox(ComboBox):
             cost_in_use = self._tool.followed_by if self._tool.cost == AUTO else None
             best = tr(titles[AUTO])
             if cost_in_use is not None and cost_in_use in titles:
-                best = tr("the best of all: {cost}", cost=tr(titles[cost_in_use]))
+                best = tr("automatic: {cost}", cost=tr(titles[cost_in_use]))
             self.setItemText(self.findData(AUTO), best)
             self.setCurrentIndex(max(0, self.findData(self._tool.cost)))
         allow(self, Finding("follow.continued") if self._tool.continued else None)

@@ -22,7 +22,7 @@ class NotesField(QPlainTextEdit):
     def __init__(self) -> None:
         super().__init__()
         self.setTabChangesFocus(True)
-        self.setToolTip(tr("Ctrl+Enter stores the notes."))
+        self.setToolTip(tr("Ctrl+Enter saves the notes."))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name

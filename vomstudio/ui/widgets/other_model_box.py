@@ -101,7 +101,7 @@ class OtherModelBox(QWidget):
         self.models = ComboBox()
         self.models.setObjectName("other_model")
         self.browse = QPushButton(tr("File…"))
-        self.browse.setToolTip(tr("A model or point cloud that is not part of the project."))
+        self.browse.setToolTip(tr("Choose a model or point cloud outside the project."))
         self.browse.clicked.connect(self._browse)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)

@@ -49,10 +49,10 @@ class CellsTool(StatelessTool):
 
     def hint(self) -> str:
         if not self._context.session.of(FaceGrid):
-            return tr("Cells: lay a grid over the face first (Analyse > Coverage).")
+            return tr("Cells: create a grid on the face first (Analyse > Coverage).")
         return tr(
-            "Cells: click marks a cell as {mark}, a second click takes the mark away. Q, W, X and "
-            "Z mark the cell under the cursor.",
+            "Cells: click marks a cell as {mark}, a second click removes the mark. Q, W, X and Z"
+            " mark the cell under the cursor.",
             mark=tr(MARK_TITLES[self.mark]),
         )
 

@@ -336,8 +336,7 @@ def _read_photo(name: str, path: Path, width: int, height: int) -> ShownPhoto:
         )
     if size != (width, height):
         problem = tr(
-            "{path} has another size than the photo that was aligned. Put the original photo "
-            "there.",
+            "{path} differs in size from the aligned photo. Restore the original photo.",
             path=path,
         )
         return ShownPhoto(

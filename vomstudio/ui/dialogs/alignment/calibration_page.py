@@ -105,9 +105,7 @@ class CalibrationPage(QWidget):
         focal, sigma = camera.values[0], camera.sigma[0]
         is_fixed = camera.focal == "held"
         if is_fixed:
-            focal_text = tr(
-                "The focal length was held fixed at <b>{focal:,.1f} px</b>.", focal=focal
-            )
+            focal_text = tr("The focal length was fixed at <b>{focal:,.1f} px</b>.", focal=focal)
         elif sigma is None:
             focal_text = tr(
                 "The focal length was estimated as <b>{focal:,.1f} px</b>.", focal=focal
@@ -120,7 +118,7 @@ class CalibrationPage(QWidget):
             )
         lines = [focal_text, escape(format_sentence(camera.reason))]
         if camera.exif_px is None:
-            lines.append(tr("EXIF does not state a focal length."))
+            lines.append(tr("EXIF contains no focal length."))
         elif not is_fixed:
             lines.append(
                 tr(
@@ -164,10 +162,10 @@ class CalibrationPage(QWidget):
 
     def _fixed_reason(self, name: str) -> str:
         if name[0] == "f":
-            return tr("held fixed, see above")
+            return tr("fixed, see above")
         if name[0] == "c":
-            return tr("held fixed: not separable from camera rotation")
-        return tr("held fixed: too few photos")
+            return tr("fixed: not separable from camera rotation")
+        return tr("fixed: too few photos")
 
     def _parameter_title(self, name: str) -> str:
         if name[0] == "f":
@@ -221,14 +219,14 @@ class CalibrationPage(QWidget):
         a, b, value = camera.strongest
         if abs(value) > STRONG_CORRELATION:
             return tr(
-                "{a} and {b} are strongly correlated ({value:+.2f}), so each is less certain than "
-                "its own error says. Add photos from more directions, some of them turned by 90°.",
+                "{a} and {b} are strongly correlated ({value:+.2f}), so both are less certain"
+                " than stated. Add photos from more directions, some rotated by 90°.",
                 a=a,
                 b=b,
                 value=value,
             )
         return tr(
-            "The strongest correlation is that of {a} and {b} ({value:+.2f}); it is harmless.",
+            "The strongest correlation is between {a} and {b} ({value:+.2f}), which is harmless.",
             a=a,
             b=b,
             value=value,

@@ -59,7 +59,7 @@ class DepthPage(QWidget):
             (
                 tr("Confidence"),
                 "confidence",
-                tr("Each further photo that agrees halves the difference from 1."),
+                tr("Each additional photo that agrees halves the difference from 1."),
             ),
             (
                 tr("Surface normal"),
@@ -98,7 +98,7 @@ class DepthPage(QWidget):
         self.table.fill(rows)
         if not any(self._has_depths.values()):
             self.panes.show_message(
-                tr("There are no depth maps yet. They are made after the alignment.")
+                tr("There are no depth maps yet. They are computed after the alignment.")
             )
             return
         self.table.select_row(lambda values: self._has_depths[values[0]])

@@ -69,7 +69,7 @@ class MatchPage(QWidget):
             self.lines.addItem(tr("{count:,} lines", count=count), count)
         self.lines.addItem(tr("All lines"), 10**9)
         self.lines.addItem(tr("No lines"), 0)
-        self.lines.setToolTip(tr("How many of the inliers are drawn as lines."))
+        self.lines.setToolTip(tr("Maximum number of inliers drawn as lines."))
         self._legend = Label()
         self._summary = ElidedLabel()
         for box in (self.features, self.outliers):
@@ -105,7 +105,7 @@ class MatchPage(QWidget):
         self._names = [photo.name for photo in overview.photos]
         min_inliers = overview.weak_below
         weak_count = sum(0 < pair[3] < min_inliers for pair in overview.pairs)
-        legend = tr("Inliers of each pair of photos; the brighter, the more.")
+        legend = tr("Inliers of each photo pair; brighter means more.")
         if weak_count:
             legend += " " + tr(
                 "Orange: weak pairs with fewer than {weak} inliers ({flagged} of {count}).",
@@ -121,7 +121,7 @@ class MatchPage(QWidget):
             note = ""
             if 0 < inliers < min_inliers:
                 note = tr(
-                    "Weak pair: {inliers} inliers, at least {least} are needed.",
+                    "Weak pair: {inliers} inliers, at least {least} required.",
                     inliers=inliers,
                     least=min_inliers,
                 )

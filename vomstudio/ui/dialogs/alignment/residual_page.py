@@ -50,7 +50,7 @@ class ResidualPage(QWidget):
                 Column(
                     tr("GPS residual"),
                     "{:.2f} m".format,
-                    tr("Distance between the GPS position of the photo and its camera."),
+                    tr("Distance between the photo's GPS position and its computed position."),
                 ),
             ),
             sort_by=2,
@@ -90,7 +90,7 @@ class ResidualPage(QWidget):
             if photo.part is None:
                 note = tr("Not aligned: {reason}", reason=photo.reason or "–")
             elif photo.part > 0:
-                note = tr("Aligned in a disconnected component, which is not part of the model.")
+                note = tr("Aligned in a disconnected component outside the model.")
             values = (
                 photo.name,
                 photo.tie_points,

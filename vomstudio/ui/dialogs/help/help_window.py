@@ -197,7 +197,7 @@ class HelpWindow(QDialog):
         self.search = QLineEdit()
         self.search.setObjectName("help_words")
         self.search.setClearButtonEnabled(True)
-        self.search.setPlaceholderText(tr("Find in all pages: Enter goes on"))
+        self.search.setPlaceholderText(tr("Search all pages (Enter: next)"))
         self.search.returnPressed.connect(self._find)
         row = QHBoxLayout()
         row.addWidget(back)

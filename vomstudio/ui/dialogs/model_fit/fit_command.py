@@ -43,10 +43,7 @@ class FitCopyButton(CopyCommandButton):
     ) -> None:
         super().__init__(
             self._copy,
-            tr(
-                "the command that fits the model to this one; of a file that states no unit it "
-                "finds the scale too"
-            ),
+            tr("the command for this fit; without a file unit it also fits the scale"),
         )
         self._studio, self._stable, self._points = studio, stable, points
         self._find_model, self._reference_view = find_model, reference_view

@@ -106,7 +106,7 @@ class FitDialog(QDialog):
         self.undo_button = QPushButton(theme.icon("undo"), tr("Undo"))
         self.redo_button = QPushButton(theme.icon("redo"), tr("Redo"))
         self.remove_button = QPushButton(theme.icon("delete-outline"), tr("Remove point"))
-        self.fit_button = QPushButton(theme.icon("vector-combine"), tr("Fit the surfaces"))
+        self.fit_button = QPushButton(theme.icon("vector-combine"), tr("Fit surfaces"))
         self.register_button = QPushButton(theme.icon("check"), tr("Register"))
         self.close_button = QPushButton(tr("Close"))
         self.copy_button = FitCopyButton(
@@ -208,9 +208,7 @@ class FitDialog(QDialog):
             reference = None
         self.reference_view.show_model(reference)
         self._titles[1].setText(
-            tr("Nothing to fit it to yet")
-            if reference is None
-            else self._reference_title(reference)
+            tr("No reference selected") if reference is None else self._reference_title(reference)
         )
         self.points.clear()
         self._update_placement()
@@ -354,7 +352,7 @@ class FitDialog(QDialog):
         )
         has_row = self.table.selected_row() is not None
         allow(self.remove_button, pending or (None if has_row else Finding("action.no-row")))
-        self.fit_button.setText(tr("Stop") if is_busy else tr("Fit the surfaces"))
+        self.fit_button.setText(tr("Stop") if is_busy else tr("Fit surfaces"))
         allow(self.fit_button, None if is_busy else self._why_no_fit())
         no_result = None if self.fit_result is not None else Finding("action.not-computed")
         allow(self.register_button, pending or no_result)

@@ -60,7 +60,7 @@ def placement_summary(placement: Placed) -> str:
 
     rms = placement.rms_control_m or 0.0
     sentences = [
-        tr("By the points alone: {rms:.3f} m (RMS).", rms=rms),
+        tr("Points only: {rms:.3f} m (RMS).", rms=rms),
         *worst_axis_findings(placement),
     ]
     return "\n".join([" ".join(map(str, sentences)), *map(str, reversed(placement.warnings))])

@@ -33,11 +33,14 @@ class StablePartBox(QWidget):
         self.part_box = ComboBox()
         self.part_box.setObjectName("stable_part")
         for text, tip in (
-            (tr("All of it"), tr("Nothing has moved or fallen since.")),
-            (tr("Near the clicked points"), tr("Only what is within this distance of a point.")),
-            (tr("Inside the clipping box"), tr("The box of the outcrop's view (World).")),
-            (tr("Inside polygons…"), tr("Of a layer, seen from above (GeoJSON, GeoPackage…).")),
-            (tr("Near a cloud or mesh"), tr("Within 3 of its spacings, in the same frame.")),
+            (tr("Whole reference"), tr("The whole rock face is stable.")),
+            (tr("Near clicked points"), tr("Use only rock within this distance of a point.")),
+            (tr("Inside clipping box"), tr("Use the clipping box of the outcrop (World).")),
+            (
+                tr("Inside polygons…"),
+                tr("Use polygons of a layer, seen from above (GeoJSON, GeoPackage…)."),
+            ),
+            (tr("Near another model"), tr("Use rock within 3 point spacings of a model.")),
         ):
             self.part_box.addItem(text)
             self.part_box.setItemData(self.part_box.count() - 1, tip, 3)
@@ -65,7 +68,7 @@ class StablePartBox(QWidget):
         if row == _POLYGONS:
             name, _ = QFileDialog.getOpenFileName(
                 self,
-                tr("Polygons around what has not moved"),
+                tr("Polygons around the stable part"),
                 start_folder(self._studio),
                 tr("Polygons (*.geojson *.json *.gpkg *.shp *.kml)"),
             )

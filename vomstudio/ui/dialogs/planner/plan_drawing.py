@@ -57,7 +57,7 @@ class PlanDrawing(QWidget):
         plan = self._plan
         if plan is None:
             painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
-            hint = tr("The plan is drawn here once a camera and its target are known.")
+            hint = tr("Choose a camera and a target to draw the plan.")
             flags = int(Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap)
             painter.drawText(self.rect().adjusted(12, 12, -12, -12), flags, hint)
             return

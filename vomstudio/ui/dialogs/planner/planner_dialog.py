@@ -142,12 +142,7 @@ class PlannerDialog(QDialog):
         self.camera = SearchField(_camera_matches)
         self.camera.setObjectName("plan_camera")
         self.camera.setPlaceholderText(tr("Name, or 23.5x15.6,35,6000x4000"))
-        self.camera.setToolTip(
-            tr(
-                "A camera from the list, or sensor size and focal length in mm and image size in "
-                "pixels."
-            )
-        )
+        self.camera.setToolTip(tr("Choose a camera, or enter sensor, focal length and image size."))
         self.camera.textChanged.connect(self._schedule_plan)
         self.camera.textChanged.connect(self._follow_camera)
         photo = QPushButton(tr("From a photo…"))
@@ -180,14 +175,11 @@ class PlannerDialog(QDialog):
         self.receiver = self._create_number_field("plan_receiver")
         self.receiver.setPlaceholderText(f"{DEFAULT_RECEIVER_M:g}")
         self.receiver.setToolTip(
-            tr(
-                "Error of a horizontal coordinate of the camera's positions, one sigma: 3 m of a "
-                "phone or a common drone, 0.02 m with RTK. Heights are taken as twice as bad."
-            )
+            tr("Horizontal error (1σ): 3 m for phone or drone, 0.02 m with RTK.")
         )
         self.control = self._create_number_field("plan_control")
         self.control.setPlaceholderText(f"{DEFAULT_CONTROL_M:g}")
-        self.control.setToolTip(tr("Error of a coordinate of the control points, one sigma."))
+        self.control.setToolTip(tr("Standard deviation of a control point coordinate."))
         form = QFormLayout()
         form.setVerticalSpacing(6)
         form.addRow(tr("Camera"), _create_row((self.camera, 1), (photo, 0)))
@@ -368,7 +360,7 @@ class PlannerDialog(QDialog):
             # The form above shows these already.
             rows = [row for row in rows if row[0] not in (tr("Outcrop"), tr("Overlap"))]
             control = tr(
-                "{count}, of these {checks} check points; targets of {size:.2g} cm",
+                "{count}, including {checks} check points; targets of {size:.2g} cm",
                 count=count,
                 checks=checks,
                 size=size,
