@@ -380,6 +380,9 @@ def test_a_workspace_states_its_purpose_until_it_has_something_to_show(window, s
         assert purpose() == workspace.purpose
     add_cliff(studio)
     assert purpose() == WORKSPACES[2].purpose, "features are needed there"
+    label, net = window.findChild(QLabel, "workspace_purpose"), window.net_overlay
+    assert net.isVisible()
+    assert net.mapToGlobal(QPoint()).y() > label.mapToGlobal(label.rect().bottomLeft()).y()
     press(window, 2)
     assert purpose() == ""
     add_bed(studio)
