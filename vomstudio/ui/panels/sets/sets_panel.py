@@ -157,6 +157,7 @@ class SetsPanel(QWidget):
         column.addLayout(buttons)
         column.addWidget(self.message)
         column.addWidget(self.table, 1)
+        column.addStretch()
 
     # --- candidates --------------------------------------------------------------------------
     def _choice(self) -> Choice:
