@@ -97,12 +97,14 @@ class Overlays:
             bar.paint(painter)
         self.legend.paint(painter)
         compass_and_scale.draw_compass(painter, self._camera.frame, height, self.north_known)
+        scale_bar_box = compass_and_scale.scale_bar_box(width, height)
+        has_note = not self._camera.orthographic and not scale_bar_box.intersects(self.covered)
         compass_and_scale.draw_scale_bar(
             painter,
             self._camera.metres_per_pixel(height),
             width,
             height,
-            orthographic=self._camera.orthographic,
+            note=tr("at the centre of rotation") if has_note else "",
             unit_known=self.unit_known,
         )
 
