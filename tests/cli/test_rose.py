@@ -14,6 +14,7 @@ from tests.messages import by_code, error_of, figures, shown_codes
 from vomstudio.geology.roses import count_rose
 from vomstudio.products.net.rose import TITLES, choose_rings, draw_roses
 from vomstudio.products.net.rose_contents import RoseContents
+from vomstudio.project.catalogue import EXTENT
 
 TABLE = "set,dipdir,dip,length\n" + "".join(
     f"{name},{azimuth + i},{60 + i},{1 + i}\n"
@@ -140,6 +141,11 @@ def test_dips_are_counted_in_a_histogram(run, write, tmp_path: Path) -> None:
     title, bins, heights = next(t for t in texts if t.startswith(TITLES["dip"])).split("; ")
     assert (title, figures(bins)) == (TITLES["dip"], [5.0])
     assert heights.endswith(" length")
+    table = TABLE.replace("length", "extent_m")
+    run("rose", write(table), "-o", tmp_path / "e.svg", *words[:-1], "extent_m")
+    texts = ElementTree.parse(tmp_path / "e.svg").getroot().itertext()
+    caption = next(t for t in texts if t.startswith(TITLES["dip"]))
+    assert caption.endswith(EXTENT.title.lower())
     words = ("rose", write(TABLE), "-o", tmp_path / "s.svg", "--of", "dip", "--bin", "60", "--json")
     wrong = run(*words)
     assert wrong.code == 2

@@ -526,6 +526,8 @@ def test_a_brief_net_fills_its_square_and_leaves_a_row_below(side: int, count: i
     assert 2 * brief.radius_px > (0.6 if count == 1 else 0.7) * side
     row = 1.45 * STYLE.font_pt * 100 / 72
     assert min(box[1] for box in brief.text_boxes) >= row
+    drawn = [text.get_window_extent() for text in brief.axes.texts]
+    assert max(box.x1 for box in drawn) <= side
     words = [text.get_text() for text in brief.axes.texts]
     # Its sets are named all or not at all.
     named = [word for word in words if word.startswith("Joints")]

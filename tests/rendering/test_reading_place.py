@@ -60,6 +60,15 @@ def test_the_covered_length_is_that_of_shapely(ends, corner, wide, high):
     assert found[0] == pytest.approx(want, abs=1e-6)
 
 
+@pytest.mark.parametrize("x", [400.0, 560.0, 640.0])
+def test_a_widget_over_the_view_is_avoided(x: float) -> None:
+    widget = (610.0, 10.0, 280.0, 280.0)
+    cursor = (x, 120.0)
+    line = np.array([(x - 200.0, 120.0), (x - 100.0, 130.0)])
+    _, place = ReadingPosition().choose([SIZE], VIEW, PickedPoints(line, cursor, widget=widget))
+    assert not rectangle(place).intersects(rectangle(widget))
+
+
 def test_it_stands_beside_the_cursor_and_never_ahead_of_the_line():
     """Picking to the right and downwards: the place to the right below is where one looks next."""
     line = np.array([[100.0, 100.0], [300.0, 200.0]])

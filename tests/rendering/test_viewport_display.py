@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from matplotlib import colormaps
+from PySide6.QtCore import QRectF
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QApplication
 
@@ -106,7 +107,9 @@ def test_elevation_follows_the_frame_of_the_model(stage: Stage) -> None:
     assert scale.low == pytest.approx(first.low + 50.0)
 
 
-def bars_of(kinds: str, width: float, height: float) -> list[ColorBar]:
+def bars_of(
+    kinds: str, width: float, height: float, covered: QRectF | None = None
+) -> list[ColorBar]:
     count = 4000
     rng = np.random.default_rng(0)
     fields = {
@@ -118,9 +121,8 @@ def bars_of(kinds: str, width: float, height: float) -> list[ColorBar]:
     names = {"s": "s", "d": "d", "c": "classification", "a": "azimuth"}
     cloud = PointCloud(rng.normal(0, 1, (count, 3)), fields=fields)
     scales = [make_scale(cloud, FieldStyle(names[k]), np.eye(4)) for k in kinds]
-    return lay_out_bars(
-        [(s, (s.title, "a model with rather a long name")) for s in scales], width, height
-    )
+    shown = [(s, (s.title, "a model with rather a long name")) for s in scales]
+    return lay_out_bars(shown, width, height, covered)
 
 
 @pytest.mark.parametrize("kinds", ["s", "d", "c", "a", "scda"])
@@ -138,6 +140,17 @@ def test_bars_stay_clear_of_scale_bar_compass_and_each_other(
         assert bar.box.top() >= 0
         assert not any(bar.box.intersects(other) for other in taken), (kinds, size)
         taken.append(bar.box)
+
+
+def test_bars_stand_beside_a_widget_over_the_view(qapp: QApplication) -> None:
+    widget = QRectF(1600.0 - 290.0, 10.0, 280.0, 280.0)
+    bars = bars_of("scda", 1600, 1000, widget)
+    assert len(bars) > 1
+    for bar in bars:
+        assert bar.box.left() >= 0
+        assert not bar.box.intersects(widget)
+    elsewhere = QRectF(10.0, 10.0, 280.0, 280.0)
+    assert bars_of("s", 1600, 1000, elsewhere)[0].box == bars_of("s", 1600, 1000)[0].box
 
 
 def test_words_of_a_bar_do_not_pile_up(qapp: QApplication) -> None:

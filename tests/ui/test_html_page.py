@@ -5,11 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
-from PySide6.QtGui import QDesktopServices
+from PySide6.QtGui import QDesktopServices, QImage
 from PySide6.QtWidgets import QWidget
 
+from tests import appearance
 from tests.tiers import first_in_default_tier
+from vomstudio.ui.base import theme
 from vomstudio.ui.widgets.html_page import HtmlPage, open_page
 
 PAGE = '<html lang="en"><body><h1>Report</h1><p>27 photos aligned</p></body></html>'
@@ -38,3 +41,23 @@ def test_the_page_is_shown_here_only_where_there_is_no_browser(
         assert page.isVisible()
         assert "27 photos aligned" in page.text.toPlainText()
         page.close()
+
+
+@pytest.mark.parametrize("name", ["light", "dark"])
+def test_a_page_is_dark_on_light_in_every_theme(
+    qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.setattr(QDesktopServices, "openUrl", lambda _: False)
+    path = tmp_path / "report.html"
+    path.write_text(PAGE, encoding="utf-8")
+    theme.use(name)
+    parent = QWidget()
+    qtbot.addWidget(parent)
+    open_page(parent, path)
+    (page,) = parent.findChildren(HtmlPage)
+    image = page.text.viewport().grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
+    pixels = np.frombuffer(image.constBits(), np.uint8).reshape(-1, 4)[:, 2::-1]
+    assert np.median(pixels) > 200
+    assert appearance.strongest_contrast(pixels) > 7.0
+    page.close()
+    theme.use("system")

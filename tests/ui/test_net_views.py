@@ -126,6 +126,18 @@ def test_roses_stand_in_the_dock_and_a_click_on_a_petal_selects_what_it_counts(
     assert studio.selection.ids == ()
 
 
+def test_many_sets_share_one_rose_for_each_type(net, window, studio) -> None:
+    read = studio.session.of(Reading)
+    joints = [reading.id for reading in read if reading.type_id == "joint"]
+    for number in range(5):
+        assert studio.attempt(edits.set_attributes, joints[number::5], set_name=f"J{number}")
+    show_view(window, "Rose of strikes")
+    roses = net.roses.contents.roses
+    assert len(roses) == len({reading.type_id for reading in read})
+    assert sum(rose.n for rose in roses.values()) == len(read)
+    assert net.roses.contents.notes
+
+
 @pytest.mark.full
 def test_bins_and_weights_of_the_menu_are_taken(net, window, studio) -> None:
     add_bed(studio, "t1", "bed")

@@ -68,8 +68,11 @@ def test_parallel_planes_without_places_are_one_set(window, studio, panel) -> No
     proposed(window, panel)
     assert len(panel.result.sets) == 1
     assert panel.result.warnings[0] == Finding("sets.fewer", count=1, minimum=3, wanted=3)
+    assert studio.settings.color_by == "type"
     panel.accept.click()
     assert {r.set_name for r in studio.session.of(Reading)} == {"J1"}
+    assert studio.settings.color_by == "set"
+    assert window.actions_table.all["color_by_set"].isChecked()
     assert "sets.too-few-without-set" in shown_codes(proposed(window, panel))
 
 

@@ -11,6 +11,7 @@ from PySide6.QtGui import QImage, QPalette
 from PySide6.QtWidgets import (
     QApplication,
     QCheckBox,
+    QDialogButtonBox,
     QStyle,
     QStyleOptionButton,
     QToolButton,
@@ -176,3 +177,12 @@ def test_boxes_that_are_not_ticked_are_seen(window, studio, shown):
         y = image.height() // 2
         row = [image.pixelColor(x, y).getRgb()[:3] for x in range(min(20, image.width()))]
         assert max(contrast(row[-1], each) for each in row) >= 1.5, view.objectName()
+
+
+@pytest.mark.usefixtures("qapp")
+def test_standard_buttons_have_no_icons_that_are_dark_in_both_themes() -> None:
+    theme.use("dark")
+    kinds = QDialogButtonBox.StandardButton
+    box = QDialogButtonBox(kinds.Ok | kinds.Cancel | kinds.Close | kinds.Save)
+    assert all(button.icon().isNull() and button.text() for button in box.buttons())
+    theme.use("system")

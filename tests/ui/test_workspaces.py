@@ -171,6 +171,17 @@ def test_tools_of_a_task_are_in_the_rail_only_then(window, studio):
     assert offered_tools(window) == set(GENERAL_TOOLS)
 
 
+@pytest.mark.parametrize("height", [540, 720])
+def test_the_rail_shows_all_tools_of_a_task_in_a_low_window(window, studio, height):
+    add_cliff(studio)
+    resize(window, 960, height)
+    press(window, 1)
+    assert offered_tools(window) == {*GENERAL_TOOLS, "control", "known_line"}
+    for button in window.tool_rail.buttons.values():
+        if button.isVisible():
+            assert button.visibleRegion().boundingRect().size() == button.size()
+
+
 # --- inspector ------------------------------------------------------------------------------
 def test_the_inspector_follows_the_work(window, studio):
     add_cliff(studio)
@@ -380,6 +391,9 @@ def test_a_workspace_states_its_purpose_until_it_has_something_to_show(window, s
         assert purpose() == workspace.purpose
     add_cliff(studio)
     assert purpose() == WORKSPACES[2].purpose, "features are needed there"
+    label, net = window.findChild(QLabel, "workspace_purpose"), window.net_overlay
+    assert net.isVisible()
+    assert net.mapToGlobal(QPoint()).y() > label.mapToGlobal(label.rect().bottomLeft()).y()
     press(window, 2)
     assert purpose() == ""
     add_bed(studio)
@@ -698,3 +712,4 @@ def test_all_buttons_of_the_bars_are_visible_when_the_window_becomes_narrower(
         last = window.menuBar().actionGeometry(menus[-1])
         assert not last.isEmpty()
         assert last.right() < window.top_bar.x()
+        assert window.menuBar().width() - window.top_bar.geometry().right() < 8

@@ -240,6 +240,14 @@ def test_three_collinear_points_say_why_while_they_are_picked(tool, context):
     assert " ".join(why) == tool.measurement.problem.message
 
 
+def test_beside_the_cursor_are_the_attitude_and_one_reason_only(tool, context):
+    clicks(tool)
+    verdict = tool.measurement.verdict
+    attitude, *why = context.shown[-1].reading
+    assert attitude == context.format_attitude(tool.measurement)
+    assert " ".join(why) == "".join(reason.message for reason in verdict.reasons[:1])
+
+
 # --- continuing -------------------------------------------------------------------------------
 @pytest.fixture
 def old(tool, context) -> Trace:

@@ -43,6 +43,8 @@ _MAX_CORNER_SHARE = 0.4
 """Maximum width of the selected feature's name, as a share of the width of the net."""
 _SIGN_LETTERS = 2.2
 """Width of the symbol of a legend entry, in letter widths."""
+_HINTING = 1.05
+"""Maximum width of a text on the screen, in widths of its outlines, because letters are hinted."""
 _MIN_CONNECTED_LETTERS = 1.5
 """Minimum distance, in letter widths, at which a line connects a label to its mark."""
 
@@ -181,7 +183,7 @@ class NetPage:
         widest = min(max(entries, default=0.0), _MAX_LEGEND_LETTERS * self.font)
         title = text_width(self.net.title[:40], 1.15 * self.font, "bold")
         texts = [*self.foot, *words, *self.bar_words]
-        return 1.05 * max(widest, title, *(text_width(t, self.font) for t in texts))
+        return _HINTING * max(widest, title, *(text_width(t, self.font) for t in texts))
 
     def _foot(self) -> float:
         """Return the height of the caption and the colour bar below a legend beside the net."""
@@ -213,7 +215,7 @@ class NetPage:
         rows: list[LegendRow] = []
         x = 0.0
         for e in self.entries:
-            need = _SIGN_LETTERS * self.font + text_width(e.text, self.font)
+            need = _SIGN_LETTERS * self.font + _HINTING * text_width(e.text, self.font)
             if rows and x + need <= width:
                 rows[-1].append((x, e))
             else:
@@ -352,7 +354,7 @@ class NetPage:
         for row in self._shown_rows():
             for offset, entry in row:
                 room = self.legend_width - offset - _SIGN_LETTERS * self.font
-                text = shorten_text(entry.text, self.font, room)
+                text = shorten_text(entry.text, self.font, room / _HINTING)
                 self._legend_entry(offset, y, replace(entry, text=text))
             y -= step
         for i, line in enumerate([*self.words, *self.foot]):

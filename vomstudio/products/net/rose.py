@@ -25,6 +25,7 @@ from vomstudio.products.net.rose_drawing import (
     petal_radius,
 )
 from vomstudio.products.net.style import PRINT, NetStyle
+from vomstudio.project import catalogue
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -277,7 +278,7 @@ def _caption(contents: RoseContents) -> str:
     share = (
         tr("% of the number")
         if contents.weight is None
-        else tr("% of the sum of {column}", column=contents.weight)
+        else tr("% of the total {quantity}", quantity=_quantity(contents.weight))
     )
     if contents.of in HISTOGRAM_ANGLES:
         return tr("{title}; bins of {step}°; heights: {share}", title=title, step=step, share=share)
@@ -294,6 +295,14 @@ def _caption(contents: RoseContents) -> str:
         step=step,
         share=share,
     )
+
+
+def _quantity(column: str) -> str:
+    """Return the title of an exported column, or the name of any other column."""
+    titles = {
+        figure.name: tr(figure.title).lower() for figure in (catalogue.EXTENT, catalogue.AREA)
+    }
+    return titles.get(column, column)
 
 
 def mean_words(rose: Rose | AngleHistogram) -> str:

@@ -171,13 +171,21 @@ class ColorBar:
 
 
 def lay_out_bars(
-    shown: Sequence[tuple[Scale, Sequence[str]]], width: float, height: float
+    shown: Sequence[tuple[Scale, Sequence[str]]],
+    width: float,
+    height: float,
+    covered: QRectF | None = None,
 ) -> list[ColorBar]:
-    """Lay out colour bars from right to left above the scale bar; omit those that do not fit."""
+    """Lay out colour bars from right to left above the scale bar; omit those that do not fit.
+
+    The bars stand beside the rectangle that another widget covers.
+    """
     bars: list[ColorBar] = []
     right, bottom = width - MARGIN, scale_bar_box(width, height).top() - 10.0
     for scale, captions in shown:
         bar = ColorBar(scale, captions, right, TOP, bottom)
+        if covered is not None and bar.box.intersects(covered):
+            bar = ColorBar(scale, captions, covered.left() - 8.0, TOP, bottom)
         if bar.box.left() < MARGIN or (bars and bar.box.left() < width / 2.0):
             break
         bars.append(bar)

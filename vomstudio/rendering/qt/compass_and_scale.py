@@ -105,10 +105,10 @@ def draw_scale_bar(
     width: float,
     height: float,
     *,
-    orthographic: bool,
+    note: str = "",
     unit_known: bool = True,
 ) -> None:
-    """Draw a scale bar with a round length."""
+    """Draw a scale bar with a round length, and a note above it."""
     length, pixels = scale_bar(metres_per_pixel, width)
     right = width - MARGIN
     left = right - pixels
@@ -135,9 +135,8 @@ def draw_scale_bar(
         text,
         font,
     )
-    if not orthographic:
+    if note:
         small = painting.system_font()
-        note = tr("at the centre of rotation")
         painting.outlined_text(
             painter,
             right - QFontMetricsF(small).horizontalAdvance(note),

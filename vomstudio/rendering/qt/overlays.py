@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
+from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainter
 
 from vomstudio.core.arrays import BoolArray, FloatArray
@@ -30,6 +31,8 @@ class Overlays:
         Colour bars of the last paint.
     legend : ColorLegend
         Legend of the colours of features.
+    covered : QRectF
+        Rectangle that another widget covers.
     """
 
     def __init__(self, camera: Camera, captions: Mapping[str, str]) -> None:
@@ -41,6 +44,7 @@ class Overlays:
         self.unit_known = True
         self.bars: list[bar_painting.ColorBar] = []
         self.legend = ColorLegend()
+        self.covered = QRectF()
 
     def paint(
         self,
@@ -83,6 +87,7 @@ class Overlays:
             kept_free=(
                 compass_and_scale.compass_box(height),
                 compass_and_scale.scale_bar_box(width, height),
+                self.covered,
                 *(bar.box for bar in self.bars),
                 *([self.legend.box()] if self.legend.entries else []),
             ),
@@ -92,12 +97,14 @@ class Overlays:
             bar.paint(painter)
         self.legend.paint(painter)
         compass_and_scale.draw_compass(painter, self._camera.frame, height, self.north_known)
+        scale_bar_box = compass_and_scale.scale_bar_box(width, height)
+        has_note = not self._camera.orthographic and not scale_bar_box.intersects(self.covered)
         compass_and_scale.draw_scale_bar(
             painter,
             self._camera.metres_per_pixel(height),
             width,
             height,
-            orthographic=self._camera.orthographic,
+            note=tr("at the centre of rotation") if has_note else "",
             unit_known=self.unit_known,
         )
 
@@ -113,4 +120,4 @@ class Overlays:
             (scale, (scale.title, self._captions.get(model_id, "") if several else ""))
             for scale, model_id in scales
         ]
-        return bar_painting.lay_out_bars(captioned, *size)
+        return bar_painting.lay_out_bars(captioned, *size, covered=self.covered)

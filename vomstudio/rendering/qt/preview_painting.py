@@ -41,6 +41,8 @@ class PreviewPainter:
         Returns the pixels of points in the World frame, and whether each is visible.
     place : ReadingPosition
         Stores the position of the reading box.
+    covered : QRectF, optional
+        Rectangle that another widget covers.
     """
 
     def __init__(
@@ -50,10 +52,12 @@ class PreviewPainter:
         extent: tuple[float, float],
         project: Callable[[FloatArray], tuple[FloatArray, BoolArray]],
         place: ReadingPosition,
+        covered: QRectF | None = None,
     ) -> None:
         self._painter, self._camera = painter, camera
         self._extent, self._project = extent, project
         self._place = place
+        self._widget = None if covered is None or covered.isEmpty() else covered.getRect()
 
     def paint(self, preview: Preview, cursor: QPointF | None, hot_handle: int | None) -> None:
         painter = self._painter
@@ -107,7 +111,9 @@ class PreviewPainter:
         if preview.rubber is not None:
             rubber = self._camera.project(np.asarray(preview.rubber, float), (width, height))[0][0]
         at = cursor.x(), cursor.y()
-        self._paint_reading(preview, PickedPoints(pixels, at, rubber, self._border(preview), clear))
+        border = self._border(preview)
+        picked_points = PickedPoints(pixels, at, rubber, border, clear, self._widget)
+        self._paint_reading(preview, picked_points)
 
     def _paint_pending(self, preview: Preview, color: QColor) -> None:
         """Paint the places of clicks that have not taken effect yet."""

@@ -14,7 +14,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 import numpy as np
-from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
     QCloseEvent,
     QColor,
@@ -249,6 +249,12 @@ class Viewport(QWidget):
         self.overlays.legend = legend
         self._picture.redraw_features()
 
+    def set_covered(self, box: QRect) -> None:
+        """Keep labels and colour bars out of a rectangle that another widget covers."""
+        self.overlays.covered = QRectF(box)
+        self._forget_base()
+        self.update()
+
     def set_frame(self, *, north_known: bool, unit_known: bool = True) -> None:
         """Set whether the y axis of the World frame points North and its unit is the metre.
 
@@ -270,7 +276,12 @@ class Viewport(QWidget):
         self.features.paint_hovered(painter)
         if self.preview is not None:
             PreviewPainter(
-                painter, self.camera, self.extent(), self.project, self.reading_place
+                painter,
+                self.camera,
+                self.extent(),
+                self.project,
+                self.reading_place,
+                self.overlays.covered,
             ).paint(self.preview, self.gestures.cursor, self.gestures.hot_handle)
         painter.end()
         self._picture.painted()

@@ -48,6 +48,8 @@ class PickedPoints:
         Other points, such as the border of a painted area.
     clear : float
         Half the width of the brush around the cursor.
+    widget : PixelBox, optional
+        Rectangle of a widget over the view, which the box avoids.
     """
 
     line: FloatArray
@@ -55,6 +57,7 @@ class PickedPoints:
     rubber: FloatArray | None = None
     dots: FloatArray = field(default_factory=_no_points)
     clear: float = 0.0
+    widget: PixelBox | None = None
 
     def segments(self) -> FloatArray:
         """Return the end points (s, 4: x, y, x, y) of all drawn line segments."""
@@ -205,7 +208,14 @@ def _covered(box: PixelBox, picked: PickedPoints, margin: float) -> float:
     cost += VERTEX_COST * int(_inside(wider, points, 0.0).sum())
     reach = max(CURSOR_CLEARANCE, picked.clear)
     cost += CURSOR_COST * int(_inside(box, np.array([picked.cursor], float), reach).sum())
+    if picked.widget is not None and _overlaps(box, picked.widget):
+        cost += CURSOR_COST
     return cost
+
+
+def _overlaps(box: PixelBox, other: PixelBox) -> bool:
+    (x, y, wide, high), (left, top, width, height) = box, other
+    return x < left + width and left < x + wide and y < top + height and top < y + high
 
 
 def _inside(box: PixelBox, points: FloatArray, margin: float) -> BoolArray:

@@ -5,10 +5,8 @@ from __future__ import annotations
 from textwrap import wrap
 
 from vomstudio.core.words import tr
-from vomstudio.geometry.units import area_text
 from vomstudio.project.measurement_cache import Measurement
-from vomstudio.studio.tools.fit_summary import WIDTH, first_reason, indices_text
-from vomstudio.studio.tools.polyline import points_text
+from vomstudio.studio.tools.fit_summary import WIDTH, first_reason
 from vomstudio.studio.tools.tool_context import ToolContext
 
 
@@ -29,21 +27,10 @@ def plane_reading(
     """
     if measurement is None:
         return ()
-    fit, verdict = measurement.fit, measurement.verdict
-    if fit is None or verdict is None:
+    verdict = measurement.verdict
+    if measurement.fit is None or verdict is None:
         problem = tr("No plane yet: {problem}", problem=measurement.problem)
         return tuple(wrap(problem, WIDTH))
-    size = (
-        points_text(fit.n)
-        if measurement.area_m2 is None
-        else f"{area_text(measurement.area_m2, metric=measurement.metric)}   n {fit.n}"
-    )
-    if painting:
-        # The text must not cover the surface that is painted next; the panel shows the remaining
-        # values.
-        return (context.format_attitude(measurement),)
-    return (
-        context.format_attitude(measurement),
-        indices_text(fit, size),
-        *first_reason(verdict),
-    )
+    attitude = context.format_attitude(measurement)
+    # The text must not cover the surface that is painted next; the panel shows the reason.
+    return (attitude,) if painting else (attitude, *first_reason(verdict))

@@ -18,7 +18,7 @@ from vomstudio.project import edits
 from vomstudio.project.edit import Edit
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import SURROUNDINGS_RULE, Model
-from vomstudio.studio.tools.fit_summary import WIDTH, first_reason, indices_text
+from vomstudio.studio.tools.fit_summary import WIDTH, first_reason
 from vomstudio.studio.tools.following import FollowingTool
 from vomstudio.studio.tools.local_surface import measure_surroundings
 from vomstudio.studio.tools.polyline import points_text, type_of_draft
@@ -206,12 +206,7 @@ class TraceTool(FollowingTool[Trace]):
             if count < 3 or measurement is None or not measurement.problem:
                 return (points_text(count),)
             return (points_text(count), *wrap(str(measurement.problem), WIDTH))
-        fit = measurement.fit
-        return (
-            self._context.format_attitude(measurement),
-            indices_text(fit, f"n {fit.n}"),
-            *first_reason(measurement.verdict),
-        )
+        return (self._context.format_attitude(measurement), *first_reason(measurement.verdict))
 
 
 TOOL = ToolEntry(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QRectF, Qt
-from PySide6.QtGui import QColor, QPainter, QPalette, QPen
+from PySide6.QtGui import QColor, QIcon, QPainter, QPalette, QPen
 from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QComboBox,
@@ -31,6 +31,17 @@ class FlatStyle(QProxyStyle):
 
     def __init__(self) -> None:
         super().__init__("Fusion")
+
+    def standardIcon(  # noqa: N802 - Qt's name
+        self,
+        icon: QStyle.StandardPixmap,
+        option: QStyleOption | None = None,
+        widget: QWidget | None = None,
+    ) -> QIcon:
+        """Return no icon for buttons of dialogs: Qt's are dark in both themes."""
+        if icon.name.startswith("SP_Dialog"):
+            return QIcon()
+        return super().standardIcon(icon, option, widget)
 
     def drawPrimitive(  # noqa: N802 - Qt's name
         self,

@@ -31,7 +31,7 @@ class CentralArea(QWidget):
         """Show the widget `first` until the outcrop view has been created."""
         super().__init__()
         self.room = QWidget()
-        """Area below the tabs, whose top may be covered by a message."""
+        """Area below tabs and purpose. Messages and the net lie over it."""
         self._column = QVBoxLayout(self.room)
         whole = QVBoxLayout(self)
         for column in (self._column, whole):
@@ -44,8 +44,8 @@ class CentralArea(QWidget):
         self._purpose.setFrameShape(QFrame.Shape.NoFrame)
         self.tabs = self._make_tabs()
         whole.addWidget(self.tabs)
+        whole.addWidget(self._purpose)
         whole.addWidget(self.room, 1)
-        self._column.addWidget(self._purpose)
         self._column.addWidget(first, 1)
         self._outcrop = first
         self._photo: QWidget | None = None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Protocol, runtime_checkable
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QRect, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QCursor, QMouseEvent
+from PySide6.QtGui import QCursor, QHideEvent, QMouseEvent, QMoveEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QSizeGrip, QToolButton, QVBoxLayout, QWidget
 
 from vomstudio.core.words import tr
@@ -34,13 +34,15 @@ class NetOverlay(QFrame):
     It keeps its distance from the nearest corner when the window is resized. Its buttons appear
     under the cursor.
 
-
     Attributes
     ----------
     center_requested, dock_requested, closed : Signal
         Emitted when the corresponding button was pressed.
+    placed : Signal
+        Emitted with the rectangle that the overlay covers, which is empty while it is hidden.
     """
 
+    placed = Signal(QRect)
     center_requested = Signal()
     dock_requested = Signal()
     closed = Signal()
@@ -191,6 +193,25 @@ class NetOverlay(QFrame):
         self.place()
 
     # --- Qt ----------------------------------------------------------------------------------
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
+        super().showEvent(event)
+        self._report_place()
+
+    def hideEvent(self, event: QHideEvent) -> None:  # noqa: N802
+        super().hideEvent(event)
+        self._report_place()
+
+    def moveEvent(self, event: QMoveEvent) -> None:  # noqa: N802
+        super().moveEvent(event)
+        self._report_place()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
+        super().resizeEvent(event)
+        self._report_place()
+
+    def _report_place(self) -> None:
+        self.placed.emit(QRect() if self.isHidden() else self.geometry())
+
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
         if event.type() == QEvent.Type.Resize and watched is self._room:
             self.place()

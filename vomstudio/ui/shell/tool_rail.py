@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtGui import QAction
+from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import QToolBar, QToolButton
 
 from vomstudio.core.words import to_translate, tr
@@ -16,7 +16,9 @@ from vomstudio.ui.shell.docks import WindowDocks
 from vomstudio.ui.shell.layout import GENERAL_TOOLS, PAGE_TOOLS
 from vomstudio.ui.shell.workspaces import Workspaces
 
-_ICON_PX = 22
+_ICON_PX, _LOW_ICON_PX = 22, 16
+_MARGIN_PX, _LOW_MARGIN_PX = 17, 12
+"""Height of a button beyond its icon and text."""
 _PADDING_PX = 7
 _NAVIGATE = "navigate"
 SHORT_NAMES = {
@@ -68,7 +70,6 @@ class ToolRail(QToolBar):
         button.setDefaultAction(action)
         button.setObjectName(f"rail_{action.objectName()}")
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
-        button.setIconSize(QSize(_ICON_PX, _ICON_PX))
         button.setAutoRaise(True)
         theme.highlight_toggles(button)
         return button
@@ -88,3 +89,19 @@ class ToolRail(QToolBar):
         offered = self.offered()
         for name in self._names:
             self._places[name].setVisible(name in offered)
+        self._fit()
+
+    def _fit(self) -> None:
+        """Use low buttons if the rail has no room for all offered tools."""
+        text, count = self.fontMetrics().height(), 1 + len(self.offered())
+        icon, height = _ICON_PX, text + _ICON_PX + _MARGIN_PX
+        if count * height > self.height():
+            icon, height = _LOW_ICON_PX, text + _LOW_ICON_PX + _LOW_MARGIN_PX
+        for button in self.buttons.values():
+            button.setIconSize(QSize(icon, icon))
+            button.setFixedHeight(height)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
+        # Before Qt hides the buttons without room.
+        self._fit()
+        super().resizeEvent(event)

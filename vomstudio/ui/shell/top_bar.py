@@ -111,7 +111,8 @@ class TopBar(QWidget):
         row.addWidget(self.search)
         for name in ("view_back", "view_forward"):
             row.addWidget(self._button(actions[name], _ICON))
-        window.menuBar().setCornerWidget(self, Qt.Corner.TopRightCorner)
+        self._menu_bar = window.menuBar()
+        self._menu_bar.setCornerWidget(self, Qt.Corner.TopRightCorner)
         window.installEventFilter(self)
 
     @staticmethod
@@ -131,4 +132,6 @@ class TopBar(QWidget):
             if self.search.toolButtonStyle() != style:
                 self.search.setToolButtonStyle(style)
                 self.adjustSize()
+                # The menu bar places its corner only when it is set.
+                self._menu_bar.setCornerWidget(self, Qt.Corner.TopRightCorner)
         return False

@@ -10,6 +10,7 @@ from time import perf_counter
 from PySide6.QtCore import QEvent, QPoint, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QMouseEvent, QPalette
 from PySide6.QtWidgets import (
+    QBoxLayout,
     QHBoxLayout,
     QToolButton,
     QVBoxLayout,
@@ -64,6 +65,8 @@ _FONT_PX = 12.0
 _REDRAW_DELAY_MS, _MAX_DIRECT_REDRAW_MS, _MAX_REDRAW_DELAY_MS = 30, 60, 500
 _LABEL_WIDTH_SHARE = 0.4
 """Width of the corner label as a fraction of the canvas width."""
+_MIN_CANVAS_PX = 200
+"""Minimum width and height of the canvas, which the overlay can have."""
 _MIN_LEGEND_PX = 360
 """Minimum width of the overlay for the whole legend."""
 _NET_KEY = "net"
@@ -92,7 +95,7 @@ class StereonetPanel(QWidget):
         self._net: DrawnNet | None = None
         self._roses: DrawnRoses | None = None
         self.canvas = NetCanvas()
-        self.canvas.setMinimumSize(220, 220)
+        self.canvas.setMinimumSize(_MIN_CANVAS_PX, _MIN_CANVAS_PX)
         self.canvas.mouse_pressed.connect(self._start_path)
         self.canvas.mouse_moved.connect(self._follow_mouse)
         self.canvas.mouse_released.connect(self._finish_path)
@@ -135,10 +138,12 @@ class StereonetPanel(QWidget):
         self.canvas.resized.connect(self._place_corner_label)
         self.tools = QWidget()
         self.tools.setAutoFillBackground(True)
-        row = QHBoxLayout(self.tools)
-        row.setContentsMargins(4, 2, 4, 2)
-        row.setSpacing(2)
-        row.addWidget(self.view)
+        self._tool_rows = QBoxLayout(QBoxLayout.Direction.LeftToRight, self.tools)
+        self._tool_rows.setContentsMargins(4, 2, 4, 2)
+        self._tool_rows.setSpacing(2)
+        self._tool_rows.addWidget(self.view)
+        row = QHBoxLayout()
+        self._tool_rows.addLayout(row, 1)
         self._net_buttons = (self._circles, self._poles, self._means, self._beta, self.contours)
         for button in (*self._net_buttons, self.menu_button, self.copy, self.command):
             row.addWidget(button)
@@ -177,9 +182,14 @@ class StereonetPanel(QWidget):
     def set_overlay(self, on: bool) -> None:
         """Draw on translucent paper over the outcrop.
 
-        The tools are then visible only while they are needed.
+        The tools are then visible only while they are needed, in two rows. Figures are copied from
+        the docked or enlarged net, or by a command.
         """
         self._paper_opacity = _OVERLAY_OPACITY if on else ""
+        directions = QBoxLayout.Direction
+        self._tool_rows.setDirection(directions.TopToBottom if on else directions.LeftToRight)
+        for button in (self.copy, self.command):
+            button.setVisible(not on)
         self.tools.setVisible(not on)
         self._schedule_redraw()
 

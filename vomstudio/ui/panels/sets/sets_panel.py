@@ -157,6 +157,7 @@ class SetsPanel(QWidget):
         column.addLayout(buttons)
         column.addWidget(self.message)
         column.addWidget(self.table, 1)
+        column.addStretch()
 
     # --- candidates --------------------------------------------------------------------------
     def _choice(self) -> Choice:
@@ -247,6 +248,8 @@ class SetsPanel(QWidget):
         if not self._studio.attempt(edits.assign_sets, assignment):
             self.result = result
             return
+        self._studio.settings.color_by = "set"
+        self._studio.keep_settings()
         counts = [
             tr("{set}: {count:,}", set=s, count=len(ids)) for s, ids in result.groups(names) if s
         ]

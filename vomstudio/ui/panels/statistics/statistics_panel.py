@@ -204,7 +204,9 @@ def _domains(planes: FoldPlanes, axis: FoldAxis) -> tuple[FoldAxis, list[tuple[s
 
 def _html(title: str, rows: Rows) -> str:
     cells = "".join(
-        f"<tr><td style='padding:1px 8px 1px 4px'>{escape(name)}</td>"
+        f"<tr><td colspan='2' style='padding:1px 2px 1px 4px'>{name} {escape(value)}</td></tr>"
+        if name == "•"
+        else f"<tr><td style='padding:1px 8px 1px 4px'>{escape(name)}</td>"
         f"<td style='padding:1px 2px'>{escape(value)}</td></tr>"
         for name, value in rows
     )
