@@ -57,7 +57,9 @@ class PreviewPainter:
         self._painter, self._camera = painter, camera
         self._extent, self._project = extent, project
         self._place = place
-        self._widget = None if covered is None or covered.isEmpty() else covered.getRect()
+        self._widget = None
+        if covered is not None and not covered.isEmpty():
+            self._widget = covered.x(), covered.y(), covered.width(), covered.height()
 
     def paint(self, preview: Preview, cursor: QPointF | None, hot_handle: int | None) -> None:
         painter = self._painter
