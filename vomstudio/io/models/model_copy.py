@@ -136,7 +136,14 @@ def copy_model(
 
 
 def photos_of(model: Path, cameras: Path | None = None) -> tuple[int, int]:
-    """Return the number and total size in bytes of the photos that `copy_model` could copy."""
+    """Return the photos that `copy_model` could copy.
+
+    Returns
+    -------
+    count : int
+    size : int
+        Total size, bytes.
+    """
     cameras_of_model = _read_cameras(cameras or model.with_name(FILE_NAME))
     files = (
         []

@@ -214,8 +214,9 @@ def _covered(box: PixelBox, picked: PickedPoints, margin: float) -> float:
 
 
 def _overlaps(box: PixelBox, other: PixelBox) -> bool:
-    (x, y, wide, high), (left, top, width, height) = box, other
-    return x < left + width and left < x + wide and y < top + height and top < y + high
+    (x, y, width, height), (other_x, other_y, other_width, other_height) = box, other
+    overlaps_in_x = x < other_x + other_width and other_x < x + width
+    return overlaps_in_x and y < other_y + other_height and other_y < y + height
 
 
 def _inside(box: PixelBox, points: FloatArray, margin: float) -> BoolArray:

@@ -38,9 +38,21 @@ def is_alicevision(data: Any) -> bool:
 
 
 def read_alicevision(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
-    """Read the cameras of a scene. Raises InputError with the field.
+    """Read the cameras of a scene.
 
     The candidates are the frame of the file and that of models that Meshroom writes as OBJ.
+
+    Parameters
+    ----------
+    path : Path
+        File, for errors and for the files beside it.
+    data : object
+        Content of the file.
+
+    Raises
+    ------
+    InputError
+        States the field.
     """
     fields = JsonFields(path, "AliceVision")
     version = tuple(int(value) for value in fields.numbers("", data, "version", 3))

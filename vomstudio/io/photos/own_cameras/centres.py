@@ -28,12 +28,30 @@ _ROTATION_COLUMNS = tuple((f"r{row}{column}",) for row in "123" for column in "1
 
 
 def open_table(path: Path) -> NamedTable:
-    """Read a table of cameras. Raises InputError with the line."""
+    """Read a table of cameras.
+
+    Raises
+    ------
+    InputError
+        States the line.
+    """
     return NamedTable(path, ("photo", "x", "y", "z"))
 
 
 def read_centres(path: Path, table: NamedTable) -> OwnCameras:
-    """Return the centres of a table. Raises InputError with line and column."""
+    """Return the centres of a table.
+
+    Parameters
+    ----------
+    path : Path
+    table : NamedTable
+        Content of the file.
+
+    Raises
+    ------
+    InputError
+        States line and column.
+    """
     names = [name.replace("\\", "/") for name in table.words(PHOTO, "photo")]
     table.require_unique(names)
     estimated = all(table.has(column) for column in _ESTIMATED_COLUMNS)

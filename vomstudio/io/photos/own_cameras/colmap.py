@@ -68,7 +68,13 @@ def folder_of(path: Path) -> Path | None:
 
 
 def read_colmap(folder: Path) -> OwnCameras:
-    """Read the cameras of COLMAP. Raises InputError with file and line or field."""
+    """Read the cameras of COLMAP.
+
+    Raises
+    ------
+    InputError
+        States file and line or field.
+    """
     binary = (folder / NAMES[0]).is_file() and (folder / "cameras.bin").is_file()
     images = folder / NAMES[0 if binary else 1]
     lenses = (

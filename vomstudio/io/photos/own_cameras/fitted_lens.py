@@ -1,4 +1,4 @@
-"""Lenses of other programs whose formula this program lacks, fitted by the nearest lens it has."""
+"""Fit of lenses of other programs whose formula this program lacks."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ def fit_lens(
     x, y = np.meshgrid(np.linspace(-1.0, 1.0, _GRID), np.linspace(-1.0, 1.0, _GRID))
     # Distortion may move points beyond the ideal edge into the photo.
     ideal = 1.2 * half * np.column_stack([x.ravel(), y.ravel()])
-    wanted = project(ideal)
-    inside = ((wanted >= 0.0) & (wanted <= (width, height))).all(axis=1)
-    ideal, wanted = ideal[inside], wanted[inside]
+    expected = project(ideal)
+    inside = ((expected >= 0.0) & (expected <= (width, height))).all(axis=1)
+    ideal, expected = ideal[inside], expected[inside]
     rays = np.column_stack([ideal, np.ones(len(ideal))])
 
     def lens_of(free: FloatArray) -> Intrinsics:
@@ -53,7 +53,7 @@ def fit_lens(
 
     def residuals(free: FloatArray) -> FloatArray:
         pixels = lens_of(free).project(rays)
-        return np.nan_to_num(pixels - wanted, nan=float(width)).ravel()
+        return np.nan_to_num(pixels - expected, nan=float(width)).ravel()
 
     start = np.array([1.0, 1.0, width / 2 / focal, height / 2 / focal, *np.zeros(5)])
     solution = least_squares(residuals, start, x_scale="jac", method="lm")

@@ -67,7 +67,13 @@ class JsonFields:
 
 
 def load_json(path: Path) -> Any:
-    """Read a JSON file. Raises InputError."""
+    """Read a JSON file.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or is not JSON.
+    """
     try:
         return read_json(path)
     except OSError as error:

@@ -42,7 +42,18 @@ def folder_of(path: Path) -> Path | None:
 
 
 def read_micmac(folder: Path) -> list[Candidate]:
-    """Read the orientations of a folder. Raises InputError with file and line."""
+    """Read the orientations of a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder with a file for each photo, and the files of the cameras.
+
+    Raises
+    ------
+    InputError
+        States file and line.
+    """
     lenses: dict[Path, tuple[Intrinsics, str | None]] = {}
     views, unknown_models, wrong = list[View](), list[str](), list[str]()
     for path in sorted(folder.glob(f"{_PREFIX}*.xml")):

@@ -1,4 +1,4 @@
-"""Cameras of nerfstudio, instant-ngp and other programs for radiance fields: `transforms.json`.
+"""Cameras of nerfstudio, instant-ngp and other such programs: `transforms.json`.
 
 The matrix of a frame is from the camera to the World frame, with x right, y up, z backward.
 Parameters of the lens are in pixels, with the names of OpenCV, for the file or for each frame
@@ -45,10 +45,22 @@ def is_nerfstudio(data: Any) -> bool:
 
 
 def read_nerfstudio(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
-    """Read the cameras. Raises InputError with the field.
+    """Read the cameras.
 
     The candidates are the frame of the file, and the one before the transform that nerfstudio
     applied, which is that of a model from COLMAP.
+
+    Parameters
+    ----------
+    path : Path
+        File, for errors and for the files beside it.
+    data : object
+        Content of the file.
+
+    Raises
+    ------
+    InputError
+        States the field.
     """
     fields = JsonFields(path, "transforms.json")
     names = [

@@ -31,7 +31,20 @@ def is_openmvg(data: Any) -> bool:
 
 
 def read_openmvg(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
-    """Read the cameras of a scene. Raises InputError with the field."""
+    """Read the cameras of a scene.
+
+    Parameters
+    ----------
+    path : Path
+        File, for errors and for the files beside it.
+    data : object
+        Content of the file.
+
+    Raises
+    ------
+    InputError
+        States the field.
+    """
     fields = JsonFields(path, "OpenMVG")
     lenses = {}
     for number, row in enumerate(data["intrinsics"]):

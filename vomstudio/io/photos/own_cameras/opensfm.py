@@ -59,7 +59,20 @@ def is_shots(data: Any) -> bool:
 
 
 def read_reconstruction(path: Path, data: Sequence[Mapping[str, Any]]) -> list[Candidate]:
-    """Read the cameras of a reconstruction. Raises InputError with the field."""
+    """Read the cameras of a reconstruction.
+
+    Parameters
+    ----------
+    path : Path
+        File, for errors and for the files beside it.
+    data : object
+        Content of the file.
+
+    Raises
+    ------
+    InputError
+        States the field.
+    """
     reconstruction = max(data, key=lambda each: len(each["shots"]))
     warnings = []
     if len(data) > 1:
@@ -89,7 +102,17 @@ def read_reconstruction(path: Path, data: Sequence[Mapping[str, Any]]) -> list[C
 def read_shots(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
     """Return shots in UTM coordinates and relative to the offset of OpenDroneMap models.
 
-    Raises InputError with the field.
+    Parameters
+    ----------
+    path : Path
+        File, for errors and for the files beside it.
+    data : object
+        Content of the file.
+
+    Raises
+    ------
+    InputError
+        States the field.
     """
     fields = JsonFields(path, _FORMAT)
     views: list[View] = []

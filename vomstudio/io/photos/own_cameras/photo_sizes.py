@@ -17,7 +17,15 @@ Size = tuple[int, int]
 
 
 def read_sizes(path: Path, names: Sequence[str]) -> dict[str, Size]:
-    """Return the sizes of the photos that are found near the camera file `path`, by name."""
+    """Return the sizes of photos by name.
+
+    Parameters
+    ----------
+    path : Path
+        Camera file, near which the photos are searched.
+    names : sequence of str
+        Names of the photos.
+    """
     sizes = {}
     for name, photo in find_photos(path, names).items():
         try:
@@ -29,11 +37,17 @@ def read_sizes(path: Path, names: Sequence[str]) -> dict[str, Size]:
 
 
 def unknown_sizes(sizes: dict[str, Size], names: Sequence[str]) -> list[Finding]:
-    """Return the finding about photos of unknown size, in a list that may be empty."""
+    """Return the finding about photos of unknown size.
+
+    Returns
+    -------
+    list of Finding
+        Empty if all sizes are known.
+    """
     missing = [name for name in names if name not in sizes]
     return [Finding("cameras.sizes-unknown", photos=missing, count=len(missing))] if missing else []
 
 
 def lens_without_size() -> Intrinsics:
-    """Return a lens that stands for an unknown one: only the position and attitude can be used."""
+    """Return a lens for a photo of which only position and attitude can be used."""
     return pinhole_lens(2, 2, 2.0)

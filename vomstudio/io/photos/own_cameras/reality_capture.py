@@ -42,7 +42,20 @@ def is_reality_capture(table: NamedTable) -> bool:
 
 
 def read_reality_capture(path: Path, table: NamedTable) -> list[Candidate]:
-    """Read the cameras. Raises InputError with line and column."""
+    """Read the cameras.
+
+    Parameters
+    ----------
+    path : Path
+        File, beside which the photos are searched.
+    table : NamedTable
+        Content of the file.
+
+    Raises
+    ------
+    InputError
+        States line and column.
+    """
     names = [name.replace("\\", "/") for name in table.words(PHOTO, "photo")]
     table.require_unique(names)
     places = table.columns(WORLD, ("x", "y", "z"))

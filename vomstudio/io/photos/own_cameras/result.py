@@ -48,7 +48,13 @@ def cameras_of_views(
     photos: Path | None = None,
     warnings: Sequence[Finding] = (),
 ) -> OwnCameras:
-    """Return cameras from views. Raises InputError if names repeat or `views` is empty."""
+    """Return cameras from views.
+
+    Raises
+    ------
+    InputError
+        If names repeat, or there are no views.
+    """
     views_by_name: dict[str, View] = {}
     for view in views:
         if view.name in views_by_name:
@@ -63,7 +69,7 @@ def cameras_of_views(
 
 
 def local_cameras(cameras: OwnCameras) -> Cameras:
-    """Return the views relative to an origin near the cameras, so that they keep their precision.
+    """Return the views relative to an origin near the cameras, to keep their precision.
 
     Raises
     ------
@@ -82,7 +88,13 @@ def local_cameras(cameras: OwnCameras) -> Cameras:
 def view_of_pose(
     name: str, lens: Intrinsics, rotation: FloatArray, translation: FloatArray
 ) -> View:
-    """Return a view with an exact rotation. Raises ValueError if the pose is not valid."""
+    """Return a view with an exact rotation.
+
+    Raises
+    ------
+    ValueError
+        If the pose is not valid.
+    """
     if not (np.isfinite(rotation).all() and np.isfinite(translation).all()):
         raise ValueError(tr("the pose is not finite"))
     if find_invalid_points(translation[None]).any():
