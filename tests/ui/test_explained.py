@@ -10,9 +10,10 @@ from PySide6.QtCore import QPoint
 from PySide6.QtGui import QCursor
 from PySide6.QtWidgets import QApplication, QLabel
 
+from tests.ui import numbers_page
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.core.paths import documentation
-from vomstudio.project import catalogue, slip_figures
+from vomstudio.project import catalogue
 from vomstudio.project.figures import Figure
 from vomstudio.ui.base.help_links import find_help_topic
 from vomstudio.ui.dialogs.help.help_pages import address_of, anchor, heading_of
@@ -20,16 +21,6 @@ from vomstudio.ui.dialogs.help.help_window import HelpWindow
 from vomstudio.ui.panels.features.table_model import COLUMNS
 
 ROOT = Path(__file__).resolve().parents[2]
-SHOWN = {
-    figure.name: figure
-    for figure in (
-        *catalogue.ORIENTATION,
-        catalogue.TO_PICK,
-        catalogue.ANGLE,
-        *(f for f in vars(slip_figures).values() if isinstance(f, Figure)),
-        *(column.figure for column in COLUMNS if column.figure is not None),
-    )
-}
 
 
 def sections(page: str) -> dict[str, str]:
@@ -41,12 +32,12 @@ def sections(page: str) -> dict[str, str]:
 
 @pytest.mark.full
 def test_every_figure_of_the_catalogue_has_its_section_with_the_explanation_of_the_tooltip():
+    """``python -m tests.ui.numbers_page`` renews them."""
+    page = numbers_page.PAGE.read_text("utf-8")
+    assert numbers_page.renewed(page) == page
     written = sections("numbers.md")
-    for figure in SHOWN.values():
-        text = written.get(anchor(heading_of(figure)))
-        assert text is not None, f"docs/numbers.md has no heading '{heading_of(figure)}'"
-        assert text.startswith(figure.explanation.rstrip(".")), figure.name
-        assert all(f"“{word}”" in text for word in figure.words), figure.name
+    for figure in numbers_page.SHOWN.values():
+        assert anchor(heading_of(figure)) in written, heading_of(figure)
     assert len(written) == len(
         re.findall(r"^#", (documentation() / "numbers.md").read_text(), re.MULTILINE)
     )

@@ -48,7 +48,7 @@ class ExtendDialog(QDialog):
 
     def __init__(self, parent: QWidget, studio: Studio, plane: Feature) -> None:
         super().__init__(parent)
-        explain(self, "conventions.md#planes-carried-on")
+        explain(self, "conventions.md#extended-planes")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(tr("Extend {name}", name=plane.name))
         self.setMinimumWidth(520)

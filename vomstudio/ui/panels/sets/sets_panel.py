@@ -63,7 +63,7 @@ class SetsPanel(QWidget):
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
-        explain(self, "conventions.md#sets-proposed")
+        explain(self, "conventions.md#proposed-sets")
         self._studio = studio
         self.result: ProposalResult | None = None
         self._options = SetOptions()

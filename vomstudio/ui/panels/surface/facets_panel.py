@@ -69,7 +69,7 @@ class FacetsPanel(ProposalsPanel):
             studio,
             studio.facets,
             "facet",
-            "conventions.md#facets-proposed",
+            "conventions.md#proposed-facets",
             tr("Find on all"),
             "vector-polygon",
         )

@@ -53,7 +53,7 @@ class TracesPanel(ProposalsPanel):
             studio,
             studio.proposed_traces,
             "proposed",
-            "conventions.md#traces-proposed",
+            "conventions.md#proposed-traces",
             tr("Look for lines"),
             "vector-polyline",
         )
