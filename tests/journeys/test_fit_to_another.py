@@ -19,6 +19,7 @@ from tests import driver
 from tests.messages import shown_codes, shown_values
 from vomstudio.cli.common.entry import main
 from vomstudio.geometry import transform
+from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.registrations import Registration
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.writing import write_model
@@ -202,11 +203,10 @@ def test_a_model_without_north_places_no_other(window, outcrop, moved) -> None:
     driver.open_outcrop(window, outcrop)
     studio = window.studio
     own = driver.model(window)
-    # Its file states no frame.
     studio.open_model(moved)
     driver.wait(lambda: len(studio.models) == 2, "the other model")
-    driver.wait(lambda: driver.dialog_of(window), "the dialog that asks for its frame")
-    driver.dialog_of(window).reject()
+    (lidar,) = (m for m in studio.session.of(Model) if m.id != own.id)
+    assert studio.attempt(edits.declare_frame, lidar.id, Frame())
     studio.selection.set([own.id])
     window.actions_table.run("fit_model")
     driver.wait(lambda: window.findChildren(FitDialog), "the dialog")
@@ -219,7 +219,6 @@ def test_a_model_without_north_places_no_other(window, outcrop, moved) -> None:
     dialog.close()
     driver.wait(lambda: not window.findChildren(FitDialog), "the end of the dialog")
     # The other way round it is placed by the one that is declared.
-    (lidar,) = (m for m in studio.session.of(Model) if m.id != own.id)
     studio.selection.set([lidar.id])
     window.actions_table.run("fit_model")
     driver.wait(lambda: window.findChildren(FitDialog), "the dialog")

@@ -68,7 +68,7 @@ def test_a_contact_is_followed_in_the_photo_and_is_on_the_outcrop_at_once(bed):
     assert len(window.viewport.preview.path) > 50, "a vertex for each pixel of the photo"
     side = driver.tool_panel(window, TracePanel).photo_follow_box
     assert panel.photo.rpartition("/")[2] in side.votes.text()
-    assert side.votes.isVisible()
+    assert not side.votes.isHidden()
     driver.pause(200)
     driver.keep_picture(window, "following-in-photo")
 

@@ -126,7 +126,10 @@ def test_a_plane_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     assert abs(measured.fit.normal @ plane_of(window, patch)) == pytest.approx(1.0, abs=1e-9)
     assert measured.verdict is not None
     assert studio.selection.ids == (patch.id,)
-    assert viewport.features.drawings[patch.id].area is not None
+    # Poor planes are outlined, others are filled.
+    drawing = viewport.features.drawings[patch.id]
+    assert drawing.outlined == (measured.verdict.quality == "poor")
+    assert (drawing.area is None) == drawing.outlined
 
     # Another one of another type, grown, in an orthographic view.
     panel.type_box.setCurrentIndex(panel.type_box.findData("joint"))
