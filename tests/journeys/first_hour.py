@@ -1,7 +1,8 @@
 """A geologist's first hour in the real window, by mouse and keyboard, on a screen of some size.
 
 Run as `python -m tests.journeys.first_hour MODELS OUT --theme dark`, with the screen, its scale
-(QT_SCALE_FACTOR) and the folders of a new user in the environment. The window fills the screen. A
+(QT_SCALE_FACTOR) and the folders of a new user in the environment. With `--real OBJ` the model is
+that of a real shore. The window fills the screen. A
 picture of every step is kept where VOMSTUDIO_PICTURES says, and a line about it is printed; the
 process ends with 0 where all was as it has to be.
 
@@ -28,6 +29,7 @@ from tests.driver import CTRL, click, drag, key, look_at, move, pick, pixel, wai
 from tests.journeys.conftest import bare_outcrop, read_picks
 from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.patch import Patch
+from vomstudio.studio.tools.plane import PlaneTool
 from vomstudio.ui.dialogs.orthophoto_dialog import OrthoDialog
 from vomstudio.ui.panels.tools.line import LinePanel
 from vomstudio.ui.panels.tools.plane import PlanePanel
@@ -267,13 +269,13 @@ class Hour:
         wait(lambda: self.view.moves.orthographic, "the later view")
         self.to_outcrop()
 
-    def make_orthophoto(self) -> None:
+    def make_orthophoto(self, gsd: str = "0.02") -> None:
         key(self.window, Qt.Key.Key_P, CTRL)
         wait(lambda: self.window.findChild(OrthoDialog), "the orthophoto's dialog")
         dialog = self.window.findChild(OrthoDialog)
         wait(dialog._start_button.isEnabled, "a proposed pixel size")
         assert self.window.screen().availableGeometry().contains(dialog.frameGeometry())
-        for field, text in ((dialog.gsd, "0.02"), (dialog.target, str(self.out / "view.tif"))):
+        for field, text in ((dialog.gsd, gsd), (dialog.target, str(self.out / "view.tif"))):
             field.setFocus()
             field.selectAll()
             QTest.keyClicks(field, text)
@@ -286,11 +288,15 @@ class Hour:
         self.to_outcrop()
         self.done("orthophoto")
 
-    def write_tables(self) -> None:
+    def export_rows(self) -> list[dict[str, str]]:
+        """Save the project and export its planes; the rows of the table."""
         self.studio.save_as(self.out / "hour.vom")
         self.window.files.export_to("csv", self.out / "planes.csv")
         lines = (self.out / "planes.csv").read_text("utf-8").splitlines()
-        rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+        return list(csv.DictReader(line for line in lines if not line.startswith("#")))
+
+    def write_tables(self) -> None:
+        rows = self.export_rows()
         assert len(rows) == 13
         (slip,) = [row for row in rows if row["slip_sense"]]
         assert slip["slip_sense"] == "normal"
@@ -299,11 +305,88 @@ class Hour:
         self.done("tables")
 
 
+class RealHour(Hour):
+    """The hour on a model of a rocky shore from photos of a drone, whose planes nobody knows."""
+
+    def __init__(self, window: MainWindow, model: Path, out: Path, name: str) -> None:
+        super().__init__(window, model.parent, out, f"real_{name}")
+        self.model = model
+
+    def play(self) -> None:
+        self.open()
+        self.pick_traces()
+        self.grow_planes()
+        self.look_at_the_net()
+        self.make_orthophoto("0.2")
+        self.write_tables()
+
+    def open(self) -> None:
+        self.window.open_path(self.model)
+        driver.declare(self.window, "EPSG:32615")
+        driver.settled(self.window)
+        wait(
+            lambda: all(m.surface._faces_of is not None for m in self.studio.models.values()),
+            "the search structures",
+            120.0,
+        )
+        self.done("open")
+
+    def rock(self, rows: int, columns: int) -> list[QPoint]:
+        """Places on the rock in the middle of the view, which nothing covers."""
+        place, found = self.view.rect(), []
+        for row in range(rows):
+            for column in range(columns):
+                x = round(place.width() * (0.25 + 0.5 * column / max(columns - 1, 1)))
+                y = round(place.height() * (0.35 + 0.4 * row / max(rows - 1, 1)))
+                above = self.window.childAt(self.view.mapTo(self.window, QPoint(x, y)))
+                if above is self.view and self.view.pick(x, y) is not None:
+                    found.append(QPoint(x, y))
+        return found
+
+    def pick_traces(self) -> None:
+        key(self.window, Qt.Key.Key_T)
+        for number in range(3):
+            places = self.rock(5, 5)[number::3]
+            assert len(places) >= 4
+            for at in places:
+                click(self.view, at)
+            key(self.window, Qt.Key.Key_Return)
+            assert len(driver.traces(self.window)) == number + 1
+        self.done("traces")
+
+    def grow_planes(self) -> None:
+        key(self.window, Qt.Key.Key_P)
+        tool = self.studio.tool_of(PlaneTool)
+        for at in self.rock(2, 4):
+            click(self.view, at)
+            wait(lambda: tool.count, "the plane")
+            key(self.window, Qt.Key.Key_Return)
+        assert len(self.studio.session.of(Patch)) >= 4
+        key(self.window, Qt.Key.Key_N)
+        self.done("planes")
+
+    def look_at_the_net(self) -> None:
+        key(self.window, Qt.Key.Key_3, CTRL)
+        net = self.window.net
+        wait(lambda: net.isVisible() and net.is_up_to_date and net.artists is not None, "the net")
+        features = self.studio.session.features()
+        assert sum(map(len, net.contents().sets)) == len(features)
+        for measured in self.studio.measured(f.id for f in features).values():
+            assert measured.plane is not None
+            assert measured.verdict is not None
+        self.done("net")
+
+    def write_tables(self) -> None:
+        assert len(self.export_rows()) == len(self.studio.session.features())
+        self.done("tables")
+
+
 def main() -> int:
     parser = argparse.ArgumentParser()
     parser.add_argument("models", type=Path)
     parser.add_argument("out", type=Path)
     parser.add_argument("--theme", default="light")
+    parser.add_argument("--real", type=Path)
     args = parser.parse_args()
     app = QApplication([])
     window = driver.make_window()
@@ -312,7 +395,10 @@ def main() -> int:
     driver.focus(window)
     size = window.screen().size()
     name = f"{size.width()}x{size.height()}@{window.devicePixelRatioF():g}_{args.theme}"
-    Hour(window, args.models, args.out, name).play()
+    if args.real:
+        RealHour(window, args.real, args.out, name).play()
+    else:
+        Hour(window, args.models, args.out, name).play()
     driver.dismiss(window)
     del app
     return 0

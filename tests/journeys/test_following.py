@@ -9,10 +9,12 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
 
 from tests import driver
 from tests.driver import click, drag, key, look_at, move, pixel, wait
 from tests.messages import shown_values
+from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.studio.tools.plane import PlaneTool
 from vomstudio.studio.tools.trace import TraceTool
@@ -55,6 +57,52 @@ def test_three_clicks_make_a_trace_of_many_points(following, picks):
     assert "3 way-points" in trace.notes
     studio.undo()
     assert tool.open or not driver.traces(window)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize(("width", "height"), [(1600, 1000), (1280, 720), (960, 540)])
+def test_ten_traces_take_twenty_actions(following, picks, truth, width, height):
+    """A click, and a double click where the trace ends: the way between them is followed."""
+    window, viewport, actions = following, following.viewport, 0
+    window.resize(width, height)
+    driver.pause(100)
+    look_at(window, np.concatenate(list(picks.values())), 0.0, 10.0)
+    # Two of the beds are picked a second time, between other points.
+    lines = [*picks.items(), ("B01", picks["B01"][2:-2]), ("B03", picks["B03"][2:-2])]
+    for number, (_, points) in enumerate(lines):
+        seen = [p for p in points if is_reached(window, p)]
+        click(viewport, pixel(window, seen[0]))
+        end = pixel(window, seen[-1])
+        click(viewport, end)
+        QTest.mouseDClick(viewport, driver.LEFT, driver.NONE, end)
+        QTest.mouseRelease(viewport, driver.LEFT, driver.NONE, end)
+        actions += 2
+        wait(lambda n=number: len(driver.traces(window)) == n + 1, "the trace")
+    driver.keep_picture(window, f"ten-traces-{width}")
+    assert actions <= 25
+    traces = driver.traces(window)
+    measured = window.studio.measured(trace.id for trace in traces)
+    for trace, (name, _) in zip(traces, lines, strict=True):
+        assert len(trace.vertices) > 10
+        plane, verdict = measured[trace.id].plane, measured[trace.id].verdict
+        normals = planes_to_normals(
+            [plane.dip_direction_deg, truth[name][0]], [plane.dip_deg, truth[name][1]]
+        )
+        angle_deg = np.degrees(np.arccos(min(abs(float(normals[0] @ normals[1])), 1.0)))
+        # A way that leaves its contact for the next one is no good plane.
+        assert angle_deg < 8.0 or verdict.quality != "good", (name, angle_deg)
+
+
+def is_reached(window, point: np.ndarray) -> bool:
+    """Whether a person can click a point: it is in sight, and nothing lies over it."""
+    at = pixel(window, point)
+    hit = window.viewport.pick(at.x(), at.y())
+    above = window.childAt(window.viewport.mapTo(window, at))
+    return (
+        hit is not None
+        and above is window.viewport
+        and float(np.linalg.norm(window.viewport.world_of(hit) - point)) < 0.03
+    )
 
 
 @pytest.mark.full

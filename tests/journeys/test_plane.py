@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QApplication
 
 from tests import driver
 from tests.driver import CTRL, click, drag, key, look_at, move, open_outcrop, pixel, wait
+from tests.tiers import first_in_default_tier
 from vomstudio.geometry.patches import runs_to_ids
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.studio.tools.plane import PlaneTool
@@ -182,11 +183,16 @@ def test_a_plane_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     driver.dismiss(window)
 
 
-def test_ten_planes_take_twenty_actions(window, outcrop, picks):
+@pytest.mark.parametrize(
+    ("width", "height"), first_in_default_tier([(1600, 1000), (1280, 720), (960, 540)], 1)
+)
+def test_ten_planes_take_twenty_actions(window, outcrop, picks, width, height):
+    window.resize(width, height)
     at, viewport = ready(window, outcrop, picks), window.viewport
     tool, actions = window.studio.tool_of(PlaneTool), 0
     tool.set_tolerance(angle_deg=8.0, distance=0.02)
-    places = [at + QPoint(45 * (k % 5) - 90, 50 * (k // 5) - 25) for k in range(10)]
+    step = viewport.height() // 16
+    places = [at + QPoint(step * (k % 5 - 2), step * (k // 5) - step // 2) for k in range(10)]
     for number, place in enumerate(places):
         click(viewport, place)
         key(window, Qt.Key.Key_Return)

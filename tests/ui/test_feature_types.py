@@ -8,7 +8,7 @@ from PySide6.QtGui import QDragEnterEvent, QDragMoveEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from tests import driver
+from tests import appearance, driver
 from tests.driver import click
 from tests.messages import shown_codes, shown_values
 from tests.ui.conftest import add_bed, add_cliff
@@ -269,6 +269,17 @@ def test_sets_overturned_beds_and_notes_are_seen_in_the_tree(window, studio):
     assert item.text(1) != window.tree._items["t1"].text(1)
     item.setText(2, "limb B")
     assert studio.records["t2"].set_name == "limb B"
+
+
+def test_names_are_whole_when_sets_come_in_a_narrow_inspector(window, studio):
+    window.resize(960, 540)
+    add_cliff(studio)
+    add_bed(studio, "t1", "upper bed")
+    driver.pause(200)
+    assert appearance.cut_off(window.tree) == []
+    add_bed(studio, "t2", "lower bed", set_name="limb A")
+    driver.pause(0)
+    assert appearance.cut_off(window.tree) == []
 
 
 def test_every_symbol_looks_different(window):

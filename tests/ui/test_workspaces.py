@@ -321,7 +321,7 @@ def test_the_net_keeps_its_corner_when_the_window_is_resized(window, studio):
         box = overlay.geometry()
         assert room.rect().contains(box)
         assert room.width() - box.right() - 1 == 10
-        assert box.y() == 10
+        assert box.y() == 36
     start = QPoint(overlay.width() // 2, 3)
     QTest.mousePress(overlay, driver.LEFT, pos=start)
     QTest.mouseMove(overlay, start + QPoint(-600, 300))
@@ -358,6 +358,18 @@ def test_a_message_is_read_although_photos_have_the_centre(window, studio, tmp_p
     bar = window.message_bar
     assert bar.text == message
     assert bar.visibleRegion().boundingRect().height() >= bar.sizeHint().height()
+
+
+def test_a_message_and_the_net_do_not_cover_each_other(window, studio):
+    add_cliff(studio)
+    net, bar = window.net_overlay, window.message_bar
+    resize(window, 1280, 720)
+    place = net.geometry()
+    studio.warn("The disk is full.", "error")
+    driver.pause(50)
+    assert bar.isVisible()
+    assert not net.geometry().intersects(bar.geometry())
+    assert net.geometry() == place, "the net does not jump"
 
 
 def test_photos_leave_the_outcrop_its_place_while_a_model_is_open(window, studio, tmp_path):

@@ -12,6 +12,10 @@ from vomstudio.core.words import tr
 from vomstudio.ui.base import theme
 
 _MARGIN = 10
+_TOP = 36
+"""Initial distance from the top, which leaves room for a message."""
+_SCALE_BAR_PX = 60
+"""Height of the scale bar, which a net near the top does not cover."""
 _SIDE, _MIN_SIDE = 280, 200
 _MAX_SHARE = 0.5
 """Maximum size of the overlay as a share of the outcrop's width and height."""
@@ -58,7 +62,7 @@ class NetOverlay(QFrame):
         self._covered = False
         self._side = _SIDE
         self._is_right, self._is_bottom = True, False
-        self._offset = QPoint(_MARGIN, _MARGIN)
+        self._offset = QPoint(_MARGIN, _TOP)
         self._drag: tuple[QPoint, QPoint] | None = None
         self._buttons = self._make_buttons()
         self._column = QVBoxLayout(self)
@@ -150,7 +154,9 @@ class NetOverlay(QFrame):
         side = max(_MIN_SIDE, min(self._side, limit))
         right, bottom = room.width() - side - _MARGIN, room.height() - side - _MARGIN
         x = room.width() - side - self._offset.x() if self._is_right else self._offset.x()
-        y = room.height() - side - self._offset.y() if self._is_bottom else self._offset.y()
+        y = room.height() - side - self._offset.y()
+        if not self._is_bottom:
+            y = max(_MARGIN, min(self._offset.y(), room.height() - side - _SCALE_BAR_PX))
         place = QPoint(max(0, min(x, max(0, right + _MARGIN))), max(0, min(y, bottom + _MARGIN)))
         tools = self._tools
         height = side if tools is None or tools.isHidden() else side + tools.sizeHint().height()
@@ -189,7 +195,7 @@ class NetOverlay(QFrame):
     def reset(self) -> None:
         """Reset the position and size to the initial values."""
         self._is_right, self._is_bottom, self._side = True, False, _SIDE
-        self._offset = QPoint(_MARGIN, _MARGIN)
+        self._offset = QPoint(_MARGIN, _TOP)
         self.place()
 
     # --- Qt ----------------------------------------------------------------------------------

@@ -311,7 +311,7 @@ class ProjectTree(QWidget):
             self._items["models"].setHidden(self._items["models"].childCount() == 0)
             for group_kind in GROUPS:
                 self._items[group_kind.id].setHidden(passing.get(group_kind.id, 0) == 0)
-        self.tree.setColumnHidden(SET, not has_sets)
+        self.tree.show_sets(has_sets)
         is_empty = not (studio.session.of(Model) or features or self._photos.has_photos)
         self._stack.setCurrentIndex(0 if is_empty else 1)
 

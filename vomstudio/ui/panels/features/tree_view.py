@@ -62,6 +62,7 @@ class FeatureTree(QTreeWidget):
         super().__init__()
         self._is_target = is_target
         self._target: QTreeWidgetItem | None = None
+        self._has_sets = False
         self.setDragEnabled(True)
         self.setAcceptDrops(True)
         self.setDragDropMode(QAbstractItemView.DragDropMode.DragDrop)
@@ -77,6 +78,7 @@ class FeatureTree(QTreeWidget):
         header.setSectionResizeMode(ORIENTATION, QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(SET, QHeaderView.ResizeMode.Fixed)
         header.resizeSection(SET, MAX_SET_WIDTH_PX)
+        header.hideSection(SET)
         self._fit_timer = QTimer(self)
         self._fit_timer.setSingleShot(True)
         self._fit_timer.setInterval(FIT_DELAY_MS)
@@ -100,6 +102,12 @@ class FeatureTree(QTreeWidget):
         super().showEvent(event)
         self._fit_timer.start()
 
+    def show_sets(self, has_sets: bool) -> None:
+        """Show the set column if there are sets and the names leave enough width."""
+        if has_sets != self._has_sets:
+            self._has_sets = has_sets
+            self._fit_sets()
+
     def _fit_sets(self) -> None:
         """Fit the set column to the width that the names and orientations leave."""
         header = self.header()
@@ -111,7 +119,7 @@ class FeatureTree(QTreeWidget):
             self.setIndentation(NARROW_INDENTATION_PX)
             name_width = self._name_width()
         width = room - name_width
-        header.setSectionHidden(SET, width < MIN_SET_WIDTH_PX)
+        header.setSectionHidden(SET, not self._has_sets or width < MIN_SET_WIDTH_PX)
         header.resizeSection(SET, max(MIN_SET_WIDTH_PX, min(width, MAX_SET_WIDTH_PX)))
 
     def _name_width(self) -> int:
