@@ -407,14 +407,14 @@ class MainWindow(QMainWindow):
         self._first = thread_switching.nothing_frozen()
         if self._first:
             thread_switching.freeze_objects()
-        # Opened first, so that messages about the requested paths are shown in front.
-        self.studio.offer_recovery(paths)
         for path in paths:
             self.open_path(path)
         # Imported in a thread after the first frame, because the library of the net takes a
         # second.
         viewport.first_frame.connect(self._imports.begin)
         self._imports.begin_at_latest_in(_LONGEST_WAIT_MS)
+        # Also later, because it reads the journals of all abandoned projects.
+        self._imports.started.connect(partial(self.studio.offer_recovery, tuple(paths)))
         self._refresh()
 
     def _join_panels(self, viewport: Viewport) -> None:
