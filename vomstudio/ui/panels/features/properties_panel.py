@@ -344,7 +344,10 @@ def _common_geometry(records: Iterable[Record | None]) -> Literal["plane", "line
 
 def _has_different_values(records: Iterable[Record | None], name: str) -> bool:
     """Return whether the records that have an attribute differ in its value."""
-    return len({getattr(record, name, None) for record in records} - {None}) > 1
+    values = (value for r in records if (value := getattr(r, name, None)) is not None)
+    first = next(values, None)
+    # Stops at the first difference, because there may be thousands of records.
+    return any(value != first for value in values)
 
 
 def _show_mixed_value(widget: QWidget) -> None:
