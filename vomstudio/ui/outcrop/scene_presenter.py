@@ -53,7 +53,7 @@ from vomstudio.ui.base.qt_owner import IncrementalWork
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.surface_pieces import SurfacePieces
 
-_STEP_FEATURES, _LARGE_POINTS, _STEP_POINTS = 500, 20_000, 4_000
+_STEP_FEATURES, _LARGE_POINTS, _STEP_POINTS = 250, 20_000, 4_000
 """Limits for drawing many features in steps between events: drawings and points per step."""
 _UNDRAWN_FIELDS = LABEL_FIELDS - {"name"}
 """Attributes of features that the outcrop shows only by colours, if at all."""

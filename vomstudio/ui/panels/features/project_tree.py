@@ -64,7 +64,7 @@ _FEATURE_FLAGS = (
     | Qt.ItemFlag.ItemIsEditable
 )
 # Number of features added to the tree between two events.
-_PORTION = 500
+_PORTION = 1000
 _OVERTURNED = "\N{CLOCKWISE TOP SEMICIRCLE ARROW}"
 
 

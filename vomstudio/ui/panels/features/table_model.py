@@ -207,7 +207,8 @@ class OrientationModel(QAbstractTableModel):
         bool
             Whether rows have been added or removed.
         """
-        removed_ids = [i for i in ids if i in self._source_rows and i not in self._studio.records]
+        records = self._studio.records
+        removed_ids = [i for i in ids if i in self._source_rows and i not in records]
         if len(removed_ids) > MAX_SINGLE_UPDATES:
             self.reset()
             return True
@@ -216,7 +217,7 @@ class OrientationModel(QAbstractTableModel):
         changed_rows: list[int] = []
         new_rows: dict[str, Row] = {}
         for id_ in ids:
-            feature = get_feature(self._studio.records, id_)
+            feature = get_feature(records, id_)
             if feature is None or not _is_listed(feature):
                 continue
             row = create_row(self._studio, feature, measurements[id_])

@@ -327,7 +327,8 @@ class TablePanel(QWidget):
         self._studio.selection.set(ids)
 
     def _show_selection(self, ids: tuple[str, ...]) -> None:
-        positions = (self._sorted.find_row(self.model.find_source_row(id_)) for id_ in ids)
+        find_row, find_source_row = self._sorted.find_row, self.model.find_source_row
+        positions = (find_row(find_source_row(id_)) for id_ in ids)
         rows = [row for row in positions if row is not None]
         last = self._sorted.index(rows[-1], 0) if rows else QModelIndex()
         # Runs of rows are faster, because Qt checks each column of each range.
