@@ -289,10 +289,12 @@ class ProjectTree(QWidget):
 
     def _content(self, id_: str, column: int, role: int) -> Any:
         """Return the content of a feature's item for a Qt role."""
+        # Most of the roles that Qt requests for every cell have no content.
+        if (read := _CONTENT.get((column, role))) is None:
+            return None
         feature = get_feature(self._studio.records, id_)
-        read = _CONTENT.get((column, role))
         # A deleted feature may be painted until its item is removed.
-        return None if feature is None or read is None else read(self, feature)
+        return None if feature is None else read(self, feature)
 
     def _check_state(self, feature: Feature) -> Qt.CheckState:
         return _check_state(self._studio.visible(feature.id))
