@@ -556,11 +556,11 @@ def _drag_flag(feature: Feature) -> Qt.ItemFlag:
     return Qt.ItemFlag.ItemIsDragEnabled if can_drag else Qt.ItemFlag.NoItemFlags
 
 
-def _set_name(_: ProjectTree, feature: Feature) -> str:
+def _text_of_set(_: ProjectTree, feature: Feature) -> str:
     return str(getattr(feature, "set_name", ""))
 
 
-def _set_tip(_: ProjectTree, feature: Feature) -> str:
+def _tip_of_set(_: ProjectTree, feature: Feature) -> str:
     return escape_markup(str(getattr(feature, "set_name", "")))
 
 
@@ -573,8 +573,8 @@ _CONTENT: dict[tuple[int, int], Callable[[ProjectTree, Feature], Any]] = {
     (ORIENTATION, Qt.ItemDataRole.DisplayRole): ProjectTree._orientation,
     (ORIENTATION, Qt.ItemDataRole.DecorationRole): ProjectTree._verdict_icon,
     (ORIENTATION, Qt.ItemDataRole.ToolTipRole): ProjectTree._orientation_tip,
-    (SET, Qt.ItemDataRole.DisplayRole): _set_name,
-    (SET, Qt.ItemDataRole.EditRole): _set_name,
-    (SET, Qt.ItemDataRole.ToolTipRole): _set_tip,
+    (SET, Qt.ItemDataRole.DisplayRole): _text_of_set,
+    (SET, Qt.ItemDataRole.EditRole): _text_of_set,
+    (SET, Qt.ItemDataRole.ToolTipRole): _tip_of_set,
 }
 """Content of a feature's item by column and role."""
