@@ -21,9 +21,7 @@ COUNT = 120
 @pytest.fixture
 def ids(window, studio) -> list[str]:
     add_cliff(studio)
-    made = {
-        f"t{i}": replace(bed(f"t{i}", shift=0.01 * i), name=f"B{i:03d}") for i in range(COUNT)
-    }
+    made = {f"t{i}": replace(bed(f"t{i}", shift=0.01 * i), name=f"B{i:03d}") for i in range(COUNT)}
     assert studio.attempt(lambda records: change(records, "Add beds", made))
     QApplication.processEvents()
     return list(made)

@@ -423,7 +423,7 @@ class ProjectTree(QWidget):
             self.tree.setUpdatesEnabled(False)
             ids = list(dict.fromkeys((*edit.ids, *self._studio.affected(edit))))
             records = self._studio.records
-            moved: list[QTreeWidgetItem] = []
+            unsorted_items: list[QTreeWidgetItem] = []
             is_shorter = False
             for id_ in ids:
                 record = records.get(id_)
@@ -432,15 +432,15 @@ class ProjectTree(QWidget):
                     old_name = None if before is None else before.text(NAME)
                     self._show_model(record)
                     if old_name != record.name:
-                        moved.append(self._items[id_])
+                        unsorted_items.append(self._items[id_])
                 elif before is not None and not isinstance(record, Feature):
                     remove_from_parent(self._items.pop(id_))
                     self._hidden_ids.discard(id_)
                     is_shorter = True
-            moved += self._show_features(
+            unsorted_items += self._show_features(
                 f for id_ in ids if isinstance(f := records.get(id_), Feature)
             )
-            for item in moved:
+            for item in unsorted_items:
                 if (parent := item.parent()) is not None:
                     unsorted.setdefault(id(parent), (parent, []))[1].append(item)
                     # Qt resets the hidden state of an item that is moved.
@@ -450,7 +450,7 @@ class ProjectTree(QWidget):
             self.tree.setUpdatesEnabled(True)
         self._photos.apply_edit(edit)
         is_filtered_anew = self._update_counts()
-        if moved or is_shorter or is_filtered_anew:
+        if unsorted_items or is_shorter or is_filtered_anew:
             # Qt deselects the items that are moved or hidden.
             self._show_selection(self._studio.selection.ids)
 

@@ -106,8 +106,8 @@ class SortedRows(QAbstractTableModel):
             self.endRemoveRows()
         remaining = [source_row for source_row in target if source_row in self._positions]
         if remaining != self._shown_rows:
-            moved = sum(a != b for a, b in zip(remaining, self._shown_rows, strict=True))
-            if moved > MAX_SINGLE_UPDATES:
+            moved_count = sum(a != b for a, b in zip(remaining, self._shown_rows, strict=True))
+            if moved_count > MAX_SINGLE_UPDATES:
                 # Qt's selection model would store every cell of the selected rows.
                 self._replace_shown_rows(target)
                 return
