@@ -8,14 +8,17 @@ lie on a cliff of 100 x 60 m that this script makes; they were added one by one,
 them.
 
 In the window: the project is opened; a trace is selected, changed, deleted, brought back, added,
-the table is filtered, every feature is selected. Of each gesture: milliseconds until all that it
-brought about has been painted, those that the processor spent on it in the window's thread (on a
-machine that others use too the first say little), and the longest gap between beats of a 5 ms timer
-until the window is at rest (the net is drawn anew after the gesture itself). Last the memory that
-the process holds. `--profile FOLDER` writes a profile of each gesture.
+the table is filtered, every feature is selected, half of them are selected, changed, deleted, and
+the view is dragged without and with this selection. Each row is of one gesture that is repeated
+alone; what undoes it is not counted. Of each gesture: milliseconds until all that it brought about
+has been painted, those that the processor spent on it in the window's thread (on a machine that
+others use too the first say little), and the longest gap between beats of a 5 ms timer until the
+window is at rest (the net is drawn anew after the gesture itself). Of a drag: the median, the 95th
+percentile and the maximum of its steps. Last the memory that the process holds. `--profile FOLDER`
+writes a profile of each gesture.
 
 Without a window: the milliseconds of adding a trace to so many, and the seconds of
-`vomstudio export --to csv`.
+`vomstudio export --to csv`. With several sizes, the exponent of growth of each row is printed.
 """
 
 from __future__ import annotations
@@ -23,6 +26,7 @@ from __future__ import annotations
 import argparse
 import cProfile
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -43,10 +47,13 @@ WANTED = {
     "select": "50 ms",
     "change": "50 ms",
     "delete": "50 ms",
-    "filter": "100 ms",
     "every": "100 ms",
+    "set half": "300 ms, gap 100 ms",
+    "drag": "50 ms",
+    "drag half": "50 ms",
 }
-REPEATS = 9
+FILTERS = ("dip>30", "type:joint", "J2", "quality:good", "-bedding", "")
+REPEATS, FEW = 9, 5
 BULK = 2000
 """Above so many the traces come in one edit: without a window it makes no difference."""
 
@@ -167,9 +174,21 @@ class Gestures:
         t, u, g = (1e3 * np.array(values) for values in (taken, busy, gaps))
         wanted = f"   wanted: {WANTED[name]}" if name in WANTED else ""
         print(
-            f"  {name:8s} {np.median(t):7.1f} ms (processor {np.median(u):6.1f}),"
+            f"  {name:18s} {np.median(t):7.1f} ms (processor {np.median(u):6.1f}),"
             f" longest {t.max():7.1f} ({u.max():6.1f});"
             f" longest gap {np.median(g):7.1f}, at the most {g.max():7.1f}{wanted}",
+            flush=True,
+        )
+
+    def drag(self, name: str, steps: int = 40) -> None:
+        """Time the steps of a drag over the viewport."""
+        from tests.benchmarks.bench_viewport import drag
+
+        times = 1e3 * np.array(drag(self.app, self.window.viewport, steps))
+        self.rest()
+        print(
+            f"  {name:18s} {np.median(times):7.1f} ms, 95 % {np.quantile(times, 0.95):7.1f},"
+            f" longest {times.max():7.1f}   wanted: 95 % {WANTED[name]}",
             flush=True,
         )
 
@@ -242,11 +261,55 @@ def in_window(path: Path, profiles: Path | None) -> None:
     model = next(iter(studio.models))
     record = studio.records[model]
     gestures.time("add", lambda k: studio.attempt(edits.add_trace, trace(1_000_000 + k, record)))
-    words = ("dip>30", "type:joint", "J2", "quality:good", "95<4", "", "extent>3", "-bedding", "")
-    gestures.time("filter", lambda k: window.table._filter.setText(words[k]))
-    gestures.time("tree", lambda k: window.tree.filter.setText(words[k]))
-    gestures.time("every", lambda k: studio.selection.set(ids if k % 2 == 0 else ids[:1]), 4)
-    gestures.time("hide", lambda k: studio.set_visible(["joint"], k % 2 == 1), 4)
+    for text in FILTERS:
+        for name, field in (("filter", window.table._filter), ("tree", window.tree.filter)):
+            other = "" if text else "dip>30"
+            field.setText(other)
+            gestures.rest()
+            gestures.time(
+                f"{name} {text or 'off'}",
+                lambda _, field=field, text=text: field.setText(text),
+                FEW,
+                lambda _, field=field, other=other: field.setText(other),
+            )
+            field.setText("")
+    gestures.time(
+        "every", lambda _: studio.selection.set(ids), FEW, lambda _: studio.selection.set(ids[:1])
+    )
+    gestures.time(
+        "hide",
+        lambda _: studio.set_visible(["joint"], False),
+        FEW,
+        lambda _: studio.set_visible(["joint"], True),
+    )
+    studio.selection.set([])
+    gestures.rest()
+    gestures.drag("drag")
+    half, history = ids[::2], studio.workspace.history
+    gestures.time(
+        "half", lambda _: studio.selection.set(half), FEW, lambda _: studio.selection.set([])
+    )
+    studio.selection.set(half)
+    gestures.rest()
+    gestures.drag("drag half")
+    gestures.time(
+        "set half", lambda k: studio.attempt(edits.set_attributes, half, set_name=f"H{k}"), FEW
+    )
+    gestures.time(
+        "undo half",
+        lambda _: history.undo(),
+        FEW,
+        lambda k: studio.attempt(edits.set_attributes, half, set_name=f"I{k}"),
+    )
+
+    def delete_half(_: int) -> None:
+        studio.workspace.delete_selected()
+
+    def restore_half(_: int) -> None:
+        history.undo()
+        studio.selection.set(half)
+
+    gestures.time("delete half", delete_half, FEW, restore_half)
     print(f"  memory     {before:.0f} MB before, {memory_mb():.0f} MB after", flush=True)
     driver.dismiss(window)
 
@@ -342,6 +405,7 @@ def main() -> None:
     if options.profile:
         options.profile.mkdir(parents=True, exist_ok=True)
     sizes = [("window", n) for n in options.window] + [("headless", n) for n in options.headless]
+    rows = []
     for what, count in sizes:
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
@@ -355,22 +419,47 @@ def main() -> None:
                 shutil.copytree(kept, path)
                 shutil.copy(options.keep / "cliff.ply", folder)
             words = ["--profile", str(options.profile)] if options.profile else []
-            run(folder, [*words, "--inside", what, str(path)])
+            rows.append(run(folder, [*words, "--inside", what, str(path)]))
+    print_growth(sizes, rows)
 
 
-def run(folder: Path, words: list[str]) -> None:
-    """This script once more in a fresh process, with the settings of a new user."""
+def run(folder: Path, words: list[str]) -> dict[str, float]:
+    """Run this script in a fresh process, with the settings of a new user, and return its rows."""
     share_kernel_cache()
     home = {
         name: str(folder / "user" / name.lower())
         for name in ("XDG_STATE_HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME", "XDG_DATA_HOME")
     }
     environment = {**os.environ, **home, "VOMSTUDIO_SETTINGS": str(folder / "settings.toml")}
-    subprocess.run(
+    child = subprocess.Popen(
         [sys.executable, "-m", "tests.benchmarks.bench_thousands", *words],
-        check=True,
         env=environment,
+        stdout=subprocess.PIPE,
+        text=True,
     )
+    rows = {}
+    for line in child.stdout or ():
+        print(line, end="", flush=True)
+        if found := re.match(r"  (.{8,18}?) +([0-9.]+) (?:ms|s)\b", line):
+            rows[found[1].strip()] = float(found[2])
+    if child.wait():
+        raise SystemExit(child.returncode)
+    return rows
+
+
+def print_growth(sizes: list[tuple[str, int]], rows: list[dict[str, float]]) -> None:
+    """Print the exponent with which each row grows from the smallest to the largest size."""
+    for kind in ("window", "headless"):
+        known = [(n, row) for (what, n), row in zip(sizes, rows, strict=True) if what == kind]
+        known.sort(key=lambda each: each[0])
+        if len(known) < 2:
+            continue
+        (few, first), (many, last) = known[0], known[-1]
+        print(f"== growth from {few:,} to {many:,} features, exponents")
+        for name in first.keys() & last.keys():
+            if first[name] > 0.0 and last[name] > 0.0:
+                exponent = np.log(last[name] / first[name]) / np.log(many / few)
+                print(f"  {name:18s} {exponent:5.2f}")
 
 
 if __name__ == "__main__":

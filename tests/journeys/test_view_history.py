@@ -85,6 +85,22 @@ def test_a_view_that_has_not_come_to_rest_is_gone_back_from_at_once(opened):
     assert np.allclose(view(opened), before, atol=1e-9)
 
 
+def test_commands_are_updated_when_a_move_begins_and_ends(opened):
+    updates: list[int] = []
+    opened.view.state_changed.connect(lambda: updates.append(1))
+    steps: list[int] = []
+    opened.viewport.camera_changed.connect(lambda: steps.append(1))
+    at = opened.viewport.rect().center()
+    drag(opened.viewport, at, at + QPoint(90, 0))
+    assert len(steps) > 2
+    assert len(updates) == 1
+    rest(opened)
+    assert len(updates) == 2
+    key(opened, Qt.Key.Key_O)
+    is_checked = opened.actions_table.all["orthographic"].isChecked()
+    assert is_checked == opened.view.is_orthographic
+
+
 def test_a_new_view_ends_what_lay_ahead(opened):
     turn(opened)
     back(opened)

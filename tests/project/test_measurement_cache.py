@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -35,6 +35,7 @@ from vomstudio.project.measurement import (
     world_points,
 )
 from vomstudio.project.measurement_cache import (
+    LABEL_FIELDS,
     Measurements,
     depends_on,
     measure_all,
@@ -89,10 +90,30 @@ def test_a_measurement_is_kept_until_something_it_rests_on_changes():
     ):
         keep = Measurements()
         first = keep.of(RECORDS_OF_ALL, RECORDS_OF_ALL)
-        other = {"m1": {"path": "there.obj"}}.get(changed, {"notes": "wet"})
+        other = {"m1": {"path": "there.obj"}}.get(changed, {"type_id": "other"})
         records = {**RECORDS_OF_ALL, changed: replace(RECORDS_OF_ALL[changed], **other)}
         after = keep.of(records, records)
         assert {id_ for id_ in after if after[id_] is not first[id_]} == anew
+
+
+@pytest.mark.parametrize("name", ONE_OF_EACH)
+def test_labels_change_no_measurement_of_any_kind(name):
+    feature = ONE_OF_EACH[name]
+    labels = LABEL_FIELDS & {field.name for field in fields(feature)}
+    other = replace(feature, **dict.fromkeys(labels, "other"))
+    records = {**RECORDS_OF_ALL, feature.id: other}
+    for before, after in zip(
+        vars(measure_all(RECORDS_OF_ALL, [feature])[0]).values(),
+        vars(measure_all(records, [other])[0]).values(),
+        strict=True,
+    ):
+        assert repr(before) == repr(after)
+    keep = Measurements()
+    first = keep.of(RECORDS_OF_ALL, [feature.id])[feature.id]
+    if not kind_of(feature).has_dynamic_dependencies:
+        assert keep.of(records, [feature.id])[feature.id] is first
+        # The labels are compared with the newest ones.
+        assert keep.of(RECORDS_OF_ALL, [feature.id])[feature.id] is first
 
 
 def test_only_features_are_measured_and_each_under_its_own_id():

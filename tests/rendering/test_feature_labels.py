@@ -7,10 +7,12 @@ import pytest
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter
 
+from vomstudio.rendering.qt import annotations as annotations_module
 from vomstudio.rendering.qt.annotations import Annotations
 from vomstudio.rendering.qt.legend_painting import ColorEntry, ColorLegend
 from vomstudio.rendering.qt.painting import VERDICT_COLORS, LabelCache
 from vomstudio.rendering.scene.feature_runs import FeatureRuns
+from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.drawing import FeatureDrawing
 
 RING = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
@@ -91,6 +93,39 @@ def test_the_label_of_a_hovered_feature_stays_inside(image) -> None:
     assert any(
         left.pixel(x, y) != QColor(Qt.GlobalColor.gray).rgb() for x in range(150) for y in range(60)
     )
+
+
+def test_while_the_view_moves_many_labels_are_moved_and_none_is_added(image, monkeypatch) -> None:
+    monkeypatch.setattr(annotations_module, "MAX_PLACED_IN_MOTION", 3)
+    points = {name: (30.0 + 60.0 * i, 20.0 + 18.0 * i) for i, name in enumerate("abcd")}
+    drawings = {
+        name: FeatureDrawing(name, LINE[:0], None, (0.0, 0.4, 0.7), name, np.array([*at, 0.0]))
+        for name, at in points.items()
+    }
+    hidden = {"d"}
+    shift = np.zeros(2)
+
+    def project(world):
+        is_visible = np.ones(len(world), bool)
+        for name in hidden:
+            is_visible &= ~(world[:, :2] == points[name]).all(axis=1)
+        return world[:, :2] + shift, is_visible
+
+    annotations = Annotations()
+
+    def labels(*, moving: bool) -> dict[str, float]:
+        painter = QPainter(image)
+        size = (float(image.width()), float(image.height()))
+        annotations.paint(painter, drawings, frozenset(), Camera(), project, size, moving=moving)
+        painter.end()
+        return {id_: box.x() for id_, box in annotations.label_boxes}
+
+    before = labels(moving=False)
+    assert set(before) == {"a", "b", "c"}
+    hidden.clear()
+    shift += 5.0
+    assert labels(moving=True) == {name: x + 5.0 for name, x in before.items()}
+    assert set(labels(moving=False)) == set("abcd")
 
 
 # --- legend -------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@ import pytest
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
+from vomstudio.rendering.scene import feature_layer
 from vomstudio.rendering.scene.feature_layer import FeatureLayer
 from vomstudio.rendering.view.drawing import FeatureDrawing
 
@@ -28,3 +29,17 @@ def test_selected_lines_lie_over_each_other_as_they_do_otherwise() -> None:
         data = layer._actors[name].GetMapper().GetInput()
         x = vtk_to_numpy(data.GetPoints().GetData())[:, 0]
         assert x.tolist() == np.repeat(np.arange(0.0, 50.0, step), 2).tolist()
+
+
+def test_halos_of_many_selected_lines_are_omitted_while_the_camera_moves(monkeypatch) -> None:
+    monkeypatch.setattr(feature_layer, "THIN_ABOVE", 10)
+    layer = FeatureLayer()
+    layer.attach(vtkRenderer(), vtkRenderer())
+    names = [f"f{i:03d}" for i in range(10)]
+    layer.change({name: _line(name, float(i)) for i, name in enumerate(names)})
+    for is_moving, count, has_halo in ((True, 2, True), (True, 8, False), (False, 8, True)):
+        layer.thin = is_moving
+        layer.select(frozenset(names[:count]))
+        layer.refresh()
+        assert bool(layer._actors["halo+"].GetVisibility()) == has_halo
+        assert layer._actors["line+"].GetVisibility()

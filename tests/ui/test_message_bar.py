@@ -6,10 +6,11 @@ import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QPushButton
 
 from tests import driver
 from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.ui.base.controls import ComboBox
 from vomstudio.ui.panels.tools.trace import TracePanel
 
@@ -91,3 +92,23 @@ def test_the_wheel_over_a_choice_changes_nothing(window, studio, box):
     )
     QApplication.sendEvent(choice, wheel)
     assert (choice.currentIndex(), studio.records["t1"]) == before
+
+
+def shown_buttons(bar) -> list[str]:
+    QApplication.processEvents()
+    return [b.text() for b in bar.findChildren(QPushButton) if b.isVisible()]
+
+
+def test_an_offer_to_restore_work_leaves_a_message_in_front(window, studio, tmp_path):
+    folder = tmp_path / "other.vom"
+    ProjectFolder.create(folder).close()
+    studio.warn(WARNING)
+    studio.recovery_found.emit([folder])
+    bar = window.message_bar
+    assert bar.text == WARNING
+    assert shown_buttons(bar) == ["Restore"]
+    bar.clear()
+    studio.hint(HINT)
+    studio.recovery_found.emit([folder])
+    assert bar.notice.level == "warning"
+    assert shown_buttons(bar) == ["Restore"]

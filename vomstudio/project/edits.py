@@ -25,7 +25,7 @@ from vomstudio.project.kind import kind_of
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement_cache import measure_one
-from vomstudio.project.record_map import highest_number, number_of
+from vomstudio.project.record_map import RecordMap, highest_number, number_of
 from vomstudio.project.records import (
     PROFILE_ID,
     SURROUNDINGS_RULE,
@@ -344,8 +344,14 @@ def has_name_of_other_type(records: Records, feature: Feature) -> bool:
     kind = records.get(feature.type_id) if isinstance(feature, Typed) else None
     if not isinstance(kind, FeatureType) or not _AUTOMATIC_NAME.fullmatch(feature.name):
         return False
-    prefixes = {r.name[:1].upper() for r in records.values() if isinstance(r, FeatureType)}
+    prefixes = records.cached(_prefixes) if isinstance(records, RecordMap) else _prefixes(records)
     return feature.name[:1] in prefixes - {kind.name[:1].upper()}
+
+
+def _prefixes(records: Records) -> frozenset[str]:
+    """Return the first letters of the feature types, with which automatic names begin."""
+    types = (r for r in records.values() if isinstance(r, FeatureType))
+    return frozenset(kind.name[:1].upper() for kind in types)
 
 
 def rename_by_type(records: Records, ids: Iterable[str]) -> Edit:

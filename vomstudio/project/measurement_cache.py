@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from operator import is_not
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import fields
+from functools import cache
+from itertools import repeat
+from operator import attrgetter, is_not
+from typing import Any
 
 from vomstudio.core.errors import GeometryError
 from vomstudio.geology.profiles import Thresholds
@@ -27,10 +31,15 @@ __all__ = [
     "Measurement",
     "Measurements",
     "depends_on",
+    "is_equal_except",
     "measure_all",
     "measure_one",
     "sources_of",
 ]
+
+
+LABEL_FIELDS = frozenset({"name", "set_name", "domain", "station", "notes"})
+"""Attributes of features on which no measurement depends."""
 
 
 class Measurements:
@@ -74,13 +83,15 @@ class Measurements:
             features.append(feature)
             dependencies = sources_of(records, feature)
             entry = self._cache.get(id_)
-            if (
-                entry is None
-                or len(entry[0]) != len(dependencies)
-                or any(map(is_not, entry[0], dependencies))
-            ):
+            if entry is None or len(entry[0]) != len(dependencies):
                 new.append(feature)
                 sources[id_] = dependencies
+            elif any(map(is_not, entry[0], dependencies)):
+                if all(map(is_equal_except, entry[0], dependencies, repeat(LABEL_FIELDS))):
+                    self._cache[id_] = (dependencies, entry[1])
+                else:
+                    new.append(feature)
+                    sources[id_] = dependencies
         for feature, measurement in zip(new, self._measure(records, new), strict=True):
             self._cache[feature.id] = (sources[feature.id], measurement)
         return {feature.id: self._cache[feature.id][1] for feature in features}
@@ -129,6 +140,25 @@ class Measurements:
             for id_ in ids:
                 self._current.pop(id_, None)
             self._current_revision = (records, records.revision)
+
+
+def is_equal_except(
+    first: Record | None, second: Record | None, ignored_fields: frozenset[str]
+) -> bool:
+    """Return whether two records are equal, or features that differ only in some fields."""
+    if first is second:
+        return True
+    if type(first) is not type(second) or not isinstance(first, Feature):
+        return False
+    values = _compared_values(type(first), ignored_fields)
+    return bool(values(first) == values(second))
+
+
+@cache
+def _compared_values(
+    record_class: type[Feature], ignored_fields: frozenset[str]
+) -> Callable[[Any], tuple[Any, ...]]:
+    return attrgetter(*(f.name for f in fields(record_class) if f.name not in ignored_fields))
 
 
 def sources_of(records: Records, feature: Feature) -> tuple[Record | None, ...]:

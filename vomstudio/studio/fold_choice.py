@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from vomstudio.core.signals import Signal
 from vomstudio.geology.fold_planes import FoldFilter
 from vomstudio.project.kinds import is_picked_plane
+from vomstudio.project.record_map import RecordMap
 from vomstudio.project.records import Record, Typed
 from vomstudio.project.selection import Selection
 from vomstudio.studio.derived_quantities import DerivedQuantities
@@ -38,6 +39,8 @@ class FoldChoice:
         self.changed: Signal[()] = Signal()
         self._projects, self._derived, self._selection = projects, derived, selection
         self.which, self.selected = FoldFilter(), False
+        self._planes: FoldPlanes | None = None
+        self._inputs: tuple[object, ...] = ()
 
     def begin(self) -> None:
         """Reset the filter to all planes, for another project."""
@@ -51,23 +54,36 @@ class FoldChoice:
 
     def features(self) -> list[Typed]:
         """Return the bedding planes of any quality and set, or only the selected ones."""
-        beds = [f for f in self._projects.session.of(Typed) if is_bed(f)]
+        beds = self._projects.records.cached(_beds)
         if self.selected:
             ids = set(self._selection.ids)
-            beds = [f for f in beds if f.id in ids]
-        return beds
+            return [f for f in beds if f.id in ids]
+        return list(beds)
 
     def planes(self) -> FoldPlanes:
-        """Return the planes from which the fold axis is computed."""
-        from vomstudio.project.fold_planes import fold_planes
+        """Return the planes from which the fold axis is computed, cached until they may change."""
+        records, measurements = self._projects.records, self._derived.measurements
+        selected_ids = self._selection.ids if self.selected else None
+        # Compared by identity, because equal records would be compared one by one.
+        owners = (records, measurements)
+        inputs = (*map(id, owners), records.revision, self.which, selected_ids)
+        if self._planes is None or self._inputs[2:] != inputs:
+            from vomstudio.project.fold_planes import fold_planes
 
-        features = self.features()
-        measured = self._derived.measured(f.id for f in features)
-        return fold_planes(self._projects.records, features, measured, self.which)
+            features = self.features()
+            measured = self._derived.measured(f.id for f in features)
+            self._planes = fold_planes(records, features, measured, self.which)
+            # The owners are stored, so that no other object can have their identity.
+            self._inputs = (*owners, *inputs)
+        return self._planes
 
     def sets(self) -> list[str]:
         """Return the names of the sets to which the bedding planes belong."""
-        return sorted({f.set_name for f in self._projects.session.of(Typed) if is_bed(f)} - {""})
+        return sorted({f.set_name for f in self._projects.records.cached(_beds)} - {""})
+
+
+def _beds(records: RecordMap) -> tuple[Typed, ...]:
+    return tuple(f for f in records.of(Typed) if is_bed(f))
 
 
 def is_bed(record: Record | None) -> bool:

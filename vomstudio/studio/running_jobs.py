@@ -191,6 +191,10 @@ class Jobs:
         """Wait for the running job of a lane; its callbacks are called later by the event loop."""
         self.workers[lane].finish(timeout_s)
 
+    def release(self, lane: Lane) -> None:
+        """End the idle worker of a lane, to free its memory."""
+        self.workers[lane].release()
+
     def close(self) -> None:
         """Stop all workers; no callback is called afterwards."""
         self._closed = True

@@ -287,6 +287,24 @@ def test_a_closed_supervisor_takes_no_more_jobs_and_starts_no_process(worker):
     assert worker._process is None
 
 
+def test_a_released_worker_ends_quietly_and_is_replaced_by_the_next_job(worker):
+    faults: list = []
+    worker._on_fault = faults.append
+    busy = Listener()
+    worker.submit(COUNT, To(3), busy)
+    process = worker._process
+    worker.release()
+    assert worker._process is process, "a job was running"
+    busy.end()
+    worker.release()
+    assert process.wait(20.0) == 0
+    again = Listener()
+    worker.submit(COUNT, To(2), again)
+    assert isinstance(again.end(), Done)
+    assert worker._process is not process
+    assert not faults
+
+
 def test_closing_ends_the_process_and_says_nothing_more(worker):
     heard = Listener()
     worker.submit(DEAF, Nothing(), heard)

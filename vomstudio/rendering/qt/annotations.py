@@ -45,6 +45,8 @@ HOVER_GAP = 12.0
 # Called for thousands of drawings at every change; a Python loop would take three times as long.
 MAX_LABELLED_FEATURES = 30
 """Number of features above which only selected features are labelled by default."""
+MAX_PLACED_IN_MOTION = 500
+"""Number of labels above which only those already shown are moved while the camera moves."""
 _ID, _EXTENT, _LABEL, _SYMBOL = map(attrgetter, ("id", "extent", "label", "symbol"))
 
 
@@ -454,6 +456,10 @@ class Annotations:
             candidates[:] = False
         elif self._labels_selection_only(ready):
             candidates &= is_selected
+        if moving and was_shown.any() and int(candidates.sum()) > MAX_PLACED_IN_MOTION:
+            # Placing thousands of labels takes too long for a step of a drag; at rest, all are
+            # placed.
+            candidates &= was_shown
         order = order_by_importance(is_selected, was_shown, ready.extents, moving=moving)
         corners = ready.numbers(self._corners)
         # While the view moves, a new label needs more space, so that it does not vanish at the

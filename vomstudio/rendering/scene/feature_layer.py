@@ -21,7 +21,8 @@ SELECTED_WIDTH = 5.0
 HALO_EXTRA = 2.0
 SELECTED_HALO_EXTRA = 4.0
 THIN_ABOVE = 4000
-"""Number of line points above which halos are omitted while the camera is moving."""
+"""Number of line points, of all or of the selected features, above which their halos are omitted
+while the camera is moving."""
 
 MAX_PARTIAL_CHANGES = 64
 """Maximum number of changed features that are redrawn over the saved picture of the others."""
@@ -209,11 +210,10 @@ class FeatureLayer:
             visible = [d for d in map(self.drawings.__getitem__, keys) if d.visible]
             runs = lines_of(visible, self._origin)
             self._dress("+", _poly(runs, polygons=False), SELECTED_WIDTH, SELECTED_HALO_EXTRA)
-        points = self._actors["line"].GetMapper().GetInput().GetNumberOfPoints()
-        rich = not self.thin or points < THIN_ABOVE
         for name, actor in self._actors.items():
-            filled = actor.GetMapper().GetInput().GetNumberOfPoints() > 0
-            actor.SetVisibility(filled and (rich or name not in ("halo", "hidden")))
+            points = actor.GetMapper().GetInput().GetNumberOfPoints()
+            is_omitted = self.thin and points >= THIN_ABOVE and name.startswith(("halo", "hidden"))
+            actor.SetVisibility(points > 0 and not is_omitted)
 
     def _fill(self, lines: Runs, discs: Runs) -> None:
         self._dress("", _poly(lines, polygons=False), LINE_WIDTH, HALO_EXTRA)

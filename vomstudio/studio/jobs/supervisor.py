@@ -56,6 +56,7 @@ class Worker:
         self._jobs: dict[int, tuple[Job[Any, Any], Any]] = {}
         self._owners: dict[int, subprocess.Popen[str]] = {}
         self._timers: dict[int, threading.Timer] = {}
+        self._released: subprocess.Popen[str] | None = None
         self._closed = False
 
     def submit(self, job: Job[Request, Result], request: Request, listener: Listener) -> int:
@@ -108,6 +109,20 @@ class Worker:
                 return False
             time.sleep(0.01)
         return True
+
+    def release(self) -> None:
+        """End the process unless a job is running, to free its memory.
+
+        The next job starts another process.
+        """
+        with self._lock:
+            if self._owners or self._process is None:
+                return
+            process, self._process = self._process, None
+            self._released = process
+            assert process.stdin is not None
+            with contextlib.suppress(OSError):
+                process.stdin.close()
 
     def close(self) -> None:
         """End the process without further events for unfinished jobs."""
@@ -208,8 +223,9 @@ class Worker:
                 self._process = None
             # Jobs that were submitted after the process had died have another process.
             lost_jobs = [job for job, owner in self._owners.items() if owner is process]
-            cancelled, closed = set(self._timers), self._closed
-        if not closed and not cancelled.intersection(lost_jobs):
+            cancelled = set(self._timers)
+            is_expected = self._closed or process is self._released
+        if not is_expected and not cancelled.intersection(lost_jobs):
             how = ending(process.returncode)
             _log.error("the worker process %d ended (%s)", process.pid, how)
             self._on_fault(

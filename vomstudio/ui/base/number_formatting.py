@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 
 import numpy as np
 
@@ -81,6 +82,7 @@ def gigabytes(size: float) -> str:
     return f"{value:.1f} GB" if value < 9.95 else f"{value:.0f} GB"
 
 
+@lru_cache(maxsize=100_000)
 def natural_sort_key(name: str) -> tuple[tuple[int, int, str], ...]:
     """Return a key that sorts names by the numbers in them, such as B2 before B10."""
     return tuple(

@@ -8,6 +8,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.actions import Command
+from vomstudio.ui.base.command_targets import why_no_feature
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.outcrop_view import STANDARD_VIEWS, OutcropView
 
@@ -33,9 +34,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
     """Create the view commands; `toggle_panels` hides or shows all panels."""
 
     def why_no_selection() -> Finding | None:
-        if studio.measured(studio.selection.ids):
-            return view.why_not()
-        return Finding("action.no-feature")
+        return why_no_feature(studio) or view.why_not()
 
     def show_view(name: str) -> Callable[[], None]:
         return lambda: view.standard_view(name)

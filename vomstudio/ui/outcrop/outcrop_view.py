@@ -50,6 +50,8 @@ class OutcropView(QObject):
     direction_changed = Signal(float, float, bool)
     """Emits the trend and plunge of the view direction in degrees, and whether it is
     orthographic."""
+    state_changed = Signal()
+    """Emitted when the camera starts to move, has come to rest, or changes its projection."""
 
     def __init__(self, studio: Studio, cameras: CameraView) -> None:
         super().__init__()
@@ -58,6 +60,8 @@ class OutcropView(QObject):
         self._presenter: ScenePresenter | None = None
         self.history = ViewHistory(studio)
         self.history.changed.connect(self._emit_direction)
+        self.history.changed.connect(self.state_changed)
+        self._was_orthographic = False
         self._camera_timer = QTimer(self)
         self._camera_timer.setSingleShot(True)
         self._camera_timer.setInterval(_SAVE_CAMERA_DELAY_MS)
@@ -115,12 +119,13 @@ class OutcropView(QObject):
         """Emit `direction_changed` at every move of the camera, and apply the settings."""
         if self.viewport is not None:
             settings = self._studio.settings
+            # Before `_camera_changed`, so that the command for the earlier view is up to date.
+            self.history.watch(self.viewport)
             self.viewport.camera_changed.connect(self._camera_changed)
             self.viewport.problem.connect(lambda finding: self._studio.warn(finding))
             self.viewport.models.point_budget = settings.point_budget
             self.viewport.gestures.set_turntable(settings.turntable)
             self._camera_changed()
-            self.history.watch(self.viewport)
 
     def why_not(self) -> Finding | None:
         """Return why the view cannot be changed now, or None if it can."""
@@ -226,7 +231,11 @@ class OutcropView(QObject):
     # --- the camera --------------------------------------------------------------------------
     def _camera_changed(self) -> None:
         self._emit_direction()
+        is_first_step = not self._camera_timer.isActive()
         self._camera_timer.start()
+        if is_first_step or self._was_orthographic != self.is_orthographic:
+            self._was_orthographic = self.is_orthographic
+            self.state_changed.emit()
 
     def _emit_direction(self) -> None:
         if self.viewport is not None:

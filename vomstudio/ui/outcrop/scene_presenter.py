@@ -20,6 +20,7 @@ from vomstudio.geometry.plane_discs import disc_of_fit
 from vomstudio.project.edit import Edit
 from vomstudio.project.kinds import GROUPS, group_of, kind_of
 from vomstudio.project.measurement import Measurement
+from vomstudio.project.measurement_cache import LABEL_FIELDS, is_equal_except
 from vomstudio.project.records import (
     Feature,
     FeatureType,
@@ -52,8 +53,10 @@ from vomstudio.ui.base.qt_owner import IncrementalWork
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.surface_pieces import SurfacePieces
 
-_STEP_FEATURES, _LARGE_POINTS, _STEP_POINTS = 500, 20_000, 4_000
+_STEP_FEATURES, _LARGE_POINTS, _STEP_POINTS = 250, 20_000, 4_000
 """Limits for drawing many features in steps between events: drawings and points per step."""
+_UNDRAWN_FIELDS = LABEL_FIELDS - {"name"}
+"""Attributes of features that the outcrop shows only by colours, if at all."""
 
 
 class FeatureView(Protocol):
@@ -309,12 +312,23 @@ class ScenePresenter:
         if self._drawn_settings != self._settings():
             self._all_features()
             return
-        ids, records = self._studio.affected(edit), self._studio.records
-        if len(ids) > 1 and _count_painted(records, ids) > _LARGE_POINTS:
+        records = self._studio.records
+        ids = [i for i in self._studio.affected(edit) if not self._is_drawn_alike(edit, i)]
+        is_large = len(ids) > _STEP_FEATURES or _count_painted(records, ids) > _LARGE_POINTS
+        if len(ids) > 1 and is_large:
             self._drawing_work.finish()
             self._drawing_work.start(self._draw_in_steps(list(ids)))
         else:
             self._draw(ids)
+
+    def _is_drawn_alike(self, edit: Edit, id_: str) -> bool:
+        """Return whether an edit changes only attributes of a feature that are not drawn."""
+        before, after = edit.before.get(id_), edit.after.get(id_)
+        if id_ not in self._features or not isinstance(before, Feature):
+            return False
+        is_set_drawn = self._studio.settings.color_by == "set"
+        hidden_fields = _UNDRAWN_FIELDS - {"set_name"} if is_set_drawn else _UNDRAWN_FIELDS
+        return is_equal_except(before, after, hidden_fields)
 
     def _settings_changed(self) -> None:
         if self._drawn_settings != self._settings():

@@ -10,10 +10,11 @@ from vomstudio.ui.base.qt_background import QtBackground
 class BackgroundImports(QObject):
     """Imports slow libraries in a thread.
 
-    `stereonet_imported` is emitted when the stereonet can be created, and `all_imported` when
-    all libraries have been imported.
+    `started` is emitted when the thread starts, `stereonet_imported` when the stereonet can be
+    created, and `all_imported` when all libraries have been imported.
     """
 
+    started = Signal()
     stereonet_imported = Signal()
     all_imported = Signal()
 
@@ -31,6 +32,7 @@ class BackgroundImports(QObject):
             self._begun = True
             self._background.run(_import_stereonet, lambda _: self.stereonet_imported.emit())
             self._background.run(_import_neighbours, lambda _: self.all_imported.emit())
+            self.started.emit()
 
     def begin_at_latest_in(self, milliseconds: int) -> None:
         """Start the thread after a delay, unless it is started earlier."""

@@ -395,7 +395,7 @@ class MainWindow(QMainWindow):
         )
         self._join_panels(viewport)
         self.view.direction_changed.connect(self.view_panel.show_direction)
-        self.view.direction_changed.connect(self.actions_table.refresh)
+        self.view.state_changed.connect(self.actions_table.refresh)
         self.view.follow_camera()
         opened = (self.studio.project_opened, self.studio.model_loaded, self.files.opened)
         center_widget = center_widget_of(self.photo_tab, viewport)
@@ -407,14 +407,14 @@ class MainWindow(QMainWindow):
         self._first = thread_switching.nothing_frozen()
         if self._first:
             thread_switching.freeze_objects()
-        # Opened first, so that messages about the requested paths are shown in front.
-        self.studio.offer_recovery(paths)
         for path in paths:
             self.open_path(path)
         # Imported in a thread after the first frame, because the library of the net takes a
         # second.
         viewport.first_frame.connect(self._imports.begin)
         self._imports.begin_at_latest_in(_LONGEST_WAIT_MS)
+        # Also later, because it reads the journals of all abandoned projects.
+        self._imports.started.connect(partial(self.studio.offer_recovery, tuple(paths)))
         self._refresh()
 
     def _join_panels(self, viewport: Viewport) -> None:

@@ -85,7 +85,13 @@ class NoticePresenter(QObject):
         notice = Notice(finding, "warning", more=further)
         self._offer = partial(self.offer_recovery, folders, restore)
         self._messages.add(notice)
-        self._bar.show_notice(notice, (tr("Restore"), lambda: restore(newest)))
+        button = (tr("Restore"), lambda: restore(newest))
+        shown = self._bar.notice if self._bar.isVisible() else None
+        if shown is None or shown.level == "hint":
+            self._bar.show_notice(notice, button)
+        else:
+            # A message about a crash or about a file that the user has opened stays in front.
+            self._bar.add_button(*button)
 
 
 def _open(path: Path) -> None:

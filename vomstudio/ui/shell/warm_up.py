@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from vomstudio.core.words import tr
@@ -26,17 +27,20 @@ def all_workers(studio: Studio) -> None:
     for_models(studio)
     if not compilation_state.is_compilation_recorded():
         # Otherwise a new worker would use two seconds of processor time without any effect.
-        _ask(studio, COMPILE_KERNELS)
+        # The worker has imported everything; without photos, its memory would be wasted.
+        _ask(studio, COMPILE_KERNELS, lambda: studio.jobs.release(COMPILE_KERNELS.lane))
 
 
-def _ask(studio: Studio, job: Job[Nothing, Nothing]) -> None:
+def _ask(
+    studio: Studio, job: Job[Nothing, Nothing], on_done: Callable[[], object] = lambda: None
+) -> None:
     from vomstudio.studio.jobs.job import Nothing
 
     studio.jobs.submit(
         job,
         Nothing(),
         title=tr("Warming up"),
-        on_done=lambda _: None,
+        on_done=lambda _: on_done(),
         on_failed=lambda _: None,
         quiet=True,
     )

@@ -38,7 +38,6 @@ def run_window(paths: Sequence[str]) -> int:
     gc.disable()
     os.environ.setdefault("QT_API", "pyside6")
     try:
-        from PySide6.QtCore import QTimer
         from PySide6.QtGui import QIcon
         from PySide6.QtWidgets import QApplication, QMessageBox
     except ImportError as error:
@@ -61,6 +60,7 @@ def run_window(paths: Sequence[str]) -> int:
         from vomstudio.ui.base import qt_log as qt_messages
         from vomstudio.ui.base import theme
         from vomstudio.ui.base.controls import escape_markup
+        from vomstudio.ui.shell.first_paint import FirstPaint
         from vomstudio.ui.shell.main_window import MainWindow
         from vomstudio.ui.widgets.failure_notices import FailureNotices
     except ImportError as error:
@@ -96,9 +96,7 @@ def run_window(paths: Sequence[str]) -> int:
             window.studio.warn(problem)
         notices.begin()
 
-    # The first paint precedes a timer with zero delay.
-    application.processEvents()
-    QTimer.singleShot(0, begin)
+    FirstPaint(window, begin)
     listener = _hear_signals(window)
     code = application.exec()
     listener.stop()

@@ -124,6 +124,11 @@ class Row(Subject):
         return kind_figure.text(self)
 
 
+def has_figure(kind_name: str, figure: Figure) -> bool:
+    """Return whether features of a kind may have a figure."""
+    return figure.name in _KIND_FIGURES[kind_name] or figure in (CLASS, catalogue.DOMAIN)
+
+
 def create_row(studio: Studio, feature: Feature, measurement: Measurement) -> Row:
     """Create the row for a feature of the project."""
     subject = studio.subject(feature, measurement)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
 
 from PySide6.QtCore import (
     QItemSelectionModel,
@@ -30,8 +31,7 @@ from vomstudio.core.words import tr
 from vomstudio.project import edits
 from vomstudio.project.edit import Edit
 from vomstudio.project.kinds import GROUPS, KINDS, group_and_set, group_of, kind_of
-from vomstudio.project.measurement import Measurement
-from vomstudio.project.records import Feature, FeatureType, Model
+from vomstudio.project.records import Feature, FeatureType, Model, get_feature
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import Label, escape_markup
 from vomstudio.ui.base.help_links import explain
@@ -49,14 +49,22 @@ from vomstudio.ui.panels.features.tree_view import (
     ORIENTATION,
     SET,
     SORT,
+    FeatureItem,
     FeatureTree,
     TreeItem,
     remove_from_parent,
     sort_children,
 )
 
+_TEXT_ROLES = (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.EditRole)
+_FEATURE_FLAGS = (
+    Qt.ItemFlag.ItemIsEnabled
+    | Qt.ItemFlag.ItemIsSelectable
+    | Qt.ItemFlag.ItemIsUserCheckable
+    | Qt.ItemFlag.ItemIsEditable
+)
 # Number of features added to the tree between two events.
-_PORTION = 500
+_PORTION = 1000
 _OVERTURNED = "\N{CLOCKWISE TOP SEMICIRCLE ARROW}"
 
 
@@ -218,20 +226,24 @@ class ProjectTree(QWidget):
         """
         parent = self._items.get(group) or self._add_group(group, group.capitalize(), "1")
         item = self._items.get(record.id)
-        new_parent = None
-        if item is None or item.parent() is not parent:
-            if item is not None:
-                remove_from_parent(item)
-            item, new_parent = TreeItem(), parent
+        if item is not None and item.parent() is parent:
+            return item, None
+        if item is not None:
+            remove_from_parent(item)
+        if isinstance(record, Feature):
+            item = FeatureItem(record.id, self._content, self._apply_feature_edit)
+            item.setFlags(_FEATURE_FLAGS | _drag_flag(record))
+        else:
+            item = TreeItem()
             item.setData(NAME, ID, record.id)
-            self._items[record.id] = item
-        item.setData(NAME, SORT, natural_sort_key(record.name))
-        item.setText(NAME, record.name)
-        item.setCheckState(NAME, _check_state(self._studio.visible(record.id)))
-        return item, new_parent
+        self._items[record.id] = item
+        return item, parent
 
     def _show_model(self, model: Model) -> None:
         item, new_parent = self._find_or_create_item(model, "models")
+        item.setData(NAME, SORT, natural_sort_key(model.name))
+        item.setText(NAME, model.name)
+        item.setCheckState(NAME, _check_state(self._studio.visible(model.id)))
         item.setFlags(
             Qt.ItemFlag.ItemIsEnabled
             | Qt.ItemFlag.ItemIsSelectable
@@ -242,55 +254,90 @@ class ProjectTree(QWidget):
         if new_parent is not None:
             new_parent.addChild(item)
 
-    def _show_features(self, features: Iterable[Feature]) -> None:
-        """Update the items of features; new items are added at the end of their groups."""
+    def _show_features(self, features: Iterable[Feature]) -> list[QTreeWidgetItem]:
+        """Update the items of features, and return those that must be sorted into their groups.
+
+        New items are added at the end of their groups.
+        """
         new_items: dict[str, tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = {}
-        features = list(features)
-        measurements = self._studio.measured(feature.id for feature in features)
+        updated: list[QTreeWidgetItem] = []
+        unsorted: list[QTreeWidgetItem] = []
         for feature in features:
-            item, parent = self._find_or_create_item(feature, group_of(feature))
-            self._update_item(item, feature, measurements[feature.id])
+            group = group_of(feature)
+            item, parent = self._find_or_create_item(feature, group)
+            assert isinstance(item, FeatureItem)
+            if item.name != feature.name or parent is not None:
+                item.name, item.sort_key = feature.name, natural_sort_key(feature.name)
+                unsorted.append(item)
             if parent is not None:
-                new_items.setdefault(group_of(feature), (parent, []))[1].append(item)
+                new_items.setdefault(group, (parent, []))[1].append(item)
+            else:
+                updated.append(item)
         for parent, items in new_items.values():
             parent.addChildren(items)
+        self.tree.update_items(updated)
+        return unsorted
 
-    def _update_item(
-        self, item: QTreeWidgetItem, feature: Feature, measurement: Measurement
-    ) -> None:
-        item.setFlags(
-            Qt.ItemFlag.ItemIsEnabled
-            | Qt.ItemFlag.ItemIsSelectable
-            | Qt.ItemFlag.ItemIsUserCheckable
-            | Qt.ItemFlag.ItemIsEditable
-            | (
-                Qt.ItemFlag.ItemIsDragEnabled
-                if kind_of(feature).has_feature_type
-                else Qt.ItemFlag.NoItemFlags
-            )
-        )
-        row = create_row(self._studio, feature, measurement)
-        item.setIcon(NAME, self._icons[kind_of(feature).name])
-        text = orientation_text(measurement, self._studio.settings.notation)
-        item.setText(ORIENTATION, f"{text} {_OVERTURNED}" if row.overturned else text)
-        item.setText(SET, row.set_name)
-        item.setToolTip(SET, escape_markup(row.set_name))
-        is_judged = measurement.verdict is not None or measurement.problem is not None
-        item.setIcon(ORIENTATION, theme.verdict_icon(row.quality) if is_judged else QIcon())
+    # --- content of the visible rows ---------------------------------------------------------
+    def _row(self, feature: Feature) -> Row:
+        """Return the row of a feature, which caches its texts until the filter changes."""
+        measurement = self._studio.measured([feature.id])[feature.id]
+        row = self._rows.get(feature.id)
+        if row is None or row.feature is not feature or row.measured is not measurement:
+            row = create_row(self._studio, feature, measurement)
+        return row
+
+    def _content(self, id_: str, column: int, role: int) -> Any:
+        """Return the content of a feature's item for a Qt role."""
+        # Most of the roles that Qt requests for every cell have no content.
+        if (read := _CONTENT.get((column, role))) is None:
+            return None
+        feature = get_feature(self._studio.records, id_)
+        # A deleted feature may be painted until its item is removed.
+        return None if feature is None else read(self, feature)
+
+    def _check_state(self, feature: Feature) -> Qt.CheckState:
+        return _check_state(self._studio.visible(feature.id))
+
+    def _icon(self, feature: Feature) -> QIcon:
+        return self._icons[kind_of(feature).name]
+
+    def _orientation(self, feature: Feature) -> str:
+        row = self._row(feature)
+        text = orientation_text(row.measured, self._studio.settings.notation)
+        return f"{text} {_OVERTURNED}" if row.overturned else text
+
+    def _verdict_icon(self, feature: Feature) -> QIcon:
+        row = self._row(feature)
+        is_judged = row.measured.verdict is not None or row.measured.problem is not None
+        return theme.verdict_icon(row.quality) if is_judged else QIcon()
+
+    def _orientation_tip(self, feature: Feature) -> str:
+        row = self._row(feature)
+        verdict = row.measured.verdict
+        findings = (*verdict.reasons, *verdict.notes) if verdict else (row.measured.problem or "",)
         remarks = [tr("Overturned")] if row.overturned else []
-        verdict = measurement.verdict
-        findings = (*verdict.reasons, *verdict.notes) if verdict else (measurement.problem or "",)
-        reasons = map(str, findings)
-        item.setToolTip(ORIENTATION, escape_markup("\n".join([*remarks, *reasons])))
-        tooltip_lines = [f"{feature.name}: {row.class_name}", *remarks]
-        if row.set_name:
-            tooltip_lines.append(tr("Set: {set_name}", set_name=row.set_name))
-        if feature.notes:
-            tooltip_lines.append(feature.notes)
-        item.setToolTip(NAME, escape_markup("\n".join(tooltip_lines)))
+        return escape_markup("\n".join([*remarks, *map(str, findings)]))
 
-    def _update_counts(self) -> None:
-        """Update the feature counts, hide empty types and apply the filter."""
+    def _name_tip(self, feature: Feature) -> str:
+        row = self._row(feature)
+        lines = [f"{feature.name}: {row.class_name}"]
+        if row.overturned:
+            lines.append(tr("Overturned"))
+        if row.set_name:
+            lines.append(tr("Set: {set_name}", set_name=row.set_name))
+        if feature.notes:
+            lines.append(feature.notes)
+        return escape_markup("\n".join(lines))
+
+    def _update_counts(self) -> bool:
+        """Update the feature counts, hide empty types and apply the filter.
+
+        Returns
+        -------
+        bool
+            Whether any feature is hidden or shown now.
+        """
         studio = self._studio
         features = studio.session.features()
         totals: Counter[str] = Counter()
@@ -300,7 +347,8 @@ class ProjectTree(QWidget):
             has_sets = has_sets or bool(set_name)
         hidden_ids, passing = self._test_features(features, totals)
         with QSignalBlocker(self.tree):
-            for id_ in self._hidden_ids ^ hidden_ids:
+            changed_ids = self._hidden_ids ^ hidden_ids
+            for id_ in changed_ids:
                 item = self._items.get(id_)
                 if item is not None:
                     item.setHidden(id_ in hidden_ids)
@@ -314,6 +362,7 @@ class ProjectTree(QWidget):
         self.tree.show_sets(has_sets)
         is_empty = not (studio.session.of(Model) or features or self._photos.has_photos)
         self._stack.setCurrentIndex(0 if is_empty else 1)
+        return bool(changed_ids)
 
     def _test_features(
         self, features: list[Feature], totals: dict[str, int]
@@ -335,7 +384,6 @@ class ProjectTree(QWidget):
         passing: dict[str, int] = {}
         rows: dict[str, Row] = {}
         for feature in features:
-            # A row caches its texts until the filter changes.
             row, measurement = self._rows.get(feature.id), measurements[feature.id]
             if row is None or row.feature is not feature or row.measured is not measurement:
                 row = create_row(self._studio, feature, measurement)
@@ -375,30 +423,36 @@ class ProjectTree(QWidget):
             self.tree.setUpdatesEnabled(False)
             ids = list(dict.fromkeys((*edit.ids, *self._studio.affected(edit))))
             records = self._studio.records
-            before = {i: (item, item.text(NAME)) for i in ids if (item := self._items.get(i))}
+            unsorted_items: list[QTreeWidgetItem] = []
+            is_shorter = False
             for id_ in ids:
                 record = records.get(id_)
+                before = self._items.get(id_)
                 if isinstance(record, Model):
+                    old_name = None if before is None else before.text(NAME)
                     self._show_model(record)
-                elif id_ in before and not isinstance(record, Feature):
+                    if old_name != record.name:
+                        unsorted_items.append(self._items[id_])
+                elif before is not None and not isinstance(record, Feature):
                     remove_from_parent(self._items.pop(id_))
                     self._hidden_ids.discard(id_)
-            self._show_features(f for id_ in ids if isinstance(f := records.get(id_), Feature))
-            for id_ in ids:
-                after = self._items.get(id_)
-                parent = None if after is None else after.parent()
-                if after is None or parent is None:
-                    continue
-                if before.get(id_) != (after, after.text(NAME)):
-                    unsorted.setdefault(id(parent), (parent, []))[1].append(after)
+                    is_shorter = True
+            unsorted_items += self._show_features(
+                f for id_ in ids if isinstance(f := records.get(id_), Feature)
+            )
+            for item in unsorted_items:
+                if (parent := item.parent()) is not None:
+                    unsorted.setdefault(id(parent), (parent, []))[1].append(item)
                     # Qt resets the hidden state of an item that is moved.
-                    self._hidden_ids.discard(id_)
+                    self._hidden_ids.discard(str(item.data(NAME, ID)))
             for parent, items in unsorted.values():
                 sort_children(parent, items)
             self.tree.setUpdatesEnabled(True)
         self._photos.apply_edit(edit)
-        self._update_counts()
-        self._show_selection(self._studio.selection.ids)
+        is_filtered_anew = self._update_counts()
+        if unsorted_items or is_shorter or is_filtered_anew:
+            # Qt deselects the items that are moved or hidden.
+            self._show_selection(self._studio.selection.ids)
 
     def _apply_filter(self) -> None:
         self._update_counts()
@@ -426,10 +480,13 @@ class ProjectTree(QWidget):
                 self.tree.scrollToItem(item)
 
     def _show_visibility(self, ids: tuple[str, ...]) -> None:
+        items = [item for id_ in ids if (item := self._items.get(id_))]
         with QSignalBlocker(self.tree):
-            for id_ in ids:
-                if item := self._items.get(id_):
-                    item.setCheckState(NAME, _check_state(self._studio.visible(id_)))
+            self.tree.update_items(item for item in items if isinstance(item, FeatureItem))
+            for item in items:
+                if not isinstance(item, FeatureItem):
+                    visible = self._studio.visible(str(item.data(NAME, ID)))
+                    item.setCheckState(NAME, _check_state(visible))
 
     # --- actions -----------------------------------------------------------------------------
     def _apply_selection(self) -> None:
@@ -439,28 +496,27 @@ class ProjectTree(QWidget):
         self._studio.selection.set(id_ for id_ in ids if id_ in self._items)
         self._is_selecting = False
 
-    def _apply_item_edit(self, item: QTreeWidgetItem, column: int) -> None:
-        id_ = str(item.data(NAME, ID))
-        visible = item.checkState(NAME) == Qt.CheckState.Checked
+    def _apply_item_edit(self, item: QTreeWidgetItem, _: int) -> None:
+        """Apply the visibility box of a group or model."""
+        if not isinstance(item, FeatureItem):
+            self._set_visible(item, item.checkState(NAME))
+
+    def _set_visible(self, item: QTreeWidgetItem, state: Qt.CheckState) -> None:
+        id_, visible = str(item.data(NAME, ID)), state == Qt.CheckState.Checked
         if visible != self._studio.visible(id_):
             self._studio.set_visible([id_], visible)
+
+    def _apply_feature_edit(self, item: FeatureItem, column: int, role: int, value: Any) -> None:
+        """Apply the visibility box, name or set that the user has entered for a feature."""
+        if role == Qt.ItemDataRole.CheckStateRole:
+            self._set_visible(item, Qt.CheckState(value))
             return
-        record = self._studio.records.get(id_)
-        if not isinstance(record, Feature):
+        feature = get_feature(self._studio.records, item.id)
+        if feature is None or role not in _TEXT_ROLES or column not in (NAME, SET):
             return
-        field, before = (
-            ("set_name", getattr(record, "set_name", ""))
-            if column == SET
-            else ("name", record.name)
-        )
-        text = item.text(column).strip()
-        if column in (NAME, SET) and item.text(column) != before:
-            is_applied = text == before or self._studio.attempt(
-                edits.set_attributes, [id_], **{field: text}
-            )
-            if not is_applied or text == before:
-                with QSignalBlocker(self.tree):
-                    item.setText(column, before)
+        field = "name" if column == NAME else "set_name"
+        if str(value).strip() != getattr(feature, field, ""):
+            self._studio.attempt(edits.set_attributes, [item.id], **{field: str(value).strip()})
 
     def _apply_drop(self, type_id: str) -> None:
         ids = [str(i.data(NAME, ID)) for i in self.tree.selectedItems()]
@@ -492,3 +548,33 @@ class ProjectTree(QWidget):
 
 def _check_state(visible: bool) -> Qt.CheckState:
     return Qt.CheckState.Checked if visible else Qt.CheckState.Unchecked
+
+
+def _drag_flag(feature: Feature) -> Qt.ItemFlag:
+    """Return the flag of features that can be dragged onto another type."""
+    can_drag = kind_of(feature).has_feature_type
+    return Qt.ItemFlag.ItemIsDragEnabled if can_drag else Qt.ItemFlag.NoItemFlags
+
+
+def _text_of_set(_: ProjectTree, feature: Feature) -> str:
+    return str(getattr(feature, "set_name", ""))
+
+
+def _tip_of_set(_: ProjectTree, feature: Feature) -> str:
+    return escape_markup(str(getattr(feature, "set_name", "")))
+
+
+_CONTENT: dict[tuple[int, int], Callable[[ProjectTree, Feature], Any]] = {
+    (NAME, Qt.ItemDataRole.DisplayRole): lambda _, feature: feature.name,
+    (NAME, Qt.ItemDataRole.EditRole): lambda _, feature: feature.name,
+    (NAME, Qt.ItemDataRole.CheckStateRole): ProjectTree._check_state,
+    (NAME, Qt.ItemDataRole.DecorationRole): ProjectTree._icon,
+    (NAME, Qt.ItemDataRole.ToolTipRole): ProjectTree._name_tip,
+    (ORIENTATION, Qt.ItemDataRole.DisplayRole): ProjectTree._orientation,
+    (ORIENTATION, Qt.ItemDataRole.DecorationRole): ProjectTree._verdict_icon,
+    (ORIENTATION, Qt.ItemDataRole.ToolTipRole): ProjectTree._orientation_tip,
+    (SET, Qt.ItemDataRole.DisplayRole): _text_of_set,
+    (SET, Qt.ItemDataRole.EditRole): _text_of_set,
+    (SET, Qt.ItemDataRole.ToolTipRole): _tip_of_set,
+}
+"""Content of a feature's item by column and role."""

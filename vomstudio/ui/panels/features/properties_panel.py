@@ -243,7 +243,8 @@ class PropertiesPanel(QWidget):
         kind = kind_of(feature)
         self._show_count(feature)
         attributes = {attribute.field: attribute for attribute in kind.attributes}
-        features = [self._studio.records.get(id_) for id_ in self._shown_ids]
+        records = self._studio.records
+        features = [f for id_ in self._shown_ids if (f := get_feature(records, id_)) is not None]
         for name, widget in self.fields.items():
             attribute = attributes.get(name)
             self._form.setRowVisible(widget, attribute is not None and attribute.applies(feature))
@@ -258,7 +259,7 @@ class PropertiesPanel(QWidget):
                 _show_mixed_value(widget)
             else:
                 _show_value(widget, getattr(feature, name))
-        self._show_rename()
+        self._show_rename(features)
         lines = [
             *describe_trace_band(self._studio, feature.id, measurement),
             *kind.about(self._studio.subject(feature, measurement)),
@@ -270,10 +271,9 @@ class PropertiesPanel(QWidget):
             measurement, self._studio.settings.notation, local=not self._studio.north_known()
         )
 
-    def _show_rename(self) -> None:
+    def _show_rename(self, features: list[Feature]) -> None:
         """Offer the next name of the type to features with the automatic name of another type."""
         records = self._studio.records
-        features = [f for id_ in self._shown_ids if (f := get_feature(records, id_)) is not None]
         misnamed = [f for f in features if edits.has_name_of_other_type(records, f)]
         self._form.setRowVisible(self.rename, bool(misnamed))
         if len(misnamed) == 1 and isinstance(misnamed[0], Typed):
@@ -344,7 +344,10 @@ def _common_geometry(records: Iterable[Record | None]) -> Literal["plane", "line
 
 def _has_different_values(records: Iterable[Record | None], name: str) -> bool:
     """Return whether the records that have an attribute differ in its value."""
-    return len({getattr(record, name, None) for record in records} - {None}) > 1
+    values = (value for r in records if (value := getattr(r, name, None)) is not None)
+    first = next(values, None)
+    # Stops at the first difference, because there may be thousands of records.
+    return any(value != first for value in values)
 
 
 def _show_mixed_value(widget: QWidget) -> None:

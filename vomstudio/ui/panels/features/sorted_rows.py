@@ -11,7 +11,7 @@ from vomstudio.ui.panels.features.feature_filter import Test
 from vomstudio.ui.panels.features.table_model import COLUMNS, OrientationModel, column_flags
 
 _Index = QModelIndex | QPersistentModelIndex
-# The view is reset if a larger number of rows is added or removed.
+# The view is reset if a larger number of rows is added, removed or moved.
 MAX_SINGLE_UPDATES = 200
 
 
@@ -98,9 +98,7 @@ class SortedRows(QAbstractTableModel):
             row for row, source_row in enumerate(target) if source_row not in self._positions
         ]
         if max(len(removed_rows), len(new_rows)) > MAX_SINGLE_UPDATES:
-            self.beginResetModel()
-            self._set_shown_rows(target)
-            self.endResetModel()
+            self._replace_shown_rows(target)
             return
         for row in reversed(removed_rows):
             self.beginRemoveRows(QModelIndex(), row, row)
@@ -108,11 +106,21 @@ class SortedRows(QAbstractTableModel):
             self.endRemoveRows()
         remaining = [source_row for source_row in target if source_row in self._positions]
         if remaining != self._shown_rows:
+            moved_count = sum(a != b for a, b in zip(remaining, self._shown_rows, strict=True))
+            if moved_count > MAX_SINGLE_UPDATES:
+                # Qt's selection model would store every cell of the selected rows.
+                self._replace_shown_rows(target)
+                return
             self._reorder_rows(remaining)
         for row in new_rows:
             self.beginInsertRows(QModelIndex(), row, row)
             self._set_shown_rows([*self._shown_rows[:row], target[row], *self._shown_rows[row:]])
             self.endInsertRows()
+
+    def _replace_shown_rows(self, target: list[int]) -> None:
+        self.beginResetModel()
+        self._set_shown_rows(target)
+        self.endResetModel()
 
     def _reorder_rows(self, target: list[int]) -> None:
         self.layoutAboutToBeChanged.emit()

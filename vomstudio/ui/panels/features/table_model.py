@@ -27,11 +27,13 @@ from vomstudio.ui.base.controls import escape_markup
 from vomstudio.ui.base.feature_colors import feature_color
 from vomstudio.ui.base.number_formatting import natural_sort_key, orientation_text
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.features.feature_row import Row, create_row
+from vomstudio.ui.panels.features.feature_row import Row, create_row, has_figure
 
 _Index = QModelIndex | QPersistentModelIndex
-# The table is reset if a larger number of rows changes.
+# The table is reset if a larger number of rows is removed.
 MAX_SINGLE_UPDATES = 200
+# A larger number of changed rows is reported as one range.
+MAX_SINGLE_CHANGES = 20
 _QUALITY_ORDER = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
 
 
@@ -197,30 +199,54 @@ class OrientationModel(QAbstractTableModel):
         self._source_rows = {row.feature.id: i for i, row in enumerate(self._rows)}
         self.endResetModel()
 
-    def update(self, ids: list[str]) -> None:
-        """Update the rows of added, changed or deleted features."""
-        if len(ids) > MAX_SINGLE_UPDATES:
+    def update(self, ids: list[str]) -> bool:
+        """Update the rows of added, changed or deleted features.
+
+        Returns
+        -------
+        bool
+            Whether rows have been added or removed.
+        """
+        records = self._studio.records
+        removed_ids = [i for i in ids if i in self._source_rows and i not in records]
+        if len(removed_ids) > MAX_SINGLE_UPDATES:
             self.reset()
-            return
-        self._remove_rows([i for i in ids if self._studio.records.get(i) is None])
+            return True
+        self._remove_rows(removed_ids)
         measurements = self._studio.measured(ids)
+        changed_rows: list[int] = []
+        new_rows: dict[str, Row] = {}
         for id_ in ids:
-            feature = get_feature(self._studio.records, id_)
+            feature = get_feature(records, id_)
             if feature is None or not _is_listed(feature):
                 continue
             row = create_row(self._studio, feature, measurements[id_])
             source_row = self._source_rows.get(id_)
             if source_row is None:
-                source_row = len(self._rows)
-                self.beginInsertRows(QModelIndex(), source_row, source_row)
-                self._rows.append(row)
-                self._source_rows[id_] = source_row
-                self.endInsertRows()
+                new_rows[id_] = row
             else:
                 self._rows[source_row] = row
-                self.dataChanged.emit(
-                    self.index(source_row, 0), self.index(source_row, len(COLUMNS) - 1)
-                )
+                changed_rows.append(source_row)
+        self._emit_changes(changed_rows)
+        self._append_rows(new_rows)
+        return bool(removed_ids or new_rows)
+
+    def _emit_changes(self, source_rows: list[int]) -> None:
+        """Report changed rows: single rows, or one range that contains all of them."""
+        if len(source_rows) > MAX_SINGLE_CHANGES:
+            spans = [(min(source_rows), max(source_rows))]
+        else:
+            spans = [(row, row) for row in source_rows]
+        for first, last in spans:
+            self.dataChanged.emit(self.index(first, 0), self.index(last, len(COLUMNS) - 1))
+
+    def _append_rows(self, rows: dict[str, Row]) -> None:
+        if rows:
+            start = len(self._rows)
+            self.beginInsertRows(QModelIndex(), start, start + len(rows) - 1)
+            self._rows += rows.values()
+            self._source_rows.update(zip(rows, count(start), strict=False))
+            self.endInsertRows()
 
     def _remove_rows(self, ids: list[str]) -> None:
         for id_ in ids:
@@ -249,10 +275,15 @@ class OrientationModel(QAbstractTableModel):
         if ids is not None:
             rows = [self._rows[i] for id_ in ids if (i := self._source_rows.get(id_)) is not None]
         figures = {i: figure for i in SPARSE_COLUMNS if (figure := COLUMNS[i].figure) is not None}
+        rows_by_kind: dict[str, list[Row]] = {}
+        for row in rows:
+            rows_by_kind.setdefault(kind_of(row.feature).name, []).append(row)
         return {
             i
             for i, figure in figures.items()
-            if any(row.value(figure) not in (None, "") for row in rows)
+            for kind_name, kind_rows in rows_by_kind.items()
+            if has_figure(kind_name, figure)
+            and any(row.value(figure) not in (None, "") for row in kind_rows)
         }
 
     def update_colors(self) -> None:

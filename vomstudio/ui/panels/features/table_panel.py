@@ -135,6 +135,8 @@ class TablePanel(QWidget):
         self._sorted.rowsInserted.connect(self._show_count)
         self._sorted.rowsRemoved.connect(self._show_count)
         self._sorted.modelReset.connect(self._show_count)
+        # After the view, which loses its selection.
+        self._sorted.modelReset.connect(lambda: self._show_selection(self._studio.selection.ids))
         studio.project_opened.connect(self._filter.clear)
         studio.project_opened.connect(self.rebuild)
         studio.settings_changed.connect(self._apply_settings)
@@ -178,7 +180,6 @@ class TablePanel(QWidget):
             yield
         self.model.reset(rows)
         self._show_count()
-        self._show_selection(self._studio.selection.ids)
         if is_large:
             yield
         self._fit_columns()
@@ -253,7 +254,7 @@ class TablePanel(QWidget):
             return
         self._portions.finish()
         was_empty = self.model.rowCount() == 0
-        self.model.update(ids)
+        has_moved_rows = self.model.update(ids)
         self.model.update_comparisons()
         if self._studio.settings.color_by == "set":
             # A new set may change the colours of all others.
@@ -265,7 +266,9 @@ class TablePanel(QWidget):
             self._used_columns |= new_columns
             self._hide_unused()
         self._widen(ids)
-        self._show_selection(self._studio.selection.ids)
+        if has_moved_rows or self._sorted.test is not None:
+            # Qt keeps the selection of rows that remain.
+            self._show_selection(self._studio.selection.ids)
 
     def _widen(self, ids: list[str]) -> None:
         """Widen columns to fit the rows of these features."""
@@ -275,6 +278,8 @@ class TablePanel(QWidget):
             if (source_row := self.model.find_source_row(id_)) is not None
         ]
         for i in range(len(COLUMNS)):
+            if self.view.isColumnHidden(i):
+                continue
             indexes = [
                 self._sorted.mapFromSource(self.model.index(source_row, i))
                 for source_row in source_rows
@@ -322,7 +327,8 @@ class TablePanel(QWidget):
         self._studio.selection.set(ids)
 
     def _show_selection(self, ids: tuple[str, ...]) -> None:
-        positions = (self._sorted.find_row(self.model.find_source_row(id_)) for id_ in ids)
+        find_row, find_source_row = self._sorted.find_row, self.model.find_source_row
+        positions = (find_row(find_source_row(id_)) for id_ in ids)
         rows = [row for row in positions if row is not None]
         last = self._sorted.index(rows[-1], 0) if rows else QModelIndex()
         # Runs of rows are faster, because Qt checks each column of each range.

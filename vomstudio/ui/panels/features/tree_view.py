@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from typing import Any
 
 from PySide6.QtCore import (
     QEvent,
@@ -50,6 +51,46 @@ class TreeItem(QTreeWidgetItem):
 
     def __lt__(self, other: QTreeWidgetItem) -> bool:
         return bool(self.data(NAME, SORT) < other.data(NAME, SORT))
+
+
+class FeatureItem(TreeItem):
+    """Item of a feature, which requests its content when it is painted.
+
+    An edit of thousands of features therefore takes time only for the visible rows.
+
+    Parameters
+    ----------
+    content : callable
+        Returns the data of a feature for a column and a role.
+    apply : callable
+        Applies a value that the user has entered in a column, given the item and the role.
+    """
+
+    def __init__(
+        self,
+        id_: str,
+        content: Callable[[str, int, int], Any],
+        apply: Callable[[FeatureItem, int, int, Any], None],
+    ) -> None:
+        super().__init__()
+        self.id, self.name = id_, ""
+        self.sort_key: Any = None
+        self._content, self._apply = content, apply
+
+    def data(self, column: int, role: int) -> Any:
+        if role == ID:
+            return self.id
+        if role == SORT:
+            return self.sort_key
+        return self._content(self.id, column, role)
+
+    def setData(self, column: int, role: int, value: Any) -> None:  # noqa: N802 - Qt's name
+        self._apply(self, column, role, value)
+
+    def __lt__(self, other: QTreeWidgetItem) -> bool:
+        if isinstance(other, FeatureItem):
+            return bool(self.sort_key < other.sort_key)
+        return super().__lt__(other)
 
 
 class FeatureTree(QTreeWidget):
@@ -129,7 +170,7 @@ class FeatureTree(QTreeWidget):
         for group in (each for each in groups if each is not None and each.childCount()):
             rows = (group.child(row) for row in range(group.childCount()))
             items = [item for item in rows if item is not None]
-            longest = max(items, key=lambda item: len(item.text(NAME)))
+            longest = max(items, key=_name_length)
             hint = self.sizeHintForIndex(self.indexFromItem(longest)).width()
             width = max(width, 2 * self.indentation() + hint)
         return width
@@ -165,6 +206,26 @@ class FeatureTree(QTreeWidget):
                     )
                     start = None
         return selection
+
+    def update_items(self, items: Iterable[QTreeWidgetItem]) -> None:
+        """Repaint items whose content has changed; many items of a group as one range."""
+        groups: dict[int, tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = {}
+        for item in items:
+            if (group := item.parent()) is not None:
+                groups.setdefault(id(group), (group, []))[1].append(item)
+        model = self.model()
+        for group, children in groups.values():
+            parent = self.indexFromItem(group)
+            is_many = len(children) > MAX_SINGLE_ITEMS
+            rows = (
+                [(0, group.childCount() - 1)]
+                if is_many
+                else [(row, row) for row in map(group.indexOfChild, children)]
+            )
+            for first, last in rows:
+                model.dataChanged.emit(
+                    model.index(first, 0, parent), model.index(last, SET, parent)
+                )
 
     def startDrag(self, actions: Qt.DropAction) -> None:  # noqa: N802 - Qt's name
         items = [i for i in self.selectedItems() if i.flags() & Qt.ItemFlag.ItemIsDragEnabled]
@@ -242,6 +303,10 @@ class FeatureTree(QTreeWidget):
                     for column in range(self.columnCount()):
                         item.setBackground(column, brush)
         self._target = group
+
+
+def _name_length(item: QTreeWidgetItem) -> int:
+    return len(item.name if isinstance(item, FeatureItem) else item.text(NAME))
 
 
 def sort_children(parent: QTreeWidgetItem, items: list[QTreeWidgetItem]) -> None:
