@@ -1,7 +1,9 @@
-"""How long small commands take as whole processes, over `import numpy` in the same run, and a model
-of a million triangles beside other programs.
+"""How long small commands take as whole processes, over `import numpy` in the same run, a model of
+a million triangles beside other programs, and two commands beside scripts of the same libraries.
 
     python -m tests.benchmarks.bench_commands [--runs 15] [--dir FOLDER] [--peer-python PYTHON]
+
+The scripts are mplstereonet's contours of 10,000 poles, and LAZ to LAS by laspy.
 
 Runs are interleaved, so that what else the machine does falls on all alike; processor seconds stand
 beside wall seconds. Bytecode is kept, as it is for a user, and the first round, which writes it and
@@ -28,6 +30,21 @@ from vomstudio.cli import main as vomstudio
 WANTED_OVER_NUMPY = 3.2
 WANTED_OVER_CLOUDCOMPARE = 0.2
 WANTED_OVER_PYMESHLAB = 0.6
+WANTED_OVER_MPLSTEREONET = 0.5
+WANTED_OVER_LASPY = 1.0
+LASPY = "import laspy, sys; laspy.read(sys.argv[1]).write(sys.argv[2])"
+MPLSTEREONET = """
+import sys
+import matplotlib
+matplotlib.use("Agg")
+import mplstereonet
+import numpy as np
+azimuth, dip = np.loadtxt(sys.argv[1], delimiter=",", skiprows=1).T
+figure, axes = mplstereonet.subplots()
+axes.density_contourf(azimuth - 90.0, dip.copy(), method="exponential_kamb")
+axes.pole(azimuth - 90.0, dip.copy(), "o", markersize=3)
+figure.savefig(sys.argv[2])
+"""
 PYMESHLAB = "import pymeshlab, sys; pymeshlab.MeshSet().load_new_mesh(sys.argv[1])"
 OBJ = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n"
 PLY = (
@@ -118,6 +135,59 @@ def small_commands(runs: int) -> None:
         print(f"{command:40s} {wall:6.3f}  {over}{wanted}")
 
 
+def beside_scripts(runs: int) -> None:
+    """Contours of 10,000 poles and LAZ to LAS, each beside a script; and the growth of both."""
+    rng = np.random.default_rng(1)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for count in (2_500, 10_000, 40_000):
+            table, points = folder / f"{count}.csv", folder / f"{count}.laz"
+            normals = rng.normal([1.0, 2.0, 4.0], 1.0, (count, 3))
+            azimuth = np.degrees(np.arctan2(normals[:, 0], normals[:, 1])) % 360.0
+            dip = np.degrees(np.arctan2(np.hypot(*normals[:, :2].T), np.abs(normals[:, 2])))
+            rows = "\n".join(f"{a:.2f},{d:.2f}" for a, d in zip(azimuth, dip, strict=True))
+            table.write_text(f"dip_direction,dip\n{rows}\n")
+            write_laz(points, 100 * count)
+            picture, las = folder / "net.png", folder / "points.las"
+            contour = ["stereonet", str(table), "-o", str(picture), "--force"]
+            contour += ["--contour", "exponential_kamb"]
+            convert = ["convert", str(points), str(las), "--force"]
+            cases = {
+                "stereonet": process([sys.executable, "-m", "vomstudio", *contour]),
+                "mplstereonet": process(
+                    [sys.executable, "-c", MPLSTEREONET, str(table), str(picture)]
+                ),
+                "convert": process([sys.executable, "-m", "vomstudio", *convert]),
+                "laspy": process([sys.executable, "-c", LASPY, str(points), str(las)]),
+            }
+            cpu = {each: medians(m)[1] for each, m in interleaved(cases, runs).items()}
+            print(
+                f"{count:>6,} poles contoured {cpu['stereonet']:.2f} s (CPU),"
+                f" {cpu['stereonet'] / cpu['mplstereonet']:.2f} of mplstereonet;"
+                f" wanted {WANTED_OVER_MPLSTEREONET} of 10,000\n"
+                f"{100 * count:>9,} points of LAZ to LAS {cpu['convert']:.2f} s (CPU),"
+                f" {cpu['convert'] / cpu['laspy']:.2f} of laspy; wanted {WANTED_OVER_LASPY}",
+                flush=True,
+            )
+
+
+def write_laz(path: Path, count: int) -> None:
+    """Write a coloured cloud with intensity and classes."""
+    import laspy
+
+    rng = np.random.default_rng(0)
+    header = laspy.LasHeader(version="1.4", point_format=7)
+    header.scales, header.offsets = [0.001] * 3, [576_000.0, 5_188_000.0, 0.0]
+    cloud = laspy.LasData(header)
+    steps = np.cumsum(rng.normal(0.0, 0.01, (count, 2)), axis=0)
+    cloud.x, cloud.y = 576_700.0 + steps[:, 0], 5_188_200.0 + steps[:, 1]
+    cloud.z = 200.0 + rng.normal(0.0, 1.0, count)
+    cloud.red, cloud.green, cloud.blue = rng.integers(0, 256, (3, count), dtype=np.uint16) * 257
+    cloud.intensity = rng.integers(0, 60_000, count).astype(np.uint16)
+    cloud.classification = rng.integers(0, 9, count).astype(np.uint8)
+    cloud.write(path)
+
+
 def million_triangles(folder: Path, runs: int, peer_python: str | None) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     model = folder / "cliff_1M.obj"
@@ -156,6 +226,7 @@ def main() -> None:
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     print(f"{os.cpu_count()} processors, load before: {os.getloadavg()[0]:.1f}")
     small_commands(options.runs)
+    beside_scripts(max(3, options.runs // 3))
     million_triangles(options.dir, max(3, options.runs // 3), options.peer_python)
 
 

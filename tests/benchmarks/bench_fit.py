@@ -20,7 +20,7 @@ import numpy as np
 from vomstudio.geometry.planes import fit_plane, fit_planes
 
 WANTED_OVER_SVD = 2.0
-WANTED_OVER_SCRIPT = 1.0
+WANTED_OVER_SCRIPT = 0.6
 SCRIPT = """
 import csv, sys
 import numpy as np

@@ -1,21 +1,25 @@
-"""How long a followed way takes on a surface of a million points, beside scipy's Dijkstra.
+"""How long a followed path takes on a surface of a million points, beside scipy's Dijkstra.
 
     python -m tests.benchmarks.bench_paths [--side 1000] [--repeats 5]
 
-A hilly square of 20 x 20 m with a dark bed in noisy grey, as a mesh over a grid and as a cloud.
-Ways along the bed between ends so far apart: `live` is the way under the cursor, in its corridor
-(the first of each cost reckons what it keeps), `whole` the best of all, and `scipy` the plain
-shortest path over the same arcs and costs, once these are a matrix. Medians, and the mean distance
-of the way from the bed's middle.
+A hilly square of 10 x 10 m with a dark bed in noisy grey, as a mesh over a grid with colours or a
+texture, and as a cloud. Paths of 1, 3 and 9 m along the bed: `live` is the path to the cursor,
+which moves a little from one path to the next (the first of each cost computes what is cached),
+`whole` the best path of all, and `scipy` the plain shortest path over the same arcs and costs, once
+these are a matrix. Medians of wall and processor seconds, and the mean distance of the path from
+the bed's middle. The time of preparing 1/16, 1/4 and all of the points shows the growth.
 """
 
 from __future__ import annotations
 
 import argparse
+import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import numpy as np
+from PIL import Image
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
@@ -23,10 +27,12 @@ from vomstudio.extraction.following import Follower
 from vomstudio.extraction.path_costs import node_costs
 from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.mesh import Material, Mesh
 
-SIZE = 20.0
-SHARES = (0.05, 0.2, 0.5, 0.95)
+SIZE = 10.0
+LENGTHS_M = (1.0, 3.0, 9.0)
+TEXTURE_PX = 4096
+WANTED_9_M_S, WANTED_PREPARED_S = 0.1, 1.0
 NORMAL = np.array([0.3, 0.9, 0.3]) / np.linalg.norm([0.3, 0.9, 0.3])
 MIDDLE = np.array([SIZE / 2, SIZE / 2, 0.0])
 
@@ -53,14 +59,38 @@ def hill(side: int) -> tuple[Mesh, PointCloud, np.ndarray]:
     return mesh, PointCloud(scattered, colors=colours), off
 
 
-def seconds(work: Callable[[], object], repeats: int) -> tuple[float, float]:
-    """Of the first time, and the median of the others."""
+def textured(mesh: Mesh, folder: Path) -> Mesh:
+    """The same surface with the bed in a texture."""
+    y, x = (np.mgrid[0:TEXTURE_PX, 0:TEXTURE_PX] + 0.5) * (SIZE / TEXTURE_PX)
+    off = (x - MIDDLE[0]) * NORMAL[0] + (SIZE - y - MIDDLE[1]) * NORMAL[1]
+    noise = 20.0 * np.random.default_rng(1).standard_normal(off.shape)
+    grey = np.clip(150.0 - 90.0 * np.exp(-((off / 0.03) ** 2)) + noise, 0, 255).astype(np.uint8)
+    picture = folder / "texture.png"
+    Image.fromarray(np.repeat(grey[..., None], 3, axis=2)).save(picture, compress_level=1)
+    uv = (mesh.vertices[:, :2] / SIZE).astype(np.float32)
+    offsets = np.array([0, len(mesh.faces)])
+    return Mesh(mesh.vertices, mesh.faces, (Material("rock", picture),), offsets, uv)
+
+
+def seconds(work: Callable[[], object], repeats: int) -> tuple[float, float, float]:
+    """Wall seconds of the first time; medians of wall and processor seconds of the others."""
     taken = []
     for _ in range(repeats + 1):
-        begun = time.perf_counter()
+        begun = time.perf_counter(), time.process_time()
         work()
-        taken.append(time.perf_counter() - begun)
-    return taken[0], float(np.median(taken[1:]))
+        taken.append((time.perf_counter() - begun[0], time.process_time() - begun[1]))
+    wall, processor = np.median(taken[1:], axis=0)
+    return taken[0][0], float(wall), float(processor)
+
+
+def moving_ends(points: np.ndarray, length: float) -> Iterator[np.ndarray]:
+    """Ends so far apart along the points (k, 3) of a line; the second moves like a cursor."""
+    x, half = points[:, 0], 0.5 * length * np.cos(np.arctan2(NORMAL[0], NORMAL[1]))
+    start = np.argmin(np.abs(x - (MIDDLE[0] - half)))
+    goals = np.argsort(np.abs(x - (MIDDLE[0] + half)), kind="stable")[:50]
+    while True:
+        for goal in goals:
+            yield points[[start, goal]]
 
 
 def plain(surface: SurfaceGraph, ends: np.ndarray, repeats: int) -> float:
@@ -76,37 +106,53 @@ def plain(surface: SurfaceGraph, ends: np.ndarray, repeats: int) -> float:
     return seconds(lambda: dijkstra(arcs, indices=start, return_predecessors=True), repeats)[1]
 
 
+def prepared(data: Mesh | PointCloud) -> tuple[SurfaceGraph, float]:
+    """The graph, and its processor seconds."""
+    begun = time.process_time()
+    surface = SurfaceGraph(data)
+    surface.prepare()
+    return surface, time.process_time() - begun
+
+
+def measure(name: str, data: Mesh | PointCloud, bed: np.ndarray, repeats: int) -> None:
+    """Print the times of one model; bed (k, 3) are points along it."""
+    surface, taken = prepared(data)
+    print(
+        f"== {name} of {len(surface.places):,} points, made ready in {taken:.2f} s (CPU);"
+        f" wanted {WANTED_PREPARED_S}"
+    )
+    for cost in ("dark", "colour"):
+        for length in LENGTHS_M:
+            ends = moving_ends(bed, length)
+            follower = Follower(surface, cost)
+            live = seconds(lambda f=follower, e=ends: f.follow(next(e)), repeats)
+            line = f"  {cost:7s}{length:4.0f} m  live {live[0]:.3f} s, then {live[1]:.3f} s"
+            line += f" (CPU {live[2]:.3f} s)"
+            if not surface.refines:
+                whole = seconds(lambda f=follower, e=ends: f.follow(next(e), whole=True), repeats)
+                line += f"  whole {whole[0]:.3f} s, then {whole[1]:.3f} s"
+            beside = np.abs((follower.follow(next(ends)).points - MIDDLE) @ NORMAL).mean()
+            wanted = f"; wanted {WANTED_9_M_S}" if length == LENGTHS_M[-1] else ""
+            print(f"{line}  from the middle {1e3 * beside:.0f} mm{wanted}", flush=True)
+    if not surface.refines:
+        print(f"  scipy, all of it {plain(surface, next(ends), repeats):.3f} s")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--side", type=int, default=1000)
     parser.add_argument("--repeats", type=int, default=5)
     args = parser.parse_args()
+    for divisor in (4, 2):
+        part = hill(args.side // divisor)[0]
+        print(f"{len(part.vertices):,} points, made ready in {prepared(part)[1]:.3f} s (CPU)")
     mesh, cloud, off = hill(args.side)
     on = np.flatnonzero(np.abs(off) < 0.02)
-    on = on[np.argsort(mesh.vertices[on, 0])]
-    for name, data in (("mesh", mesh), ("cloud", cloud)):
-        begun = time.perf_counter()
-        surface = SurfaceGraph(data)
-        surface.prepare()
-        prepared = time.perf_counter() - begun
-        print(f"== {name} of {len(surface.places):,} points, made ready in {prepared:.2f} s")
-        for cost in ("dark", "colour"):
-            for share in SHARES:
-                rows = [on[int(len(on) * (0.5 + s * share / 2 * 0.999))] for s in (-1, 1)]
-                ends = mesh.vertices[rows]
-                follower = Follower(surface, cost)
-                follower.follow(ends[:1].repeat(2, axis=0) + [[0, 0, 0], [0.3, 0, 0]])
-                live = seconds(lambda f=follower, e=ends: f.follow(e), args.repeats)
-                whole = seconds(lambda f=follower, e=ends: f.follow(e, whole=True), args.repeats)
-                beside = np.abs((follower.follow(ends).points - MIDDLE) @ NORMAL).mean()
-                print(
-                    f"  {cost:7s}{np.linalg.norm(ends[1] - ends[0]):6.1f} m"
-                    f"  live {live[0]:.3f} s, then {live[1]:.3f} s"
-                    f"  whole {whole[0]:.3f} s, then {whole[1]:.3f} s"
-                    f"  from the middle {1e3 * beside:.0f} mm",
-                    flush=True,
-                )
-        print(f"  scipy, all of it {plain(surface, ends, args.repeats):.3f} s")
+    bed = mesh.vertices[on[np.argsort(mesh.vertices[on, 0])]]
+    measure("coloured mesh", mesh, bed, args.repeats)
+    with tempfile.TemporaryDirectory() as folder:
+        measure("textured mesh", textured(mesh, Path(folder)), bed, args.repeats)
+    measure("cloud", cloud, bed, args.repeats)
 
 
 if __name__ == "__main__":

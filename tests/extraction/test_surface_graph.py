@@ -8,8 +8,8 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from vomstudio.extraction.following import Follower
-from vomstudio.extraction.path_costs import smooth_values
-from vomstudio.extraction.surface_graph import Graph, SurfaceGraph
+from vomstudio.extraction.path_costs import node_costs, smooth_opponent_colours, smooth_values
+from vomstudio.extraction.surface_graph import Graph, SurfaceGraph, _edges
 from vomstudio.geometry.cloud import PointCloud
 
 
@@ -94,3 +94,33 @@ def test_smoothing_is_the_mean_of_each_point_and_its_neighbours(count: int) -> N
     for _ in range(3):
         expected = (expected + joined @ expected) / (1.0 + np.diff(graph.starts))
     assert np.allclose(smooth_values(graph, values, 3), expected, rtol=0.0, atol=1e-12)
+
+
+def test_nodes_are_in_order_of_their_first_vertex() -> None:
+    """Neighbours in the file are then neighbours in memory."""
+    rng = np.random.default_rng(5)
+    points = rng.uniform(0.0, 4.0, (500, 3))
+    again = rng.integers(0, 500, 300)
+    surface = SurfaceGraph(PointCloud(np.concatenate([points, points[again]])))
+    assert np.array_equal(surface.row, np.arange(500))
+    assert np.array_equal(surface.places + surface.origin, points)
+
+
+def test_edges_of_faces_are_named_once_and_in_order() -> None:
+    faces = np.random.default_rng(6).permuted(np.arange(60).reshape(20, 3) % 17, axis=1)
+    first, second = _edges(faces, 17)
+    pairs = {tuple(sorted((int(f[i]), int(f[i - 1])))) for f in faces for i in range(3)}
+    assert list(zip(first.tolist(), second.tolist(), strict=True)) == sorted(pairs)
+
+
+def test_smooth_colours_are_computed_once_for_several_targets() -> None:
+    rng = np.random.default_rng(7)
+    colours = rng.integers(0, 256, (400, 3)).astype(np.uint8)
+    surface = SurfaceGraph(PointCloud(sheets(400, rng), colors=colours))
+    graph = surface.whole
+    first = smooth_opponent_colours(graph)
+    node_costs(graph, "colour", np.zeros((1, 3)))
+    assert smooth_opponent_colours(graph) is first
+    fresh = SurfaceGraph(surface.data).whole
+    target = np.array([[40.0, 5.0, -3.0], [90.0, 0.0, 8.0]])
+    assert np.array_equal(node_costs(graph, "colour", target), node_costs(fresh, "colour", target))

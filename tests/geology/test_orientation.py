@@ -101,6 +101,15 @@ def test_sines_are_exact_at_right_angles() -> None:
     np.testing.assert_allclose(sin_cos_deg(angles)[0], np.sin(np.radians(angles)), atol=1e-14)
 
 
+def test_sines_of_single_angles_are_those_of_arrays_to_the_last_bit() -> None:
+    angles = np.append(np.random.default_rng(3).uniform(-800.0, 800.0, 200), [-90.0, -0.0, 45.0])
+    together = sin_cos_deg(angles)
+    for place, angle in enumerate(angles.tolist()):
+        for single, many in zip(sin_cos_deg(angle), together, strict=True):
+            assert single.tobytes() == many[place].tobytes()
+    assert np.isnan(sin_cos_deg(math.nan)).all()
+
+
 # The conventions, point by point
 
 

@@ -180,26 +180,26 @@ class Follower:
     ) -> PathLeg:
         graph = self.surface.whole
         ends = np.asarray(self.surface.tree.query(np.stack([start, goal]))[1], np.int64)
-        costs = self._whole_costs(tints)
+        costs, typical = self._whole_costs(tints)
         path = straightest_path(graph, int(ends[0]), int(ends[1]), costs)
         if path is None:
             raise _separate_parts_error(number)
-        return self.surface.world(graph, path), costs[path] / np.median(costs)
+        return self.surface.world(graph, path), costs[path] / typical
 
-    def _whole_costs(self, tints: FloatArray | None) -> FloatArray:
-        """Return the cached cost per metre (n,) at each node of the whole surface."""
+    def _whole_costs(self, tints: FloatArray | None) -> tuple[FloatArray, float]:
+        """Return the cached cost per metre (n,) on the whole surface, and its median."""
         colours = b"" if tints is None else tints.tobytes()
         cached = self.surface.cached_costs.get(self.cost)
         if cached is None or cached[0] != colours:
-            cached = colours, self._costs(self.surface.whole, tints)
+            costs = self._costs(self.surface.whole, tints)
+            cached = colours, costs, float(np.median(costs))
             self.surface.cached_costs[self.cost] = cached
-        return cached[1]
+        return cached[1:]
 
     def _through(self, graph: Graph, local: FloatArray, tints: FloatArray | None) -> list[PathLeg]:
         """Follow the best path through all way-points, leg by leg."""
         nodes = np.asarray(self.surface.tree.query(local)[1], np.int64)
-        costs = self._whole_costs(tints)
-        typical = np.median(costs)
+        costs, typical = self._whole_costs(tints)
         legs = []
         for i in range(len(nodes) - 1):
             path = shortest_path(graph, int(nodes[i]), int(nodes[i + 1]), costs)

@@ -184,7 +184,8 @@ def _corridor(graph: Graph, path: IntArray) -> BoolArray:
     inside[path] = True
     front = np.unique(path)
     for _ in range(_CORRIDOR_ARCS):
-        first, count = graph.starts[front], np.diff(graph.starts)[front]
+        first = graph.starts[front]
+        count = graph.starts[front + 1] - first
         at = np.repeat(first - (np.cumsum(count) - count), count) + np.arange(int(count.sum()))
         reached = np.unique(graph.near[at]).astype(np.int64)
         front = reached[~inside[reached]]

@@ -47,8 +47,10 @@ class TextureColours:
 
     def edge_pixels(self, uv: FloatArray, triangles: IntArray, material: IntArray) -> float:
         """Return the median edge length in pixels."""
-        sizes = np.array([self._size(int(m)) for m in np.unique(material)], np.float64)
-        scale = sizes[np.searchsorted(np.unique(material), material)]
+        sizes = np.zeros((len(self._mesh.materials) + 1, 2))
+        for m in _distinct(material):
+            sizes[m] = self._size(m)
+        scale = sizes[material]
         a, b = uv[triangles[:, 0]] * scale, uv[triangles[:, 1]] * scale
         length = np.linalg.norm(a - b, axis=1)
         length = length[np.isfinite(length)]
@@ -70,9 +72,11 @@ class TextureColours:
         colours = np.full((len(uv), 3), _MISSING_GREY)
         pixels = self.edge_pixels(uv, triangles, material)
         halvings = int(np.clip(np.floor(np.log2(max(pixels / 2.0, 1.0))), 0, 8))
-        for m in np.unique(material).tolist():
+        for m in _distinct(material):
             picture = self._picture(m, halvings)
-            rows = np.unique(triangles[material == m])
+            is_used = np.zeros(len(uv), np.bool_)
+            is_used[triangles[material == m].ravel()] = True
+            rows = np.flatnonzero(is_used)
             if picture is not None:
                 colours[rows] = _interpolate(picture, uv[rows])
             elif m >= 0 and (diffuse := self._mesh.materials[m].diffuse) is not None:
@@ -114,6 +118,11 @@ class TextureColours:
         except InputError:
             # The reader of the model has already reported the missing picture.
             return None
+
+
+def _distinct(material: IntArray) -> list[int]:
+    """Return the distinct materials in ascending order; -1 stands for no material."""
+    return [int(m) for m in np.flatnonzero(np.bincount(material + 1)) - 1]
 
 
 def _interpolate(picture: ByteArray, uv: FloatArray) -> FloatArray:

@@ -35,25 +35,45 @@ measurement error and far above rounding errors.
 # Angles --------------------------------------------------------------------------------------
 
 
-def sin_cos_deg(angle_deg: float | FloatArray) -> tuple[FloatArray, FloatArray]:
+def sin_cos_deg(angle_deg: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Return the sine and cosine of angles in degrees, exact at multiples of 90.
 
     Parameters
     ----------
-    angle_deg : float or ndarray
+    angle_deg : float or array_like
 
     Returns
     -------
     sine, cosine : ndarray
     """
+    if isinstance(angle_deg, float) and math.isfinite(angle_deg):
+        return _sin_cos_of_one(angle_deg)
     angle = np.asarray(angle_deg, dtype=np.float64)
     quadrant = np.round(angle / 90.0)
     rest_rad = np.radians(angle - 90.0 * quadrant)
     s, c = np.sin(rest_rad), np.cos(rest_rad)
     turn = np.mod(quadrant, 4.0)
-    sine = np.select([turn == 0, turn == 1, turn == 2], [s, c, -s], -c) + 0.0
-    cosine = np.select([turn == 0, turn == 1, turn == 2], [c, -s, -c], s) + 0.0
+    # `np.select` takes ten times as long for a single angle.
+    is_odd = (turn == 1.0) | (turn == 3.0)
+    sine = np.where(is_odd, c, s) * np.where(turn >= 2.0, -1.0, 1.0) + 0.0
+    cosine = np.where(is_odd, s, c) * np.where((turn == 1.0) | (turn == 2.0), -1.0, 1.0) + 0.0
     return sine, cosine
+
+
+def _sin_cos_of_one(angle_deg: float) -> tuple[FloatArray, FloatArray]:
+    """Return `sin_cos_deg` of a finite angle, in a fifth of the time of an array of one."""
+    quadrant = round(angle_deg / 90.0)
+    rest_rad = np.radians(angle_deg - 90.0 * quadrant)
+    s, c = np.sin(rest_rad), np.cos(rest_rad)
+    sine, cosine = ((s, c), (c, -s), (-s, -c), (-c, s))[quadrant % 4]
+    return sine + 0.0, cosine + 0.0
+
+
+def _join_components(x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
+    """Return vectors (..., 3); x and y have the full shape, to which z is broadcast."""
+    vectors = np.empty((*np.shape(x), 3))
+    vectors[..., 0], vectors[..., 1], vectors[..., 2] = x, y, z
+    return vectors
 
 
 def _finite(value: float, name: str) -> float:
@@ -78,9 +98,9 @@ def lines_to_vectors(trend_deg: npt.ArrayLike, plunge_deg: npt.ArrayLike) -> Flo
     (n, 3) ndarray
         In the World frame.
     """
-    sin_t, cos_t = sin_cos_deg(np.asarray(trend_deg, dtype=np.float64))
-    sin_p, cos_p = sin_cos_deg(np.asarray(plunge_deg, dtype=np.float64))
-    return np.stack(np.broadcast_arrays(sin_t * cos_p, cos_t * cos_p, 0.0 - sin_p), axis=-1)
+    sin_t, cos_t = sin_cos_deg(trend_deg)
+    sin_p, cos_p = sin_cos_deg(plunge_deg)
+    return _join_components(sin_t * cos_p, cos_t * cos_p, 0.0 - sin_p)
 
 
 def planes_to_normals(dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike) -> FloatArray:
@@ -95,9 +115,9 @@ def planes_to_normals(dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike) 
     (n, 3) ndarray
         In the World frame.
     """
-    sin_a, cos_a = sin_cos_deg(np.asarray(dip_direction_deg, dtype=np.float64))
-    sin_d, cos_d = sin_cos_deg(np.asarray(dip_deg, dtype=np.float64))
-    return np.stack(np.broadcast_arrays(sin_a * sin_d, cos_a * sin_d, cos_d), axis=-1)
+    sin_a, cos_a = sin_cos_deg(dip_direction_deg)
+    sin_d, cos_d = sin_cos_deg(dip_deg)
+    return _join_components(sin_a * sin_d, cos_a * sin_d, cos_d)
 
 
 def planes_to_poles(dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike) -> FloatArray:

@@ -29,6 +29,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models import writing
 from vomstudio.io.models.opening import read_model
+from vomstudio.io.models.writers.las import SAMPLE_POINTS, quantise
 from vomstudio.io.models.writing import find_writers, write_model
 
 UTM = np.array([576712.345, 5188123.456, 151.5])
@@ -514,3 +515,13 @@ def test_coordinates_that_a_format_cannot_hold_are_refused_before_it_is_written(
     with refused("model.exceeds-format", TargetError, format="GLB"):
         write_model(far, None, tmp_path / "far.glb")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_single_coordinate_with_more_decimals_refines_the_scale_of_all() -> None:
+    """Also one that is not among the points on which the scales are tried first."""
+    values = np.round(np.random.default_rng(8).uniform(5e6, 5e6 + 900.0, 5 * SAMPLE_POINTS), 3)
+    assert quantise(values).scale == 1e-3
+    values[4] = round(values[4] + 0.0004, 4)
+    axis = quantise(values)
+    assert axis.scale == 1e-4
+    assert np.abs(axis.integers * axis.scale + axis.offset - values).max() == axis.rounding < 1e-8

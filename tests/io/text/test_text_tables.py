@@ -511,3 +511,13 @@ def test_quoted_cells_cost_more_and_may_be_fewer(tmp_path: Path) -> None:
     path.write_text("x,y,z,pick\n" + '1,2,3,"a"\n' * 1_000_000)
     with refused("table.too-many-rows", count=1000001, limit=1000000):
         read_points(path)
+
+
+def test_rows_between_comments_and_separators_keep_their_line_numbers(tmp_path: Path) -> None:
+    path = tmp_path / "mixed.csv"
+    path.write_text("# head\n\nid,x,y,z\na,1,2,3\n---\nb,4,5,6\n-7,1,2,3\n\n# end\nc,7,8,9")
+    table = read_table(path)
+    assert table.line_numbers.tolist() == [4, 6, 7, 10]
+    assert table.separators == (5,)
+    assert table.cells(0) == ["a", "b", "-7", "c"]
+    assert table.cells(3, 2) == ["3", "6"]

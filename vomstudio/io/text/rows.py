@@ -11,6 +11,7 @@ which one is free of comments and errors.
 from __future__ import annotations
 
 import csv
+import itertools
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
@@ -112,7 +113,8 @@ def read_rows(path: Path, *, has_header: bool = False, max_lines: int = MAX_LINE
         If the file is missing, empty, not text, or not a table; states file and line.
     """
     text, notes = read_text(path, max_lines)
-    has_objects = '"' in text or _ESCAPED_CELL.search(text) is not None
+    # Without an apostrophe, the slow search is not needed.
+    has_objects = '"' in text or ("'" in text and _ESCAPED_CELL.search(text) is not None)
     if has_objects:
         # Every cell becomes an object.
         width = 1 + max(text[: text.find("\n", 1)].count(sign) for sign in _DELIMITERS)
@@ -206,12 +208,14 @@ def _separate_comments(lines: list[str]) -> tuple[list[str], list[int], list[str
     numbers: list[int] = []
     comments: list[str] = []
     separators: list[int] = []
-    for number, line in enumerate(lines, 1):
-        # Fast path, because almost all lines of a large table are data rows.
-        if line[:1] not in _NON_ROW_STARTS:
-            data.append(line)
-            numbers.append(number)
-            continue
+    # Almost all lines of a large table are data rows, which are copied in blocks.
+    others = [i for i, line in enumerate(lines) if line[:1] in _NON_ROW_STARTS]
+    for previous, i in itertools.pairwise((-1, *others, len(lines))):
+        data += lines[previous + 1 : i]
+        numbers += range(previous + 2, i + 1)
+        if i == len(lines):
+            break
+        line, number = lines[i], i + 1
         stripped = line.strip()
         if is_blank(stripped):
             continue

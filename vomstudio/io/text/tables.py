@@ -17,6 +17,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
@@ -96,7 +97,9 @@ class TextTable:
             return [row[column] for row in self._text.rows[:first]]
         delimiter = None if self.delimiter == " " else self.delimiter
         lines = self._text.lines[:first]
-        return [line.split(delimiter, column + 1)[column].strip() for line in lines]
+        # Functions in C: a comprehension takes half as long again for millions of rows.
+        parts = map(str.split, lines, itertools.repeat(delimiter), itertools.repeat(column + 1))
+        return list(map(str.strip, map(itemgetter(column), parts)))
 
     def labels(self, column: int) -> list[str]:
         """Return the labels (n,) in a column.

@@ -5,12 +5,13 @@ from __future__ import annotations
 import contextlib
 import io
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vomstudio.core.arrays import AnyArray
+from vomstudio.core.arrays import AnyArray, FloatArray, Int32Array
 from vomstudio.core.errors import Cancelled
 from vomstudio.core.files.atomic import atomic_write
 from vomstudio.core.findings import Finding
@@ -37,6 +38,7 @@ STANDARD = {
     "point_source_id": np.uint16,
 }
 NAME_BYTES = 32
+SAMPLE_POINTS = 1000
 
 
 def write(out: WriteRequest) -> list[Finding]:
@@ -51,9 +53,9 @@ def write(out: WriteRequest) -> list[Finding]:
     data = out.data
     report_unwritten_faces(data, messages)
     points = positions_of(data)
-    grids = [_grid(points[:, k]) for k in range(3)]
-    offset, scales = np.array(grids).T
-    rounding = _rounding(points, offset, scales)
+    axes = [quantise(points[:, k]) for k in range(3)]
+    offset, scales = np.array([axis.offset for axis in axes]), np.array([a.scale for a in axes])
+    rounding = max(axis.rounding for axis in axes)
     if rounding > 1e-9 * max(1.0, float(np.abs(data.bounds).max()) * 1e-6):
         messages.append(Finding("model.positions-rounded", rounding_mm=scales.max() * 1000))
     header = laspy.LasHeader(version="1.4", point_format=7 if data.colors is not None else 6)
@@ -78,8 +80,7 @@ def write(out: WriteRequest) -> list[Finding]:
     ):
         for rows in step_rows(len(points), out, tr("Writing points")):
             record = laspy.ScaleAwarePointRecord.zeros(rows.stop - rows.start, header=header)
-            integers = np.rint((points[rows] - offset) / scales).astype(np.int32)
-            record.X, record.Y, record.Z = integers.T
+            record.X, record.Y, record.Z = (axis.integers[rows] for axis in axes)
             if data.colors is not None:
                 colors_16_bit = data.colors[rows].astype(np.uint16) * 257
                 record.red, record.green, record.blue = colors_16_bit.T
@@ -123,33 +124,65 @@ def _original_errors(path: Path) -> Iterator[_ErrorRecordingFile]:
             raise
 
 
-def _grid(values: AnyArray) -> tuple[float, float]:
-    """Return the (offset, scale) that preserve the coordinates.
+@dataclass(frozen=True, eq=False)
+class QuantisedAxis:
+    """Coordinates (n,) along one axis as integers: integers * scale + offset.
+
+    `rounding` is the largest difference from the coordinates.
+    """
+
+    offset: float
+    scale: float
+    integers: Int32Array
+    rounding: float
+
+
+def quantise(values: FloatArray) -> QuantisedAxis:
+    """Convert coordinates (n,) to integers that preserve them.
 
     The scale is the coarsest power of ten, with an integer offset or the first point as offset (for
     files whose offset was not an integer); otherwise it is `DEFAULT_SCALE` or the smallest scale
     that the extent allows.
+
+    Parameters
+    ----------
+    values : (n,) ndarray
+
+    Returns
+    -------
+    QuantisedAxis
     """
     low, high = float(values.min()), float(values.max())
     centre = float(np.floor((low + high) / 2))
     ulp = 4 * np.spacing(max(abs(low), abs(high), 1e-300))
+    # A few points suffice to exclude most scales.
+    sample = values[:: max(1, len(values) // SAMPLE_POINTS)]
     for power in range(3, 10):
         scale = float(f"1e-{power}")
         for offset in (centre, float(values[0])):
-            local = values - offset
-            if np.abs(local).max() / scale > MAX_INTEGER:
+            if max(high - offset, offset - low) / scale > MAX_INTEGER:
                 continue
-            if np.abs(np.rint(local / scale) * scale + offset - values).max() <= ulp:
-                return offset, scale
+            if _round(sample, offset, scale).rounding > ulp:
+                continue
+            axis = _round(values, offset, scale)
+            if axis.rounding <= ulp:
+                return axis
     scale = DEFAULT_SCALE
     while max(high - centre, centre - low) / scale > MAX_INTEGER:
         scale *= 10
-    return centre, float(f"{scale:.0e}")
+    return _round(values, centre, float(f"{scale:.0e}"))
 
 
-def _rounding(points: AnyArray, offset: AnyArray, scales: AnyArray) -> float:
-    rounded = np.rint((points - offset) / scales) * scales + offset
-    return float(np.abs(rounded - points).max(initial=0.0))
+def _round(values: FloatArray, offset: float, scale: float) -> QuantisedAxis:
+    numbers = values - offset
+    numbers /= scale
+    np.rint(numbers, out=numbers)
+    integers = numbers.astype(np.int32)
+    numbers *= scale
+    numbers += offset
+    numbers -= values
+    # The largest and the smallest value need no further array.
+    return QuantisedAxis(offset, scale, integers, float(max(numbers.max(), -numbers.min())))
 
 
 def _columns(
