@@ -64,7 +64,7 @@ _MIN_FIELD_WIDTH_PX = 64
 _KIND_NAMES = {
     "diverging": to_translate("Diverging about zero"),
     "cyclic": to_translate("Cyclic"),
-    "categories": to_translate("One colour for each class"),
+    "categories": to_translate("One colour per class"),
 }
 
 
@@ -203,7 +203,7 @@ class DisplayPanel(QWidget):
     def _make_clip(self, reset: QAction) -> QGroupBox:
         self.clip = QGroupBox(tr("Clipping box"))
         self.clip.setCheckable(True)
-        self.clip.setToolTip(tr("Shows only what lies between these sides."))
+        self.clip.setToolTip(tr("Show only the part between these sides."))
         self.clip.clicked.connect(self._toggle_clipping)
         grid = QGridLayout(self.clip)
         grid.setContentsMargins(8, 4, 8, 6)
