@@ -224,7 +224,7 @@ class DisplayPanel(QWidget):
             grid.addWidget(spin, axis, 1 + side)
         for axis, label in enumerate(self._axes):
             grid.addWidget(label, axis, 0)
-        self.handles = QCheckBox(tr("Handles in the view"))
+        self.handles = QCheckBox(tr("Show handles"))
         self.handles.clicked.connect(self._display.set_handles)
         button = QPushButton(tr("Fit to models"))
         button.clicked.connect(reset.trigger)

@@ -101,7 +101,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         self.bed = PlaneChoice(studio, "log_bed", tr("fitted to the traces"))
         self.options = OptionFields(LogOptions, "log")
         self.write = QPushButton(theme.icon("export"), tr("Write…"))
-        self.write.setToolTip(tr("Save the table as CSV, or the log as SVG, PDF or PNG."))
+        self.write.setToolTip(tr("Save a CSV table, or an SVG, PDF or PNG figure."))
         self.copy = CopyCommandButton(
             self.copy_command, tr("save the boundaries as a table and copy the command")
         )
