@@ -197,3 +197,47 @@ def test_texts_on_the_screen_are_translated() -> None:
 @pytest.mark.parametrize("word", ["hardly at all", "nothing over to", "miss their place"])
 def test_riddles_do_not_come_back(word: str) -> None:
     assert not [call.place for call, text in messages() if word in text]
+
+
+MAX_MESSAGE_WORDS, MAX_TOOLTIP_WORDS = 25, 12
+TOOLTIPS = {"tip", "setToolTip", "setStatusTip", "setTabToolTip"}
+LONGER_TEXTS = {
+    "vomstudio/ui/commands/help.py": "the list of mouse gestures",
+    "vomstudio/ui/panels/features/feature_filter.py": "the list of filter conditions",
+}
+"""Texts that are lists, with their reason."""
+
+
+def word_count(text: str) -> int:
+    """Number of words of a text, without the values that are inserted."""
+    return len(re.sub(r"\{.*?\}", " ", text).split())
+
+
+@pytest.mark.parametrize("code", sorted(TEXTS))
+def test_findings_are_within_the_length_of_a_message(code: str) -> None:
+    assert all(word_count(text) <= MAX_MESSAGE_WORDS for text in TEXTS[code][1:])
+
+
+def test_texts_of_panels_and_dialogs_are_within_the_length_of_a_message() -> None:
+    wrong = [
+        f"{call.place}: {text}"
+        for call, text in messages()
+        if call.file.startswith(("vomstudio/ui/", "vomstudio/studio/"))
+        and call.file not in LONGER_TEXTS
+        and word_count(text) > MAX_MESSAGE_WORDS
+    ]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_tooltips_are_within_their_length() -> None:
+    wrong = []
+    for call in calls():
+        tips = [each.value for each in call.node.keywords if each.arg == "tip"]
+        tips += call.node.args if call.name in TOOLTIPS else []
+        for tip in tips:
+            for node in ast.walk(tip):
+                if isinstance(node, ast.Call) and getattr(node.func, "id", "") in MARKERS:
+                    for text in texts(node.args[0]) or []:
+                        if word_count(text) > MAX_TOOLTIP_WORDS:
+                            wrong.append(f"{call.place}: {text}")
+    assert not wrong, "\n".join(wrong)

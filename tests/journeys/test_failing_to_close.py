@@ -125,7 +125,7 @@ def test_a_window_that_cannot_ask_does_not_close_without_a_word(
     folder = window.studio.project.folder
     owner, name = part.split(".")
     monkeypatch.setattr(getattr(window, owner), name, fail)
-    answers = Answers("Cancel", "Close all the same")
+    answers = Answers("Cancel", "Close anyway")
     quit_by_key(window)
     assert len(answers.said) == 1
     assert WORDS in answers.said[0]

@@ -161,7 +161,7 @@ def test_the_cells_of_a_grid_that_were_looked_at_are_a_window(
     assert studio.attempt(grid_edits.add_grid, grid)
     settle(panel)
     panel.plane.line.clear()
-    panel.region_box.setCurrentIndex(panel.region_box.findText("Looked at: South wall"))
+    panel.region_box.setCurrentIndex(panel.region_box.findText("Coverage: South wall"))
     settle(panel)
     said = shown_values(panel.message.text(), "fractures.no-cells")
     assert said == {"grid": "South wall"}

@@ -417,7 +417,7 @@ def test_two_sets_stand_in_the_tree_and_a_photo_of_either_can_be_opened(both, tm
     assert window.survey.folder.name == "the face"
     menu = window.tree.create_item_menu(branch(window, "the face"))
     texts = {action.text().replace("&", "") for action in menu.actions()}
-    assert {"Reconstruct", "Open its first photo", "Show in the Photos panel"} <= texts
+    assert {"Reconstruct", "Open its first photo", "Show in Photos"} <= texts
     shutil.rmtree(other)
     gone = window.studio.records[str(branch(window, "another").data(NAME, ID))]
     window.photo_opening.open_set_photo(gone)

@@ -359,7 +359,7 @@ def test_one_type_is_contoured_until_another_or_all_are_chosen(net, window, stud
     choices()["Bedding"].trigger()
     assert contoured() == ("Bedding", True)
     assert net.print_contents().contouring.only == "Bedding"
-    choices()["All together"].trigger()
+    choices()["All sets"].trigger()
     assert contoured() == (None, True)
     studio.workspace.projects.new()
     assert net.view_settings.contoured_type == ""

@@ -42,7 +42,7 @@ class FacetOptions(Options):
         label=to_translate("Distance"),
         help=to_translate("maximum distance from the facet's plane, m"),
         tip=to_translate("Maximum distance from the facet's plane"),
-        automatic=to_translate("the local spacing, or three times the local noise if larger"),
+        automatic=to_translate("local spacing, or three times the local noise if larger"),
     )
     min_points: int | None = option(
         None,
@@ -65,8 +65,8 @@ class FacetOptions(Options):
         None,
         minimum=0.0,
         label=to_translate("Coplanarity"),
-        help=to_translate("minimum of one over the smallest normalised eigenvalue"),
-        tip=to_translate("Minimum of one over the smallest normalised eigenvalue"),
+        help=to_translate("minimum coplanarity (1 / smallest normalised eigenvalue)"),
+        tip=to_translate("Minimum coplanarity (1 / smallest normalised eigenvalue)"),
         automatic=to_translate("from the verdict profile"),
         decimals=0,
     )
@@ -76,8 +76,8 @@ class FacetOptions(Options):
     preset: Literal["dse"] | None = option(
         None,
         help=to_translate(
-            "dse: first sets among the points, then their planes, as the Discontinuity Set"
-            " Extractor does; --angle is then the cone about a set's pole"
+            "dse: find sets among the points, then their planes, like the Discontinuity Set"
+            " Extractor; --angle is the cone about a set's pole"
         ),
     )
 

@@ -33,34 +33,34 @@ class MeasurableOptions(Options):
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
         help=to_translate("length of a trace, m"),
-        automatic=to_translate("100 resolutions of the model"),
+        automatic=to_translate("100 times the model resolution"),
     )
     noise_m: float | None = option(
         None,
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
         help=to_translate("standard deviation of a trace's vertices across their plane, m"),
-        automatic=to_translate("half of a photo's pixel, a twentieth of the resolution"),
+        automatic=to_translate("half a photo pixel (1/20 of the resolution)"),
     )
     points: int | None = option(
         None,
         minimum=MIN_POINTS,
         maximum=MAX_POINTS,
         help=to_translate("number of vertices of a trace"),
-        automatic=to_translate("one for each resolution of its length"),
+        automatic=to_translate("one per resolution along its length"),
     )
     resolution_m: float | None = option(
         None,
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
         help=to_translate("resolution of the model, m"),
-        automatic=to_translate("from its points around each place"),
+        automatic=to_translate("estimated locally from its points"),
     )
     angle_deg: float = option(
         DEFAULT_ANGLE_DEG,
         minimum=0.1,
         maximum=45.0,
-        help=to_translate("maximum angle between the plane and a face that exposes it as a patch"),
+        help=to_translate("maximum angle between the plane and a face for a patch"),
     )
     registration_error_deg: float | None = option(
         None,
@@ -92,15 +92,15 @@ class MeasurableTarget(Options):
     mean: str | None = option(
         None,
         metavar="TABLE",
-        help=to_translate("or the mean plane of this table, from the orientation tensor"),
+        help=to_translate("use the mean plane of this table (orientation tensor)"),
     )
     set: str | None = option(None, metavar="NAME", help=to_translate("only this set of the table"))
     gsd_m: float | None = option(
         None,
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
-        help=to_translate("side of a cell of the raster, m"),
-        automatic=to_translate("a fortieth of the length, at least the resolution"),
+        help=to_translate("cell size of the raster, m"),
+        automatic=to_translate("1/40 of the trace length, at least the resolution"),
     )
 
     def __post_init__(self) -> None:

@@ -63,31 +63,25 @@ KINDS: dict[str, FieldKind] = {
         to_translate("Dip"),
         "dip",
         "°",
-        to_translate("Dip of the plane through the points within the radius, 0 to 90°."),
+        to_translate("Dip of the plane fitted within the radius, 0 to 90°."),
     ),
     "dip_direction": FieldKind(
         to_translate("Dip direction"),
         "dip direction",
         "°",
-        to_translate("Dip direction of that plane; grey where it is level within 1°."),
+        to_translate("Dip direction of that plane; grey if level within 1°."),
     ),
     "steepness": FieldKind(
         to_translate("Steepness, with overhangs"),
         "steepness",
         "°",
-        to_translate(
-            "Angle between up and the normal that points out of the rock: 0° level, 90° vertical, "
-            "more where the face overhangs."
-        ),
+        to_translate("Angle between up and the outward normal; over 90° on overhangs."),
     ),
     "curvature": FieldKind(
         to_translate("Curvature"),
         "curvature",
         "1/m",
-        to_translate(
-            "Mean curvature of the quadric through the points within the radius: positive on "
-            "edges and noses, negative in notches. One over the radius of a ball that bends alike."
-        ),
+        to_translate("Mean curvature within the radius: positive on edges, negative in notches."),
     ),
     "roughness": FieldKind(
         to_translate("Roughness"),
@@ -99,19 +93,13 @@ KINDS: dict[str, FieldKind] = {
         to_translate("Coplanarity M"),
         "coplanarity M",
         "",
-        to_translate(
-            "M = ln(λ1/λ3) of the points within the radius: the larger, the more planar; above 4 "
-            "is wanted of a plane (Fernández 2005)."
-        ),
+        to_translate("M = ln(λ1/λ3): larger is more planar, above 4 recommended."),
     ),
     "collinearity": FieldKind(
         to_translate("Collinearity K"),
         "collinearity K",
         "",
-        to_translate(
-            "K = ln(λ1/λ2)/ln(λ2/λ3) of the points within the radius: the larger, the more they "
-            "lie along a line; below 0.8 is wanted of a plane (Fernández 2005)."
-        ),
+        to_translate("K = ln(λ1/λ2)/ln(λ2/λ3): larger is more linear, below 0.8 recommended."),
     ),
 }
 """Kinds of fields by the name stored in projects, in display order."""

@@ -34,8 +34,8 @@ class TraceSource(Options):
         None,
         metavar="POINTS",
         help=to_translate(
-            "follow a contact through at least two way-points in their order: a text table with"
-            " x, y, z in World, or with column, row of a photo"
+            "follow a contact through two or more ordered way-points: a text table with x, y, z"
+            " in World, or with column, row of a photo"
         ),
     )
     from_ortho: str | None = option(
@@ -48,7 +48,7 @@ class TraceSource(Options):
     propose: bool = option(
         False,
         help=to_translate(
-            "list lines that stand out of the noise of the surface, the least doubtful first"
+            "list lines that are significant against the surface noise, the most certain first"
         ),
     )
 
@@ -71,17 +71,17 @@ class CostOptions(Options):
         None,
         metavar="COST",
         help=to_translate(
-            "colour (similar to the way-points), dark, light, gradient (edges of lightness),"
-            " curvature (edges of the surface), low values of a field, auto (the cost with the"
-            " best plane), or onnx (edges of a network)"
+            "colour (similar to the way-points), dark, light, gradient (brightness edges),"
+            " curvature (surface edges), low values of a field, auto (the cost with the best"
+            " plane), or onnx (network edges)"
         ),
-        automatic=to_translate("colour; with --propose gradient"),
+        automatic=to_translate("colour; gradient with --propose"),
     )
     onnx_model: str | None = option(
         None,
         metavar="FILE",
         help=to_translate(
-            "with cost onnx: a network that gives the probability of an edge at each pixel"
+            "with cost onnx: a network that returns the edge probability of each pixel"
         ),
     )
 
@@ -106,17 +106,16 @@ class FollowOptions(CostOptions):
     """
 
     photo: str | None = option(
-        None, metavar="PHOTO", help=to_translate("follow in the pixels of this photo of the model")
+        None, metavar="PHOTO", help=to_translate("follow the contact in this photo of the model")
     )
     cameras: str | None = option(
         None,
         metavar="FILE",
         help=to_translate(
-            "poses and lenses of the photos in the frame of the model's file: cameras.json or"
-            " cameras.csv, a sparse model of COLMAP, Metashape XML, reconstruction.json,"
-            " shots.geojson"
+            "camera poses and lenses in the frame of the model file: cameras.json, cameras.csv,"
+            " COLMAP sparse model, Metashape XML, reconstruction.json or shots.geojson"
         ),
-        automatic=to_translate("beside the model"),
+        automatic=to_translate("next to the model"),
     )
 
     def __post_init__(self) -> None:
@@ -147,14 +146,14 @@ class ProposalOptions(CostOptions):
         label=to_translate("Length"),
         help=to_translate("minimum length of a proposed line, m"),
         tip=to_translate("Minimum length of a line"),
-        automatic=to_translate("twenty resolutions of the model"),
+        automatic=to_translate("20 times the model resolution"),
     )
     max_lines: int = option(
         50,
         minimum=1,
-        label=to_translate("At most"),
+        label=to_translate("Maximum"),
         help=to_translate("maximum number of proposed lines"),
-        tip=to_translate("Maximum number of lines, the strongest"),
+        tip=to_translate("Maximum number of lines (strongest first)"),
     )
 
     def __post_init__(self) -> None:
@@ -181,7 +180,7 @@ class DrawnTraceOptions(Options):
     sidecar: str | None = option(
         None,
         metavar="FILE",
-        help=to_translate("the NAME.json that was written beside the orthophoto"),
+        help=to_translate("NAME.json written with the orthophoto"),
     )
     step_m: float | None = option(
         None,
@@ -199,23 +198,23 @@ class DrawnTraceOptions(Options):
         None,
         metavar="TYPE",
         help=to_translate("feature type of the lines in the project"),
-        automatic=to_translate("the one that the layer of each is named after"),
+        automatic=to_translate("the name of each layer"),
     )
     on: str | None = option(
         None,
         metavar="NAME",
-        help=to_translate("model of the project on which the lines lie"),
-        automatic=to_translate("the only one"),
+        help=to_translate("model of the project that carries the lines"),
+        automatic=to_translate("the only model"),
     )
     set: str | None = option(
         None,
         metavar="SET",
         help=to_translate("set of the lines"),
-        automatic=to_translate("their column set"),
+        automatic=to_translate("their column “set”"),
     )
     update: bool = option(
         False,
-        help=to_translate("change traces of the project that were edited in the drawing"),
+        help=to_translate("update project traces that were edited in the drawing"),
     )
 
     def __post_init__(self) -> None:

@@ -219,13 +219,13 @@ def projection_axes(
             except GeometryError as error:
                 axes[name] = ProjectionAxis(None, None, error.message)
                 continue
-            description = tr("where the beds meet the faults")
+            description = tr("intersection of beds and faults")
             axes[name] = ProjectionAxis(common.beta, common.error95_deg, description, common.valid)
             continue
         description = (
             str(reason)
             if fold is None
-            else tr("{verdict}, and no fault that its beds meet", verdict=fold.verdict)
+            else tr("{verdict}, and no fault intersects its beds", verdict=fold.verdict)
         )
         axes[name] = ProjectionAxis(None, None, description)
     return axes

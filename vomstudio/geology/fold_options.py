@@ -25,35 +25,36 @@ class FoldOptions(Options):
     kind: str | None = option(
         None,
         metavar="KIND",
-        help=to_translate("use planes of this kind only"),
+        help=to_translate("use only planes of this kind"),
         automatic=to_translate("bedding, if the table has kinds"),
     )
     sets: str | None = option(
         None,
         metavar="A,B[,C]",
         help=to_translate(
-            "the axis common to these sets (hanging wall, footwall, fault), by their means"
+            "compute the common axis of these sets (hanging wall, footwall, fault) from their means"
         ),
     )
     only_set: str | None = option(
-        None, metavar="SET", help=to_translate("use planes of this set only")
+        None, metavar="SET", help=to_translate("use only planes of this set")
     )
     quality: Literal["good", "doubtful"] | None = option(
-        None, help=to_translate("leave out planes with a worse verdict (column quality)")
+        None, help=to_translate("use only planes with at least this verdict (column quality)")
     )
     by: str | None = option(
         None,
         metavar="COLUMN",
         help=to_translate(
-            "compute an axis for each domain of this column, and test whether one axis serves all"
+            "compute an axis for each domain of this column, and test whether a single axis fits"
+            " all"
         ),
     )
     waviness_deg: float | None = option(
         None,
         minimum=MIN_WAVINESS_DEG,
         maximum=MAX_WAVINESS_DEG,
-        help=to_translate("standard deviation of the poles of a cylindrical fold"),
-        automatic=to_translate("nine tenths of the poles within 10 degrees"),
+        help=to_translate("standard deviation of the poles about the girdle of a cylindrical fold"),
+        automatic=to_translate("90 % of the poles within 10 degrees"),
     )
 
     def __post_init__(self) -> None:

@@ -71,11 +71,11 @@ class Thresholds:
         """Description of the profile and its limits, printed together with verdicts."""
         if self.by == "shape":
             return tr(
-                "Verdicts by the profile “{profile}”: good with a coplanarity of at least "
-                "{coplanarity:g}, a collinearity of at most {collinearity:g} and an extent of at "
-                "least {extent:g} times the model's resolution, doubtful where one of them is "
-                "missed or a trace with little relief lies within {face:g}° of the outcrop face, "
-                "poor where more are missed.",
+                "Verdicts by the profile “{profile}”: good if coplanarity is at least"
+                " {coplanarity:g}, collinearity at most {collinearity:g} and extent at least"
+                " {extent:g} times the model's resolution; doubtful if one of these fails, or a"
+                " trace with little relief lies within {face:g}° of the outcrop face; poor if"
+                " more fail.",
                 profile=self.profile,
                 coplanarity=self.least_coplanarity,
                 collinearity=self.most_collinearity,
@@ -83,11 +83,10 @@ class Thresholds:
                 face=self.surface_effect_deg,
             )
         return tr(
-            "Verdicts by the profile “{profile}”: good up to a total 95 % error of {good:g}°, poor "
-            "over {poor:g}°; doubtful between them, and with fewer than 6 independent points, with "
-            "roughness as long as the trace, with an extent under {extent:g} times the model's "
-            "resolution, or where a trace with little relief lies within {face:g}° of the outcrop "
-            "face.",
+            "Verdicts by the profile “{profile}”: good up to a total 95 % error of {good:g}°,"
+            " poor above {poor:g}°; doubtful in between, or with fewer than 6 independent points,"
+            " roughness as long as the trace, an extent under {extent:g} times the model's"
+            " resolution, or little relief within {face:g}° of the outcrop face.",
             profile=self.profile,
             good=self.good_confidence95_deg,
             poor=self.poor_confidence95_deg,

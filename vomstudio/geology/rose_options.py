@@ -23,14 +23,14 @@ class RoseOptions(Options):
 
     of: Literal["strike", "dip-direction", "trend", "dip", "plunge"] | None = option(
         None,
-        help=to_translate("angle of the rose; dip and plunge draw a histogram"),
+        help=to_translate("angle to plot; dip and plunge give a histogram"),
         automatic=to_translate("strike; trend if all rows are lines"),
     )
     bin_deg: float = option(
         10.0,
         minimum=1.0,
         maximum=90.0,
-        help=to_translate("width of the bins, a divisor of 180, or of 90 for a histogram"),
+        help=to_translate("bin width, a divisor of 180, or of 90 for a histogram"),
     )
     weight: str | None = option(
         None,
@@ -38,10 +38,10 @@ class RoseOptions(Options):
         help=to_translate("weight each row by this column, such as extent_m"),
     )
     by: str | None = option(
-        None, metavar="COLUMN", help=to_translate("draw a rose for each group of this column")
+        None, metavar="COLUMN", help=to_translate("draw a rose for each value of this column")
     )
     scale: Literal["area", "length"] = option(
-        "area", help=to_translate("show shares by the area or by the length of the petals")
+        "area", help=to_translate("show shares by petal area or petal length")
     )
 
     def __post_init__(self) -> None:

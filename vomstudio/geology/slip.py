@@ -19,7 +19,7 @@ SENSES: tuple[tuple[SlipSense, str], ...] = (
 
 SlipConfidence = Literal["", "certain", "probable", "supposed"]
 CONFIDENCES: tuple[tuple[SlipConfidence, str], ...] = (
-    ("", _("not said")),
+    ("", _("not stated")),
     ("certain", _("certain")),
     ("probable", _("probable")),
     ("supposed", _("supposed")),

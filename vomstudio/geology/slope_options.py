@@ -41,15 +41,15 @@ class SlopeOptions(Options):
         maximum=90.0,
         label=to_translate("Lateral"),
         help=to_translate(
-            "maximum angle of planes and direct toppling from the slope's direction; 90 for no"
-            " limit; wedges have none"
+            "maximum angle of planes and direct toppling from the slope direction; 90 for no"
+            " limit (does not apply to wedges)"
         ),
-        tip=to_translate("Maximum angle from the slope's direction; 90 for no limit"),
+        tip=to_translate("Maximum angle from the slope direction; 90 for no limit"),
         decimals=1,
     )
     limits: Literal["curved", "straight"] = option(
         "curved",
-        help=to_translate("lateral limits of planes: small circles, or of the dip direction"),
+        help=to_translate("lateral limits of planes: small circles, or dip direction"),
     )
 
 
@@ -77,12 +77,14 @@ class SlopeFaces(Options):
         help=to_translate("labelled model with these facets"),
     )
     paint: str | None = option(
-        None, metavar="OUT.ply", help=to_translate("write that model with the shares of each facet")
+        None,
+        metavar="OUT.ply",
+        help=to_translate("write the labelled model with the shares of each facet"),
     )
     plot: str | None = option(
         None,
         metavar="FILE",
-        help=to_translate("also a net for each mode of failure, .svg, .pdf or .png"),
+        help=to_translate("also draw a net for each failure mode (.svg, .pdf or .png)"),
     )
 
     def __post_init__(self) -> None:

@@ -177,9 +177,7 @@ def _quality_text(s: Subject) -> str:
     return _quality(s) or (tr("no plane") if s.measured.problem else "–")
 
 
-ID = _text(
-    "id", _("Id"), _("Identifier of the record, which never changes"), lambda s: s.feature.id
-)
+ID = _text("id", _("Id"), _("Permanent identifier of the record"), lambda s: s.feature.id)
 NAME = _text(
     "name", _("Name"), _("Name"), lambda s: s.feature.name, words=("name",), attribute="name"
 )
@@ -221,7 +219,7 @@ UNDEFINED = Figure(
 DIP_DIRECTION = _degrees(
     "dip_direction_deg",
     _("Dip dir."),
-    _("Azimuth of the steepest way down the plane"),
+    _("Azimuth of the steepest direction down the plane"),
     _plane("dip_direction_deg"),
     "azimuth",
     short="dip_dir",
@@ -239,7 +237,7 @@ DIP = _degrees(
 STRIKE = _degrees(
     "strike_rhr_deg",
     _("Strike"),
-    _("By the right-hand rule: dip direction less 90 degrees"),
+    _("Right-hand rule: dip direction minus 90 degrees"),
     _plane("strike_rhr_deg"),
     "azimuth",
     short="strike_rhr",
@@ -264,7 +262,7 @@ POLE_PLUNGE = _degrees(
 TREND = _degrees(
     "trend_deg",
     _("Trend"),
-    _("Azimuth of the line, downward"),
+    _("Azimuth of the downward direction of the line"),
     _line("trend_deg"),
     "azimuth",
     short="trend",
@@ -382,7 +380,7 @@ MIN_CONFIDENCE = _degrees(
 ERROR_RAKE = _degrees(
     "error_rake_deg",
     _("Error rake"),
-    _("Rake of the direction in which the plane tilts most"),
+    _("Rake of the direction of largest tilt error"),
     _fit("error_rake_deg"),
     "angle",
     short="error_rake",
@@ -406,7 +404,7 @@ DIP_DIRECTION_ERROR = _degrees(
 REGISTRATION_ERROR = _degrees(
     "registration_error_deg",
     _("Registration"),
-    _("95 % error of the model's rotation, as it tilts this feature (half-angle)"),
+    _("95 % error (half-angle) due to the rotation of the model"),
     _measured("registration_error_deg"),
     short="reg_error",
 )
@@ -414,8 +412,8 @@ TOTAL = _degrees(
     "total95_deg",
     _("95 % error"),
     _(
-        "The larger half-angle of the 95 % region, with the errors of fit, resolution and "
-        "registration; the verdict is decided by it"
+        "Larger half-angle of the 95 % region, from fit, resolution and registration; determines"
+        " the verdict"
     ),
     _measured("total95_deg"),
     short="total95",
@@ -425,7 +423,7 @@ NORMAL_COVARIANCE = tuple(
     Figure(
         f"normal_cov_{first}{second}",
         f"cov {first}{second}",
-        _("Covariance of the upward normal (east, north, up), with all that the total error has"),
+        _("Covariance of the upward normal (east, north, up), with all parts of the total error"),
         _covariance(i, j),
         short=f"ncov_{first}{second}",
     )
@@ -436,14 +434,14 @@ NORMAL_COVARIANCE = tuple(
 BEND = _degrees(
     "bend_deg",
     _("Bend"),
-    _("Angle by which a face that bends as a whole bends from edge to edge"),
+    _("Angle by which a curved face bends from edge to edge"),
     _measured("bend_deg"),
     words=("bend",),
 )
 ATTITUDE_SCALE = _text(
     "attitude_scale",
     _("Scale"),
-    _("Whether the plane is the attitude of this place alone: local or regional"),
+    _("Scale of the attitude: local (this position only) or regional"),
     _measured("attitude_scale"),
     short="att_scale",
     words=("scale", "local", "regional"),
@@ -451,14 +449,14 @@ ATTITUDE_SCALE = _text(
 RESOLUTION = _metres(
     "resolution_m",
     _("Resolution"),
-    _("Effective resolution of the model around the feature: spacing or noise of its points"),
+    _("Effective resolution of the model around the feature (point spacing or noise)"),
     _measured("resolution_m"),
     short="resolution",
 )
 EXTENT_OVER_RESOLUTION = Figure(
     "extent_over_resolution",
     _("Ext./res."),
-    _("Extent over the model's resolution: at least 100 is recommended"),
+    _("Extent divided by the model's resolution; at least 100 recommended"),
     _ratio,
     "ratio",
     short="extent_res",
@@ -475,7 +473,7 @@ QUALITY = _text(
 REASONS = _text(
     "quality_reason",
     _("Reasons"),
-    _("What lowered the verdict"),
+    _("Reasons for a lower verdict"),
     _reasons,
     short="reason",
     words=("reasons",),
@@ -491,16 +489,14 @@ REASON_CODES = _text(
 QUALITY_NOTES = _text(
     "quality_notes",
     _("Notes on shape"),
-    _("Shape and extent beside their recommended values, and questions to the geologist"),
+    _("Shape and extent with their recommended values, and questions"),
     _quality_notes,
     short="q_notes",
 )
-PROFILE = _text(
-    "profile", _("Profile"), _("Profile by whose limits the verdict was given"), _profile
-)
+PROFILE = _text("profile", _("Profile"), _("Profile with the limits of the verdict"), _profile)
 METHOD = _text("method", _("Method"), _("Method of the fit or measurement"), _method)
 MODEL = _text("model", _("Model"), _("Model on which it was measured"), _model)
-FRAME = _text("frame", _("Frame"), _("Reference of the azimuths"), _frame)
+FRAME = _text("frame", _("Frame"), _("North reference of the azimuths"), _frame)
 NOTES = _text(
     "notes", _("Notes"), _("Notes"), _feature("notes"), words=("notes", "note"), attribute="notes"
 )
@@ -566,10 +562,10 @@ ORIENTATION: tuple[Figure, ...] = (
 
 TO_PICK = _degrees(
     "to_pick_deg",
-    _("To pick"),
+    _("To nearest pick"),
     _(
-        "Angle between a compass reading and the nearest pick of the same type, or the most "
-        "similar pick where the reading has no position"
+        "Angle between a compass reading and the nearest pick of its type (without position: the"
+        " most similar)"
     ),
     _to_pick,
 )

@@ -108,11 +108,7 @@ def words(measured: Measurement) -> list[str]:
             )
         )
         if (registered := figures.get("thickness_registration95_m")) is not None:
-            lines.append(
-                tr("Of that by the registration ± {error}", error=length(registered, 2))
-                if error is not None
-                else tr("By the registration ± {error}", error=length(registered, 2))
-            )
+            lines.append(tr("Due to registration ± {error}", error=length(registered, 2)))
     if "area_m2" in figures:
         lines.append(_area(figures, metric=measured.metric))
     for name, text in (
@@ -154,7 +150,7 @@ AREA = replace(of.AREA, explanation=_("Area inside the points"), value=figure_of
 AREA_REGISTRATION = Figure(
     "area_registration95_m2",
     _("Reg. ± area"),
-    _("95 % error of the area by the scale of the registration"),
+    _("95 % error of the area due to the registered scale"),
     figure_of("area_registration95_m2"),
     "area",
     "m2",
@@ -167,13 +163,13 @@ LENGTH = replace(
 LENGTH_REGISTRATION = length_figure(
     "length_registration95_m",
     _("Reg. ± length"),
-    _("95 % error of the length by the scale of the registration"),
+    _("95 % error of the length due to the registered scale"),
     short="reg_length",
 )
 PERIMETER = length_figure("perimeter_m", _("Perimeter"), _("Perimeter of the area"))
 PERIMETER_REGISTRATION = length_figure(
     "perimeter_registration95_m",
     _("Reg. ± perim."),
-    _("95 % error of the perimeter by the scale of the registration"),
+    _("95 % error of the perimeter due to the registered scale"),
     short="reg_perime",
 )

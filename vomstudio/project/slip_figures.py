@@ -50,7 +50,7 @@ def _plane_attribute(name: str) -> Callable[[Subject], Any]:
 RAKE = figure_in_degrees(
     "rake_deg",
     _("Rake"),
-    _("Rake of a line in its plane: 0 to 180 from the right-hand-rule strike, 90 down the dip"),
+    _("Rake of a line in its plane: 0 to 180 from the right-hand-rule strike, 90 down dip"),
     lambda s: s.measured.rake_deg,
     "angle",
     short="rake",
@@ -59,7 +59,7 @@ RAKE = figure_in_degrees(
 SLIP_RAKE = figure_in_degrees(
     "slip_rake_deg",
     _("Slip rake"),
-    _("Rake of the hanging wall's movement: -180 to 180, positive where reverse, 0 sinistral"),
+    _("Rake of the hanging wall's motion: -180 to 180, positive if reverse, 0 sinistral"),
     lambda s: s.measured.slip_rake_deg,
     "angle",
     short="slip_rake",
@@ -76,8 +76,8 @@ SLIP_SENSE = text_figure(
 )
 SLIP_CONFIDENCE = text_figure(
     "slip_confidence",
-    _("Slip is"),
-    _("How sure the sense of slip is: certain, probable or supposed"),
+    _("Slip confidence"),
+    _("Confidence in the sense of slip: certain, probable or supposed"),
     _confidence,
     short="slip_conf",
     words=("slip_confidence",),
@@ -86,7 +86,7 @@ SLIP_CONFIDENCE = text_figure(
 ON_PLANE = text_figure(
     "on_plane",
     _("On plane"),
-    _("Plane on which the line lies"),
+    _("Plane that contains the line"),
     _plane_name,
     short="on_plane",
     words=("on_plane",),
@@ -94,7 +94,7 @@ ON_PLANE = text_figure(
 ON_PLANE_DIP_DIRECTION = figure_in_degrees(
     "on_plane_dip_direction_deg",
     _("Its dip dir."),
-    _("Dip direction of the plane on which the line lies"),
+    _("Dip direction of the plane that contains the line"),
     _plane_attribute("dip_direction_deg"),
     "azimuth",
     short="onplane_dd",
@@ -102,7 +102,7 @@ ON_PLANE_DIP_DIRECTION = figure_in_degrees(
 ON_PLANE_DIP = figure_in_degrees(
     "on_plane_dip_deg",
     _("Its dip"),
-    _("Dip of the plane on which the line lies"),
+    _("Dip of the plane that contains the line"),
     _plane_attribute("dip_deg"),
     "angle",
     short="onplanedip",

@@ -158,7 +158,7 @@ def _multiply(*factors: float) -> Callable[[FloatArray], FloatArray]:
 def _quarter_turns() -> list[tuple[Callable[[FloatArray], FloatArray], str]]:
     return [
         (_add_degrees(2, 90.0), tr("90° is added to roll (photos in portrait)")),
-        (_add_degrees(2, -90.0), tr("90° is taken from roll (photos in portrait)")),
+        (_add_degrees(2, -90.0), tr("90° is subtracted from roll (photos in portrait)")),
         (_add_degrees(2, 180.0), tr("180° is added to roll (photos upside down)")),
     ]
 
@@ -166,15 +166,15 @@ def _quarter_turns() -> list[tuple[Callable[[FloatArray], FloatArray], str]]:
 def _conventions() -> list[tuple[Callable[[FloatArray], FloatArray], str]]:
     return [
         *_quarter_turns(),
-        (_add_degrees(1, -90.0), tr("90° is taken from pitch (it is counted from straight down)")),
+        (_add_degrees(1, -90.0), tr("90° is subtracted from pitch (counted from straight down)")),
         (
             _add_degrees(1, 90.0),
-            tr("90° is added to pitch (it is counted from the horizon, downwards)"),
+            tr("90° is added to pitch (counted downwards from the horizon)"),
         ),
-        (_multiply(1.0, -1.0, 1.0), tr("pitch has its sign changed (it is positive downwards)")),
-        (_multiply(-1.0, 1.0, 1.0), tr("yaw has its sign changed (it runs counterclockwise)")),
-        (_multiply(1.0, 1.0, -1.0), tr("roll has its sign changed")),
-        (_radians_to_degrees, tr("all angles are multiplied by 57.2958 (they are radians)")),
+        (_multiply(1.0, -1.0, 1.0), tr("the sign of pitch is changed (positive downwards)")),
+        (_multiply(-1.0, 1.0, 1.0), tr("the sign of yaw is changed (counterclockwise)")),
+        (_multiply(1.0, 1.0, -1.0), tr("the sign of roll is changed")),
+        (_radians_to_degrees, tr("all angles are multiplied by 57.2958 (radians)")),
     ]
 
 

@@ -235,8 +235,8 @@ def _normalise_reference(word: str) -> str:
 def _reference_name(word: str) -> str:
     return {
         "ellipsoid": tr("above the ellipsoid"),
-        "sea level": tr("above the sea"),
-    }.get(word, tr("not stated above what"))
+        "sea level": tr("above sea level"),
+    }.get(word, tr("unknown reference"))
 
 
 def _heights_finding(positions: Positions, longitude: float, latitude: float) -> Finding:

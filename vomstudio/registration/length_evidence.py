@@ -144,7 +144,7 @@ def fixed_scale(
     end = middle + [size, 0.0, 0.0]
     # The scale is uniform, so any length can be used.
     length = np.array([scale * size])
-    label = tr("the scale that is kept")
+    label = tr("the fixed scale")
     error = float(np.hypot(FIXED_SCALE_ERROR, scale_error or 0.0))
     return [
         KeptScale(

@@ -145,7 +145,9 @@ def photo_upright_of(up: FloatArray) -> PhotoUpright:
     PhotoUpright
     """
     sigma = np.full((1, 2), np.radians(UPRIGHT_SIGMA_DEG))
-    return PhotoUpright([tr("upright of the photos")], up[None] / np.linalg.norm(up), sigma)
+    return PhotoUpright(
+        [tr("upright direction of the photos")], up[None] / np.linalg.norm(up), sigma
+    )
 
 
 def vertical_findings(kinds: Sequence[Observed], rotation: FloatArray) -> list[Finding]:

@@ -103,7 +103,7 @@ class NorthCorrection:
     def summary(self) -> str:
         """Sentence that describes the correction."""
         finding = self.finding
-        return tr("Azimuths are taken as they were read.") if finding is None else finding.message
+        return tr("Azimuths are used as read.") if finding is None else finding.message
 
 
 @dataclass(frozen=True)

@@ -36,22 +36,24 @@ class RegisterOptions(Options):
     gcp: str | None = option(
         None,
         metavar="FILE",
-        help=to_translate("control points with coordinates; their marks give the places"),
+        help=to_translate(
+            "control points with coordinates; their marks give the positions on the model"
+        ),
     )
     marks: str | None = option(
         None,
         metavar="FILE",
         help=to_translate("marks of the control points in the photos"),
-        automatic=to_translate("in the file of the points, or marks.csv beside it"),
+        automatic=to_translate("in the control point file, or marks.csv next to it"),
     )
     model_cameras: str | None = option(
         None,
         metavar="FILE",
         help=to_translate(
-            "cameras of the model itself: cameras.json, a sparse model of COLMAP, Metashape XML,"
-            " reconstruction.json, shots.geojson"
+            "cameras of the model: cameras.json, COLMAP sparse model, Metashape XML,"
+            " reconstruction.json or shots.geojson"
         ),
-        automatic=to_translate("beside the model"),
+        automatic=to_translate("next to the model"),
     )
     cameras: str | None = option(
         None,
@@ -59,7 +61,7 @@ class RegisterOptions(Options):
         flag_value=BESIDE,
         help=to_translate(
             "table: photo, x, y, z (or longitude, latitude, altitude), geo.txt, or a folder of"
-            " photos with GPS; without FILE the photos beside the model"
+            " photos with GPS; without FILE, the photos next to the model"
         ),
     )
     attitudes: str | None = option(
@@ -67,14 +69,14 @@ class RegisterOptions(Options):
         metavar="FILE",
         flag_value=BESIDE,
         help=to_translate(
-            "table: photo, yaw, pitch, roll[, sigma_yaw, …, north], or a folder of photos that"
-            " state their attitudes; without FILE the photos beside the model"
+            "table: photo, yaw, pitch, roll[, sigma_yaw, …, north], or a folder of photos with"
+            " attitudes; without FILE, the photos next to the model"
         ),
     )
     horizon: str | None = option(
         None,
         metavar="FILE",
-        help=to_translate("table: photo, x1, y1, x2, y2: pixels of a level line"),
+        help=to_translate("table: photo, x1, y1, x2, y2 (pixels of a level line)"),
     )
     orientations: str | None = option(
         None,
@@ -90,51 +92,51 @@ class RegisterOptions(Options):
         (),
         metavar="X1,Y1,Z1,X2,Y2,Z2,METRES[,SIGMA]",
         help=to_translate(
-            "two places on the model, the metres between them, and their standard deviation (0.5 %"
-            " if not given)"
+            "two points on the model, their distance in metres, and its standard deviation"
+            " (default 0.5 %)"
         ),
     )
     bearing: tuple[str, ...] = option(
         (),
         metavar="X1,Y1,Z1,X2,Y2,Z2,DEG[,SIGMA]",
         help=to_translate(
-            "two places on the model, the azimuth from the first to the second, and its standard"
-            " deviation, degrees (3 if not given)"
+            "two points on the model, the azimuth from the first to the second, and its standard"
+            " deviation, degrees (default 3)"
         ),
     )
     level: tuple[str, ...] = option(
         (),
         metavar="X1,Y1,Z1,X2,Y2,Z2[,SIGMA]",
         help=to_translate(
-            "two places on the model at one height, and the standard deviation of their line,"
-            " degrees (0.5 if not given)"
+            "two points on the model at the same height, and the standard deviation of their"
+            " line, degrees (default 0.5)"
         ),
     )
     plumb: tuple[str, ...] = option(
         (),
         metavar="X1,Y1,Z1,X2,Y2,Z2[,SIGMA]",
         help=to_translate(
-            "two places on the model, one above the other, and the standard deviation of their"
-            " line, degrees (0.5 if not given)"
+            "two points on the model, one vertically above the other, and the standard deviation"
+            " of their line, degrees (default 0.5)"
         ),
     )
     reference: str | None = option(
         None,
         metavar="MODEL",
-        help=to_translate("fit it to this mesh or cloud of the same rock, which is registered"),
+        help=to_translate("fit the model to this registered mesh or cloud of the same rock"),
     )
     stable: str | None = option(
         None,
         metavar="MASK",
-        help=to_translate("part of the reference that has not moved: polygons, or a cloud"),
+        help=to_translate("stable part of the reference: polygons, or a cloud"),
     )
     north: Literal["grid", "true", "magnetic"] = option(
-        "grid", help=to_translate("north of azimuths for which the table does not state it")
+        "grid", help=to_translate("north reference of azimuths, if not in the table")
     )
     date: str | None = option(
         None,
         metavar="DAY",
-        help=to_translate("day of the compass readings, such as 2024-05-12, for the declination"),
+        help=to_translate("date of the compass readings, such as 2024-05-12, for the declination"),
     )
     declination_deg: float | None = option(
         None,
@@ -155,8 +157,8 @@ class RegisterOptions(Options):
         minimum=0.0,
         maximum=MAX_LENGTH_M,
         help=to_translate(
-            "standard deviation of each coordinate of a click on the model, beside the accuracy of"
-            " the points, m"
+            "standard deviation of each coordinate of a point picked on the model, in addition to"
+            " the control accuracy, m"
         ),
         automatic=to_translate("half the resolution of the model; 0 without a model"),
     )
@@ -173,22 +175,22 @@ class RegisterOptions(Options):
     up: Literal["y", "z"] | None = option(
         None,
         choices=("y", "z"),
-        help=to_translate("axis of the model's file that points up"),
-        automatic=to_translate("as its format states"),
+        help=to_translate("up axis of the model file"),
+        automatic=to_translate("as defined by its format"),
     )
     unit: str | None = option(
         None,
         choices=tuple(METRES),
-        help=to_translate("unit of the model's file, which fixes the scale"),
+        help=to_translate("unit of the model file, which fixes the scale"),
         automatic=to_translate("the observations determine the scale"),
     )
     without: tuple[str, ...] = option(
         (),
         metavar="LABEL",
-        help=to_translate("leave out the point, reading, photo or line of this label"),
+        help=to_translate("leave out the point, reading, photo or line with this label"),
     )
     robust: bool = option(
-        False, help=to_translate("leave out outliers among the observations, and name them")
+        False, help=to_translate("leave out and report outliers among the observations")
     )
     keep_scale: bool = option(
         False, help=to_translate("keep the scale of the model: rotate and shift only")

@@ -36,12 +36,9 @@ METHODS = {
     "control": to_translate("control points marked in photos"),
     "points": to_translate("control points picked on the model"),
     "attitudes": to_translate("attitudes of the cameras"),
-    "lines": to_translate(
-        "lines on the model that are level, vertical, or of known azimuth or length, or what was "
-        "read by compass"
-    ),
-    "reference": to_translate("another model, to which it was fitted"),
-    "local": to_translate("nothing outside of the photos"),
+    "lines": to_translate("lines on the model with known direction or length, or compass readings"),
+    "reference": to_translate("fit to another model"),
+    "local": to_translate("photos only"),
 }
 
 _OBSERVATIONS = {
@@ -52,11 +49,11 @@ _OBSERVATIONS = {
     "lengths": to_translate("lengths"),
     "level_lines": to_translate("level lines"),
     "plumb_lines": to_translate("plumb lines"),
-    "photo_upright": to_translate("upright of the photos"),
+    "photo_upright": to_translate("upright direction of the photos"),
     "azimuths": to_translate("azimuths"),
     "compass": to_translate("compass readings"),
     "reference": to_translate("surfaces of another model"),
-    "kept_scale": to_translate("scale that was kept"),
+    "kept_scale": to_translate("fixed scale"),
 }
 
 _NORTHS = {
@@ -74,17 +71,17 @@ FACTS = {
     "rms-gps": to_translate("RMS of GPS positions"),
     "rms-control": to_translate("RMS of control points"),
     "rms-check": to_translate("RMS of check points"),
-    "turned-about-up": to_translate("Turned about up, 95 %"),
-    "turned-about-north": to_translate("Turned about north, 95 %"),
-    "turned-about-east": to_translate("Turned about east, 95 %"),
+    "turned-about-up": to_translate("Rotation about up, 95 %"),
+    "turned-about-north": to_translate("Rotation about north, 95 %"),
+    "turned-about-east": to_translate("Rotation about east, 95 %"),
     "weakest-axis": to_translate("Weakest axis, 95 %"),
     "scale": to_translate("Scale, 95 %"),
-    "azimuths-read-from": to_translate("Azimuths were read from"),
+    "azimuths-read-from": to_translate("Azimuths refer to"),
     "declination": to_translate("Declination"),
-    "north-error": to_translate("North may be off by"),
-    "bowing": to_translate("Bowing by residuals, 95 %"),
-    "lens-bowing": to_translate("Bowing by the lenses' errors, 95 %"),
-    "lens-stretch": to_translate("Depths stretched by the lenses' errors, 95 %"),
+    "north-error": to_translate("Error of north"),
+    "bowing": to_translate("Bowing from residuals, 95 %"),
+    "lens-bowing": to_translate("Bowing from lens errors, 95 %"),
+    "lens-stretch": to_translate("Depth stretch from lens errors, 95 %"),
 }
 """Names of the facts of a registration by their codes."""
 
@@ -192,7 +189,7 @@ def placement_facts(model: Model, resolution: float | None = None) -> list[tuple
     frame = model.frame
     metres = transform.scale_factor(model.to_world)
     if not frame.has_metres:
-        scale = tr("not known")
+        scale = tr("unknown")
     elif abs(metres - 1.0) < _SCALE_TOLERANCE:
         scale = tr("metres")
     else:
@@ -200,7 +197,7 @@ def placement_facts(model: Model, resolution: float | None = None) -> list[tuple
     if frame.kind == "crs":
         north = tr("grid north of {crs}", crs=crs_label(frame.crs or ""))
     else:
-        north = tr("known") if frame.has_north else tr("not known")
+        north = tr("known") if frame.has_north else tr("unknown")
     facts = [(tr("Scale"), scale), (tr("North"), north)]
     if resolution:
         shown = length_text(resolution * metres, metric=frame.has_metres)
@@ -230,13 +227,14 @@ def _bowing(bowing: Bowing | None) -> list[Fact]:
     values = {"side_deg": bowing.side_deg, "side_error95_deg": bowing.side_error95_deg}
     text = (
         tr(
-            "dips at the edge {side:.2g}° ± {error:.2g}° from the middle; edges {where}",
+            "dips at the edge wrong by {side:.2g}° ± {error:.2g}° relative to the centre; edges"
+            " {where}",
             side=bowing.side_deg,
             error=bowing.side_error95_deg,
             where=describe_edges(bowing),
         )
         if bowing.significant
-        else tr("none shown, to ± {error:.2g}° at the edge", error=bowing.side_error95_deg)
+        else tr("none detected, within ± {error:.2g}° at the edge", error=bowing.side_error95_deg)
     )
     return [_fact("bowing", text, significant=bowing.significant, **values)]
 
@@ -246,7 +244,7 @@ def _lenses(registration: Registration) -> list[Fact]:
     facts = []
     if registration.lens_bowing95_deg is not None:
         side = registration.lens_bowing95_deg / 2.0
-        text = tr("dips at the edge up to {side:.2g}° from the middle", side=side)
+        text = tr("dips at the edge wrong by up to {side:.2g}° relative to the centre", side=side)
         facts.append(_fact("lens-bowing", text, side_deg=side))
     if registration.lens_stretch95:
         share = 100.0 * registration.lens_stretch95
@@ -268,7 +266,7 @@ def _north(read: ReadNorth | None) -> list[Fact]:
         values = {"stated": read.stated, "day": read.day}
         angle_deg = read.declination_deg
         facts.append(_fact("declination", f"{angle} ({source})", angle_deg=angle_deg, **values))
-    doubt = tr("± {angle:g}° for all alike (1σ)", angle=read.doubt_deg)
+    doubt = tr("± {angle:g}° common to all (1σ)", angle=read.doubt_deg)
     return [*facts, _fact("north-error", doubt, sigma_deg=read.doubt_deg)]
 
 

@@ -149,7 +149,7 @@ def propose_traces(
     for i, line in enumerate(lines):
         progress.step(SURROGATES)
         points = surface.world(graph, line.nodes)
-        notes = tr("proposed by {cost}, not looked at", cost=name)
+        notes = tr("proposed by {cost}, not reviewed", cost=name)
         plane, band, _ = fit_trace_plane(
             points,
             vertices,

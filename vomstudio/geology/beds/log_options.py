@@ -29,14 +29,14 @@ class LogOptions(Options):
         label=to_translate("Points ± (1σ)"),
         help=to_translate("standard deviation of each coordinate, m"),
         tip=to_translate("Standard deviation of each coordinate of a boundary"),
-        automatic=to_translate("0; for a line of a project the scatter of the traces"),
+        automatic=to_translate("0; for a line of a project, the scatter of the traces"),
     )
     bed_error_deg: float | None = option(
         None,
         minimum=0.0,
         maximum=MAX_ERROR_DEG,
-        help=to_translate("half-angle of the 95 % cone of the bedding's normal"),
-        automatic=to_translate("0; for fitted bedding that of the fit"),
+        help=to_translate("half-angle of the 95 % cone of the bedding normal"),
+        automatic=to_translate("0; for fitted bedding, the error of the fit"),
     )
     overturned: bool = option(
         False,
@@ -60,12 +60,12 @@ class LogLine(Options):
         None,
         metavar="DD/D",
         help=to_translate("attitude of the beds"),
-        automatic=to_translate("for a line of a project fitted to the traces"),
+        automatic=to_translate("for a line of a project, fitted to the traces"),
     )
     line: str | None = option(
         None,
         metavar="NAME",
-        help=to_translate("name or id of the project's line along which the log runs"),
+        help=to_translate("name or id of the project line to draw the log along"),
     )
     of: Literal["traces", "points", "both"] | None = option(
         None,
@@ -86,7 +86,7 @@ class LogLine(Options):
         automatic=to_translate("bedding"),
     )
     plot: str | None = option(
-        None, metavar="FILE", help=to_translate("also draw the column of beds, .svg, .pdf or .png")
+        None, metavar="FILE", help=to_translate("also draw the bed column (.svg, .pdf or .png)")
     )
 
     def __post_init__(self) -> None:

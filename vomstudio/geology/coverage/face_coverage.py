@@ -23,7 +23,7 @@ UNINSPECTED_MARK, INSPECTED_MARK, EMPTY_MARK, UNMEASURABLE_MARK = "-", "d", "e",
 debris, shadow, hole in the model).
 """
 MARK_TITLES = {
-    UNINSPECTED_MARK: to_translate("not looked at"),
+    UNINSPECTED_MARK: to_translate("not inspected"),
     INSPECTED_MARK: to_translate("done"),
     EMPTY_MARK: to_translate("empty"),
     UNMEASURABLE_MARK: to_translate("unmeasurable"),

@@ -15,12 +15,12 @@ class RepeatOptions(Options):
     by: str | None = option(
         None,
         metavar="COLUMN",
-        help=to_translate("column with the same word for picks of the same structure"),
-        automatic=to_translate("repeat_of, the id of the pick that a row repeats"),
+        help=to_translate("column with the same value for picks of the same structure"),
+        automatic=to_translate("repeat_of, the id of the repeated pick"),
     )
     interpreter: str | None = option(
         None,
         metavar="COLUMN",
-        help=to_translate("column of the person who picked"),
+        help=to_translate("column with the interpreter"),
         automatic=to_translate("interpreter, if there is one"),
     )

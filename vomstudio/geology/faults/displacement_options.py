@@ -26,7 +26,7 @@ class ThreePointOptions(Options):
         minimum=0.0,
         maximum=MAX_SIGMA_M,
         help=to_translate("standard deviation of each coordinate, m"),
-        automatic=to_translate("estimated from the misfit of more than three points"),
+        automatic=to_translate("estimated from the misfit, with more than three points"),
     )
 
 
@@ -45,22 +45,22 @@ class DisplacementOptions(Options):
     bed: str | None = option(
         None,
         metavar="DD/D",
-        help=to_translate("attitude of the bed whose cut-offs the points are"),
-        automatic=to_translate("each pair was one point"),
+        help=to_translate("attitude of the bed with these cut-offs"),
+        automatic=to_translate("each pair was originally one point"),
     )
     rake_deg: float | None = option(
         None,
         minimum=0.0,
         maximum=180.0,
         help=to_translate(
-            "rake of the slip lineation, from the right-hand-rule strike down the dip; a horizontal"
-            " fault needs --slip"
+            "rake of the slip lineation, from the right-hand-rule strike (90 down dip); a"
+            " horizontal fault needs --slip"
         ),
     )
     slip: str | None = option(
         None,
         metavar="T/P",
-        help=to_translate("trend and plunge of the slip lineation in place of its rake"),
+        help=to_translate("trend and plunge of the slip lineation, instead of its rake"),
     )
     sigma_m: float | None = option(
         None,
@@ -69,19 +69,19 @@ class DisplacementOptions(Options):
         label=to_translate("Points ± (1σ)"),
         help=to_translate("standard deviation of each coordinate, m"),
         tip=to_translate("Standard deviation of each coordinate of a cut-off"),
-        automatic=to_translate("0; for traces of a project their scatter"),
+        automatic=to_translate("0; for traces of a project, their scatter"),
     )
     fault_error_deg: float = option(
         0.0,
         minimum=0.0,
         maximum=MAX_ERROR_DEG,
-        help=to_translate("half-angle of the 95 % cone of the fault's normal"),
+        help=to_translate("half-angle of the 95 % cone of the fault normal"),
     )
     bed_error_deg: float = option(
         0.0,
         minimum=0.0,
         maximum=MAX_ERROR_DEG,
-        help=to_translate("half-angle of the 95 % cone of the bed's normal"),
+        help=to_translate("half-angle of the 95 % cone of the bed normal"),
     )
     rake_error_deg: float = option(
         0.0,

@@ -22,32 +22,32 @@ class FractureOptions(Options):
         None,
         metavar="POLYGON",
         help=to_translate(
-            "file with the area in which traces were mapped, to which they are clipped; closed"
-            " lines count if the file has no polygon"
+            "file with the mapped area, to which traces are clipped; closed lines are used if it"
+            " has no polygon"
         ),
     )
     circle: str | None = option(
         None,
         metavar="X,Y,R",
         help=to_translate(
-            "circle in place of an area: centre and radius in metres (X,Y,Z,R on a plane)"
+            "circle instead of an area: centre and radius in metres (X,Y,Z,R on a plane)"
         ),
     )
     scanline: str | None = option(
-        None, metavar="LINE", help=to_translate("file with one line or several to count along")
+        None, metavar="LINE", help=to_translate("file with one or more scanlines")
     )
     plane: str | None = option(
         None,
         metavar="DD/D",
-        help=to_translate("plane on which lines with heights are analysed; 000/00 is the map"),
-        automatic=to_translate("best fit, if the lines are three-dimensional"),
+        help=to_translate("plane on which three-dimensional lines are analysed; 000/00 is the map"),
+        automatic=to_translate("best-fit plane, if the lines are three-dimensional"),
     )
     snap_m: float = option(
         0.0,
         minimum=0.0,
         label=to_translate("Snap"),
-        help=to_translate("maximum distance of an end from the trace on which it abuts, m"),
-        tip=to_translate("Maximum distance of an end from the trace it abuts on"),
+        help=to_translate("maximum distance between a trace end and the trace it abuts, m"),
+        tip=to_translate("Maximum distance between a trace end and the trace it abuts"),
     )
     by: str | None = option(
         None,

@@ -23,13 +23,13 @@ class StatisticsOptions(Options):
         None,
         metavar="COLUMN",
         help=to_translate("column that groups the rows"),
-        automatic=to_translate("one set, all"),
+        automatic=to_translate("a single set"),
     )
     directed: bool = option(
-        False, help=to_translate("lines have a head and a tail and are not flipped")
+        False, help=to_translate("treat lines as directed vectors, without flipping them")
     )
     weights: Literal["error"] | None = option(
         None,
-        help=to_translate("weight each by its own error and the natural scatter"),
+        help=to_translate("weight each orientation by its error and the natural scatter"),
         automatic=to_translate("equal weights"),
     )

@@ -30,21 +30,23 @@ class SetOptions(Options):
         None,
         minimum=1,
         label=to_translate("Sets"),
-        help=to_translate("propose this number of sets, at most the number of planes"),
-        tip=to_translate("Number of sets; automatic: chosen by the likelihood"),
+        help=to_translate("number of sets to propose, up to the number of planes"),
+        tip=to_translate("Number of sets; automatic: by likelihood"),
     )
     seeds: str | None = option(
         None,
         metavar="DD/D,...",
         label=to_translate("Seeds"),
-        tip=to_translate("Dip direction/dip of a plane of each set, in place of a number"),
+        tip=to_translate("Dip direction/dip of one plane per set, instead of a number"),
         empty_text="120/45, 300/80",
-        help=to_translate("one plane of each set, such as 120/45,300/80, in place of a number"),
+        help=to_translate("one plane per set, such as 120/45,300/80, instead of a number"),
     )
     scanline: str | None = option(
         None,
         metavar="X,Y,Z,X,Y,Z",
-        help=to_translate("report the spacing of each set along the line between these points too"),
+        help=to_translate(
+            "also report the spacing of each set along the line between these points"
+        ),
     )
 
     def __post_init__(self) -> None:

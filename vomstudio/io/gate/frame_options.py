@@ -25,21 +25,23 @@ class FrameOptions(Options):
     up: UpAxis | None = option(
         None,
         choices=("y", "z"),
-        help=to_translate(
-            "axis of the file that points up (default: as its format states, else z)"
-        ),
-        tip=to_translate("Axis of the file that points up"),
+        help=to_translate("up axis of the file (default: as defined by its format, else z)"),
+        tip=to_translate("Up axis of the file"),
     )
     unit: str | None = option(
         None,
         choices=tuple(METRES),
-        help=to_translate("unit of the file's coordinates (default: as the file states, else m)"),
+        help=to_translate(
+            "unit of the file's coordinates (default: as specified in the file, else m)"
+        ),
         tip=to_translate("Unit of the file's coordinates"),
     )
     crs: str | None = option(
         None,
         metavar="EPSG",
-        help=to_translate("coordinate reference system of the file (default: as it states)"),
+        help=to_translate(
+            "coordinate reference system of the file (default: as specified in the file)"
+        ),
         tip=to_translate("Coordinate reference system of the file"),
     )
     to_crs: str | None = option(

@@ -243,7 +243,7 @@ def _window(column: int, row: int, width: int, height: int) -> Any:
 
 def _incomplete_error(path: str | Path) -> TargetError:
     return TargetError(
-        Finding("output.unwritable", reason=tr("it is not complete, the disk may be full")),
+        Finding("output.unwritable", reason=tr("it is incomplete; the disk may be full")),
         file=path,
     )
 

@@ -239,7 +239,7 @@ class CopcFile:
     def _records(self, nodes: OctreeNodes) -> AnyArray:
         total = int(nodes.points.sum())
         if total > self.top.points:
-            raise self._damaged(tr("the nodes hold more points than the whole file"))
+            raise self._damaged(tr("the nodes contain more points than the whole file"))
         chunks: list[bytes] = []
         for offset, size, points in zip(nodes.offsets, nodes.sizes, nodes.points, strict=True):
             try:

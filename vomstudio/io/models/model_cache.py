@@ -300,7 +300,7 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
         file = folder / f"{name}.npy"
         shape, kind = tuple(stored["shape"]), np.dtype(stored["dtype"])
         if kind.hasobject:
-            raise _damaged(folder, tr("{file} holds Python objects", file=file.name))
+            raise _damaged(folder, tr("{file} contains Python objects", file=file.name))
         arrays[name] = _read_array(folder, file, shape, kind)
     warnings = [Finding.from_dict(row) for row in meta["warnings"]]
     fields = {str(name): arrays[f"field_{i}"] for i, name in enumerate(meta["fields"])}
@@ -348,7 +348,7 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
 
 
 def _read_array(folder: Path, path: Path, shape: tuple[int, ...], kind: np.dtype[Any]) -> AnyArray:
-    wrong_size = tr("{file} has a wrong size", file=path.name)
+    wrong_size = tr("{file} has the wrong size", file=path.name)
     header = _npy_header(shape, kind)
     with open_unbuffered(path) as file:
         size = math.prod(shape) * kind.itemsize
@@ -392,7 +392,7 @@ def _checked_array(
 ) -> AnyArray:
     array = arrays[name]
     if array.ndim != 2 or array.shape[1] != width or array.dtype != kind:
-        raise _damaged(folder, tr("{name}.npy has a wrong shape or type", name=name))
+        raise _damaged(folder, tr("{name}.npy has the wrong shape or type", name=name))
     return array
 
 

@@ -84,7 +84,11 @@ def read_text(
             text = raw.decode("utf-16")
         except UnicodeDecodeError as error:
             raise InputError(
-                Finding("file.damaged", format="UTF-16", reason=tr("some bytes are no characters")),
+                Finding(
+                    "file.damaged",
+                    format="UTF-16",
+                    reason=tr("some bytes are not valid characters"),
+                ),
                 file=path,
             ) from error
         require_text(path, text.encode("utf-8", "replace"), accepted)

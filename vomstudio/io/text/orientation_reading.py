@@ -34,7 +34,7 @@ from vomstudio.io.text.tables import TextTable, read_table
 _QUADRANT_NAMES = {"direction", "dir", "side", "sense", "dips"}
 """Column names that denote a dip quadrant if the cells are compass points."""
 _PLANE, _LINE, _NONE = 1, 2, 0
-BY_FILE_NAME = to_translate("no header: strike or dip direction by the name of the file")
+BY_FILE_NAME = to_translate("no header: strike or dip direction by file name")
 
 
 @dataclass(frozen=True, eq=False)
@@ -319,8 +319,8 @@ class _TableReader:
             self._read_text([strike, dip, quadrant], "strike/dip")
             self.conventions.append(
                 tr(
-                    "planes as strike/dip with the dip quadrant ({columns}, {quadrant}); "
-                    "right-hand rule where that is empty",
+                    "planes as strike/dip with dip quadrant ({columns}, {quadrant}); right-hand"
+                    " rule if empty",
                     columns=quoted_names,
                     quadrant=self.columns.quoted_names(quadrant),
                 )
@@ -330,8 +330,8 @@ class _TableReader:
             self._read_text([strike, dip], "strike/dip")
             self.conventions.append(
                 tr(
-                    "planes as strike/dip with the quadrant in the cells ({columns}); right-hand "
-                    "rule where there is none",
+                    "planes as strike/dip with the quadrant in the cells ({columns}); right-hand"
+                    " rule without one",
                     columns=quoted_names,
                 )
             )

@@ -102,11 +102,11 @@ ADVICE = {
     ),
     "low-overlap": to_translate("Take smaller steps between photos, for 60 to 80 % overlap."),
     "few-views": to_translate(
-        "Take smaller steps between photos, so that five of them see every place."
+        "Take smaller steps between photos, so that five of them show every part."
     ),
     "one-direction": to_translate(
-        "Against doming, add a second set of photos from other positions, turned 20 to 30 degrees "
-        "to the first."
+        "To prevent doming, add a second set of photos from other positions, rotated 20 to 30"
+        " degrees."
     ),
     "same-position": to_translate("Move between photos: take one photo from each position."),
     "collinear": to_translate("Add photos from beside or above the line of camera positions."),
@@ -124,24 +124,24 @@ ADVICE = {
     ),
     "light-changed": to_translate("Take all photos in one period of constant light."),
     "focal-vague": to_translate(
-        "Keep the camera's original files with their EXIF data, and add photos turned 20 to 30 "
-        "degrees."
+        "Keep the camera's original files with their EXIF data, and add photos rotated by 20 to"
+        " 30 degrees."
     ),
     "gsd-spread": to_translate(
         "Keep one distance, or bridge two distances with photos in between."
     ),
     "gps-equal": to_translate(
-        "Lay out control points or a scale bar: these positions cannot register a model."
+        "Place control points or a scale bar, because these positions cannot register a model."
     ),
     "rotation": to_translate(
-        "Lay out at least four control points, spread over the whole outcrop and not in one line."
+        "Place at least four control points, spread over the whole outcrop and not in line."
     ),
     "control-unused": to_translate(
-        "Mark at least four control points that are not in one line, each in four or more photos."
+        "Mark at least four control points that are not in line, each in four or more photos."
     ),
     "mark-scatter": to_translate("Mark the centre of every control point at full zoom."),
     "gps-noise": to_translate(
-        "Lay out at least four control points: these positions cannot orient the model."
+        "Place at least four control points, because these positions cannot orient the model."
     ),
 }
 """Advice for the next survey, by the code of a finding."""
@@ -203,8 +203,8 @@ _SHORT = {
     "parts": to_translate("disconnected components"),
     "unmatched": to_translate("photos without matches"),
     "low-overlap": to_translate("too little overlap"),
-    "few-views": to_translate("too few photos of each place"),
-    "one-direction": to_translate("one view direction, hence a risk of doming"),
+    "few-views": to_translate("too few photos per point"),
+    "one-direction": to_translate("a single view direction, hence a risk of doming"),
     "same-position": to_translate("several photos from one position"),
     "collinear": to_translate("camera positions in one line"),
     "blurred": to_translate("blurred photos"),

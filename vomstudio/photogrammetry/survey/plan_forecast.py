@@ -127,13 +127,13 @@ def forecast_text(result: Forecast) -> str:
     }
     if result.by == "receiver":
         return tr(
-            "by {count} positions of {sigma:.2g} m: turned by up to {worst} (95 %), about the "
-            "vertical by {up}",
+            "{count} positions accurate to {sigma:.2g} m: rotation error up to {worst} (95 %),"
+            " {up} about the vertical",
             **values,
         )
     return tr(
-        "by {count} control points of {sigma:.2g} m: turned by up to {worst} (95 %), about the "
-        "vertical by {up}",
+        "{count} control points accurate to {sigma:.2g} m: rotation error up to {worst} (95 %),"
+        " {up} about the vertical",
         **values,
     )
 

@@ -50,7 +50,7 @@ class PlanOptions(Options):
         None,
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
-        help=to_translate("size of the smallest plane to measure, 1000 pixels across, m"),
+        help=to_translate("size of the smallest plane to measure (1000 pixels across), m"),
     )
     overlap: float = option(
         0.7,
@@ -61,14 +61,14 @@ class PlanOptions(Options):
     )
     manner: Literal["handheld", "drone", "terrain"] = option(
         "handheld",
-        help=to_translate("on foot, by drone before a cliff, or by drone over flat ground"),
+        help=to_translate("on foot, by drone in front of a cliff, or by drone over flat ground"),
     )
     aperture: float | None = option(
         None,
         minimum=0.5,
         maximum=128.0,
         metavar="N",
-        help=to_translate("f-number, if the camera has a diaphragm"),
+        help=to_translate("f-number, if the aperture is adjustable"),
         automatic=to_translate("8"),
     )
     focal_mm: float | None = option(None, help=to_translate("focal length of the lens, mm"))
@@ -77,8 +77,8 @@ class PlanOptions(Options):
         minimum=MIN_ERROR_M,
         maximum=MAX_LENGTH_M,
         help=to_translate(
-            "standard deviation of a horizontal coordinate of the camera's receiver, m; heights are"
-            " taken as twice as bad"
+            "horizontal standard deviation of the camera's receiver, m; twice this value is"
+            " assumed for heights"
         ),
         automatic=to_translate("3"),
     )
@@ -86,7 +86,7 @@ class PlanOptions(Options):
         None,
         minimum=MIN_ERROR_M,
         maximum=MAX_LENGTH_M,
-        help=to_translate("standard deviation of a coordinate of the control points, m"),
+        help=to_translate("standard deviation of control point coordinates, m"),
         automatic=to_translate("0.02"),
     )
 
@@ -100,7 +100,7 @@ class CheckOptions(Options):
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
         help=to_translate("distance from the camera to the rock, m"),
-        automatic=to_translate("the height of a drone whose photos look down"),
+        automatic=to_translate("flying height, if the photos look down"),
     )
 
 
@@ -111,7 +111,7 @@ class CheckScene(Options):
     scene: str | None = option(
         None,
         metavar="DIR",
-        help=to_translate("folder of a model made of these photos; checks its alignment too"),
+        help=to_translate("folder of a model made from these photos, to check its alignment too"),
     )
 
 
@@ -126,6 +126,6 @@ class VideoFrameOptions(Options):
         metavar="N",
         label=to_translate("Frames per second"),
         help=to_translate("frames per second; 1 to 4 are usual"),
-        tip=to_translate("1 to 4 are usual, more for a fast camera"),
+        tip=to_translate("1 to 4 are usual; more for fast motion"),
         decimals=1,
     )

@@ -70,7 +70,7 @@ _TRACKING_SIZE = 480
 _MIN_FRAMES = 8
 NO_DETAIL = to_translate("without any detail")
 BLURRED = to_translate("blurred")
-UNCHANGED = to_translate("nearly the same as the one before")
+UNCHANGED = to_translate("nearly identical to the previous frame")
 """Reasons for skipped frames: keys of `FrameReport.skipped` and of the command's JSON."""
 
 

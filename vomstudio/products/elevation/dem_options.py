@@ -23,17 +23,17 @@ class DemOptions(Options):
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
         label=to_translate("Cell"),
-        help=to_translate("side of a cell, m"),
-        tip=to_translate("Side of a cell"),
-        automatic=to_translate("the mean edge of a mesh, the mean spacing of a cloud"),
-        empty_text=to_translate("as the model"),
+        help=to_translate("cell size, m"),
+        tip=to_translate("Cell size"),
+        automatic=to_translate("mean edge length of a mesh, or mean spacing of a cloud"),
+        empty_text=to_translate("model resolution"),
         decimals=4,
     )
     plane: str | None = option(
         None,
         metavar="DD/D",
         help=to_translate("reference plane, dip direction and dip"),
-        automatic=to_translate("the horizontal"),
+        automatic=to_translate("horizontal"),
     )
     limit_m: float | None = option(
         None,
@@ -41,10 +41,10 @@ class DemOptions(Options):
         maximum=MAX_LENGTH_M,
         label=to_translate("Limit"),
         help=to_translate(
-            "longest side of triangles between the points of a cloud; larger holes stay open, m"
+            "longest triangle side between points of a cloud; larger gaps remain open, m"
         ),
-        tip=to_translate("Longest side of triangles between points; larger holes stay open"),
-        automatic=to_translate("five times the root of the area of one point"),
+        tip=to_translate("Longest triangle side between points; larger gaps remain open"),
+        automatic=to_translate("five times the mean point spacing"),
         decimals=4,
     )
 
@@ -62,19 +62,21 @@ class DemFiles(Options):
     hillshade: bool = option(
         False,
         label=to_translate("Hillshade"),
-        help=to_translate("also NAME_hillshade.tif, light from the upper left, 45° high"),
-        tip=to_translate("Write a hillshade, with light from the upper left"),
+        help=to_translate(
+            "also write a hillshade, NAME_hillshade.tif, lit from the upper left at 45°"
+        ),
+        tip=to_translate("Write a hillshade, lit from the upper left"),
     )
     slope: bool = option(
         False,
         label=to_translate("Slope"),
-        help=to_translate("also NAME_slope.tif, the dip of the surface, degrees"),
+        help=to_translate("also write the surface dip in degrees, NAME_slope.tif"),
         tip=to_translate("Write the dip of the surface"),
     )
     aspect: bool = option(
         False,
         label=to_translate("Aspect"),
-        help=to_translate("also NAME_aspect.tif, the dip direction of the surface, degrees"),
+        help=to_translate("also write the surface dip direction in degrees, NAME_aspect.tif"),
         tip=to_translate("Write the dip direction of the surface"),
     )
     contours_m: float | None = option(
@@ -82,7 +84,9 @@ class DemFiles(Options):
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
         label=to_translate("Contours"),
-        help=to_translate("also NAME_contours.gpkg, lines at multiples of this height, m"),
-        tip=to_translate("Contour lines at multiples of this height"),
+        help=to_translate(
+            "also write contours, NAME_contours.gpkg, at multiples of this height, m"
+        ),
+        tip=to_translate("Draw contour lines at multiples of this height"),
         empty_text=to_translate("none"),
     )

@@ -483,14 +483,14 @@ def _draw_lengths(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> str:
 
     _plain_axes(ax, style)
     ax.set_xlabel(tr("trace length, m"), fontsize=style.font_pt, color=style.ink)
-    ax.set_ylabel(tr("share that is longer"), fontsize=style.font_pt, color=style.ink)
+    ax.set_ylabel(tr("fraction longer than this"), fontsize=style.font_pt, color=style.ink)
     lengths, cut = mapped.pieces.lengths(), mapped.pieces.cut.any(axis=1)
     length = mapped.found.length
     title = tr("Lengths, n = {count:,} pieces", count=len(lengths))
     if length.mean_m is not None:
         title += "\n" + (
             tr(
-                "mean {mean:.3g} m, of the pieces {naive:.3g} m",
+                "mean {mean:.3g} m, of clipped pieces {naive:.3g} m",
                 mean=length.mean_m,
                 naive=length.naive_mean_m,
             )
@@ -518,7 +518,7 @@ def _draw_lengths(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> str:
             markersize=4,
             markeredgewidth=0.5,
             color=style.ink,
-            label=tr("cut off ({share:.0f} %)", share=100 * float(cut.mean())),
+            label=tr("censored ({share:.0f} %)", share=100 * float(cut.mean())),
         )
     grid = np.geomspace(
         max(float(lengths.min()), 1e-3 * float(lengths.max())), float(lengths.max()), 200
@@ -619,7 +619,7 @@ def _draw_sizes(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> str:
     ax.set_ylim(bottom=0)
     _add_legend(ax, "upper right", style)
     set_log_ticks(ax.xaxis, 0.9 * style.font_pt)
-    return tr("Intensity by size of the window")
+    return tr("Intensity by window size")
 
 
 def _plain_axes(ax: Axes, style: NetStyle) -> None:

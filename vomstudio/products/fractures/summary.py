@@ -126,7 +126,7 @@ def _format_interval(
 
 def _dispersion_text(dispersion: float) -> str:
     return tr(
-        "{ratio} times the variance of traces placed independently", ratio=number(dispersion, 1)
+        "{ratio} times the variance of independently placed traces", ratio=number(dispersion, 1)
     )
 
 
@@ -141,7 +141,7 @@ def _law_text(length: dict[str, Any]) -> str:
         return f"{name} ({parameters})"
     second = length["fits"][1]
     return tr(
-        "{name} ({parameters}); the next, {second}, has an AIC {delta} higher",
+        "{name} ({parameters}); AIC of the second best, {second}, is {delta} higher",
         name=name,
         parameters=parameters,
         second=second["distribution"].replace("_", " "),
@@ -160,7 +160,7 @@ def _plane_text(plane: TracePlane) -> str:
     )
     if plane.azimuths_from == "north":
         return words
-    return tr("{plane}; angles of traces are clockwise from up on it", plane=words)
+    return tr("{plane}; trace angles are clockwise from up on this plane", plane=words)
 
 
 def _set_text(values: dict[str, Any], plane: TracePlane | None) -> str:
@@ -198,7 +198,7 @@ def _set_text(values: dict[str, Any], plane: TracePlane | None) -> str:
 def coverage_rows(coverage: FaceCoverage) -> list[str]:
     """Describe the coverage of a face in lines of text."""
     parts = (coverage.done, coverage.empty, coverage.unmeasurable, coverage.not_looked_at)
-    names = (tr("done"), tr("empty"), tr("unmeasurable"), tr("not looked at"))
+    names = (tr("done"), tr("empty"), tr("unmeasurable"), tr("not inspected"))
     lines = [
         tr(
             "{mark}: {cells} cells, {area:.4g} m2, {share:.0f} %",
@@ -212,7 +212,7 @@ def coverage_rows(coverage: FaceCoverage) -> list[str]:
     if coverage.P21_1_per_m is not None and coverage.density_1_per_m2 is not None:
         lines.append(
             tr(
-                "over {area:.4g} m2 done or empty: {density:.3g} 1/m2, P21 {p21:.3g} 1/m",
+                "in {area:.4g} m2 done or empty: {density:.3g} 1/m2, P21 {p21:.3g} 1/m",
                 area=coverage.counted_m2,
                 density=coverage.density_1_per_m2,
                 p21=coverage.P21_1_per_m,

@@ -467,7 +467,7 @@ def describe_means(means: Sequence[NetMean]) -> str:
         return tr("Open symbol: Fisher mean")
     if kinds == {False}:
         return tr("Open symbol: axis 1 of the tensor")
-    return tr("Open symbol: Fisher mean; of girdles axis 1")
+    return tr("Open symbol: Fisher mean, or axis 1 of a girdle")
 
 
 def _total(s: NetSet, mean: FloatArray) -> NetLineEllipse | None:

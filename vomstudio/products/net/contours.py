@@ -100,7 +100,7 @@ def check_contour_sizes(net: NetContents) -> list[Finding]:
             findings.append(
                 Finding(
                     "net.few-for-contours",
-                    set=of.name if of else net.contouring.only or tr("All together"),
+                    set=of.name if of else net.contouring.only or tr("All sets"),
                     count=len(v),
                     share_percent=100.0 * area,
                 )

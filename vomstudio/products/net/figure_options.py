@@ -38,20 +38,20 @@ class FigureLook(Options):
     font: str | None = option(
         None,
         metavar="NAME",
-        help=to_translate("font of the letters, one that is installed"),
+        help=to_translate("font, which must be installed"),
     )
     font_size_pt: float | None = option(
         None,
         minimum=LIMITS["font_pt"][0],
         maximum=LIMITS["font_pt"][1],
-        help=to_translate("size of the letters, points"),
+        help=to_translate("font size, points"),
         automatic=to_translate("8"),
     )
     line_width_pt: float | None = option(
         None,
         minimum=LIMITS["line_pt"][0],
         maximum=LIMITS["line_pt"][1],
-        help=to_translate("width of the lines, points"),
+        help=to_translate("line width, points"),
         automatic=to_translate("0.8"),
     )
     grey: bool = option(False, help=to_translate("draw without colours"))
@@ -71,14 +71,14 @@ class StereonetFigure(FigureLook):
         None,
         minimum=LIMITS["symbol_pt"][0],
         maximum=LIMITS["symbol_pt"][1],
-        help=to_translate("size of the symbols, points"),
+        help=to_translate("symbol size, points"),
         automatic=to_translate("4.5"),
     )
     size_mm: str | None = option(
         None,
         metavar="WxH",
-        help=to_translate("width and height of the figure, or its width, millimetres"),
-        automatic=to_translate("170, and as high as the texts need"),
+        help=to_translate("figure width and height, or only its width, millimetres"),
+        automatic=to_translate("width 170, automatic height"),
     )
 
     def __post_init__(self) -> None:
@@ -130,7 +130,7 @@ class RoseFigure(FigureLook):
         None,
         minimum=LIMITS["width_mm"][0],
         maximum=LIMITS["width_mm"][1],
-        help=to_translate("width of the figure, millimetres"),
+        help=to_translate("figure width, millimetres"),
         automatic=to_translate("170"),
     )
 
@@ -185,16 +185,16 @@ class StereonetOptions(Options):
     levels: str | None = option(
         None,
         metavar="A,B,...",
-        help=to_translate("levels of the contours: standard deviations, with schmidt percent"),
-        automatic=to_translate("round levels below the highest density"),
+        help=to_translate("contour levels: standard deviations, or percent with schmidt"),
+        automatic=to_translate("round levels up to the maximum density"),
     )
     filled: bool | None = option(
         None,
         help=to_translate("fill the contours"),
-        automatic=to_translate("filled; with --each-set lines"),
+        automatic=to_translate("filled; lines with --each-set"),
     )
     each_set: bool = option(
-        False, help=to_translate("contour each set by itself, in its colour, at the same levels")
+        False, help=to_translate("contour each set separately, in its colour, at the same levels")
     )
     contour_set: str | None = option(
         None,
@@ -208,7 +208,7 @@ class StereonetOptions(Options):
         maximum=10.0,
         metavar="S",
         help=to_translate(
-            "smoothness of Kamb's methods: standard deviations expected of a uniform scatter"
+            "smoothness of Kamb's methods: standard deviations expected for a uniform distribution"
         ),
     )
     untilt: str | None = option(
@@ -224,46 +224,48 @@ class StereonetOptions(Options):
         help=to_translate("rotate everything about an axis (trend/plunge), by the right-hand rule"),
     )
     intersections: bool = option(
-        False, help=to_translate("draw the lines in which each two of at most 300 planes meet")
+        False, help=to_translate("draw all intersections of up to 300 planes")
     )
     planes: tuple[str, ...] = option(
-        (), metavar="DD/D", help=to_translate("draw this great circle too")
+        (), metavar="DD/D", help=to_translate("also draw this great circle")
     )
     cones: tuple[str, ...] = option(
         (),
         metavar="T/P/ANGLE",
-        help=to_translate("draw this small circle about an axis (trend/plunge)"),
+        help=to_translate("also draw this small circle about an axis (trend/plunge)"),
     )
     slip_lines: tuple[str, ...] = option(
         (),
         metavar="DD/D/RAKE",
         help=to_translate(
-            "draw this plane, and the line in it with this rake from the right-hand-rule strike"
+            "also draw this plane and a line on it, with its rake from the right-hand-rule strike"
         ),
     )
     girdles: bool = option(
-        False, help=to_translate("draw the great circle that fits each set that is not a cluster")
+        False, help=to_translate("draw the best-fit great circle of sets that form girdles")
     )
     maxima: bool = option(
-        False, help=to_translate("mark where each set, or all as contoured, is densest")
+        False, help=to_translate("mark the density maximum of each set or of the contours")
     )
     errors: bool = option(
         False,
-        help=to_translate("draw the 95 % ellipse of each plane, by the error columns of the table"),
+        help=to_translate(
+            "draw the 95 % ellipse of each plane from the error columns of the table"
+        ),
     )
     averages: bool = option(
-        False, help=to_translate("state the average of each set, with n and method")
+        False, help=to_translate("state the mean of each set, with n and method")
     )
     fold: bool = option(
         False, help=to_translate("draw the fold axis of the bedding and its great circle")
     )
     quality: Literal["good", "doubtful"] | None = option(
-        None, help=to_translate("leave out planes of the fold axis with a worse verdict")
+        None, help=to_translate("use only planes with at least this verdict for the fold axis")
     )
     only_set: str | None = option(
         None,
         metavar="SET",
-        help=to_translate("use planes of this set only for the fold axis"),
+        help=to_translate("use only planes of this set for the fold axis"),
     )
 
     def __post_init__(self) -> None:

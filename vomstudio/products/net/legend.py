@@ -22,8 +22,8 @@ from vomstudio.products.net.style import NetStyle
 _EQUALS = "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}"
 SYMBOLS = {
     "slip": to_translate("Slip of the hanging wall"),
-    "line-ellipse": to_translate("Joint 95 % of the selected line"),
-    "pole-ellipse": to_translate("Joint 95 % of the selected pole"),
+    "line-ellipse": to_translate("Joint 95 % region of the selected line"),
+    "pole-ellipse": to_translate("Joint 95 % region of the selected pole"),
 }
 """Texts of symbols of the legend."""
 
@@ -71,7 +71,7 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[NetLegendEntry]:
         color = style.ink if circle.color is None else style.outline(style.color(circle.color))
         entries.append(NetLegendEntry(circle.label, color, None, circle.dash))
     if any(mark.marker == TYPED_LINE for mark in net.marks):
-        text = tr("Line on a plane, by its rake")
+        text = tr("Line on a plane (rake)")
         entries.append(NetLegendEntry(text, style.net, TYPED_LINE, None, outlined=True))
     if net.errors:
         entries.append(NetLegendEntry(tr("95 % error of each"), style.soft, None, "-"))
@@ -86,7 +86,7 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[NetLegendEntry]:
         )
         entries.append(NetLegendEntry(text, style.ink, None, "-"))
     if any(mean.total is not None for mean in net.means):
-        text = tr("95 % of the mean, with registration")
+        text = tr("95 % error of the mean, with registration")
         entries.append(NetLegendEntry(text, style.ink, None, "-"))
     return entries
 

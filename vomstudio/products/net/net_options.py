@@ -167,7 +167,7 @@ class Turning:
         if self.axis is not None:
             notes.append(
                 tr(
-                    "Turned by {angle:g}° about {trend}/{plunge:02.0f}",
+                    "Rotated by {angle:g}° about {trend}/{plunge:02.0f}",
                     angle=self.angle_deg,
                     trend=format_azimuth(self.axis.trend_deg),
                     plunge=self.axis.plunge_deg,
@@ -200,7 +200,7 @@ class Turning:
         now = format_line(axis)
         if circle.half_angle_deg == 90.0:
             now = format_plane(axis.normal_plane(), notation)
-        label = tr("{typed}, turned to {now}", typed=circle.label, now=now)
+        label = tr("{typed}, rotated to {now}", typed=circle.label, now=now)
         return replace(circle, axis=axis, label=label)
 
     def rotate_mark(self, mark: NetMark) -> NetMark:

@@ -429,4 +429,6 @@ def _cut(words: list[str], max_lines: int) -> list[str]:
     """Limit the number of lines of averages; the last one reports omitted lines."""
     if len(words) <= max_lines:
         return words
-    return [*words[: max_lines - 1], tr("…: the averages need more room")] if max_lines > 1 else []
+    return (
+        [*words[: max_lines - 1], tr("…: more mean values than fit here")] if max_lines > 1 else []
+    )

@@ -141,7 +141,7 @@ def _average(s: NetSet, notation: str, decimals: int) -> str:
             set=s.name,
             n=n,
             mean=format_orientation(fisher_mean.mean),
-            figures=", ".join(figures) or tr("all alike"),
+            figures=", ".join(figures) or tr("all identical"),
         )
     values, axes = orientation_tensor(vectors)
     _, girdle, random = vollmer(values)

@@ -32,7 +32,7 @@ _LOOKS = {
     "good": ("o", "#009E73", to_translate("good")),
     "doubtful": ("^", "#E69F00", to_translate("doubtful")),
     "poor": ("s", "#D55E00", to_translate("poor")),
-    None: ("x", "#7a7a7a", to_translate("not judged")),
+    None: ("x", "#7a7a7a", to_translate("not assessed")),
 }
 _MAX_NAMES = 30
 
@@ -128,9 +128,9 @@ def _ground(axes: Axes, top: float, style: NetStyle) -> None:
     soft: dict[str, Any] = {"color": style.soft, "fontsize": 0.9 * style.font_pt, "zorder": 3}
     words = {"facecolor": style.paper, "edgecolor": "none", "pad": 1.0}
     axes.text(1.15, top / 1.3, tr("sheet (oblate)"), va="top", bbox=words, **soft)
-    axes.text(1.15, 3.6, tr("ball"), va="bottom", **soft)
+    axes.text(1.15, 3.6, tr("equant"), va="bottom", **soft)
     axes.text(top / 1.6, top / 1.6, tr("rod (prolate)"), ha="right", va="bottom", **soft)
-    axes.text(top / 1.6, top / 60, tr("cannot be: λ2 < λ3"), ha="right", va="top", **soft)
+    axes.text(top / 1.6, top / 60, tr("impossible: λ2 < λ3"), ha="right", va="top", **soft)
     for at, line in (
         (limits.least_coplanarity, axes.axhline),
         (limits.most_collinearity, axes.axvline),

@@ -224,7 +224,7 @@ def _count_text(panel: _Panel) -> str:
     )
     if mode.probability is None:
         return text
-    expected = tr("with their errors {share:.1f} %", share=100.0 * mode.probability)
+    expected = tr("expected with errors: {share:.1f} %", share=100.0 * mode.probability)
     return f"{text}\n{expected}"
 
 

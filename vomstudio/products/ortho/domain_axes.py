@@ -63,7 +63,7 @@ def axes_of_domains(items: Iterable[Item], field: str) -> dict[str, ProjectionAx
                 n=len(used),
             )
             axes[name] = replace(axes[name], description=text)
-    reason = tr("no plane of bedding is in it")
+    reason = tr("it has no bedding plane")
     return {name: axes.get(name, ProjectionAxis(None, None, reason)) for name in beds}
 
 

@@ -114,5 +114,5 @@ def explain_symbols(entries: Sequence[LegendEntry]) -> str:
     if any(entry.mapped for entry in entries):
         return tr("Symbols at points: strike and true dip of planes")
     if any(entry.dips for entry in entries):
-        return tr("Ticks at points: planes and their apparent dips")
+        return tr("Ticks at points: planes with their apparent dips")
     return ""

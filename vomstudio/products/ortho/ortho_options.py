@@ -31,14 +31,14 @@ class OrthoOptions(Options):
         minimum=-3600.0,
         maximum=3600.0,
         metavar="T",
-        help=to_translate("look toward this trend, degrees (with --plunge)"),
+        help=to_translate("trend of the view direction, degrees (with --plunge)"),
     )
     plunge_deg: float | None = option(
         None,
         minimum=-90.0,
         maximum=90.0,
         metavar="P",
-        help=to_translate("and this plunge, degrees: 90 is straight down"),
+        help=to_translate("plunge of the view direction, degrees; 90 is straight down"),
     )
     plane: str | None = option(
         None, metavar="DD/D", help=to_translate("look against the upward normal of this plane")
@@ -53,9 +53,9 @@ class OrthoOptions(Options):
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
         help=to_translate("size of a pixel, m"),
-        automatic=to_translate("the resolution of the texture or cloud"),
+        automatic=to_translate("resolution of the texture or cloud"),
     )
-    flip: bool = option(False, help=to_translate("look from the other side: a mirror image"))
+    flip: bool = option(False, help=to_translate("look from the other side (mirror image)"))
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -92,34 +92,35 @@ class OrthoDrawing(Options):
     sheet: str | None = option(
         None,
         metavar="FILE",
-        help=to_translate("also a page to scale with ticks and scale bar (.png, .jpg, .pdf)"),
+        help=to_translate("also write a scaled sheet with ticks and scale bar (.png, .jpg, .pdf)"),
     )
     draw: str | None = option(
         None,
         metavar="PROJECT",
         help=to_translate(
-            "also NAME_drawing.gpkg, .svg and .dxf: the features of this project, with the"
-            " apparent dips of planes, on a map their strikes and true dips"
+            "also draw the features of this project as NAME_drawing.gpkg, .svg and .dxf, with"
+            " apparent dips, or strikes and true dips on a map"
         ),
     )
     show: str | None = option(
         None,
         metavar="PARTS",
-        help=to_translate("parts of the drawing: traces, patches, symbols, legend, between commas"),
+        help=to_translate(
+            "parts of the drawing, separated by commas: traces, patches, symbols, legend"
+        ),
         automatic=to_translate("all"),
     )
     domain: str | None = option(
         None,
         metavar="NAME",
         help=to_translate(
-            "show this domain of the project, the rest grey, along its own axis if no direction"
-            " is given"
+            "show only this domain in colour, along its own axis unless a direction is given"
         ),
     )
     around: str | None = option(
         None,
         metavar="X,Y,Z,W,H",
-        help=to_translate("only this width and height in metres about a point of World"),
+        help=to_translate("only this width and height in metres around a World point"),
     )
 
     def __post_init__(self) -> None:

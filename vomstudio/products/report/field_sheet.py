@@ -176,7 +176,7 @@ def _draw(axes: Axes, plan: SurveyPlan, *, is_plan_view: bool) -> None:
         axes.set_xlabel(tr("along the outcrop from its left end, m"), fontsize=8.0)
     else:
         axes.set_ylabel(
-            tr("across, m\n(from above)") if flat else tr("up, m\n(as you face it)"), fontsize=8.0
+            tr("across, m\n(from above)") if flat else tr("up, m\n(from the front)"), fontsize=8.0
         )
     axes.tick_params(labelsize=7.0)
     axes.margins(0.04)
@@ -214,7 +214,7 @@ def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
             ),
         ),
         (
-            tr("Photos per place"),
+            tr("Photos per point"),
             tr(
                 "{least} or more, median {median:.0f}",
                 least=plan.views_least,
@@ -229,7 +229,9 @@ def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
         ),
         *(
             (
-                tr("Turned, by GPS") if each.by == "receiver" else tr("Turned, by control"),
+                tr("Rotation error, GPS")
+                if each.by == "receiver"
+                else tr("Rotation error, control"),
                 forecast_in_short(each),
             )
             for each in plan.registration
@@ -240,25 +242,19 @@ def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
 def _reminders(plan: SurveyPlan) -> list[str]:
     reminders = [
         tr(
-            "Lay out the control points first: targets of {size:.2g} cm or more, far apart, not in "
-            "one line. Measure each of them, and note its label.",
+            "Place the control points first: targets of {size:.2g} cm or more, far apart and not"
+            " in line. Measure each of them, and note its label.",
             size=100 * plan.target_size_m,
         ),
+        tr("Take one photo from each position, then move on. Never turn on the spot."),
+        tr("Take oblique photos (triangles) 30 degrees off the perpendicular, to prevent doming."),
         tr(
-            "Take one photo from each position: walk on (or fly on) before the next. Never turn on "
-            "the spot."
+            "Keep the sun behind you, or wait for an overcast sky. Take all photos in constant"
+            " light, with fixed exposure, focus and zoom."
         ),
         tr(
-            "Oblique photos (triangles) are taken 30 degrees off the perpendicular, to prevent "
-            "doming."
-        ),
-        tr(
-            "Keep the sun behind you, or wait for even cloud. Take all photos in one period of "
-            "constant light, with fixed exposure, focus and zoom."
-        ),
-        tr(
-            "Do not zoom digitally. Use the camera's largest JPEG, and a tripod or short exposures "
-            "against blur."
+            "Do not use digital zoom. Use the largest JPEG size, and a tripod or short exposures"
+            " to avoid blur."
         ),
         tr("Before you leave, check the set: vomstudio check PHOTOS."),
     ]

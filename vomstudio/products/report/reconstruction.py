@@ -228,7 +228,7 @@ def _points(points: Sequence[Mapping[str, Any]]) -> str:
         cells = [point["label"], _plain(point["role"]), str(point["photos"])]
         cells += [_number(value, 3) for value in miss] + [_number(point["residual_px"], 2)]
         rows.append(("out" if point["role"] in ("left out", "unseen") else "", cells))
-    caption = tr("Residuals: model less survey")
+    caption = tr("Residuals: model minus survey")
     return f"<p>{escape(caption)}</p>" + _table(
         [
             tr("point"),
@@ -249,7 +249,7 @@ LABELS = {
     "texture_pages": to_translate("texture pages"),
     "texel": to_translate("size of a texture pixel, {unit}"),
     "share_of_the_surface_that_no_photo_sees": to_translate(
-        "share of the surface that no photo sees"
+        "share of the surface not visible in photos"
     ),
     "quality": to_translate("quality"),
     "control": to_translate("control points"),

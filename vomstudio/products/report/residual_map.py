@@ -86,14 +86,14 @@ def residual_map(registration: Mapping[str, Any], scaled: bool) -> str:
     return embed_figure(
         figure,
         tr(
-            "Points of the registration about their middle (squares: check points); arrows: model "
-            "less given, {times:,.0f} times; dashed: the axis about which the model is held worst.",
+            "Registration points relative to their centre (squares: check points); arrows:"
+            " residuals, exaggerated {times:,.0f} times; dashed: weakest rotation axis.",
             times=times,
         )
         if times >= 1.0
         else tr(
-            "Points of the registration about their middle (squares: check points); arrows: model "
-            "less given, {times:.2g} times; dashed: the axis about which the model is held worst.",
+            "Registration points relative to their centre (squares: check points); arrows:"
+            " residuals, exaggerated {times:.2g} times; dashed: weakest rotation axis.",
             times=times,
         ),
     )

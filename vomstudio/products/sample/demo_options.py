@@ -14,5 +14,5 @@ class DemoOptions(Options):
 
     without_photos: bool = option(
         False,
-        help=to_translate("measure the finished model only: seconds instead of a minute or two"),
+        help=to_translate("measure the built-in model only, which takes seconds"),
     )

@@ -22,10 +22,10 @@ from vomstudio.project.sample import SamplePicks, SampleTruth
 # Maximum distance of a model point, in ground sampling distances.
 _MAX_DISTANCE_GSD = 4.0
 _MIN_POINTS = 20
-MODEL_OFFSET = to_translate("model off the outcrop, median")
-MODEL_OFFSET_90 = to_translate("model off the outcrop, 90 %")
-OUTCROP_OFFSET = to_translate("outcrop off the model, median")
-CAMERA_CENTRES = to_translate("camera centres, median")
+MODEL_OFFSET = to_translate("distance of model from outcrop, median")
+MODEL_OFFSET_90 = to_translate("distance of model from outcrop, 90 %")
+OUTCROP_OFFSET = to_translate("distance of outcrop from model, median")
+CAMERA_CENTRES = to_translate("camera centre error, median")
 _SAMPLE_POINTS = 40_000
 
 

@@ -58,8 +58,8 @@ def format_html(
     title = escape(tr(TITLE))
     units = escape(
         tr(
-            "Angles in degrees: planes as dip direction/dip, lines as trend/plunge, relative to "
-            "grid north. Lengths in metres."
+            "Angles in degrees from grid north: planes as dip direction/dip, lines as"
+            " trend/plunge. Lengths in metres."
         )
     )
     return f"""<!doctype html>

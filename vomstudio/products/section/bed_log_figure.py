@@ -317,7 +317,7 @@ def _draw_notes(ax: Axes, low: float, styles: Sequence[LithologyStyle], style: N
             classes = ", ".join(f"{key} {tr(name)}" for key, name in DUNHAM_GRAINS.items())
             ax.text(0.0, down, classes, ha="left", **small)
         else:
-            ax.text(0.0, down, tr("Dashed edge: grain size not stated"), ha="left", **small)
+            ax.text(0.0, down, tr("Dashed edge: grain size unknown"), ha="left", **small)
         down -= _NOTE_MM
 
 

@@ -136,7 +136,7 @@ class DomainProjection:
     def words(self) -> str:
         """Description of the projection for reports."""
         if self.trend_deg is None or self.plunge_deg is None:
-            return tr("{name}: at right angles to the section", name=self.name)
+            return tr("{name}: perpendicular to the section", name=self.name)
         text = tr(
             "{name}: along {line}, {angle:.0f}° to the section ({said})",
             name=self.name,
@@ -148,9 +148,7 @@ class DomainProjection:
             text = f"{text}; {tr('only conditionally valid')}"
         if not self.faults:
             return text
-        fault_text = tr_n(
-            "{count} fault along it, too", "{count} faults along it, too", self.faults
-        )
+        fault_text = tr_n("also {count} fault", "also {count} faults", self.faults)
         return f"{text}; {fault_text}"
 
 

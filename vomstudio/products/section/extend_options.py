@@ -29,10 +29,10 @@ class ExtendOptions(Options):
     plane: str | None = option(
         None,
         metavar="DD/D",
-        help=to_translate("in place of points: dip direction and dip (with --through and --error)"),
+        help=to_translate("dip direction and dip, instead of points (with --through and --error)"),
     )
     through: str | None = option(
-        None, metavar="X,Y,Z", help=to_translate("a point of World on the plane")
+        None, metavar="X,Y,Z", help=to_translate("World point on the plane")
     )
     error_deg: float | None = option(
         None, minimum=0.0, maximum=44.9, help=to_translate("95 % error of the plane's attitude")
@@ -48,16 +48,16 @@ class ExtendOptions(Options):
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
         label=to_translate("Thickness"),
-        help=to_translate("repeat the plane at this thickness of the beds, m"),
-        tip=to_translate("Repeat the plane at this thickness of the beds"),
-        empty_text=to_translate("this plane alone"),
+        help=to_translate("repeat the plane at this bed thickness, m"),
+        tip=to_translate("Repeat the plane at this bed thickness"),
+        empty_text=to_translate("this plane only"),
     )
     thickness_error_m: float = option(
         0.0,
         minimum=0.0,
         maximum=MAX_LENGTH_M,
         label=to_translate("95 % error"),
-        help=to_translate("95 % error of the thickness, m; the k-th bed has k times this error"),
+        help=to_translate("95 % error of the thickness, m; bed k has k times this error"),
         tip=to_translate("95 % error of the thickness"),
     )
 

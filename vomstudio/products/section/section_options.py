@@ -34,19 +34,19 @@ class SectionOptions(Options):
     through: str | None = option(
         None,
         metavar="X,Y,Z",
-        help=to_translate("a point of World on the plane, from which distances count"),
+        help=to_translate("World point on the plane, the origin of distances"),
     )
     section_line: str | None = option(
         None,
         metavar="LINE",
         help=to_translate(
-            "or a vertical section along the line in this file: a table x, y, or a GIS layer"
+            "vertical section along the line in this file (table x, y, or GIS layer)"
         ),
     )
     flip: bool = option(
         False,
         label=to_translate("Other side"),
-        help=to_translate("look from the other side: a mirror image"),
+        help=to_translate("look from the other side (mirror image)"),
         tip=to_translate("Look at the section from the other side"),
     )
     slab_m: float | None = option(
@@ -54,9 +54,9 @@ class SectionOptions(Options):
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
         label=to_translate("Slab"),
-        help=to_translate("thickness of the slab of points that is used of a cloud, m"),
-        tip=to_translate("Thickness of the slab of points that is used of a cloud"),
-        automatic=to_translate("four times the mean distance of the points"),
+        help=to_translate("thickness of the slab of cloud points to use, m"),
+        tip=to_translate("Thickness of the slab of cloud points to use"),
+        automatic=to_translate("four times the mean point spacing"),
         decimals=4,
     )
 
@@ -86,10 +86,10 @@ class SectionFeatures(Options):
         None,
         metavar="T/P|domains",
         help=to_translate(
-            "project along this trend and plunge, or with the word domains each domain along its"
+            "project along this trend and plunge; the word domains projects each domain along its"
             " own axis"
         ),
-        automatic=to_translate("at right angles"),
+        automatic=to_translate("perpendicular to the section"),
     )
     within_m: float | None = option(
         None,

@@ -352,7 +352,7 @@ def _bend_marks(curtain: Curtain, low: float, high: float) -> list[DrawingShape]
             _BENDS,
             np.array([[at, low], [at, high]]),
             _BEND_COLOR,
-            label=tr("bend, on toward {azimuth}°", azimuth=f"{round(azimuth) % 360:03d}"),
+            label=tr("bend, continuing toward {azimuth}°", azimuth=f"{round(azimuth) % 360:03d}"),
             values={"azimuth_deg": azimuth},
             is_annotation=True,
         )
@@ -367,13 +367,13 @@ def projection_words(figures: SectionFigures) -> list[str]:
     domain_lines = [each.words for each in figures.domains or ()]
     if domain_lines:
         domain_lines = [
-            tr("Domains projected each along its own axis (trend/plunge, °):"),
+            tr("Each domain projected along its own axis (trend/plunge, °):"),
             *domain_lines,
         ]
     if figures.projection_trend_deg is None or figures.projection_plunge_deg is None:
-        text = tr("Features projected at right angles to the section")
+        text = tr("Features projected perpendicular to the section")
         return (
-            [*domain_lines, tr("Other features: at right angles to the section")]
+            [*domain_lines, tr("Other features: perpendicular to the section")]
             if domain_lines
             else [text]
         )

@@ -82,7 +82,7 @@ def _draw_profiles(axes: Axes, figures: SurfaceFigures, unit: str) -> None:
             label=name,
         )
     axes.axhline(0.0, color="0.6", linewidth=0.8)
-    axes.set_xlabel(tr("distance from the middle ({unit})", unit=unit))
+    axes.set_xlabel(tr("distance from the centre ({unit})", unit=unit))
     axes.set_ylabel(tr("deviation ({unit})", unit=unit))
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False)
 
@@ -104,8 +104,7 @@ def describe_figures(figures: SurfaceFigures, *, metric: bool = True) -> list[st
     ]
     if figures.noise_from == "mesh":
         sentences[-1] += " " + tr(
-            "It was taken as a quarter of the mesh's edges, since a mesh smooths; state it where "
-            "it is known."
+            "It was estimated as a quarter of the mesh edge length. Specify it if you know it."
         )
     if figures.hurst is None:
         sentences.append(tr("No Hurst exponent: {reason}", reason=figures.hurst_reason))
@@ -125,9 +124,9 @@ def describe_figures(figures: SurfaceFigures, *, metric: bool = True) -> list[st
     else:
         sentences.append(
             tr(
-                "Smoothest along {trend}/{plunge:02.0f}, rake {rake:.0f}° ± {error:.0f}° "
-                "(95 %): across it {ratio:.1f} times as rough. On a fault this may be the line of "
-                "slip.",
+                "Smoothest along {trend}/{plunge:02.0f}, rake {rake:.0f}° ± {error:.0f}° (95 %);"
+                " {ratio:.1f} times as rough across it. On a fault this may be the slip"
+                " direction.",
                 trend=format_azimuth(line.trend_deg),
                 plunge=line.plunge_deg,
                 rake=line.rake_deg,
@@ -136,5 +135,5 @@ def describe_figures(figures: SurfaceFigures, *, metric: bool = True) -> list[st
             )
         )
     if figures.trim is None:
-        sentences.append(tr("The plane holds all over the patch."))
+        sentences.append(tr("The plane fits the whole patch."))
     return [*sentences, *map(str, figures.warnings)]

@@ -21,17 +21,17 @@ class SurfaceOptions(Options):
     around: str | None = option(
         None,
         metavar="X,Y,Z,R",
-        help=to_translate("only the part of the model within R metres of a place of World"),
+        help=to_translate("only the part of the model within R metres of a World point"),
     )
     noise_m: float | None = option(
         None,
         minimum=0.0,
         maximum=MAX_LENGTH_M,
         label=to_translate("Noise"),
-        help=to_translate("standard deviation of the heights due to the model, m"),
-        tip=to_translate("Standard deviation of the heights due to the model"),
+        help=to_translate("standard deviation of the model's noise, m"),
+        tip=to_translate("Standard deviation of the model's noise"),
         automatic=to_translate(
-            "for a cloud the scatter about local planes, for a mesh a quarter of its mean edge"
+            "scatter about local planes for a cloud, a quarter of the mean edge length for a mesh"
         ),
         decimals=5,
     )
@@ -39,6 +39,6 @@ class SurfaceOptions(Options):
         None,
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
-        help=to_translate("side of a cell of the map, m"),
-        automatic=to_translate("the mean edge or spacing"),
+        help=to_translate("cell size of the map, m"),
+        automatic=to_translate("mean edge length or point spacing"),
     )

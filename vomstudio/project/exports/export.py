@@ -169,7 +169,7 @@ def write_csv(out: Path, table: ProjectTable, *, force: bool = False) -> Project
     """Write the orientation table as a text file. Raises TargetError."""
     crs = table.crs
     if table.crs is not None and table.unit_m != 1.0:
-        crs = tr("{crs}, its axes in metres", crs=table.crs)
+        crs = tr("{crs}, axes in metres", crs=table.crs)
     write_orientation_csv(
         out,
         table.rows,

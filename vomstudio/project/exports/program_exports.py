@@ -23,14 +23,14 @@ from vomstudio.project.tables.project_table import ProjectTable
 
 # Reasons for one feature and for all features.
 _NO_ORIENTATION = (_("it has no orientation"), _("none of its features has an orientation"))
-_NO_PLACE = (_("it has no place"), _("none of its features has a place"))
+_NO_PLACE = (_("it has no position"), _("none of its features has a position"))
 _NO_PLANE = (
-    _("it is not a plane with a place"),
-    _("none of its features is a plane with a place"),
+    _("it is not a plane with a position"),
+    _("none of its features is a plane with a position"),
 )
 _NO_SLIP = (
-    _("it is not a line on a plane whose slip is known"),
-    _("none of its features is a line on a plane whose slip is known"),
+    _("it is not a line on a plane with known slip"),
+    _("none of its features is a line on a plane with known slip"),
 )
 _NO_FAULT = (
     _("it is not a line on a plane"),

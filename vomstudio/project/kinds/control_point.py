@@ -84,14 +84,14 @@ def about(subject: Subject) -> list[str]:
     assert isinstance(point, ControlPoint)
     lines = []
     if point.position is None:
-        lines.append(tr("Its coordinates are not known yet."))
+        lines.append(tr("Its coordinates are still unknown."))
     else:
         x, y, z = point.position
         lines.append(tr("Coordinates: {x:.3f}, {y:.3f}, {z:.3f} m", x=x, y=y, z=z))
     if not point.vertices:
-        lines.append(tr("It has not been found on the model yet."))
+        lines.append(tr("It has not been picked on the model yet."))
     if point.check:
-        lines.append(tr("It judges the registration and takes no part in it."))
+        lines.append(tr("It is used to check the registration only."))
     return lines
 
 

@@ -201,13 +201,13 @@ FIGURES = (
     length_figure(
         "distance_registration95_m",
         _("Reg. ± dist."),
-        _("95 % error of the distance by the scale of the registration"),
+        _("95 % error of the distance due to the registered scale"),
         short="reg_distan",
     ),
     length_figure(
         "distance_error95_m",
         _("± distance"),
-        _("95 % error of the distance by the model's resolution and registration"),
+        _("95 % error of the distance due to resolution and registration"),
         short="dist_error",
     ),
     replace(of.TREND, value=figure_of("trend_deg")),
@@ -216,7 +216,7 @@ FIGURES = (
     length_figure(
         "horizontal_registration95_m",
         _("Reg. ± horiz."),
-        _("95 % error of the horizontal component by scale and rotation of the registration"),
+        _("95 % error of the horizontal component due to registered scale and rotation"),
         short="reg_horizo",
     ),
     LENGTH,
@@ -224,20 +224,20 @@ FIGURES = (
     PERIMETER,
     PERIMETER_REGISTRATION,
     length_figure("thickness_error95_m", _("± thickness"), _("95 % error of the thickness")),
-    length_figure("thickness_m", _("Thickness"), _("Distance at right angles to the plane")),
+    length_figure("thickness_m", _("Thickness"), _("Distance perpendicular to the plane")),
     length_figure(
         "thickness_registration95_m",
         _("Reg. ± thick."),
         _(
-            "95 % error of the thickness by the scale of the registration, and by its rotation "
-            "where the plane does not turn with it"
+            "95 % error of the thickness due to registered scale, and rotation if the plane is"
+            " fixed"
         ),
         short="reg_thick",
     ),
     length_figure(
         "thickness_total95_m",
         _("Total ± thick."),
-        _("95 % error of the thickness by plane, roughness and registration together"),
+        _("Total 95 % error of the thickness (plane, roughness, registration)"),
         short="tot_thick",
     ),
     length_figure(
@@ -246,7 +246,7 @@ FIGURES = (
     length_figure(
         "vertical_registration95_m",
         _("Reg. ± vert."),
-        _("95 % error of the vertical component by scale and rotation of the registration"),
+        _("95 % error of the vertical component due to registered scale and rotation"),
         short="reg_vertic",
     ),
 )

@@ -155,7 +155,7 @@ def known_text(line: KnownLine) -> str:
     if line.kind == "plumb":
         return tr("vertical")
     if line.value is None:
-        return tr("not known yet")
+        return tr("still unknown")
     if line.is_read:
         return tr("read as {orientation}", orientation=_arrow_text(line))
     if line.kind == "azimuth":
@@ -194,16 +194,16 @@ def about(subject: Subject) -> list[str]:
     """Return the known properties of the line."""
     line = subject.feature
     assert isinstance(line, KnownLine)
-    lines = [tr("Known of it: {what}", what=known_text(line))]
+    lines = [tr("Known: {what}", what=known_text(line))]
     if line.is_read:
         feature = get_feature(subject.records, line.feature_id)
         lines.append(
-            tr("The plane or line that was read is no longer in the project.")
+            tr("The measured plane or line is no longer in the project.")
             if feature is None
-            else tr("On the model it is {feature}.", feature=feature.name)
+            else tr("On the model: {feature}.", feature=feature.name)
         )
     if line.check:
-        lines.append(tr("It judges the registration and takes no part in it."))
+        lines.append(tr("It is used to check the registration only."))
     return lines
 
 
@@ -211,7 +211,7 @@ FIGURES = (of.ID, of.NAME, *of.PLACE, of.NOTES)
 WHAT = replace(
     of.KIND,
     title=_("Kind"),
-    explanation=_("What is known"),
+    explanation=_("Known quantity"),
     value=lambda s: s.feature.kind,
     words=(),
     shown=None,

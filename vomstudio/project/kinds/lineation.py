@@ -220,7 +220,7 @@ def remarks(subject: Subject) -> list[str]:
     feature, measured = subject.feature, subject.measured
     if not feature.slip or measured.on_plane is None or measured.slip_rake_deg is not None:
         return []
-    return [tr("the sense of slip does not tell which way the line points on this plane")]
+    return [tr("the sense of slip does not determine the direction of the line on this plane")]
 
 
 def words(measured: Measurement) -> list[str]:
@@ -268,7 +268,7 @@ KIND = Kind(
         Attribute("slip", _("Slip"), "choice", SENSES, applies=lambda line: bool(line.plane_id)),
         Attribute(
             "slip_confidence",
-            _("Slip is"),
+            _("Slip confidence"),
             "choice",
             CONFIDENCES,
             applies=lambda line: bool(line.plane_id and line.slip),

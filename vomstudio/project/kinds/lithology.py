@@ -39,7 +39,7 @@ from vomstudio.project.measurement import (
 from vomstudio.project.records import Model, Picked, Repeatable
 
 GROUP = KindGroup("lithologies", _("Lithologies"), "layers")
-CHOICES = (("", _("not known")), *((word, word) for word in LITHOLOGIES))
+CHOICES = (("", _("unknown")), *((word, word) for word in LITHOLOGIES))
 
 
 @dataclass(frozen=True)
@@ -130,9 +130,9 @@ def words(measured: Measurement) -> list[str]:
         return []
     if "outline_m2" in figures:
         flat = area_text(figures["outline_m2"], metric=measured.metric)
-        lines.append(tr("Area of the outline, laid flat {area}", area=flat))
+        lines.append(tr("Projected area {area}", area=flat))
     if figures and "area_m2" not in figures:
-        lines.append(tr("The area on the surface is not known: it is measured on a mesh."))
+        lines.append(tr("The surface area is unknown, because it needs a mesh."))
     return lines
 
 
@@ -150,7 +150,7 @@ def about(subject: Subject) -> list[str]:
 LITHOLOGY = text_figure(
     "lithology",
     _("Lithology"),
-    _("Rock, in the words of StraboSpot's forms"),
+    _("Rock type of the StraboSpot list"),
     lambda s: s.feature.lithology or None,
     words=("lithology", "rock"),
 )
@@ -158,7 +158,7 @@ SURFACE_AREA = replace(AREA, explanation=_("Area of the surface inside the outli
 OUTLINE_AREA = Figure(
     "outline_m2",
     _("Outline"),
-    _("Area of the outline of a lithology, as seen from where it looks largest"),
+    _("Largest projected area of a lithology outline"),
     lambda s: (s.measured.dimension or {}).get("outline_m2"),
     "area",
     "m2",

@@ -207,7 +207,7 @@ KIND = Kind(
     figures=(of.ID, of.NAME, NUMBER, *of.PLACE, PHOTO, *of.ON_A_MODEL, of.NOTES),
     attributes=(
         kind.NAME,
-        Attribute("what", _("What"), "choice", STATION_KINDS),
+        Attribute("what", _("Kind"), "choice", STATION_KINDS),
         Attribute("number", _("Number")),
         Attribute("photo", _("Photos")),
         kind.NOTES,

@@ -22,19 +22,20 @@ class FitOptions(Options):
     by: str | None = option(
         None,
         metavar="COLUMN",
-        help=to_translate("column that groups the points; segment: the parts between --- lines"),
+        help=to_translate("column that groups the points; segment: parts between --- lines"),
         automatic=to_translate("one plane"),
     )
     method: Literal["pca", "regression"] = option(
-        "pca", help=to_translate("least distances from the plane (pca), or along one axis")
+        "pca",
+        help=to_translate("least squares of distances from the plane (pca), or along one axis"),
     )
     axis: Literal["auto", "x", "y", "z"] = option(
         "auto",
-        help=to_translate("axis that a regression minimises; auto: the one nearest the normal"),
+        help=to_translate("axis of the regression; auto: the axis nearest the normal"),
     )
     profile: Literal["error", "textbook"] = option(
         "error",
-        help=to_translate("judge planes by their 95 % error, or by the limits of the textbook"),
+        help=to_translate("assess planes by their 95 % error, or by the textbook limits"),
     )
 
 
@@ -49,13 +50,14 @@ class FitTogether(Options):
     """
 
     parallel: bool = option(
-        False, help=to_translate("also fit parallel planes to all, such as traces of one series")
+        False,
+        help=to_translate("also fit parallel planes to all traces, such as beds of one series"),
     )
     same: tuple[str, ...] = option(
-        (), metavar="A,B", help=to_translate("with --parallel: test if these two are in one plane")
+        (), metavar="A,B", help=to_translate("with --parallel: test whether these two are coplanar")
     )
     curved: bool = option(
-        False, help=to_translate("also fit one bed that bends to all, with its local dips")
+        False, help=to_translate("also fit one curved bed to all traces, with its local dips")
     )
     crossing: tuple[str, ...] = option(
         (),
@@ -65,7 +67,7 @@ class FitTogether(Options):
     plot: str | None = option(
         None,
         metavar="FILE",
-        help=to_translate("draw the planes' coplanarity by their collinearity: .svg, .pdf or .png"),
+        help=to_translate("plot coplanarity against collinearity (.svg, .pdf or .png)"),
     )
 
     def __post_init__(self) -> None:

@@ -82,5 +82,5 @@ def write_log(
 def about_log(bed: Plane, error95_deg: float) -> str:
     """Return the inputs of the thicknesses of a log, for its header."""
     if not error95_deg:
-        return tr("bedding {bed}, its error not known", bed=format_plane(bed, decimals=1))
+        return tr("bedding {bed}, error unknown", bed=format_plane(bed, decimals=1))
     return tr("bedding {bed} (95 %)", bed=format_attitude(bed, error95_deg))

@@ -22,7 +22,7 @@ from vomstudio.registration.similarity import Similarity
 NAME = "reference"
 FREE = {
     "slide": to_translate("sliding along the surface"),
-    "turn": to_translate("a turn"),
+    "turn": to_translate("a rotation"),
     "scale": to_translate("the scale"),
 }
 """Names of undetermined parameters."""

@@ -18,9 +18,9 @@ class CompareOptions(Options):
         maximum=MAX_LENGTH_M,
         metavar="RADIUS",
         label=to_translate("Radius"),
-        help=to_translate("M3C2 in cylinders of this radius, with a level of detection, m"),
-        tip=to_translate("Radius of the cylinders; each should contain twenty points"),
-        automatic=to_translate("the distance to the nearest point of the benchmark's surface"),
+        help=to_translate("use M3C2 with cylinders of this radius, with a level of detection, m"),
+        tip=to_translate("Cylinder radius; each cylinder should contain twenty points"),
+        automatic=to_translate("distance to the nearest point of the benchmark"),
         empty_text=to_translate("nearest"),
     )
     registration_error_m: float | None = option(

@@ -202,7 +202,7 @@ class _PixelConvention:
 
 def _other_conventions() -> Iterator[_PixelConvention]:
     """Yield all conventions with the origin at a corner or the centre of a photo."""
-    yield _PixelConvention(tr("column and row are exchanged"), ((0, 1), (1, 0)))
+    yield _PixelConvention(tr("column and row are swapped"), ((0, 1), (1, 0)))
     yield _PixelConvention(tr("rows are counted from the lower edge"), ((1, 0), (0, -1)), (0, 1))
     yield _PixelConvention(tr("columns are counted from the right edge"), ((-1, 0), (0, 1)), (1, 0))
     for angle, turn, start in (
@@ -210,13 +210,13 @@ def _other_conventions() -> Iterator[_PixelConvention]:
         (90, ((0, 1), (-1, 0)), (0, 1)),
         (270, ((0, -1), (1, 0)), (1, 0)),
     ):
-        turned = tr("the photos were turned by {angle}° when they were marked", angle=angle)
+        turned = tr("the photos were rotated by {angle}° when marked", angle=angle)
         yield _PixelConvention(turned, turn, start)
-    exchanged = tr("column and row are exchanged and counted from the lower right corner")
+    exchanged = tr("column and row are swapped and counted from the lower right corner")
     yield _PixelConvention(exchanged, ((0, -1), (-1, 0)), (1, 1))
-    middle = tr("they are counted from the middle of the photo, with rows upward")
+    middle = tr("they are counted from the photo centre, with rows upward")
     yield _PixelConvention(middle, ((1, 0), (0, -1)), (0.5, 0.5))
-    middle = tr("they are counted from the middle of the photo, with rows downward")
+    middle = tr("they are counted from the photo centre, with rows downward")
     yield _PixelConvention(middle, ((1, 0), (0, 1)), (0.5, 0.5))
 
 
@@ -334,8 +334,8 @@ def _conversions(
         best = usual
     lens, size = photos[0].view.intrinsics, math.exp(best)
     words = tr(
-        "they were made in copies of {width:.0f} x {height:.0f} pixels, while the photos have "
-        "{w} x {h}: columns and rows are to be multiplied by {size:.3g}",
+        "they were made in copies of {width:.0f} x {height:.0f} pixels instead of {w} x {h}, so"
+        " columns and rows must be multiplied by {size:.3g}",
         width=lens.width / size,
         height=lens.height / size,
         w=lens.width,

@@ -78,7 +78,7 @@ class ColorBar:
 
     def _omitted_text(self) -> list[str]:
         if self._left_out and not self._rows:
-            return [tr_n("{count} class", "{count} classes, by their colours", self._left_out)]
+            return [tr_n("{count} class", "{count} classes", self._left_out)]
         return (
             [tr_n("and {count} more", "and {count} more", self._left_out)] if self._left_out else []
         )

@@ -100,7 +100,7 @@ OTHER_COLORS = (
 NAMED_CATEGORIES: dict[str, tuple[tuple[str, str], ...]] = {
     "exposure": (
         (to_translate("rock in a facet"), "#56b4e9"),
-        (to_translate("rock in none"), "#d55e00"),
+        (to_translate("rock outside facets"), "#d55e00"),
         (to_translate("vegetation"), "#009e73"),
         (to_translate("debris"), "#b0a890"),
     ),

@@ -95,7 +95,7 @@ class ElementChanges:
         elif isinstance(neighbours, Finding):
             self._context.report(neighbours)
         elif gains:
-            self._only(selection, neighbours.wider(selection.mask), tr("Grow"))
+            self._only(selection, neighbours.wider(selection.mask), tr("Expand"))
         else:
             self._only(selection, neighbours.narrower(selection.mask), tr("Shrink"))
 

@@ -51,7 +51,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
         ),
         Command(
             "part_by_plane",
-            tr("Split into domains by &plane"),
+            tr("S&plit into domains"),
             lambda: domain_splitting.split_domains(studio),
             icon="vector-difference",
             tip=tr("Assign the domains hanging wall and footwall by the selected plane."),

@@ -42,7 +42,7 @@ def commands(
     return [
         Command(
             "fit_model",
-            tr("Fit to another &model…"),
+            tr("Fit to &model…"),
             fit,
             icon="vector-combine",
             tip=tr("Register the model by another model of the same rock."),

@@ -82,7 +82,7 @@ def commands(
         ),
         Command(
             CONVERT,
-            tr("Convert to &metric CRS"),
+            tr("Convert to &metric"),
             studio.workspace.models.convert,
             icon="map-marker-path",
             tip=tr("Open a copy of the rejected model in a metric CRS."),
@@ -109,7 +109,7 @@ def commands(
             tr("&Export model as…"),
             files.export_model,
             icon="export",
-            tip=tr("Export in World coordinates, as OBJ, PLY, GLB, LAS/LAZ, XYZ, SHP or DXF."),
+            tip=tr("Export in World coordinates (OBJ, PLY, GLB, LAS/LAZ, XYZ, SHP, DXF)."),
             why_not=why_not_export,
         ),
         Command(

@@ -127,7 +127,7 @@ def commands(
         ),
         Command(
             "net_contours",
-            tr("Contours on the net"),
+            tr("Net contours"),
             toggle_contours,
             icon="chart-bell-curve-cumulative",
             tip=tr("Contour the density of poles and lines, or remove the contours."),

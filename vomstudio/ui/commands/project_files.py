@@ -432,7 +432,7 @@ class Files(QObject):
             action.setEnabled(path_exists(text))
             action.triggered.connect(lambda _=False, p=text: self.open_path(Path(p)))
         if menu.isEmpty():
-            menu.addAction(tr("No recent projects or models")).setEnabled(False)
+            menu.addAction(tr("No recent files")).setEnabled(False)
 
     def fill_discarded(self, menu: QMenu) -> None:
         """Fill the menu of untitled projects that were closed without saving, at most 20."""

@@ -242,7 +242,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
         ),
         Command(
             "along_beta",
-            tr("Along fold axis &beta"),
+            tr("Along fold &axis"),
             directions.look_along_beta,
             shortcut="B",
             tip=tr("Look along the fold axis of the bedding (orthographic)."),

@@ -49,7 +49,7 @@ _DESCRIPTIONS = {
     ),
     "shape": to_translate(
         "A plane is assessed by the textbook limits: good if it meets all three, doubtful if it"
-        " misses one, otherwise poor. The error is only noted."
+        " misses one, otherwise poor. Errors are noted."
     ),
 }
 

@@ -45,7 +45,7 @@ class VideoDialog(QDialog):
         super().__init__(parent)
         explain(self, "photos.md#frames-from-a-video")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle(tr("Frames from a video"))
+        self.setWindowTitle(tr("Video frames"))
         self.setMinimumWidth(620)
         self._studio, self._open_photos = studio, open_photos
         self._job: RunningJob | None = None

@@ -92,23 +92,21 @@ class DisplacementPanel(LazyPanel):
         explain(self, "window.md#fault-displacement")
         self.pairs: list[tuple[str, str]] = []
         self.result: DisplacementResult | None = None
-        self.fault = PlaneChoice(studio, "displacement_fault", tr("select it and take it"))
+        self.fault = PlaneChoice(studio, "displacement_fault", tr("select and use it"))
         self.bed = PlaneChoice(studio, "displacement_bed", tr("fitted to the cut-offs"))
-        self.slip = LineField(studio, "displacement_slip", tr("unknown: separations only"))
-        self.slip.line.setToolTip(
-            tr("Trend/plunge of the slip lineation, or its rake on the fault, 0 to 180.")
-        )
+        self.slip = LineField(studio, "displacement_slip", tr("unknown (separations only)"))
+        self.slip.line.setToolTip(tr("Trend/plunge of the slip lineation, or its rake (0 to 180)."))
         defaults = DisplacementOptions(fault="000/90")
         self.options = OptionFields(DisplacementOptions, "displacement", defaults)
-        self.add = QPushButton(theme.icon("plus"), tr("Add the selected two"))
-        self.add.setToolTip(tr("A pair of cut-offs of one bed."))
+        self.add = QPushButton(theme.icon("plus"), tr("Add selected traces"))
+        self.add.setToolTip(tr("Add the two selected cut-offs of one bed."))
         self.remove = QPushButton(theme.icon("minus"), tr("Remove"))
         self.table = _table()
         follow_axes(self, studio, self._show_axes)
         self.message = hint_label()
         self.message.setObjectName("displacement_message")
         self.copy = CopyCommandButton(
-            self.copy_command, tr("keep the points as a table, and copy the command")
+            self.copy_command, tr("save the points as a table and copy the command")
         )
         self._arrange()
         self.options.changed.connect(self._soon)
@@ -306,8 +304,8 @@ class DisplacementPanel(LazyPanel):
         if is_slip_known:
             lines.append(
                 tr(
-                    "Rake of the slip lineation {rake:.1f}°, from 0 to 180 down the dip; the slip "
-                    "rake of a pair has the sign of the motion.",
+                    "Rake of the slip lineation {rake:.1f}° (0 to 180, 90 down dip). The slip"
+                    " rake of a pair has the sign of the motion.",
                     rake=result.rake_deg,
                 )
             )
@@ -432,12 +430,12 @@ def _show_unit(table: QTableWidget, unit: str) -> None:
 
 def _table() -> QTableWidget:
     columns = (
-        (tr("Traces"), tr("Of one bed, on both sides of the fault.")),
-        ("", tr("How far the hanging wall moved against the footwall.")),
-        ("", tr("Vertical part; down is positive.")),
-        ("", tr("Horizontal part across the strike; apart is positive.")),
-        ("", tr("Along the strike; sinistral is positive.")),
-        (tr("Slip rake"), tr("Of the motion on the fault; positive with a reverse part.")),
+        (tr("Traces"), tr("Cut-offs of one bed on both sides of the fault.")),
+        ("", tr("Distance the hanging wall moved relative to the footwall.")),
+        ("", tr("Vertical component; down is positive.")),
+        ("", tr("Horizontal component across the strike; extension is positive.")),
+        ("", tr("Component along the strike; sinistral is positive.")),
+        (tr("Slip rake"), tr("Rake of the motion on the fault; positive if reverse.")),
     )
     table = CompactTable(0, len(columns))
     table.setObjectName("displacement_table")

@@ -64,7 +64,7 @@ _MIN_FIELD_WIDTH_PX = 64
 _KIND_NAMES = {
     "diverging": to_translate("Diverging about zero"),
     "cyclic": to_translate("Cyclic"),
-    "categories": to_translate("One colour for each class"),
+    "categories": to_translate("One colour per class"),
 }
 
 
@@ -203,7 +203,7 @@ class DisplayPanel(QWidget):
     def _make_clip(self, reset: QAction) -> QGroupBox:
         self.clip = QGroupBox(tr("Clipping box"))
         self.clip.setCheckable(True)
-        self.clip.setToolTip(tr("Shows only what lies between these sides."))
+        self.clip.setToolTip(tr("Show only the part between these sides."))
         self.clip.clicked.connect(self._toggle_clipping)
         grid = QGridLayout(self.clip)
         grid.setContentsMargins(8, 4, 8, 6)
@@ -224,7 +224,7 @@ class DisplayPanel(QWidget):
             grid.addWidget(spin, axis, 1 + side)
         for axis, label in enumerate(self._axes):
             grid.addWidget(label, axis, 0)
-        self.handles = QCheckBox(tr("Handles in the view"))
+        self.handles = QCheckBox(tr("Show handles"))
         self.handles.clicked.connect(self._display.set_handles)
         button = QPushButton(tr("Fit to models"))
         button.clicked.connect(reset.trigger)

@@ -48,12 +48,12 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         self.interpreter.setPlaceholderText(tr("initials"))
         self.share = QLineEdit("10")
         self.share.setObjectName("repeats_share")
-        self.share.setToolTip(tr("How many of the picks are offered again, in percent."))
-        self.begin = QPushButton(theme.icon("replay"), tr("Offer picks again"))
-        self.begin.setToolTip(tr("A random share of the picks, the first ones hidden."))
-        self.name = QPushButton(tr("Name the selected"))
+        self.share.setToolTip(tr("Percentage of picks to repeat."))
+        self.begin = QPushButton(theme.icon("replay"), tr("Start re-picking"))
+        self.begin.setToolTip(tr("Repeat a random sample of picks, with the originals hidden."))
+        self.name = QPushButton(tr("Set interpreter"))
         self.name.setToolTip(tr("Record this interpreter for the selected features."))
-        self.look = QPushButton(theme.icon("image-filter-center-focus"), tr("Show the place"))
+        self.look = QPushButton(theme.icon("image-filter-center-focus"), tr("Zoom to pick"))
         self.skip = QPushButton(tr("Skip"))
         self.stop = QPushButton(tr("Stop"))
         self.prompt = hint_label()
@@ -226,23 +226,23 @@ def figures_html(repeats: TableRepeats, names: dict[str, str]) -> str:
         spread = repeats.spread
         lines = [
             (
-                tr("95 % of a pick, by repeats"),
+                tr("95 % error from repeats"),
                 f"{spread.error95_deg:.1f}° ({spread.error95_low_deg:.1f} – "
                 f"{spread.error95_high_deg:.1f}°)",
             ),
-            (tr("95 % as stated"), _degrees(repeats.stated95_deg)),
-            (tr("Median angle of a pair"), _degrees(repeats.median_angle_deg)),
+            (tr("Stated 95 % error"), _degrees(repeats.stated95_deg)),
+            (tr("Median angle"), _degrees(repeats.median_angle_deg)),
         ]
     if repeats.test is not None:
         lines.append(
             (
-                tr("Within the stated errors"),
+                tr("Within stated errors"),
                 tr("{within} of {count}", within=repeats.test.within95, count=repeats.test.n),
             )
         )
     lines += [
         (
-            group.name or tr("not named"),
+            group.name or tr("unknown"),
             tr(
                 "{error}, repeats: {count}",
                 error=_degrees(group.spread.error95_deg),

@@ -81,36 +81,29 @@ class ThreePointsPanel(LazyPanel):
         self._is_picking = False
         self._background = QtBackground(self)
         self.pick = QPushButton(theme.icon("vector-polyline"), tr("Pick…"))
-        self.pick.setToolTip(
-            tr("Click three points or more on the outcrop, then press Enter; they become a trace.")
-        )
-        self.take = QPushButton(tr("Take selected"))
-        self.take.setToolTip(tr("The points of the selected trace or line."))
+        self.pick.setToolTip(tr("Click three or more points on the outcrop, then press Enter."))
+        self.take = QPushButton(tr("Use selected"))
+        self.take.setToolTip(tr("Use the points of the selected trace or line."))
         self.read = QPushButton(tr("Read…"))
-        self.read.setToolTip(tr("A table with x, y, z, such as a seam in wells."))
-        self.add_row = QPushButton(theme.icon("plus"), tr("Add a row"))
+        self.read.setToolTip(tr("Read a table with x, y, z, such as well markers."))
+        self.add_row = QPushButton(theme.icon("plus"), tr("Add row"))
         self.remove_row = QPushButton(theme.icon("minus"), tr("Remove"))
         self.table = _table()
         follow_axes(self, studio, self._show_axes)
         self.sigma = error_field(
             "three_points_sigma",
-            tr("not known"),
-            tr(
-                "Standard deviation of each coordinate. Without it more than three points "
-                "tell it by their misfit."
-            ),
+            tr("unknown"),
+            tr("Standard deviation of each coordinate (default: estimated from the misfit)."),
         )
         self.message = hint_label()
         self.message.setObjectName("three_points_message")
         self.type = TypeBox(studio)
         self.type.setObjectName("three_points_type")
         self.type.keep_narrow()
-        self.add = QPushButton(theme.icon("check"), tr("Add to the project"))
-        self.add.setToolTip(
-            tr("A plane of this type at the middle of the points, with its error in the notes.")
-        )
+        self.add = QPushButton(theme.icon("check"), tr("Add to project"))
+        self.add.setToolTip(tr("Add the plane, with its error in the notes."))
         self.copy = CopyCommandButton(
-            self.copy_command, tr("keep the points as a table, and copy the command")
+            self.copy_command, tr("save the points as a table and copy the command")
         )
         self._arrange()
         self._connect()
@@ -172,7 +165,7 @@ class ThreePointsPanel(LazyPanel):
         """Pick the points with the trace tool, which stores them as a trace."""
         self._studio.activate("trace")
         self._is_picking = True
-        self.message.setText(tr("Click three points or more on one surface, then press Enter."))
+        self.message.setText(tr("Click three or more points on one surface, then press Enter."))
 
     def _edited(self, edit: Edit) -> None:
         if self._is_picking:
@@ -296,13 +289,11 @@ class ThreePointsPanel(LazyPanel):
             "through {points}.",
             plane=plane,
             dip=result.dip_error_deg,
-            turn=tr("not known")
-            if direction_error_deg is None
-            else f"± {direction_error_deg:.1f}°",
+            turn=tr("unknown") if direction_error_deg is None else f"± {direction_error_deg:.1f}°",
             points=count_text,
         )
         if result.rms_m is not None:
-            text += " " + tr("They lie {rms:.3g} m (RMS) off it.", rms=result.rms_m)
+            text += " " + tr("Their residual is {rms:.3g} m (RMS).", rms=result.rms_m)
         return text + _warnings_text(result)
 
     def _refresh(self) -> None:

@@ -49,7 +49,7 @@ def commands(workspaces: Workspaces, docks: WindowDocks) -> list[Command]:
         *(show(workspace.name) for workspace in WORKSPACES),
         Command(
             "page_in_center",
-            tr("Page in the &centre"),
+            tr("Page in &centre"),
             enlarge,
             "arrow-expand",
             "F12",

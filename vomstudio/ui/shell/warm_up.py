@@ -36,11 +36,14 @@ def _ask(
 ) -> None:
     from vomstudio.studio.jobs.job import Nothing
 
+    def finish(_: Nothing) -> None:
+        on_done()
+
     studio.jobs.submit(
         job,
         Nothing(),
         title=tr("Warming up"),
-        on_done=lambda _: on_done(),
+        on_done=finish,
         on_failed=lambda _: None,
         quiet=True,
     )

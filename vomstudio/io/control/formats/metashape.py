@@ -157,7 +157,7 @@ def find_points(folder: Path) -> Path | None:
 
 
 CONTROL_FORMAT = ControlFormat(
-    to_translate("markers of Metashape (XML)"),
+    to_translate("Metashape markers (XML)"),
     matches=matches,
     points=points_of,
     marks=marks_of,

@@ -151,7 +151,7 @@ def only_xml(
 
 # It accepts any XML file that no other format recognises, and reports what is missing.
 CONTROL_FORMAT = ControlFormat(
-    to_translate("ground points of MicMac (XML)"),
+    to_translate("MicMac ground points (XML)"),
     matches=is_xml,
     points=points_of,
     marks=marks_of,

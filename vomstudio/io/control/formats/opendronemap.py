@@ -82,7 +82,9 @@ def read_odm(path: str | Path) -> OdmControl:
         raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error
     except UnicodeDecodeError as error:
         raise InputError(
-            Finding("file.damaged", format="UTF-8", reason=tr("some bytes are no characters")),
+            Finding(
+                "file.damaged", format="UTF-8", reason=tr("some bytes are not valid characters")
+            ),
             file=path,
         ) from error
     rows = [
@@ -169,7 +171,7 @@ def _number(path: Path, line: int, name: str, cell: str) -> float:
 
 
 CONTROL_FORMAT = ControlFormat(
-    to_translate("list of ground control of OpenDroneMap"),
+    to_translate("OpenDroneMap ground control list"),
     matches=is_odm,
     points=points_of,
     marks=marks_of,

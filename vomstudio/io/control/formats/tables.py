@@ -98,7 +98,7 @@ def crs_of(path: Path) -> str | None:
 
 
 CONTROL_FORMAT = ControlFormat(
-    to_translate("table of control points"),
+    to_translate("control point table"),
     matches=lambda path: True,
     points=points_of,
     marks=marks_of,

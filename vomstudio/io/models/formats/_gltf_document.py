@@ -140,13 +140,13 @@ class Document:
                 line=getattr(error, "lineno", None),
             ) from None
         if not isinstance(content, dict):
-            raise self.error(tr("the JSON part holds no scene"))
+            raise self.error(tr("the JSON part contains no scene"))
         return content
 
     def _check_version(self) -> None:
         version = self.section("asset").get("version")
         if not isinstance(version, str) or not version.startswith("2"):
-            raise self.error(tr("the version 2 of glTF is not stated"), "asset.version")
+            raise self.error(tr("glTF version 2 is not specified"), "asset.version")
         required = self.json.get("extensionsRequired")
         for name in required if isinstance(required, list) else ():
             if name in COMPRESSED:
@@ -206,7 +206,7 @@ class Document:
     def uri_bytes(self, uri: object, field: str) -> bytes | Path:
         """Return the bytes of a data URI, or the path of the file to which a URI refers."""
         if not isinstance(uri, str):
-            raise self.error(tr("'uri' is not a text"), field)
+            raise self.error(tr("'uri' is not text"), field)
         if uri.startswith("data:"):
             head, _, body = uri.partition(",")
             try:
@@ -269,7 +269,7 @@ class Document:
         start = self.whole(view, "byteOffset", 0, field)
         length = self.whole(view, "byteLength", 0, field)
         if start + length > len(data):
-            raise self.error(tr("it reaches beyond its buffer"), field)
+            raise self.error(tr("it extends beyond its buffer"), field)
         return data[start : start + length], self.whole(view, "byteStride", 0, field)
 
     def accessor(self, index: object, *widths: int) -> AnyArray:
@@ -320,7 +320,7 @@ class Document:
         row = dtype.itemsize * width
         stride = stride or row
         if stride < row or (count and start + stride * (count - 1) + row > len(data)):
-            raise self.error(tr("it reaches beyond its data"), field)
+            raise self.error(tr("it extends beyond its data"), field)
         if count == 0:
             return np.empty((0, width), dtype)
         return np.ndarray((count, width), dtype, data, start, (stride, dtype.itemsize))

@@ -65,7 +65,7 @@ def check_header(path: Path) -> int:
             Finding(
                 "file.damaged",
                 format="LAS",
-                reason=tr("its header promises more records than the file can hold"),
+                reason=tr("its header specifies more records than the file can contain"),
             ),
             file=path,
             field="LAS header",

@@ -99,7 +99,7 @@ def _combine(first: Reference, other: Reference, centre: tuple[float, float]) ->
 def _axes_text(axes: StatedAxes) -> str:
     from pyproj import CRS
 
-    name = tr("one without a place") if axes.crs is None else CRS.from_user_input(axes.crs).name
+    name = tr("one without a position") if axes.crs is None else CRS.from_user_input(axes.crs).name
     units = axes.units if len(set(axes.units)) > 1 else axes.units[:1]
     return f"{name} ({', '.join(map(unit_text, units))})"
 

@@ -100,7 +100,7 @@ def read_header(top: bytes, path: Path) -> Header:
             elements.append((words[1], int(words[2]), []))
         elif words[0] == "property":
             if not elements:
-                raise wrong(tr("a property stands before the first element"))
+                raise wrong(tr("a property precedes the first element"))
             is_list = words[1:2] == ["list"]
             kinds = words[2:4] if is_list else words[1:2]
             if len(words) != (5 if is_list else 3) or any(k not in TYPES for k in kinds):
@@ -109,7 +109,7 @@ def read_header(top: bytes, path: Path) -> Header:
                 if TYPES[kinds[0]][0] == "f":
                     raise wrong(
                         tr(
-                            "'{line}' counts a list in numbers that are not whole",
+                            "'{line}' counts a list with a non-integer type",
                             line=line.strip(),
                         )
                     )

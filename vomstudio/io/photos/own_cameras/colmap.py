@@ -104,7 +104,7 @@ def _lens(
             )
         )
     if not (width > 0 and height > 0 and np.isfinite(parameters).all()):
-        raise ValueError(tr("the size or a parameter of the camera is not possible"))
+        raise ValueError(tr("the size or a parameter of the camera is invalid"))
     if model in MODELS:
         return Intrinsics(model, width, height, parameters), None
     if model == "EQUIRECTANGULAR":
@@ -197,7 +197,7 @@ def _view(name: str, lenses: Lenses, camera: int, pose: list[float]) -> View:
     from scipy.spatial.transform import Rotation
 
     if camera not in lenses:
-        raise ValueError(tr("the camera {number} is not among the cameras", number=camera))
+        raise ValueError(tr("camera {number} does not exist", number=camera))
     w, x, y, z = pose[:4]
     length = float(np.linalg.norm([w, x, y, z]))
     if not 0.9 < length < 1.1:

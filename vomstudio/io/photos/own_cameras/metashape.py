@@ -56,7 +56,7 @@ def read_metashape(path: Path, root: Element) -> list[Candidate]:
         matrix = _numbers(path, transform, 16).reshape(4, 4)
         lens, unknown = lenses.get(camera.get("sensor_id"), (None, None))
         if lens is None:
-            raise _damaged(path, camera, tr("its sensor is not among the sensors"))
+            raise _damaged(path, camera, tr("its sensor does not exist"))
         if unknown is not None:
             unknown_models.append(unknown)
         outer = transforms.get(camera.get("component_id"))
@@ -242,7 +242,11 @@ def _numbers(path: Path, element: Element, count: int) -> FloatArray:
         raise _damaged(
             path,
             element,
-            tr("{count} numbers are wanted, {given} are given", count=count, given=len(values)),
+            tr(
+                "{count} numbers are required, but {given} are given",
+                count=count,
+                given=len(values),
+            ),
         )
     return values
 

@@ -98,12 +98,12 @@ def view_of_pose(
     if not (np.isfinite(rotation).all() and np.isfinite(translation).all()):
         raise ValueError(tr("the pose is not finite"))
     if find_invalid_points(translation[None]).any():
-        raise ValueError(tr("the position is nowhere on Earth"))
+        raise ValueError(tr("the position is not on Earth"))
     if (
         np.abs(rotation @ rotation.T - np.eye(3)).max() > MAX_ROTATION_DEVIATION
         or np.linalg.det(rotation) < 0
     ):
-        raise ValueError(tr("the matrix of the pose is no rotation"))
+        raise ValueError(tr("the pose matrix is not a rotation"))
     u, _, vt = np.linalg.svd(rotation)
     # Restore the orthogonality lost by rounding while keeping the camera centre.
     orthogonal = np.asarray(u @ vt, np.float64)
@@ -114,7 +114,7 @@ def from_centre(name: str, lens: Intrinsics, rotation: FloatArray, centre: Float
     """Return `view_of_pose` for a projection centre."""
     view = view_of_pose(name, lens, rotation, np.zeros(3))
     if not np.isfinite(centre).all() or find_invalid_points(centre[None]).any():
-        raise ValueError(tr("the position is nowhere on Earth"))
+        raise ValueError(tr("the position is not on Earth"))
     return View(name, lens, view.rotation, -view.rotation @ centre)
 
 

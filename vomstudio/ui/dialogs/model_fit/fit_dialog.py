@@ -63,7 +63,7 @@ class FitDialog(QDialog):
         explain(self, "registration.md#one-model-by-another")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
-        self.setWindowTitle(tr("Fit {model} to another model", model=model.name))
+        self.setWindowTitle(tr("Fit {model}", model=model.name))
         self.resize(1240, 800)
         self._studio, self._model_id = studio, model.id
         self.points = PointPairs()

@@ -105,7 +105,7 @@ class PlannerDialog(QDialog):
         super().__init__(parent)
         explain(self, "photos.md#planning-a-survey")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle(tr("Plan a photo survey"))
+        self.setWindowTitle(tr("Plan photo survey"))
         self.resize(1120, 720)
         self._studio, self._survey = studio, survey
         self._background = QtBackground(self)
@@ -174,9 +174,7 @@ class PlannerDialog(QDialog):
         self.manner.currentIndexChanged.connect(self._schedule_plan)
         self.receiver = self._create_number_field("plan_receiver")
         self.receiver.setPlaceholderText(f"{DEFAULT_RECEIVER_M:g}")
-        self.receiver.setToolTip(
-            tr("Horizontal error (1σ): 3 m for phone or drone, 0.02 m with RTK.")
-        )
+        self.receiver.setToolTip(tr("Horizontal error (1σ): 3 m without RTK, 0.02 m with RTK."))
         self.control = self._create_number_field("plan_control")
         self.control.setPlaceholderText(f"{DEFAULT_CONTROL_M:g}")
         self.control.setToolTip(tr("Standard deviation of a control point coordinate."))

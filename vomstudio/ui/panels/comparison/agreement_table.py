@@ -12,7 +12,7 @@ from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.features.measured_planes import measured_planes
 from vomstudio.ui.widgets.number_table import Column, NumberTable
 
-_MATCH_TITLES = {"name": to_translate("name"), "nearness": to_translate("nearness")}
+_MATCH_TITLES = {"name": to_translate("name"), "nearness": to_translate("distance")}
 _MIN_TABLE_HEIGHT_PX = 130
 
 
@@ -31,12 +31,12 @@ class AgreementTable(QWidget):
             (
                 Column(tr("Plane"), tip=tr("On the model."), number=False),
                 Column(tr("Other"), tip=tr("On the benchmark."), number=False),
-                Column(tr("By"), tip=tr("Matched by name, or by nearness."), number=False),
+                Column(tr("By"), tip=tr("Matched by name or by distance."), number=False),
                 Column(tr("Angle"), format_error_deg, tr("Between the two planes.")),
                 Column(
                     tr("95 %"),
                     format_error_deg,
-                    tr("Stated errors of both together, with their registrations where known."),
+                    tr("Combined stated errors, including registrations if known."),
                 ),
             ),
             3,

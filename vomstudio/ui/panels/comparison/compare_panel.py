@@ -96,7 +96,7 @@ class ComparePanel(QWidget):
         self.method = ComboBox()
         self.method.setObjectName("compare_method")
         self.method.addItem(tr("Nearest distances"))
-        self.method.addItem(tr("M3C2, along the normals"))
+        self.method.addItem(tr("M3C2 along normals"))
         self.method.currentIndexChanged.connect(self._show_limits)
         self.limits = OptionFields(CompareOptions, "compare", CompareOptions(m3c2_m=0.5))
         follow_axes(self, studio, lambda axes: self.limits.show_unit(length_unit(axes)))
@@ -104,7 +104,7 @@ class ComparePanel(QWidget):
         self.start.clicked.connect(self._start_or_stop)
         self.export = QPushButton(theme.icon("export"), tr("Export PLY…"))
         self.export.clicked.connect(self._ask_for_file)
-        self.copy = CopyCommandButton(self._copy_command, tr("the command that compares these two"))
+        self.copy = CopyCommandButton(self._copy_command, tr("the command for this comparison"))
         self.message = hint_label()
         self.figures = Label()
         self.figures.setObjectName("compare_figures")
@@ -486,6 +486,6 @@ def result_text(comparison: ModelComparison) -> str:
     if (side := figures["positive_toward"]) is not None:
         toward = f"{format_azimuth(side['trend_deg'])}/{side['plunge_deg']:02.0f}"
         lines.append(
-            tr("Positive: before the benchmark, toward {toward} (trend/plunge)", toward=toward)
+            tr("Positive: in front of the benchmark, toward {toward} (trend/plunge)", toward=toward)
         )
     return "\n".join(lines)

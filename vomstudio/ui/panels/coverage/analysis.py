@@ -112,7 +112,7 @@ def compute_share(request: CoverageRequest) -> FaceCoverage:
 def figures_html(coverage: FaceCoverage, unit: str) -> str:
     """Format the figures of a coverage as HTML; `unit` is "m" if lengths are metric."""
     rows = [
-        (tr("Looked at"), _percent_text(coverage.looked_at_share)),
+        (tr("Coverage"), _percent_text(coverage.looked_at_share)),
         *(
             (
                 name,
@@ -129,14 +129,14 @@ def figures_html(coverage: FaceCoverage, unit: str) -> str:
                 (tr("Done"), coverage.done),
                 (tr("Empty"), coverage.empty),
                 (tr("Unmeasurable"), coverage.unmeasurable),
-                (tr("Not looked at"), coverage.not_looked_at),
+                (tr("Not inspected"), coverage.not_looked_at),
             )
         ),
         (
-            tr("Counted over"),
+            tr("Reference area"),
             tr("{area} {unit}² (done and empty)", area=f"{coverage.counted_m2:.4g}", unit=unit),
         ),
-        (tr("Features there"), str(coverage.features)),
+        (tr("Features inside"), str(coverage.features)),
         (tr("Density"), _rate_text(coverage.density_1_per_m2, f"1/{unit}²")),
         (tr("P21"), _rate_text(coverage.P21_1_per_m, f"1/{unit}")),
     ]

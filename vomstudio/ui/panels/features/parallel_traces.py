@@ -63,9 +63,8 @@ def _format_beds(studio: Studio, beds: ParallelBeds, names: dict[str, str]) -> l
     plane = Plane(beds.dip_direction_deg, beds.dip_deg)
     lines = [
         tr_n(
-            "Fitted together as {count} parallel plane: <b>{plane}</b> (95 %; {smallest} at least)",
-            "Fitted together as {count} parallel planes: <b>{plane}</b> (95 %; "
-            "{smallest} at least)",
+            "Joint fit of {count} parallel plane: <b>{plane}</b> (95 %; at least {smallest})",
+            "Joint fit of {count} parallel planes: <b>{plane}</b> (95 %; at least {smallest})",
             len(names),
             plane=escape(
                 format_attitude(plane, beds.max_confidence95_deg, studio.settings.notation)

@@ -89,7 +89,7 @@ def format_relation(measurement: Measurement) -> list[str]:
     registration_lines = []
     if measurement.registration_error_deg is not None:
         error = format_error_deg(measurement.registration_error_deg)
-        registration_lines.append(tr("Of that by the registration: {error}", error=error))
+        registration_lines.append(tr("Due to registration: {error}", error=error))
     return [
         tr("Angle between the planes: {angle}", angle=format_error_deg(measurement.angle_deg)),
         intersection,
@@ -138,7 +138,7 @@ class IntersectionDialog(QDialog):
         self.second.setCurrentIndex(self._find_group(groups, "fault", min(1, len(groups) - 1)))
         form = QFormLayout()
         form.addRow(tr("Planes of"), self.first)
-        form.addRow(tr("and planes of"), self.second)
+        form.addRow(tr("With planes of"), self.second)
         form.addRow(tr("Feature type"), self.type_box)
         form.addRow(tr("Name"), self.name)
         layout = QVBoxLayout(self)

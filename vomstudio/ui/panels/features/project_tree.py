@@ -110,12 +110,7 @@ class ProjectTree(QWidget):
         studio.filters.append((self, lambda ids: self._hidden_ids.intersection(ids)))
         self.empty_types = QToolButton()
         self.empty_types.setIcon(theme.icon("shape-plus-outline"))
-        self.empty_types.setToolTip(
-            tr(
-                "Show feature types without features, to drop features onto them or to choose one "
-                "for the next feature."
-            )
-        )
+        self.empty_types.setToolTip(tr("Show feature types without features."))
         self.empty_types.setAccessibleName(tr("Show empty feature types"))
         self.empty_types.setCheckable(True)
         theme.highlight_toggles(self.empty_types)
@@ -410,7 +405,7 @@ class ProjectTree(QWidget):
         font = item.font(NAME)
         font.setBold(is_next)
         item.setFont(NAME, font)
-        item.setToolTip(NAME, tr("The next feature is of this type.") if is_next else "")
+        item.setToolTip(NAME, tr("The next feature gets this type.") if is_next else "")
 
     def _apply_edit(self, edit: Edit) -> None:
         if any(isinstance(r, FeatureType) for r in (*edit.before.values(), *edit.after.values())):

@@ -158,7 +158,7 @@ class RecordMenus(QObject):
         studio = self._studio
         feature_ids = [f.id for f in studio.session.features() if group_of(f) == kind.id]
         use_action = menu.addAction(
-            tr("Use for &next features"),
+            tr("Use for &next"),
             lambda: studio.set_next(kind.id, studio.next_set),
         )
         use_action.setCheckable(True)
@@ -172,7 +172,7 @@ class RecordMenus(QObject):
         menu.addSeparator()
         self._add_visibility_action(menu, kind.id)
         show_only_action = menu.addAction(
-            tr("Show &only these"), lambda: studio.show_only(feature_ids)
+            tr("Show &only selected"), lambda: studio.show_only(feature_ids)
         )
         show_only_action.setEnabled(bool(feature_ids))
         show_only_action.setToolTip("" if feature_ids else unused_text)

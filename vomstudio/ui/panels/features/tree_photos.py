@@ -283,7 +283,7 @@ class TreePhotos(QObject):
         )
         menu.addAction(
             theme.icon("image-multiple-outline"),
-            tr("Show in the &Photos panel"),
+            tr("Show in &Photos"),
             partial(self._show_in_panel, record, photo),
         )
         if self._is_in_panel(record.id):

@@ -89,24 +89,24 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         self._drawn_result: FractureAnswer | None = None
         self.group_box = GroupBox(studio, tr("All traces"))
         self.group_box.setAccessibleName(tr("Traces"))
-        self.plane = PlaneField(studio, "fracture_plane", tr("the plane of best fit"), view)
+        self.plane = PlaneField(studio, "fracture_plane", tr("best-fit plane"), view)
         self.region_box = RegionBox(studio)
         self.region_field = QLineEdit()
         self.region_field.setObjectName("fracture_place")
-        self.take = icon_button(
-            "cursor-default-click-outline", tr("Take the selected line or area")
-        )
-        self.take.setToolTip(tr("The selected line or area, as it lies on the face."))
+        self.take = icon_button("cursor-default-click-outline", tr("Use the selected line or area"))
+        self.take.setToolTip(tr("Use the selected line or area, projected onto the face."))
         self.options = OptionFields(FractureOptions, "fracture")
         follow_axes(self, studio, lambda axes: self.options.show_unit(length_unit(axes)))
         self.figure = QPushButton(theme.icon("image-outline"), tr("Figure…"))
-        self.figure.setToolTip(tr("Map, rose, nodes, lengths and intensity as SVG, PDF or PNG."))
+        self.figure.setToolTip(
+            tr("Save map, rose, nodes, lengths and intensity as SVG, PDF or PNG.")
+        )
         self.copy = CopyCommandButton(
-            self.copy_command, tr("keep the traces as a GeoPackage, and copy the command")
+            self.copy_command, tr("save the traces as a GeoPackage and copy the command")
         )
         self.figures = QTextBrowser()
         self.figures.setAccessibleName(tr("Figures of the fractures"))
-        self.map = DrawingView(tr("The traces will be drawn here, as they lie on their face."))
+        self.map = DrawingView(tr("The traces will be drawn here on their face."))
         self.map.setAccessibleName(tr("Map of the traces"))
         self.picture = ScaledPicture()
         self._arrange()
@@ -184,9 +184,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         )
         can_mark = kind not in (EVERYTHING, GRID)
         self.map.enable_marking(can_mark)
-        self.map.setToolTip(
-            "" if not can_mark else tr("Drag to mark where the traces are counted.")
-        )
+        self.map.setToolTip("" if not can_mark else tr("Drag to mark the area to count."))
         self._refresh_take()
         self._soon()
 
@@ -408,8 +406,8 @@ def _cells_text(result: FractureAnswer) -> list[str]:
         return []
     return [
         tr_n(
-            "Counted in {count} whole cell of {grid} that is done or empty.",
-            "Counted in {count} whole cells of {grid} that are done or empty.",
+            "Counted in {count} done or empty cell of {grid}.",
+            "Counted in {count} done or empty cells of {grid}.",
             len(cells.corners),
             grid=cells.name,
         )
@@ -461,11 +459,11 @@ def _html(result: FractureAnswer | None) -> str:
         f"<td style='padding:1px 2px'>{escape(_typeset(value))}</td></tr>"
         for name, value in figure_rows(network.found)
     )
-    note = escape(tr("± 95 %, of traces placed independently."))
+    note = escape(tr("95 % error, assuming independently placed traces."))
     return f"<table width='100%'>{cells}</table><p>{note}</p>"
 
 
 def _typeset(text: str) -> str:
     """Replace the plain-text symbols used in the terminal with typographic ones."""
-    repeated_note = tr(" (95 %, of traces placed independently)")
+    repeated_note = tr(" (95 %, assuming independently placed traces)")
     return text.replace(repeated_note, "").replace("+-", "±").replace("m2", "m²")

@@ -49,7 +49,7 @@ class RegionBox(ComboBox):
         shown_titles = {
             str(self.itemData(i)): self.itemText(i) for i in range(self._fixed_count, self.count())
         }
-        titles = {key: tr("Looked at: {grid}", grid=name) for key, name in grids.items()}
+        titles = {key: tr("Coverage: {grid}", grid=name) for key, name in grids.items()}
         if shown_titles == titles:
             return
         previous = self.currentData()

@@ -76,36 +76,34 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         self._line = DrawnLine(self, studio)
         self.line = ElidedLabel()
         self.line.setObjectName("log_line")
-        self.take = icon_button("cursor-default-click-outline", tr("Take selected"))
-        self.take.setToolTip(tr("The log runs along the selected trace or polyline."))
+        self.take = icon_button("cursor-default-click-outline", tr("Use selected"))
+        self.take.setToolTip(tr("Draw the log along the selected trace or polyline."))
         self.pick = QPushButton(theme.icon("vector-polyline"), tr("Pick…"))
         self.pick.setObjectName("log_pick")
-        self.pick.setToolTip(
-            tr("Click a point on each boundary, from bed to bed, then press Enter.")
-        )
+        self.pick.setToolTip(tr("Click one point per boundary in order, then press Enter."))
         self.source_box = ComboBox()
         self.source_box.setObjectName("log_of")
         for name, title in (
             (TRACES, tr("traces across the line")),
-            (POINTS, tr("the points of the line")),
+            (POINTS, tr("points of the line")),
             (BOTH, tr("traces and points")),
         ):
             self.source_box.addItem(title, name)
         self.source_box.keep_narrow()
         self.group = GroupBox(studio)
         self.group.setAccessibleName(tr("Traces"))
-        self.group.setToolTip(tr("Which traces are boundaries, and which tell the bedding."))
+        self.group.setToolTip(tr("Choose the boundaries and the source of the bedding attitude."))
         self.max_distance = error_field(
             "log_reach",
             tr("automatic"),
-            tr("How near to the line a trace has to come; by itself a twentieth of the line."),
+            tr("Maximum distance of a trace from the line (automatic: 1/20)."),
         )
         self.bed = PlaneChoice(studio, "log_bed", tr("fitted to the traces"))
         self.options = OptionFields(LogOptions, "log")
         self.write = QPushButton(theme.icon("export"), tr("Write…"))
-        self.write.setToolTip(tr("The table as CSV, or the column of beds as SVG, PDF or PNG."))
+        self.write.setToolTip(tr("Save a CSV table, or an SVG, PDF or PNG figure."))
         self.copy = CopyCommandButton(
-            self.copy_command, tr("keep the boundaries as a table, and copy the command")
+            self.copy_command, tr("save the boundaries as a table and copy the command")
         )
         self.table = BedLogTable()
         follow_axes(self, studio, self._show_axes)
@@ -170,7 +168,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
 
     def _pick(self) -> None:
         self._line.begin()
-        self.message.setText(tr("Click a point on each boundary, then press Enter."))
+        self.message.setText(tr("Click one point on each boundary, then press Enter."))
 
     def _take_picked_line(self, line: Dimension) -> None:
         self.source_box.setCurrentIndex(self.source_box.findData(POINTS))
@@ -235,8 +233,8 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         unit = "m" if q.metric else tr("units")
         lines = [
             tr_n(
-                "{count} bed, {total} {unit} across the bedding (95 %).",
-                "{count} beds, {total} {unit} across the bedding (95 %).",
+                "{count} bed, true thickness {total} {unit} (95 %).",
+                "{count} beds, true thickness {total} {unit} (95 %).",
                 len(result.log.intervals),
                 total=format_with_error(total.value, total.error95),
                 unit=unit,

@@ -39,12 +39,12 @@ class BedLogTable(QTableWidget):
 
     def __init__(self) -> None:
         columns = (
-            (tr("Bed"), tr("Counted from the oldest up.")),
-            (tr("From"), tr("The boundary at which the bed begins.")),
-            (tr("To"), tr("The boundary at which it ends.")),
-            ("", tr("Across the bedding, with half of its 95 % interval.")),
-            (tr("Lithology"), tr("In StraboSpot's words; double click to choose or type one.")),
-            (tr("Notes"), tr("Double click to type.")),
+            (tr("Bed"), tr("Number, from the oldest bed up.")),
+            (tr("From"), tr("Lower boundary of the bed.")),
+            (tr("To"), tr("Upper boundary of the bed.")),
+            ("", tr("True thickness across the bedding, with its 95 % error.")),
+            (tr("Lithology"), tr("Lithology of the StraboSpot list; double click to edit.")),
+            (tr("Notes"), tr("Double click to edit.")),
         )
         super().__init__(0, len(columns))
         self.setObjectName("log_table")
@@ -124,7 +124,7 @@ class BedLogTable(QTableWidget):
             self.setItem(row, column, item)
         item.setText(text)
         if column in (LITHOLOGY, NOTES):
-            item.setToolTip(text or tr("Double click to type."))
+            item.setToolTip(text or tr("Double click to edit."))
 
     def _emit_description(self, item: QTableWidgetItem) -> None:
         row = item.row()

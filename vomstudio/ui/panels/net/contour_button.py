@@ -64,17 +64,17 @@ class ContourButton(QToolButton):
             self.methods[method] = action
         menu.addSeparator()
         self.fill_action = menu.addAction(tr("Filled"))
-        self.each_set_action = menu.addAction(tr("Each set by itself"))
+        self.each_set_action = menu.addAction(tr("Each set separately"))
         for action in (self.fill_action, self.each_set_action):
             action.setCheckable(True)
             action.triggered.connect(lambda _=False: self._store_method(self.method or None))
         self.subject = menu.addMenu(tr("Contoured type"))
-        self.smoothness = menu.addMenu(tr("Smoothness of Kamb's methods"))
+        self.smoothness = menu.addMenu(tr("Kamb smoothness"))
         sigmas = QActionGroup(self)
         self.sigmas = {}
         for sigma in _SIGMAS:
             number = f"{sigma:g}"
-            usual_title = tr("{sigma} σ (usual)", sigma=number)
+            usual_title = tr("{sigma} σ (default)", sigma=number)
             action = self.smoothness.addAction(usual_title if sigma == SIGMA else f"{number} σ")
             action.setCheckable(True)
             sigmas.addAction(action)
@@ -121,7 +121,7 @@ class ContourButton(QToolButton):
         choices: list[tuple[str, str | None]] = [
             (tr("Most frequent type"), ""),
             *((name.replace("&", "&&"), name) for name in self._types()),
-            (tr("All together"), None),
+            (tr("All sets"), None),
         ]
         for title, name in choices:
             action = self.subject.addAction(title)

@@ -197,7 +197,7 @@ def proposed_sets(sets: Sequence[NetSet], groups: Groups) -> list[NetSet]:
         if not members:
             continue
         places = [place_by_id[id_] for id_ in members]
-        title = tr("{set} (proposed)", set=name) if name else tr("in no set")
+        title = tr("{set} (proposed)", set=name) if name else tr("no set")
         result.append(
             NetSet(
                 name=title,

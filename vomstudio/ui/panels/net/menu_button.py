@@ -15,28 +15,28 @@ from vomstudio.ui.panels.net.view_settings import BINS, NetViewSettings
 
 _OVERLAYS = {
     "averages": (
-        to_translate("Averages in words"),
-        to_translate("n, mean with its method, kappa and alpha95 of each set, under the legend."),
+        to_translate("Mean values"),
+        to_translate("Show n, mean, method, kappa and alpha95 of each set."),
     ),
     "girdles": (
         to_translate("Girdles"),
-        to_translate("The great circle that each set fits best, where it is no cluster."),
+        to_translate("Draw the best-fit great circle of sets that form girdles."),
     ),
     "maxima": (
-        to_translate("Densest places"),
-        to_translate("Where each set, or all as contoured, is densest, and how dense."),
+        to_translate("Maxima"),
+        to_translate("Mark the density maximum of each set or of the contours."),
     ),
     "errors": (
-        to_translate("Error ellipses of all"),
-        to_translate("The 95 % ellipse of each plane and line, of at most 500."),
+        to_translate("All error ellipses"),
+        to_translate("Draw the 95 % ellipses of up to 500 planes and lines."),
     ),
     "intersections": (
         to_translate("Intersections"),
-        to_translate("The lines in which each two planes meet, of at most 300 planes."),
+        to_translate("Draw all intersections of up to 300 planes."),
     ),
     "slip planes": (
         to_translate("Planes of striae"),
-        to_translate("The great circles of the planes on which the rakes of lines are counted."),
+        to_translate("Draw the planes that contain lineations, as great circles."),
     ),
 }
 
@@ -64,7 +64,7 @@ class NetMenuButton(QToolButton):
     ) -> None:
         super().__init__()
         self._view_settings, self._names = view_settings, names
-        tip = tr("More: what is drawn, sets shown, turning, figure")
+        tip = tr("More: elements, sets, rotation, figure")
         self.setIcon(theme.icon("dots-horizontal"))
         self.setToolTip(tip)
         self.setAccessibleName(tip)
@@ -82,10 +82,10 @@ class NetMenuButton(QToolButton):
             )
             self.overlays[name] = action
         menu.addSeparator()
-        self.drawing_action = menu.addAction(tr("Type circles, lines, turning, levels…"))
+        self.drawing_action = menu.addAction(tr("Draw and rotate…"))
         self.drawing_action.triggered.connect(lambda _: edit_drawings())
-        self.sets = menu.addMenu(tr("Sets shown"))
-        self.bins = menu.addMenu(tr("Bins of roses and histograms"))
+        self.sets = menu.addMenu(tr("Visible sets"))
+        self.bins = menu.addMenu(tr("Rose bins"))
         self._fill_bins()
         menu.addSeparator()
         menu.addActions(list(final_actions))
@@ -104,7 +104,7 @@ class NetMenuButton(QToolButton):
             self.widths[width] = action
         self.bins.addSeparator()
         self.length_weight_action = self.bins.addAction(tr("Weighted by length"))
-        self.area_scale_action = self.bins.addAction(tr("Areas to scale (else lengths)"))
+        self.area_scale_action = self.bins.addAction(tr("Scale by area"))
         for action in (self.length_weight_action, self.area_scale_action):
             action.setCheckable(True)
         view_settings = self._view_settings

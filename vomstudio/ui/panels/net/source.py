@@ -252,7 +252,7 @@ class NetSource:
         skipped_count = sum(map(len, sets)) - sum(rose.n for rose in contents.roses.values())
         notes = self.repeat_notes()
         if pooled:
-            notes = (*notes, tr("the sets of each type are counted together"))
+            notes = (*notes, tr("the sets of each type are combined"))
         if not skipped_count:
             return replace(contents, notes=notes)
         code = "rose.left-out-by-length" if view_settings.is_length_weighted else "rose.left-out"

@@ -109,7 +109,7 @@ class StereonetPanel(QWidget):
         self._path: list[tuple[float, float]] = []
         self.view = NetViewBox(studio, self.view_settings)
         self._circles = self._create_toggle(
-            "circle-outline", tr("Great circles (hidden where there are many)"), True
+            "circle-outline", tr("Great circles (hidden if there are many)"), True
         )
         self._poles = self._create_toggle("circle-medium", tr("Poles"), True)
         self._means = self._create_toggle(
@@ -129,7 +129,7 @@ class StereonetPanel(QWidget):
             final_actions=[actions[name] for name in _MENU_ACTIONS],
         )
         self.command = CopyCommandButton(
-            self._copy_command, tr("keep what is shown as a table, and copy the command")
+            self._copy_command, tr("save the data as a table and copy the command")
         )
         # Neither the net nor the legend covers this corner.
         self._corner_label = ElidedLabel()
@@ -474,9 +474,9 @@ class StereonetPanel(QWidget):
             self._roses = DrawnRoses.draw(contents, request)
             self.canvas.show_net(self._roses)
         elif contents.of in LINE_ANGLES:
-            self.canvas.show_message(tr("No visible lines with such an angle."))
+            self.canvas.show_message(tr("No visible lines with this angle."))
         else:
-            self.canvas.show_message(tr("No visible planes with such an angle."))
+            self.canvas.show_message(tr("No visible planes with this angle."))
         self._name_selection()
 
     def _show_live(self) -> None:

@@ -42,9 +42,9 @@ class MaskBox(QGroupBox):
                 self.hide_button,
                 tr("Mask"),
                 "eye-off-outline",
-                tr("Drawing masks: sky, vegetation, people, your own shadow (X)."),
+                tr("Draw masks over sky, vegetation, people or shadows (X)."),
             ),
-            (self.keep_button, tr("Unmask"), "eraser", tr("Drawing erases the mask (X).")),
+            (self.keep_button, tr("Unmask"), "eraser", tr("Draw to erase the mask (X).")),
         ):
             button.setText(text)
             button.setIcon(theme.icon(icon))
@@ -60,9 +60,7 @@ class MaskBox(QGroupBox):
         self.brush_size = Slider()
         self.brush_size.setObjectName("brush_size")
         self.brush_size.setRange(0, _STEPS)
-        self.brush_size.setToolTip(
-            tr("Radius of the brush in pixels of the photo ([ and ], or Ctrl and the wheel).")
-        )
+        self.brush_size.setToolTip(tr("Brush radius in photo pixels ([ and ], or Ctrl+wheel)."))
         self.brush_size.valueChanged.connect(self._size_changed)
         self._size_label = Label()
         self._size_label.setMinimumWidth(self.fontMetrics().horizontalAdvance("0000 px"))

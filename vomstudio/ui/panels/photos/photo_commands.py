@@ -35,19 +35,16 @@ def commands(opening: PhotoOpening, selected_photo: Callable[[], str | None]) ->
             lambda: opening.open(selected_photo()),
             "image-edit-outline",
             (),
-            tr("In the middle of the window, to draw its mask and to mark points."),
+            tr("Open the photo to draw its mask and mark points."),
             opening.why_not,
         ),
         Command(
             "take_in_photos",
-            tr("Re-&import points and masks"),
+            tr("Re-&import"),
             opening.import_sidecars,
             "tray-arrow-down",
             (),
-            tr(
-                "Replace those of the project by the control points, marks and masks beside the "
-                "photos."
-            ),
+            tr("Import control points, marks and masks from the photo folder again."),
             opening.why_not,
         ),
     ]

@@ -365,7 +365,7 @@ class PhotoPage(QWidget):
 
     def _hint(self) -> str:
         return {
-            "look": tr("Drag to pan, turn the wheel to zoom."),
+            "look": tr("Drag to pan, use the wheel to zoom."),
             "mark": tr(
                 "Click to mark {point}. Drag a mark to move it (slowly with Shift), or press an "
                 "arrow key for 0.1 px.",

@@ -105,11 +105,11 @@ def own_window_command(page: QWidget, change_place: Callable[[], object]) -> Com
     """Return the command that moves the page to a separate window, or back."""
     return Command(
         "own_window",
-        tr("Own window"),
+        tr("Separate window"),
         change_place,
         "open-in-new",
         (),
-        tr("Show the photo in a window of its own, for a second screen, or put it back."),
+        tr("Show the photo in its own window, or return it."),
         is_checked=page.isWindow,
     )
 
@@ -175,7 +175,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
             canvas.one_to_one,
             "magnify-plus-outline",
             "1",
-            tr("One pixel of the photo is one pixel of the screen."),
+            tr("Show one photo pixel as one screen pixel."),
             is_viewport_key=True,
         ),
     ]
@@ -256,14 +256,11 @@ def mask_commands(
         ),
         Command(
             "repeat_mask",
-            tr("Apply to all photos"),
+            tr("Apply to all"),
             masks.repeat,
             "image-multiple-outline",
             (),
-            tr(
-                "Draw the last shape in every photo of this size, for something that is at the "
-                "same place in all of them, such as a leg of the drone."
-            ),
+            tr("Copy the last shape to all photos of this size."),
             masks.why_not_repeat,
         ),
         Command(
@@ -272,7 +269,7 @@ def mask_commands(
             lambda: masks.invert(photo.name),
             "invert-colors",
             (),
-            tr("Mask what is not masked, and unmask what is masked."),
+            tr("Invert the mask of the photo."),
             why_no_mask,
         ),
         Command(
@@ -309,7 +306,7 @@ def point_commands(editing: MarkEditing, folder: Path, parent: QWidget) -> list[
             editing.new_point,
             "plus",
             "N",
-            tr("A tie point; with coordinates it becomes a control point."),
+            tr("Add a tie point; with coordinates it becomes a control point."),
             is_viewport_key=True,
         ),
         Command(
@@ -327,10 +324,7 @@ def point_commands(editing: MarkEditing, folder: Path, parent: QWidget) -> list[
             import_table(False),
             "map-marker-plus-outline",
             (),
-            tr(
-                "A table of control points: label, x, y, z and, if known, sigma and use "
-                "(control or check)."
-            ),
+            tr("Import a table: label, x, y, z[, sigma][, use (control or check)]."),
         ),
         Command(
             "import_marks",
@@ -338,7 +332,7 @@ def point_commands(editing: MarkEditing, folder: Path, parent: QWidget) -> list[
             import_table(True),
             "map-marker-multiple-outline",
             (),
-            tr("A table of image marks: label, photo, x, y."),
+            tr("Import a table of image marks: label, photo, x, y."),
         ),
         Command(
             "remove_mark",

@@ -41,11 +41,11 @@ _COLUMNS = (
     (to_translate("GSD"), to_translate("Ground sampling distance: size of a pixel on the rock.")),
     (
         to_translate("Blur"),
-        to_translate("Blur of the sharpest edges (one sigma) in pixels; the smaller, the sharper."),
+        to_translate("Blur of the sharpest edges (1σ) in pixels; smaller is sharper."),
     ),
     (
         to_translate("Mask"),
-        to_translate("A part of the photo is masked. Open the photo to edit it."),
+        to_translate("Part of the photo is masked. Open the photo to edit it."),
     ),
     (to_translate("Finding"), ""),
     (to_translate("Camera"), ""),
@@ -103,7 +103,7 @@ class PhotosPanel(QWidget):
         self.results.setObjectName("results")
         self.results.setText(tr("Results"))
         self.results.setIcon(theme.icon("file-document-outline"))
-        self.results.setToolTip(tr("Alignment, tie points and report of the reconstruction."))
+        self.results.setToolTip(tr("Show alignment, tie points and report of the reconstruction."))
         self.results.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.results.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         menu = QMenu(self.results)

@@ -78,7 +78,7 @@ class PlanView(QWidget):
             painter.drawText(
                 QRectF(self.rect()).adjusted(12, 8, -12, -8),
                 int(Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap),
-                tr("The photos have no GPS positions. The plan is drawn once they are aligned."),
+                tr("The photos have no GPS positions. Align them to draw the plan."),
             )
             return
         scale, cx, cy = self._scale()

@@ -116,9 +116,9 @@ class PointsBox(QGroupBox):
         self.role = ComboBox()
         self.role.setObjectName("point_role")
         for text, role, tip in (
-            (tr("control"), CONTROL, tr("Takes part in the registration of the model.")),
-            (tr("check"), CHECK, tr("Takes no part, and shows how good the registration is.")),
-            (tr("tie"), TIE, tr("Has no coordinates and only joins photos.")),
+            (tr("control"), CONTROL, tr("Used to register the model.")),
+            (tr("check"), CHECK, tr("Not used to register the model, but to check it.")),
+            (tr("tie"), TIE, tr("Has no coordinates and only links photos.")),
         ):
             self.role.addItem(theme.swatch(COLORS[role]), text, role)
             self.role.setItemData(self.role.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
@@ -135,9 +135,7 @@ class PointsBox(QGroupBox):
         for number, (field, title) in enumerate(zip(self.coordinate_fields, titles, strict=True)):
             field.setObjectName(("point_x", "point_y", "point_z", "point_sigma")[number])
             field.setPlaceholderText(title)
-            field.setToolTip(
-                tr("{coordinate} in metres; empty where it is not known.", coordinate=title)
-            )
+            field.setToolTip(tr("{coordinate} in metres; empty if unknown.", coordinate=title))
             field.editingFinished.connect(self._change_coordinates)
             grid.addWidget(field, number // 2, number % 2)
         form.addRow(tr("Position"), grid)
@@ -149,7 +147,7 @@ class PointsBox(QGroupBox):
             spin.setDecimals(2)
             spin.setSingleStep(0.1)
             spin.setKeyboardTracking(False)
-            spin.setToolTip(tr("Pixels of the photo as stored; arrow keys change it by 0.1."))
+            spin.setToolTip(tr("Pixels of the stored photo; arrow keys move it by 0.1."))
             spin.valueChanged.connect(
                 lambda _: self.mark_edited.emit(self.mark_x.value(), self.mark_y.value())
             )
@@ -190,10 +188,10 @@ class PointsBox(QGroupBox):
         elif self._marks.cameras is None:
             texts = [
                 *texts,
-                tr("Once the photos are aligned, two marks of a point predict the others."),
+                tr("After alignment, two marks of a point predict the others."),
             ]
         elif not texts:
-            texts = [tr("Nothing is missing.")]
+            texts = [tr("All points are complete.")]
         self.missing_label.setText("\n".join(map(format_sentence, texts)))
         if is_removed:
             self.point_selected.emit("")

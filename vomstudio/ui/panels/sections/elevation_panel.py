@@ -80,11 +80,9 @@ class ElevationPanel(QWidget):
         self.file_options = OptionFields(DemFiles, "elevation", DemFiles(hillshade=True))
         follow_axes(self, studio, self._show_axes)
         self.target, self._file = file_field("elevation_target", tr("Choose…"), self._browse)
-        self.start = QPushButton(theme.icon("image-filter-hdr"), tr("Make"))
+        self.start = QPushButton(theme.icon("image-filter-hdr"), tr("Create"))
         self.start.clicked.connect(lambda _=False: self._start_or_stop())
-        self.copy = CopyCommandButton(
-            self.copy_command, tr("the command that makes the same elevation model")
-        )
+        self.copy = CopyCommandButton(self.copy_command, tr("the command for this elevation model"))
         self.message = hint_label()
         self.message.setObjectName("elevation_said")
         self.figures = hint_label()
@@ -163,7 +161,7 @@ class ElevationPanel(QWidget):
     def _check(self, *_: object) -> None:
         reason = self.why_not()
         is_busy = self._job is not None
-        self.start.setText(tr("Stop") if is_busy else tr("Make"))
+        self.start.setText(tr("Stop") if is_busy else tr("Create"))
         allow(self.start, None if is_busy else reason)
         self.copy.allow(reason)
         if not is_busy and self.result is None:
@@ -322,7 +320,7 @@ def result_text(elevation: WrittenElevation, notation: str, unit: str) -> str:
     if f.interpolation_limit_m is not None:
         lines.append(
             tr(
-                "between points no farther apart than {limit:.3g} {unit}",
+                "between points up to {limit:.3g} {unit} apart",
                 limit=f.interpolation_limit_m,
                 unit=unit,
             )

@@ -125,7 +125,7 @@ class ElevationView(QWidget):
         row = min(int((y - rect.top()) / rect.height() * h), h - 1)
         value = float(self.picture.heights[row, column])
         if value != value:
-            return tr("no height here")
+            return tr("no height")
         return tr(
             "height {value:.3f} {unit}", value=value, unit="m" if self._metric else tr("units")
         )

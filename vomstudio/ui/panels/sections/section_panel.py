@@ -93,23 +93,23 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         self.path_kind = ComboBox()
         self.path_kind.setObjectName("section_along_what")
         self.path_kind.addItem(tr("a plane"), "plane")
-        self.path_kind.addItem(tr("a line on the outcrop"), "line")
+        self.path_kind.addItem(tr("a line"), "line")
         self.plane = PlaneField(studio, "section_plane", view=view)
         self.through = QLineEdit()
         self.through.setObjectName("section_through")
-        self.through.setPlaceholderText(tr("the middle of the model"))
+        self.through.setPlaceholderText(tr("centre of the model"))
         self.take_through = icon_button(
-            "cursor-default-click-outline", tr("Through the selected feature")
+            "cursor-default-click-outline", tr("Use the selected feature")
         )
-        self.take_line = QPushButton(tr("Take selected"))
+        self.take_line = QPushButton(tr("Use selected"))
         self.take_line.setToolTip(
-            tr("The section runs vertically along the selected trace or polyline.")
+            tr("Draw a vertical section along the selected trace or polyline.")
         )
         self.draw_line = QPushButton(theme.icon("vector-polyline"), tr("Draw…"))
-        self.direction = LineField(studio, "section_direction", tr("at right angles"))
+        self.direction = LineField(studio, "section_direction", tr("perpendicular"))
         self.features = QCheckBox(tr("Features"))
         self.features.setChecked(True)
-        self.domain_axes = QCheckBox(tr("Domains along their own axes"))
+        self.domain_axes = QCheckBox(tr("Domains separately"))
         self.domain_axes.setObjectName("section_by_domain")
         self.section_options = OptionFields(
             SectionOptions, "section", SectionOptions(section_line="")
@@ -117,8 +117,8 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         self.feature_options = OptionFields(SectionFeatures, "section")
         follow_axes(self, studio, self._show_axes)
         self.write = QPushButton(theme.icon("export"), tr("Write…"))
-        self.write.setToolTip(tr("As SVG, DXF or CSV."))
-        self.copy = CopyCommandButton(self.copy_command, tr("the command that makes this section"))
+        self.write.setToolTip(tr("Save the section as SVG, DXF or CSV."))
+        self.copy = CopyCommandButton(self.copy_command, tr("the command for this section"))
         self.picture = DrawingView(tr("The section will be drawn here."))
         self.picture.setAccessibleName(tr("Section"))
         self._arrange()
@@ -141,12 +141,12 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         self.section_options.add_rows(form)
         buttons = button_row(self.write, self.copy)
         FormWithPicture.fill(self, form, buttons, self.message, picture=self.picture)
-        self.through.setToolTip(tr("A point on the plane, as x, y, z; distances count from it."))
+        self.through.setToolTip(tr("Point on the plane (x, y, z), the origin of distances."))
         self.direction.line.setToolTip(
-            tr("Features are projected along this trend/plunge, such as the fold axis.")
+            tr("Projection direction of features (trend/plunge), such as the fold axis.")
         )
         self.draw_line.setToolTip(
-            tr("Click along the outcrop, then press Enter: the section runs vertically along it.")
+            tr("Click along the outcrop, then press Enter for a vertical section.")
         )
 
     def _connect(self) -> None:
@@ -306,8 +306,8 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         unit = "m" if result.question.metric else tr("units")
         texts = [
             tr_n(
-                "{count} line, {length:.3f} {unit} in all",
-                "{count} lines, {length:.3f} {unit} in all",
+                "{count} line, {length:.3f} {unit} in total",
+                "{count} lines, {length:.3f} {unit} in total",
                 f.polylines,
                 length=f.length_m,
                 unit=unit,

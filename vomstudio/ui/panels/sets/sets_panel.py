@@ -89,24 +89,21 @@ class SetsPanel(QWidget):
         self.count.valueChanged.connect(lambda _: self._repeat_proposal())
         self.seeds.textChanged.connect(lambda _: self._show_count())
         self.seeds.returnPressed.connect(self.propose)
-        self.assigned_box = QCheckBox(tr("Also those that have a set"))
+        self.assigned_box = QCheckBox(tr("Include assigned planes"))
         self.assigned_box.setToolTip(
-            tr(
-                "Accepting then gives all of these planes new sets, and takes the set from those "
-                "that are in none of the new ones."
-            )
+            tr("Replace existing sets too; planes outside the new sets lose theirs.")
         )
         self.assigned_box.clicked.connect(lambda _: self._repeat_proposal())
         self.start = QPushButton(theme.icon("scatter-plot-outline"), tr("Propose"))
         self.start.clicked.connect(lambda _: self.propose())
         self.accept = QPushButton(theme.icon("check"), tr("Accept"))
-        self.accept.setToolTip(tr("Write the sets to the planes; undo takes it back."))
+        self.accept.setToolTip(tr("Assign the sets to the planes. Undo reverts this."))
         self.accept.clicked.connect(lambda _: self._accept())
         self.reject = QPushButton(theme.icon("close"), tr("Reject"))
-        self.reject.setToolTip(tr("Forget the proposal; nothing is changed."))
+        self.reject.setToolTip(tr("Discard the proposal without changes."))
         self.reject.clicked.connect(lambda _: self.drop())
         self.copy = CopyCommandButton(
-            self._copy_command, tr("keep these planes as a table, and copy the command")
+            self._copy_command, tr("save these planes as a table and copy the command")
         )
         self.message = hint_label()
         self.message.setObjectName("sets_said")
@@ -115,17 +112,14 @@ class SetsPanel(QWidget):
         columns = (
             (
                 tr("Set"),
-                tr(
-                    "Click twice to type another name. Sets of one name become one set; "
-                    "without a name a set is not taken over."
-                ),
+                tr("Double click to rename. Equal names merge; unnamed sets are skipped."),
             ),
             ("n", tr("Planes in the set.")),
-            (tr("Mean"), tr("Mean plane after Fisher, ± its 95 % error with the registration.")),
-            ("κ", tr("Fisher's concentration: the larger, the more alike.")),
+            (tr("Mean"), tr("Fisher mean plane, ± 95 % error including registration.")),
+            ("κ", tr("Fisher's concentration: larger means less scatter.")),
             (
                 tr("Spacing"),
-                tr("Mean gap along the mean normal, as if each plane reached past all others."),
+                tr("Mean spacing along the mean normal, assuming infinite planes."),
             ),
         )
         self.table = QTableWidget(0, len(columns))
@@ -146,7 +140,7 @@ class SetsPanel(QWidget):
 
     def _arrange(self) -> None:
         form = narrow_form()
-        form.addRow(tr("Of"), self.group_box)
+        form.addRow(tr("Planes"), self.group_box)
         self.options.add_rows(form)
         buttons = QHBoxLayout()
         for button in (self.start, self.accept, self.reject, self.copy):
@@ -217,7 +211,7 @@ class SetsPanel(QWidget):
         self._show_state(self.message.text())
 
     def _show_progress(self) -> None:
-        self._show_state(tr("Looking for sets…"))
+        self._show_state(tr("Searching for sets…"))
 
     def _show_result(self, result: ProposalResult) -> None:
         self.result = result
@@ -283,7 +277,7 @@ class SetsPanel(QWidget):
             mean = format_attitude(plane, cone, notation, omits_hand_rule=True)
             numbers = number(set_.kappa), length(set_.spacing_m)
             rows.append([name, f"{set_.n:,}", mean, *numbers])
-        rows.append([tr("in no set"), f"{result.unassigned:,}", "", "", ""])
+        rows.append([tr("no set"), f"{result.unassigned:,}", "", "", ""])
         with QSignalBlocker(self.table):
             self.table.setRowCount(len(rows))
             for row, texts in enumerate(rows):

@@ -131,17 +131,17 @@ class FacetSlopesView(QWidget):
         super().__init__()
         self.mode = ComboBox()
         self.mode.setObjectName("slope_facets_mode")
-        self.mode.setToolTip(tr("What the outcrop is painted with."))
+        self.mode.setToolTip(tr("Choose the colours of the outcrop."))
         for name, _, title in _MODES:
             self.mode.addItem(tr(title), name)
         self.mode.keep_narrow()
         self.mode.activated.connect(lambda _: self.painted.emit(self.current_mode))
         self.reset_button = QPushButton(theme.icon("image-outline"), "")
-        self.reset_button.setToolTip(tr("The outcrop as it was before."))
+        self.reset_button.setToolTip(tr("Restore the previous colours of the outcrop."))
         self.reset_button.clicked.connect(lambda _=False: self.unpainted.emit())
         self.table = NumberTable(
             (
-                Column("#", lambda v: f"{v}", tr("1 is the largest facet.")),
+                Column("#", lambda v: f"{v}", tr("Number; 1 is the largest facet.")),
                 Column(tr("Face"), str, tr("Attitude of the facet as a slope."), number=False),
                 *(
                     Column(tr(column_title), lambda v: f"{100.0 * v:.1f} %", tr(title))
@@ -182,7 +182,7 @@ class FacetSlopesView(QWidget):
             plane = Plane(facet.face.dip_direction_deg, facet.face.dip_deg)
             attitude = format_plane(plane, notation, 0, omits_hand_rule=True)
             shares = [getattr(facet, name).share for name, _, _ in _MODES]
-            note = tr("It overhangs, and is taken as a vertical face.") if facet.overhangs else ""
+            note = tr("It overhangs and is treated as a vertical face.") if facet.overhangs else ""
             rows.append(((int(facet.id) + 1, attitude, *shares, facet.area_m2), note))
         self.table.fill(rows)
         for widget in (self.mode, self.reset_button):

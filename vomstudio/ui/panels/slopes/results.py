@@ -33,17 +33,17 @@ _MODES = (
     ("wedge", to_translate("Wedge sliding"), False),
     ("flexural_toppling", to_translate("Flexural toppling"), True),
     ("direct_toppling", to_translate("Direct toppling"), False),
-    ("bases", to_translate("– its bases"), True),
+    ("bases", to_translate("– bases"), True),
 )
 """Name, title, and whether the mode counts planes (True) or intersections (False)."""
 _COLUMNS = (
-    (to_translate("Mode"), to_translate("Choose one to list its critical planes.")),
-    (to_translate("Critical"), to_translate("How many lie in the critical zone.")),
-    (to_translate("Of"), to_translate("All planes, or all intersections of two planes.")),
-    (to_translate("Share"), to_translate("Critical of all.")),
+    (to_translate("Mode"), to_translate("Click a mode to list its critical planes.")),
+    (to_translate("Critical"), to_translate("Number in the critical zone.")),
+    (to_translate("Total"), to_translate("All planes, or all intersections of two planes.")),
+    (to_translate("Share"), to_translate("Critical planes as a share of all.")),
     (
         to_translate("Expected"),
-        to_translate("The share to be expected with each plane's own error."),
+        to_translate("Expected share, given each plane's own error."),
     ),
 )
 _LIST_HEIGHT = 90
@@ -147,13 +147,13 @@ class SlopeResults(QWidget):
             return tr("{mode}: no plane is critical.", mode=mode)
         if counts_planes:
             return tr_n(
-                "{mode}: {count:,} critical plane. A click selects it.",
-                "{mode}: {count:,} critical planes. A click selects one.",
+                "{mode}: {count:,} critical plane. Click to select it.",
+                "{mode}: {count:,} critical planes. Click to select one.",
                 count,
                 mode=mode,
             )
         return tr(
-            "{mode}: {count:,} planes by how many critical intersections they have.",
+            "{mode}: {count:,} planes, sorted by their number of critical intersections.",
             count=count,
             mode=mode,
         )
@@ -174,7 +174,7 @@ class SlopeResults(QWidget):
 
 def _mode_table() -> QTableWidget:
     table = QTableWidget(len(_MODES), len(_COLUMNS))
-    table.setAccessibleName(tr("Ways to fail"))
+    table.setAccessibleName(tr("Failure modes"))
     for column, (title, tip) in enumerate(_COLUMNS):
         header_item = QTableWidgetItem(tr(title))
         header_item.setToolTip(tr(tip))

@@ -76,16 +76,14 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         self.slope_kind.setObjectName("slope_at")
         self.slope_kind.addItem(tr("One face"), "face")
         self.slope_kind.addItem(tr("Each facet"), "facets")
-        self.slope_kind.setToolTip(
-            tr("The slope is one face, or each facet that was found on the model by itself.")
-        )
+        self.slope_kind.setToolTip(tr("Analyse one face, or each facet found on the model."))
         self.slope_kind.activated.connect(self._follow_slope_kind)
         self.face = QLineEdit()
         self.face.setObjectName("slope_face")
-        self.face.setToolTip(tr("Attitude of the slope, in the notation of the project."))
+        self.face.setToolTip(tr("Attitude of the slope, in the project's notation."))
         self.face.textChanged.connect(self._soon)
-        self.take = QPushButton(tr("Take selected"))
-        self.take.setToolTip(tr("The face dips as the selected plane does."))
+        self.take = QPushButton(tr("Use selected"))
+        self.take.setToolTip(tr("Use the attitude of the selected plane."))
         self.take.clicked.connect(self._take_selected)
         self.angles = OptionFields(SlopeOptions, "slope", SlopeOptions(_FRICTION_DEG))
         self.angles.changed.connect(self._soon)
@@ -94,10 +92,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         self.limits.addItem(tr("small circles"), "curved")
         self.limits.addItem(tr("dip directions"), "straight")
         self.limits.setToolTip(
-            tr(
-                "The lateral limits of planes: small circles about the strike of the face, or dip "
-                "directions."
-            )
+            tr("Lateral limits: small circles about the strike, or dip directions.")
         )
         self.limits.keep_narrow()
         self.limits.activated.connect(self._soon)
@@ -109,7 +104,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         self.facets.unpainted.connect(studio.facets.unpaint)
         self.facets.facet_selected.connect(self._show_facet)
         self.copy = CopyCommandButton(
-            self._copy_command, tr("keep the planes as a table, and copy the command")
+            self._copy_command, tr("save the planes as a table and copy the command")
         )
         self.figure = _button("image-outline", tr("Figure…"), self._ask_for_figure)
         self._arrange()
@@ -323,7 +318,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         if reason is None and self._uses_facets:
             reason = Finding("action.nets-of-one-face")
         self.figure.setEnabled(reason is None)
-        purpose = tr("the nets of the four modes as SVG, PDF or PNG")
+        purpose = tr("nets of the four modes as SVG, PDF or PNG")
         self.figure.setToolTip(
             tr("{button}: {more}", button=self.figure.text().rstrip("…"), more=reason or purpose)
         )
@@ -390,7 +385,7 @@ def _count_text(result: SlopeAnswer) -> str:
 def _facet_count_text(result: FacetsAnswer) -> str:
     """Return the numbers of facets and planes as text."""
     return tr(
-        "{facets} facets, {planes:,} planes. The outcrop shows the share that is critical at each.",
+        "{facets} facets, {planes:,} planes. The outcrop shows the critical share at each facet.",
         facets=len(result.analysis.facets),
         planes=result.analysis.n,
     )

@@ -52,15 +52,15 @@ class StatisticsPanel(LazyPanel):
         self._plain = ""
         self.copy = QToolButton()
         self.copy.setIcon(theme.icon("content-copy"))
-        self.copy.setToolTip(tr("Copy the figures as text"))
-        self.copy.setAccessibleName(tr("Copy the figures as text"))
+        self.copy.setToolTip(tr("Copy as text"))
+        self.copy.setAccessibleName(tr("Copy as text"))
         self.copy.clicked.connect(lambda: QGuiApplication.clipboard().setText(self._plain))
         self.command = CopyCommandButton(
-            self._copy_command, tr("keep these as a table, and copy the command")
+            self._copy_command, tr("save the data as a table and copy the command")
         )
         row = QHBoxLayout()
         row.setContentsMargins(6, 4, 6, 2)
-        label = Label(tr("Of"))
+        label = Label(tr("Planes"))
         label.setBuddy(self.group_box)
         row.addWidget(label)
         row.addWidget(self.group_box, 1)
@@ -159,12 +159,12 @@ class StatisticsPanel(LazyPanel):
         if len(kinds) < 2:
             return []
         names = [k.name for k in self._studio.session.of(FeatureType) if k.id in kinds]
-        return [(tr("Mind"), Finding("sets.mixed-types", n=len(kinds), types=names).message)]
+        return [(tr("Note"), Finding("sets.mixed-types", n=len(kinds), types=names).message)]
 
 
 DOMAIN_TITLES = {
-    "domain": to_translate("Its domains"),
-    "set_name": to_translate("Its sets as domains"),
+    "domain": to_translate("By domain"),
+    "set_name": to_translate("By set"),
 }
 """Titles of the fold axes of domains, by the attribute that defines the domains."""
 

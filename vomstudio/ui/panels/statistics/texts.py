@@ -50,8 +50,8 @@ def fold_rows(axis: FoldAxis, planes: FoldPlanes, notation: str) -> Rows:
         )
         axial = Plane(limbs.axial_plane.dip_direction_deg, limbs.axial_plane.dip_deg)
         text = tr(
-            "{first} and {second}, {angle:.0f}° ± {error:.0f}° between them; axial plane {axial} "
-            "(95 %)",
+            "{first} and {second}, interlimb angle {angle:.0f}° ± {error:.0f}°; axial plane"
+            " {axial} (95 %)",
             first=first,
             second=second,
             angle=limbs.interlimb_angle_deg,
@@ -61,7 +61,7 @@ def fold_rows(axis: FoldAxis, planes: FoldPlanes, notation: str) -> Rows:
         rows.append((tr("Limbs"), text))
     if axis.leave_one_out is not None:
         text = tr(
-            "without one plane beta turns by {turn:.1f}° at most", turn=axis.leave_one_out.turn_deg
+            "without one plane, beta rotates by up to {turn:.1f}°", turn=axis.leave_one_out.turn_deg
         )
         rows.append((tr("Leave one out"), text))
     return [*rows, *(("•", reason.message) for reason in axis.reasons)]
@@ -104,7 +104,7 @@ def _fisher(statistics: SetStatistics, notation: str) -> Rows:
         rows.append(("•", statistics.fisher_reason.message))
     if fisher.registration_error_deg is not None and fisher.alpha95_deg is not None:
         text = tr(
-            "{registration} of that (95 %), alpha95 {alpha}",
+            "{registration} (95 %), included; alpha95 alone {alpha}",
             registration=format_error_deg(fisher.registration_error_deg),
             alpha=format_error_deg(fisher.alpha95_deg),
         )

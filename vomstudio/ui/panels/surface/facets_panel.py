@@ -70,7 +70,7 @@ class FacetsPanel(ProposalsPanel):
             studio.facets,
             "facet",
             "conventions.md#proposed-facets",
-            tr("Find on all"),
+            tr("Find on model"),
             "vector-polygon",
         )
         self._facets = studio.facets
@@ -89,15 +89,13 @@ class FacetsPanel(ProposalsPanel):
         self.limits = OptionFields(FacetOptions, "facet", FacetOptions(angle_deg=DEFAULT_ANGLE_DEG))
         self.limits.changed.connect(self._limits_changed)
         follow_axes(self, self._studio, self._show_axes)
-        self.live = QCheckBox(tr("Try on the part in view"))
+        self.live = QCheckBox(tr("Preview in view"))
         self.live.setObjectName("facet_live")
-        self.live.setToolTip(
-            tr("Every change of a threshold is shown on a part in the middle of the view.")
-        )
+        self.live.setToolTip(tr("Show the effect of thresholds in the middle of the view."))
         self.live.clicked.connect(lambda on: self._live_timer.start() if on else None)
         self.copy = CopyCommandButton(
             lambda: copy_facets(self._studio, self._model, self.limits.options()),
-            tr("the command that finds these facets"),
+            tr("the command for these facets"),
         )
         self.summary, self.message = hint_label(), hint_label()
         self.message.setObjectName("facet_message")
@@ -114,18 +112,20 @@ class FacetsPanel(ProposalsPanel):
                 Column(
                     tr("Quality"),
                     _verdict_text,
-                    tr("The most doubtful facets come first."),
+                    tr("Quality of the facet, the most doubtful first."),
                     number=False,
                     icon=_verdict_icon,
                 ),
                 Column(
                     tr("95 % error"),
                     format_error_deg,
-                    tr("How far the plane may be off, with 95 %."),
+                    tr("95 % error of the plane."),
                 ),
-                Column(tr("Plane"), str, tr("In the notation of the project."), number=False),
+                Column(
+                    tr("Plane"), str, tr("Orientation, in the project's notation."), number=False
+                ),
                 Column(tr("Area"), self._area_text, tr("Area of the facet.")),
-                Column("#", lambda v: f"{v}", tr("1 is the largest.")),
+                Column("#", lambda v: f"{v}", tr("Number; 1 is the largest.")),
             ),
             tr("Proposed facets"),
             _MIN_HEIGHT_PX,
@@ -196,25 +196,25 @@ class FacetsPanel(ProposalsPanel):
             (
                 self.accept,
                 bool(selection),
-                tr("Make what is chosen in the list patches (Enter); undo takes it back."),
+                tr("Accept the selected facets as patches (Enter)."),
                 no_selection,
             ),
             (
                 self.reject,
                 bool(selection),
-                tr("Leave out what is chosen in the list (Delete)."),
+                tr("Reject the selected facets (Delete)."),
                 no_selection,
             ),
             (
                 self.accept_all,
                 bool(self.table.numbers.rowCount()),
-                tr("Accept all listed facets as one step."),
+                tr("Accept all listed facets in one step."),
                 Finding("facets.none-open"),
             ),
             (
                 self.reject_all,
                 proposals is not None,
-                tr("Forget all facets; nothing is changed."),
+                tr("Discard all proposed facets without changes."),
                 Finding("action.no-proposals"),
             ),
         ):

@@ -39,28 +39,20 @@ _PLANE_KINDS = {
     TO_PLANE: (
         to_translate("Distance to a plane"),
         to_translate(
-            "Distance to the plane of the selected feature, extended through the model: positive "
-            "above it. Where it is zero the plane comes out."
+            "Distance from the extended plane of the selected feature, positive above it."
         ),
     ),
     TO_MODEL: (
         to_translate("Distance to another model"),
-        to_translate("Signed distance to the nearest place of another model of the project."),
+        to_translate("Signed distance to the nearest point of another model."),
     ),
     MEASURABLE: (
-        to_translate("Where a plane could be measured"),
-        to_translate(
-            "Before anyone picks: whether a plane of this attitude would be good (95 % error of 5° "
-            "or less), doubtful or poor (over 15°), measured as a trace of this length through the "
-            "place, or as the patch that the face exposes there."
-        ),
+        to_translate("Plane measurability"),
+        to_translate("Expected quality (good, doubtful, poor) of a plane of this attitude."),
     ),
     EXPECTED: (
-        to_translate("Expected error of a plane"),
-        to_translate(
-            "The same as an angle: the 95 % error with which a plane of this attitude would be "
-            "known, from the line in which it cuts the surface, resolution, noise and registration."
-        ),
+        to_translate("Expected plane error"),
+        to_translate("Expected 95 % error of a plane of this attitude, in degrees."),
     ),
 }
 
@@ -101,9 +93,7 @@ class FieldsPanel(ModelPanel):
         self.radius.setRange(0.001, 10_000.0)
         self.radius.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
         self.radius.setKeyboardTracking(False)
-        self.radius.setToolTip(
-            tr("Of the ball of points that each value is of: the scale of the rock that is meant.")
-        )
+        self.radius.setToolTip(tr("Radius around each point: the scale of the analysis."))
         self.radius.valueChanged.connect(lambda _: self._refresh_buttons())
         self.plane = hint_label()
         self.plane.setObjectName("field_plane")
@@ -113,14 +103,14 @@ class FieldsPanel(ModelPanel):
         self.other_model.activated.connect(lambda _: self._refresh_buttons())
         self.measurable = MeasurablePlane()
         self.measurable.changed.connect(self._refresh_buttons)
-        self.colour_blind = QCheckBox(tr("Colours for the colour-blind"))
+        self.colour_blind = QCheckBox(tr("Colour-blind palette"))
         self.colour_blind.setToolTip(
-            tr("Light, blue, dark and red for North, East, South and West, in place of hues.")
+            tr("Use light, blue, dark and red for north, east, south, west.")
         )
         self.colour_blind.clicked.connect(self._recolour)
         self.wheel = DirectionWheel()
         self.off_button = QPushButton()
-        self.off_button.setToolTip(tr("Show the model as before; the field stays at hand."))
+        self.off_button.setToolTip(tr("Show the previous colours; the field remains available."))
         self.off_button.setObjectName("field_off")
         self.off_button.clicked.connect(lambda _: self._studio.display.set_mode("textured"))
         self.progress.setTextVisible(True)
@@ -263,7 +253,7 @@ class FieldsPanel(ModelPanel):
         description = KINDS[kind].says if kind in KINDS else _PLANE_KINDS[kind][1]
         lines = [tr(description)]
         if is_direction and self._model is not None and not self._model.frame.has_north:
-            lines.append(tr("This model has no north: directions are those of its own frame."))
+            lines.append(tr("This model has no north: directions are in its own frame."))
         self.description.setText(" ".join(lines))
 
     def _refresh_buttons(self) -> None:
@@ -313,8 +303,8 @@ class FieldsPanel(ModelPanel):
                 unit = field.name.rpartition("[")[2].rstrip("]") if "[" in field.name else ""
                 lines.append(
                     tr(
-                        "{field}: median {median:.3g} {unit}, nine tenths between {low:.3g} and "
-                        "{high:.3g} {unit}.",
+                        "{field}: median {median:.3g} {unit}, 90 % between {low:.3g} and"
+                        " {high:.3g} {unit}.",
                         field=field.name.partition(" [")[0],
                         unit=unit,
                         **figures,

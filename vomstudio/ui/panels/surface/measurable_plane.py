@@ -31,7 +31,7 @@ class MeasurablePlane(QWidget):
         self.attitude = QLineEdit()
         self.attitude.setObjectName("measurable_attitude")
         self.attitude.setPlaceholderText(tr("dip direction/dip"))
-        self.attitude.setToolTip(tr("Such as 315/38."))
+        self.attitude.setToolTip(tr("Enter the attitude, such as 315/38."))
         self.attitude.textChanged.connect(lambda _: self.changed.emit())
         self.length = DoubleSpinBox()
         self.length.setObjectName("measurable_length")
@@ -39,12 +39,7 @@ class MeasurablePlane(QWidget):
         self.length.setRange(0.001, 100_000.0)
         self.length.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
         self.length.setKeyboardTracking(False)
-        self.length.setToolTip(
-            tr(
-                "Of the traces that somebody would pick: so far around each place the plane's line "
-                "on the surface counts."
-            )
-        )
+        self.length.setToolTip(tr("Length of the traces to be picked."))
         self.length.valueChanged.connect(lambda _: self.changed.emit())
         form = narrow_form()
         form.setContentsMargins(0, 0, 0, 0)
@@ -66,7 +61,7 @@ class MeasurablePlane(QWidget):
             Id and name of the most recently selected feature.
         """
         self._feature = feature
-        sources = [(tr("typed attitude"), PLANE_PREFIX)]
+        sources = [(tr("entered attitude"), PLANE_PREFIX)]
         sources += [(tr("mean of set {name}", name=each), SET_PREFIX + each) for each in sets]
         if feature:
             sources.append((tr("selected: {name}", name=name), _SELECTED))

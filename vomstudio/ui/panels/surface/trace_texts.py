@@ -9,9 +9,9 @@ from vomstudio.ui.widgets.follow_box import COST_TITLES
 _FEATURE_TEXTS = {
     "dark": to_translate("Darker than its surroundings"),
     "light": to_translate("Lighter than its surroundings"),
-    "gradient": to_translate("A stronger edge of lightness than its surroundings have"),
-    "curvature": to_translate("A sharper edge or furrow than its surroundings have"),
-    "onnx": to_translate("More of an edge to the network than its surroundings"),
+    "gradient": to_translate("A stronger brightness edge than its surroundings"),
+    "curvature": to_translate("A sharper edge or furrow than its surroundings"),
+    "onnx": to_translate("A higher edge probability than its surroundings"),
 }
 
 
@@ -22,17 +22,17 @@ def cost_choices() -> list[tuple[str, str]]:
 
 def summary_text(proposals: ProposedLines, open_count: int) -> str:
     """Return the number of undecided lines, and warnings about them."""
-    text = tr_n("{count:,} line to decide upon.", "{count:,} lines to decide upon.", open_count)
+    text = tr_n("{count:,} proposed line.", "{count:,} proposed lines.", open_count)
     if not proposals.lines and not proposals.known:
         return tr(
-            "No line of {length:.3g} m or more stands out of the surface's noise. Look for shorter "
-            "ones, or for something else.",
+            "No line of {length:.3g} m or more is significant. Search for shorter lines, or"
+            " another kind.",
             length=proposals.result.least_length_m,
         )
     if proposals.known:
         text += " " + tr_n(
-            "{count} more runs along a trace of the project or what was rejected.",
-            "{count} more run along traces of the project or what was rejected.",
+            "{count} more coincides with an existing trace or a rejected line.",
+            "{count} more coincide with existing traces or rejected lines.",
             proposals.known,
         )
     return " ".join([text, *map(str, proposals.result.warnings)])
@@ -44,7 +44,7 @@ def reason_text(proposals: ProposedLines, line: ProposedLine) -> str:
     feature = (
         tr(_FEATURE_TEXTS[cost])
         if cost in _FEATURE_TEXTS
-        else tr("Lower {field} than around it", field=cost)
+        else tr("Lower {field} than its surroundings", field=cost)
     )
     sentences = [
         tr(
@@ -67,15 +67,15 @@ def reason_text(proposals: ProposedLines, line: ProposedLine) -> str:
 def _doubt_text(doubt: float, surrogates: int) -> str:
     stronger_count = round(doubt * (1 + surrogates)) - 1
     if stronger_count <= 0:
-        return tr("None of {count} surfaces of noise has a line as strong.", count=surrogates)
+        return tr("No line as strong occurs on {count} simulated noise surfaces.", count=surrogates)
     if stronger_count >= surrogates:
         return tr(
-            "Each of {count} surfaces of noise has a line as strong: this may well be noise.",
+            "Each of {count} simulated noise surfaces has a line as strong, so this may be noise.",
             count=surrogates,
         )
     return tr_n(
-        "{count} of {all} surfaces of noise has a line as strong.",
-        "{count} of {all} surfaces of noise have a line as strong.",
+        "{count} of {all} simulated noise surfaces has a line as strong.",
+        "{count} of {all} simulated noise surfaces have a line as strong.",
         stronger_count,
         all=surrogates,
     )

@@ -54,7 +54,7 @@ class TracesPanel(ProposalsPanel):
             studio.proposed_traces,
             "proposed",
             "conventions.md#proposed-traces",
-            tr("Look for lines"),
+            tr("Find lines"),
             "vector-polyline",
         )
         self._traces = studio.proposed_traces
@@ -68,7 +68,7 @@ class TracesPanel(ProposalsPanel):
     def _make_settings(self) -> None:
         self.cost = ComboBox()
         self.cost.setObjectName("proposed_cost")
-        self.cost.setToolTip(tr("What lines are looked for by, against what is around them."))
+        self.cost.setToolTip(tr("Property that distinguishes the lines from their surroundings."))
         self.cost.keep_narrow()
         self._fields: tuple[str, ...] | None = None
         self.cost.currentIndexChanged.connect(lambda _: self._refresh_buttons())
@@ -78,16 +78,13 @@ class TracesPanel(ProposalsPanel):
         self.network.setAccessibleName(tr("ONNX file"))
         self.network.setPlaceholderText(tr("ONNX file of a network"))
         self.network.setToolTip(
-            tr(
-                "On this computer: it takes a picture, red, green and blue from 0 to 1, and gives "
-                "the probability of an edge at each pixel."
-            )
+            tr("Network that computes edge probabilities from an RGB picture (0 to 1).")
         )
         self.network.textChanged.connect(lambda _: self._refresh_buttons())
         self.limits = OptionFields(ProposalOptions, "proposed")
         self.limits.changed.connect(self._refresh_buttons)
         self.copy = CopyCommandButton(
-            self._copy_command, tr("the command that finds these lines, rejected ones too")
+            self._copy_command, tr("the command for these lines, including rejected ones")
         )
         self.summary = hint_label()
 
@@ -98,8 +95,7 @@ class TracesPanel(ProposalsPanel):
                     tr("Doubt"),
                     lambda v: f"{100 * v[0]:.0f} %",
                     tr(
-                        "How likely noise alone makes a line as strong; the least doubtful come "
-                        "first. Up to {sure:.0f} % the line on the outcrop is orange, else blue.",
+                        "Probability that noise makes such a line (orange up to {sure:.0f} %).",
                         sure=100 * MAX_DOUBT,
                     ),
                 ),
@@ -108,9 +104,9 @@ class TracesPanel(ProposalsPanel):
                 Column(
                     tr("95 % error"),
                     format_error_deg,
-                    tr("How far the plane may be off, with 95 %."),
+                    tr("95 % error of the plane."),
                 ),
-                Column("#", str, tr("1 is the strongest.")),
+                Column("#", str, tr("Number; 1 is the strongest.")),
             ),
             tr("Proposed traces"),
             _MIN_HEIGHT_PX,
@@ -123,21 +119,21 @@ class TracesPanel(ProposalsPanel):
         self.restore = QPushButton(theme.icon("restore"), "")
         self.restore.setObjectName("proposed_forgive")
         self.restore.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-        self.restore.setAccessibleName(tr("Bring back what was rejected"))
+        self.restore.setAccessibleName(tr("Restore rejected lines"))
         self.restore.clicked.connect(lambda _: self._restore_rejected())
 
     def _arrange(self) -> None:
         grid = QGridLayout()
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setSpacing(3)
-        grid.addWidget(Label(tr("Look for")), 0, 0)
+        grid.addWidget(Label(tr("Search for")), 0, 0)
         grid.addWidget(self.cost, 0, 1, 1, 3)
         for k, (name, box) in enumerate(self.limits.fields.items()):
             box.setMinimumWidth(MIN_WIDTH_PX)
             box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
             grid.addWidget(self.limits.labels[name], 1, 2 * k)
             grid.addWidget(box, 1, 2 * k + 1)
-        self.cost.setAccessibleName(tr("Look for"))
+        self.cost.setAccessibleName(tr("Search for"))
         grid.addWidget(self._network_row, 2, 0, 1, 4)
         grid.addWidget(self.start, 3, 0, 1, 3)
         grid.addWidget(self.copy, 3, 3)
@@ -180,7 +176,7 @@ class TracesPanel(ProposalsPanel):
                 self.cost.addItem(title, cost)
             for name in fields:
                 self.cost.addItem(tr("low values of {field}", field=name), name)
-            self.cost.addItem(tr("edges that a network finds"), ONNX)
+            self.cost.addItem(tr("network edges"), ONNX)
             current = ProposalOptions().used_cost if previous is None else previous
             self.cost.setCurrentIndex(max(0, self.cost.findData(current)))
 
@@ -202,10 +198,7 @@ class TracesPanel(ProposalsPanel):
             (
                 self.accept,
                 None if rows else no_selection,
-                tr(
-                    "Make what is chosen in the list traces, in one step (Enter); undo takes it "
-                    "back."
-                ),
+                tr("Accept the selected lines as traces (Enter)."),
             ),
             (
                 self.edit,
@@ -214,20 +207,17 @@ class TracesPanel(ProposalsPanel):
                 else Finding("feature.open")
                 if open_tool
                 else None,
-                tr("Open the chosen line in the trace tool, to move, add or take away way-points."),
+                tr("Edit the way-points of the selected line in the trace tool."),
             ),
             (
                 self.reject,
                 None if rows else no_selection,
-                tr(
-                    "Leave out what is chosen in the list, now and when lines are looked for again "
-                    "(Delete)."
-                ),
+                tr("Reject the selected lines, also in later searches (Delete)."),
             ),
             (
                 self.clear_button,
                 None if traces.proposals is not None else Finding("action.no-proposals"),
-                tr("Clear the list, without rejecting what is in it; nothing is changed."),
+                tr("Clear the list without rejecting its lines."),
             ),
         ):
             button.setEnabled(reason is None)

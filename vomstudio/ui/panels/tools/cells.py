@@ -29,16 +29,16 @@ MARKS = {
         "done",
         "check",
         "Q",
-        to_translate("Features were picked here, or could have been."),
+        to_translate("The cell was inspected, with or without features."),
     ),
-    EMPTY_MARK: ("empty", "circle-outline", "W", to_translate("There is nothing to pick here.")),
+    EMPTY_MARK: ("empty", "circle-outline", "W", to_translate("The cell contains no features.")),
     UNMEASURABLE_MARK: (
         "unmeasurable",
         "cancel",
         "X",
-        to_translate("Vegetation, debris, shadow or a hole: nothing can be measured here."),
+        to_translate("Vegetation, debris, shadow or a hole prevents measurements."),
     ),
-    UNINSPECTED_MARK: ("open", "help", "Z", to_translate("Nobody has looked here yet.")),
+    UNINSPECTED_MARK: ("open", "help", "Z", to_translate("The cell has not been inspected.")),
 }
 """Name, icon, key and tooltip of the command that sets each mark, by mark."""
 
@@ -53,8 +53,8 @@ class CellsPanel(QWidget):
         column.addWidget(
             hint_label(
                 tr(
-                    "Click cells of the grid. A second click takes a mark away; "
-                    "a key marks the cell under the cursor."
+                    "Click cells of the grid. A second click removes a mark; a key marks the cell"
+                    " under the cursor."
                 )
             )
         )

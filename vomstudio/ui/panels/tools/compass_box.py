@@ -57,7 +57,7 @@ class CompassBox(QWidget):
         self.feature_label = ElidedLabel()
         self.reading = QLineEdit()
         self.reading.setObjectName("compass_reading")
-        self.reading.setAccessibleName(tr("What was read by compass"))
+        self.reading.setAccessibleName(tr("Compass reading"))
         self.reading.returnPressed.connect(self.add_reading)
         self.add_button = QPushButton(theme.icon("plus"), tr("Add"))
         self.add_button.setObjectName("add_compass_reading")
@@ -71,7 +71,7 @@ class CompassBox(QWidget):
         self._form = form = QFormLayout(self)
         form.setContentsMargins(0, 0, 0, 0)
         form.addRow(self.feature_label)
-        form.addRow(tr("Was read as"), row)
+        form.addRow(tr("Reading"), row)
         form.addRow(tr("North"), self.north_button)
         self._row = row
         studio.settings_changed.connect(self._show_selected)
@@ -103,9 +103,7 @@ class CompassBox(QWidget):
         self.setVisible(is_reading or has_azimuths)
         compass = None if model is None else compass_of(self._studio.records, model.id)
         self.north_button.setText(format_north(compass, read_north))
-        self.north_button.setToolTip(
-            tr("From which north azimuths were read, and how far that may be off for all alike.")
-        )
+        self.north_button.setToolTip(tr("North reference of the azimuths, and its common error."))
         self.north_button.setEnabled(model is not None)
         self._show_selected()
 
@@ -189,7 +187,7 @@ class CompassBox(QWidget):
             orientation = orientation_text(measurement, notation)
             self.feature_label.setText(
                 tr(
-                    "{feature}, as it stands {orientation}",
+                    "{feature}, currently {orientation}",
                     feature=record.name,
                     orientation=orientation,
                 )
@@ -200,9 +198,7 @@ class CompassBox(QWidget):
         self.reading.setPlaceholderText(tr("such as {example} ± 3", example=example))
         for widget in (self.reading, self.add_button):
             widget.setEnabled(reason is None)
-            widget.setToolTip(
-                str(reason or tr("The reading, and after ± its error in degrees, one sigma."))
-            )
+            widget.setToolTip(str(reason or tr("The reading, ± its error in degrees (1σ).")))
 
     # --- actions -----------------------------------------------------------------------------
     def add_reading(self) -> None:

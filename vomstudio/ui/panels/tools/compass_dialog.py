@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from vomstudio.registration.north import North
 
 _NORTHS: tuple[tuple[NorthKind, str], ...] = (
-    ("grid", to_translate("Grid north: from a map, or turned to it already")),
-    ("true", to_translate("True north: the declination was set on the compass")),
-    ("magnetic", to_translate("Magnetic north: as the compass shows it")),
+    ("grid", to_translate("Grid north (map, or already corrected)")),
+    ("true", to_translate("True north (declination set on compass)")),
+    ("magnetic", to_translate("Magnetic north (compass)")),
 )
 _PLACE = re.compile(
     r"\s*([+-]?\d+(?:\.\d+)?)\s*°?\s*([NS]?)\s*[,;\s]\s*([+-]?\d+(?:\.\d+)?)\s*°?\s*([EW]?)\s*",
@@ -77,14 +77,11 @@ class CompassDialog(QDialog):
         self.place.setToolTip(tr("Latitude and longitude in degrees, such as 46.52, 11.35."))
         self.declination = _field("compass_declination", _angle_text(initial.declination_deg), "")
         self.declination.setToolTip(
-            tr("Degrees, east positive; empty for that of the model of the Earth's field.")
+            tr("Degrees, east positive; if empty, from the magnetic field model.")
         )
         self.doubt = _field("north_doubt", _angle_text(initial.doubt_deg), "")
         self.doubt.setToolTip(
-            tr(
-                "One standard error. What the compass is off for all readings alike does not "
-                "become less by more readings."
-            )
+            tr("Common error of all readings (1σ); more readings do not reduce it.")
         )
         self.summary = Label()
         self.summary.setWordWrap(True)
@@ -95,11 +92,11 @@ class CompassDialog(QDialog):
         self.buttons.accepted.connect(self.accept)
         self.buttons.rejected.connect(self.reject)
         self._form = form = QFormLayout()
-        form.addRow(tr("Azimuths were read from"), self.north)
-        form.addRow(tr("Day of the readings"), self.day)
+        form.addRow(tr("Azimuths refer to"), self.north)
+        form.addRow(tr("Date of readings"), self.day)
         form.addRow(tr("Place"), self.place)
         form.addRow(tr("Declination"), self.declination)
-        form.addRow(tr("All off alike by (1σ)"), self.doubt)
+        form.addRow(tr("Common error (1σ)"), self.doubt)
         column = QVBoxLayout(self)
         column.addLayout(form)
         column.addWidget(self.summary)
@@ -152,7 +149,7 @@ class CompassDialog(QDialog):
         self.doubt.setPlaceholderText(
             tr("{angle:g}°: compass, rocks and steel nearby", angle=default_deg)
             if default_deg
-            else tr("0°: north is right")
+            else tr("0°: north is exact")
         )
         problem = None
         try:
@@ -164,7 +161,7 @@ class CompassDialog(QDialog):
             compass, problem = None, cause_of(error)
         else:
             doubt = tr(
-                "All of them may be off alike by {angle:g}° (1σ).", angle=read_north.doubt_deg
+                "They may have a common error of {angle:g}° (1σ).", angle=read_north.doubt_deg
             )
             self.summary.setText(f"{text} {doubt}")
         self._current = compass
@@ -180,13 +177,13 @@ class CompassDialog(QDialog):
             tr("latitude, longitude, such as 46.52, 11.35")
             if place is None
             else tr(
-                "{latitude:.3f}, {longitude:.3f}: that of the model",
+                "{latitude:.3f}, {longitude:.3f} (model)",
                 latitude=place[1],
                 longitude=place[0],
             )
         )
         if place is None or inputs.day is None or compass.north != "magnetic":
-            self.declination.setPlaceholderText(tr("by day and place, or typed: east positive"))
+            self.declination.setPlaceholderText(tr("automatic, or degrees east"))
             return
         from vomstudio.registration.north import declination_deg
 
@@ -242,11 +239,11 @@ def parse_place(text: str) -> tuple[float, float] | None:
 def format_north(compass: Compass | None, read_north: ReadNorth | None) -> str:
     """Format the north reference for a button; it is incomplete without `read_north`."""
     if compass is None:
-        return tr("Grid north, not doubted: say if not")
+        return tr("Grid north, assumed exact")
     name = {"grid": tr("Grid north"), "true": tr("True north"), "magnetic": tr("Magnetic north")}
     north = name[compass.north]
     if read_north is None:
-        return tr("{north}: more is needed", north=north)
+        return tr("{north}: incomplete", north=north)
     doubt = f"± {read_north.doubt_deg:g}°"
     if compass.north == "grid":
         return f"{north} {doubt}"

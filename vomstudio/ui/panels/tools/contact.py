@@ -40,8 +40,8 @@ class ContactPanel(QWidget):
         self.table = VertexTable(studio, self._tool)
         self._hint = hint_label(
             tr(
-                "Click along a contact or fault, then press Enter. The line is kept as it was "
-                "drawn: it has a length, and no plane."
+                "Click along a contact or fault, then press Enter. The line has a length, but no"
+                " plane."
             )
         )
         lay_out_picking(

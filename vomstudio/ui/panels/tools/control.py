@@ -104,9 +104,7 @@ class ControlPanel(QWidget):
         self.north: ReadNorth | None = None
         self._north_text = ""
         self.load = QPushButton(theme.icon("table-arrow-left"), tr("Coordinates…"))
-        self.load.setToolTip(
-            tr("Read labels and coordinates from a table or a file of ground control.")
-        )
+        self.load.setToolTip(tr("Read labels and coordinates from a table or ground control file."))
         self.load.clicked.connect(self.choose_points_file)
         self.table = ControlTable()
         self.table.itemChanged.connect(self._apply_point_edit)
@@ -135,14 +133,14 @@ class ControlPanel(QWidget):
         self.register = QPushButton(theme.icon("vector-point-select"), tr("Register"))
         self.register.clicked.connect(self.apply)
         self.copy = CopyCommandButton(
-            self._copy_command, tr("keep the points as a table, and copy the command")
+            self._copy_command, tr("save the points as a table and copy the command")
         )
         row = QHBoxLayout()
         row.addWidget(self.load)
         row.addWidget(self.register)
         form = QFormLayout()
         form.addRow(tr("Click"), self.click_box)
-        form.addRow(tr("CRS of x, y, z"), self.crs_field)
+        form.addRow(tr("CRS"), self.crs_field)
         details = narrow_form()
         details.addRow(tr("Click error"), self.click_error)
         details.addRow(self.keep_scale)
@@ -371,7 +369,7 @@ class ControlPanel(QWidget):
         from vomstudio.io.gis.crs import metric_crs
 
         text = self.crs_field.text().strip()
-        return metric_crs(text, tr("CRS of x, y, z")) if text else None
+        return metric_crs(text, tr("CRS")) if text else None
 
     def _parse_click_error(self) -> float | None:
         from vomstudio.studio.placing.registering import parse_click_sigma
@@ -381,11 +379,9 @@ class ControlPanel(QWidget):
 
     def _show_default_click_error(self, placed: Placed) -> None:
         """Show the default click error in the empty field."""
-        default = tr("half the resolution of the model, m")
+        default = tr("half the model resolution, m")
         if placed.click_sigma_m and not self.click_error.text().strip():
-            default = tr(
-                "{error:.2g} m: half the resolution of the model", error=placed.click_sigma_m
-            )
+            default = tr("{error:.2g} m: half the model resolution", error=placed.click_sigma_m)
         self.click_error.setPlaceholderText(default)
 
     def _list_labels(self) -> list[str]:
@@ -583,19 +579,15 @@ class ControlPanel(QWidget):
 def _click_error_field() -> QLineEdit:
     field = QLineEdit()
     field.setObjectName("click_error")
-    field.setPlaceholderText(tr("half the resolution of the model"))
-    field.setToolTip(
-        tr("Error of a click on the model, one sigma, beside the accuracy of the points.")
-    )
+    field.setPlaceholderText(tr("half the model resolution"))
+    field.setToolTip(tr("Error of a click on the model (1σ)."))
     return field
 
 
 def _keep_scale_box() -> QCheckBox:
-    box = QCheckBox(tr("Keep the scale of the model"))
+    box = QCheckBox(tr("Keep model scale"))
     box.setObjectName("keep_scale")
-    box.setToolTip(
-        tr("Its lengths are right already, as a laser scanner's are: turn and shift it only.")
-    )
+    box.setToolTip(tr("Only rotate and shift the model, as for laser scans."))
     return box
 
 

@@ -125,7 +125,7 @@ class ControlMap(QWidget):
         painter.restore()
         return [
             tr(
-                "Dashed: the axis held worst, {error} (95 %)",
+                "Dashed: weakest axis, {error} (95 %)",
                 error=format_error_deg(axis.error_deg),
             )
         ]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from vomstudio.registration.results import Placed
 
 _WINDOW_NAMES = {
-    "(--without)": to_translate("(take its tick away)"),
+    "(--without)": to_translate("(clear its tick)"),
     "(--declination)": to_translate("(North)"),
     "(--north-sigma)": to_translate("(North)"),
 }
@@ -94,9 +94,9 @@ def reading_tips(
         if line.id not in readings.directions:
             feature = get_feature(studio.records, line.feature_id)
             tips[line.id] = (
-                tr("The plane or line that was read is no longer in the project.")
+                tr("The measured plane or line is no longer in the project.")
                 if feature is None
-                else tr("{feature} has no plane and no direction at present.", feature=feature.name)
+                else tr("{feature} currently has no plane or direction.", feature=feature.name)
             )
         elif placed is not None:
             notation = studio.settings.notation
@@ -135,7 +135,7 @@ def _format_reading_tip(
     read_line = replace(line, value=round(((line.value or 0.0) + turned_deg) % 360.0, 1))
     lines = [
         tr(
-            "Placed: {placed}; read: {read}.",
+            "On the model: {placed}; reading: {read}.",
             placed=placed_line,
             read=format_reading(read_line, notation),
         )
@@ -143,7 +143,8 @@ def _format_reading_tip(
     if direction.sigma_deg is not None and line.sigma is not None:
         lines.append(
             tr(
-                "What the model shows is itself known to ± {error:.1f}° (1σ), which counts too.",
+                "The attitude on the model has its own error of ± {error:.1f}° (1σ), which is"
+                " included.",
                 error=direction.sigma_deg,
             )
         )
@@ -151,8 +152,8 @@ def _format_reading_tip(
         if result.label == line.name:
             lines.append(
                 tr(
-                    "Without it the others agree to {others:.1f}° (RMS), and the model turns by "
-                    "{turn:.1f}°.",
+                    "Without it the others agree to {others:.1f}° (RMS), and the model rotates by"
+                    " {turn:.1f}°.",
                     others=result.others_deg,
                     turn=result.turned_deg,
                 )

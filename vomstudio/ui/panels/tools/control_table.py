@@ -53,8 +53,8 @@ class ControlTable(QTableWidget):
         self.verticalHeader().setDefaultSectionSize(23)
         self.setMinimumHeight(170)
         for column, tip in (
-            (TICK, tr("Ticked points place the model, the others judge it.")),
-            (_RESIDUAL, tr("Length of the residual, which is fitted less given.")),
+            (TICK, tr("Ticked points register the model, the others check it.")),
+            (_RESIDUAL, tr("Length of the residual (fitted minus given).")),
         ):
             item = self.horizontalHeaderItem(column)
             if item is not None:

@@ -42,28 +42,18 @@ class KnownTable(QTableWidget):
         header.setSectionResizeMode(RESIDUAL, QHeaderView.ResizeMode.Stretch)
         header.setMinimumSectionSize(34)
         for column, tip in (
-            (TICK, tr("Ticked ones place the model, the others judge it.")),
+            (TICK, tr("Ticked ones register the model, the others check it.")),
             (
                 VALUE,
-                tr(
-                    "Azimuth (°) from the first end to the second, length (m), or what was read "
-                    "by compass, such as 213/45."
-                ),
+                tr("Azimuth (°), length (m), or compass reading, such as 213/45."),
             ),
             (
                 SIGMA,
-                tr(
-                    "One standard error; empty for what is usual: 0.5° of a level or plumb "
-                    "line, 3° of an azimuth, 0.5 % of a length. Of planes and lines by compass "
-                    "it is then taken from what is left over."
-                ),
+                tr("Standard error; empty for a default (level 0.5°, azimuth 3°, length 0.5 %)."),
             ),
             (
                 RESIDUAL,
-                tr(
-                    "What is left over: placed less known; of planes and lines by compass the "
-                    "angle between the two."
-                ),
+                tr("Residual: fitted minus known, or the angle to a compass reading."),
             ),
         ):
             item = self.horizontalHeaderItem(column)
@@ -125,9 +115,9 @@ class KnownTable(QTableWidget):
                     else "0"
                 )
                 if not line.is_complete:
-                    residual_item.setText(tr("type its value"))
+                    residual_item.setText(tr("enter its value"))
                 elif line.is_read and residual is None and line.id in tips:
-                    residual_item.setText(tr("not there"))
+                    residual_item.setText(tr("missing"))
                 residual_item.setToolTip(tips.get(line.id, ""))
                 label_item.setIcon(alert if line.name in blunders else QIcon())
 

@@ -90,8 +90,8 @@ class LinePanel(QWidget):
         self.fit_view.setVisible(measurement is not None)
         self._hint.setText(
             tr(
-                "Click along a striation, a hinge or another lineation. Two points give trend and "
-                "plunge; further points give their error. On a plane, the line also has a rake."
+                "Click along a lineation. Two points give trend and plunge, more points their"
+                " error. On a plane, the line also has a rake."
             )
         )
         self._hint.setVisible(not tool.open)

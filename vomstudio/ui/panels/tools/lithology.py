@@ -29,7 +29,7 @@ class LithologyPanel(QWidget):
         self.lithology_box.setObjectName("lithology_word")
         for value, title in CHOICES:
             self.lithology_box.addItem(tr(title), value)
-        self.lithology_box.setToolTip(tr("Words of StraboSpot's forms."))
+        self.lithology_box.setToolTip(tr("Lithologies of the StraboSpot list."))
         self.lithology_box.keep_narrow()
         self.lithology_box.activated.connect(self._apply_fields)
         self.follow_box = FollowBox(studio, self._tool)
@@ -41,8 +41,8 @@ class LithologyPanel(QWidget):
         self.table = VertexTable(studio, self._tool)
         self._hint = hint_label(
             tr(
-                "Click around a part of the outcrop that is one rock, then press Enter. Its area "
-                "is that of the surface inside the outline."
+                "Click around an area of a single rock, then press Enter. The area is measured on"
+                " the surface inside the outline."
             )
         )
         lay_out_picking(

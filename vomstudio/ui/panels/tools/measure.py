@@ -22,17 +22,16 @@ from vomstudio.ui.widgets.vertex_table import VertexTable
 
 _HINTS = {
     "distance": to_translate(
-        "Click two points. Their distance is shown, with its horizontal and vertical components."
+        "Click two points to measure their distance, with horizontal and vertical components."
     ),
-    "polyline": to_translate("Click along a line, then press Enter. Its length is shown."),
+    "polyline": to_translate("Click along a line, then press Enter to measure its length."),
     "area": to_translate(
-        "Click the corners of a polygon, then press Enter. Its area is that of the projection in "
-        "which it is largest."
+        "Click the corners of a polygon, then press Enter. The area is measured in its largest"
+        " projection."
     ),
     "thickness": to_translate(
-        "Choose a plane, then click a point on the base and one on the top. The distance "
-        "perpendicular to the plane is shown. The error is smallest where the line between the "
-        "points is perpendicular to the bed."
+        "Choose a plane, then click base and top to measure their perpendicular distance. The"
+        " error is smallest if the line is perpendicular to the bed."
     ),
 }
 

@@ -22,7 +22,7 @@ class PhotoFollowBox(QWidget):
     def __init__(self, studio: Studio, tool: FollowingTool[Any]) -> None:
         super().__init__()
         self._studio, self._tool = studio, tool
-        self.check = QCheckBox(tr("In the pixels of photos"))
+        self.check = QCheckBox(tr("Follow in photos"))
         self.check.setObjectName(f"{tool.name}_in_photos")
         self.check.toggled.connect(tool.follow_in_photos)
         self.votes = Label()
@@ -62,11 +62,7 @@ class PhotoFollowBox(QWidget):
         self.check.setToolTip(
             str(reason)
             if reason is not None
-            else tr(
-                "A piece that ends with a click in a photo is followed there at full resolution, "
-                "and thrown on the model; other photos that show the place have a say. Without, it "
-                "is followed over the surface."
-            )
+            else tr("Follow lines at full photo resolution and project them onto the model.")
         )
         votes = self._tool.votes
         self.votes.setText(votes or "")

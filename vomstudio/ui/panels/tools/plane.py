@@ -58,7 +58,7 @@ class PlanePanel(QWidget):
         self._name = rich_label()
         self.fit_view = FitView(actions)
         self._hint = hint_label(
-            tr("Click a surface, or paint it away from its edges. The right button orbits.")
+            tr("Click a surface, or paint it without its edges. The right button orbits.")
         )
         layout = narrow_column(self)
         layout.addWidget(ModeBar([actions[name] for name in _MODES]))
@@ -102,7 +102,7 @@ class PlanePanel(QWidget):
         self.distance.setObjectName("grow_distance")
         self.distance.setRange(0.0, MAX_DISTANCE_M)
         self.distance.setDecimals(4)
-        self.distance.setSpecialValueText(tr("by the model"))
+        self.distance.setSpecialValueText(tr("automatic"))
         self.distance.setToolTip(tr("Maximum distance from the plane (Shift+wheel)."))
         self.distance.valueChanged.connect(lambda value: tool.set_tolerance(distance=value))
         for box in (self.radius, self.distance):

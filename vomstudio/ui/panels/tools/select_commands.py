@@ -28,7 +28,7 @@ _MODES: dict[ElementMode, tuple[str, str, str]] = {
     "pick": (
         to_translate("Grow and paint"),
         "G",
-        to_translate("A click grows the even surface; dragging paints it."),
+        to_translate("Click to grow an even surface; drag to paint it."),
     ),
     "rectangle": (
         to_translate("Draw a rectangle"),
@@ -213,7 +213,7 @@ def commands(studio: Studio) -> list[Command]:
         ),
         create_command(
             "select_wider",
-            tr("Widen"),
+            tr("Expand"),
             lambda: factory.tool.changes.wider(),
             icon="arrow-expand-all",
             key=("+", "="),
@@ -222,7 +222,7 @@ def commands(studio: Studio) -> list[Command]:
         ),
         create_command(
             "select_narrower",
-            tr("Narrow"),
+            tr("Shrink"),
             lambda: factory.tool.changes.narrower(),
             icon="arrow-collapse-all",
             key="-",
@@ -248,10 +248,10 @@ def commands(studio: Studio) -> list[Command]:
         ),
         create_command(
             "select_patch",
-            tr("Take plane"),
+            tr("Select plane"),
             factory.take_patch,
             icon="texture-box",
-            tip=tr("Use the faces or points of the selected plane."),
+            tip=tr("Select the faces or points of the selected plane."),
             why_not=factory.why_no_patch,
         ),
         create_command(
@@ -267,7 +267,7 @@ def commands(studio: Studio) -> list[Command]:
             factory.select.hide_selected,
             icon="eye-off-outline",
             key="H",
-            tip=tr("Hide the selected part of the model. Undo shows it."),
+            tip=tr("Hide the selected part of the model. Undo restores it."),
         ),
         create_command(
             "isolate_elements",
@@ -275,7 +275,7 @@ def commands(studio: Studio) -> list[Command]:
             factory.select.changes.isolate,
             icon="eye-outline",
             key="Shift+H",
-            tip=tr("Hide the rest of the model. Earlier view (Shift+Z) shows it."),
+            tip=tr("Hide the rest of the model. Earlier view (Shift+Z) restores it."),
         ),
         create_command(
             "show_elements",
@@ -291,6 +291,6 @@ def commands(studio: Studio) -> list[Command]:
             tr("Cut out"),
             factory.select.changes.cut_out,
             icon="scissors-cutting",
-            tip=tr("Create a model of the selection. The original stays."),
+            tip=tr("Create a model from the selection. The original is kept."),
         ),
     ]

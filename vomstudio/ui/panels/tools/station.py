@@ -31,18 +31,18 @@ class StationPanel(QWidget):
         self.kind_box.activated.connect(self._apply_fields)
         self.number_edit, self.photo_edit = QLineEdit(), QLineEdit()
         self.number_edit.setPlaceholderText(tr("such as KB-17"))
-        self.photo_edit.setPlaceholderText(tr("labels or files; separate by ;"))
+        self.photo_edit.setPlaceholderText(tr("labels or files, separated by ;"))
         for edit in (self.number_edit, self.photo_edit):
             edit.editingFinished.connect(self._apply_fields)
         form = narrow_form()
-        form.addRow(tr("Make"), self.kind_box)
+        form.addRow(tr("Kind"), self.kind_box)
         form.addRow(tr("Number"), self.number_edit)
         form.addRow(tr("Photos"), self._create_photo_row())
         self.table = VertexTable(studio, self._tool)
         self._hint = hint_label(
             tr(
-                "Each click on the outcrop is a station or a sample. A number with digits goes on "
-                "by itself; notes are written in Properties."
+                "Each click on the outcrop adds a station or sample. Numbers increase"
+                " automatically; enter notes in Properties."
             )
         )
         lay_out_picking(

@@ -49,11 +49,9 @@ class ValueSelectionBox(QWidget):
             box.setMinimumWidth(_MIN_WIDTH_PX)
             box.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
         self._to_label = Label(tr("to"))
-        self.take_button = QPushButton(tr("Choose"))
+        self.take_button = QPushButton(tr("Select"))
         self.take_button.setObjectName("by_value_take")
-        self.take_button.setToolTip(
-            tr("What has such a value, as New, Add, Subtract and Intersect say.")
-        )
+        self.take_button.setToolTip(tr("Select elements in this range by the active mode."))
         self.take_button.clicked.connect(self._select)
         first, second = QHBoxLayout(), QHBoxLayout()
         first.addWidget(self.field_box, 1)
@@ -83,7 +81,7 @@ class ValueSelectionBox(QWidget):
         self._field_source = (data, names)
         with QSignalBlocker(self.field_box):
             self.field_box.clear()
-            self.field_box.addItem(tr("Colour as chosen"), _COLOUR_KEY)
+            self.field_box.addItem(tr("Similar colour"), _COLOUR_KEY)
             for name in names:
                 self.field_box.addItem(name, name)
         self._show_range()
@@ -100,7 +98,7 @@ class ValueSelectionBox(QWidget):
             self.low.setDecimals(1)
             self.low.setValue(DEFAULT_TOLERANCE)
             self.low.setToolTip(
-                tr("Difference in CIE L*a*b*, lightness by half: 2 is just seen, 30 another rock.")
+                tr("Colour tolerance (ΔE): 2 is barely visible, 30 a different rock.")
             )
         else:
             self.low.setPrefix("")
@@ -108,7 +106,7 @@ class ValueSelectionBox(QWidget):
             for box in (self.low, self.high):
                 box.setSuffix(unit if unit in ("", "°") else f" {unit}")
                 box.setDecimals(3)
-            self.low.setToolTip(tr("Where the first is above the second, what lies outside."))
+            self.low.setToolTip(tr("If the first exceeds the second, values outside are selected."))
             model_id, data = self._tool.changes.model_id(), self._tool.changes.data()
             model = get(self._studio.records, model_id, Model)
             if data is not None and model is not None:

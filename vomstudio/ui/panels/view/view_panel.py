@@ -125,7 +125,7 @@ class ViewPanel(QWidget):
         self._cost.setObjectName("view_cost")
         self._cost.setWordWrap(True)
         self._cost.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.only_selected = QCheckBox(tr("Fold axis of selected bedding only"))
+        self.only_selected = QCheckBox(tr("Selected bedding only"))
         self.only_selected.toggled.connect(
             lambda on: studio.fold.choose(studio.fold.which, selected=on)
         )
