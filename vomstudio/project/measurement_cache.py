@@ -150,7 +150,9 @@ def is_equal_except(
         return True
     if type(first) is not type(second) or not isinstance(first, Feature):
         return False
-    values = _compared_values(type(first), ignored_fields)
+    # Mypy takes the hash of a class for that of its objects.
+    record_class: Any = type(first)
+    values = _compared_values(record_class, ignored_fields)
     return bool(values(first) == values(second))
 
 
