@@ -276,7 +276,7 @@ def _draw_panel(
 def _caption(contents: RoseContents) -> str:
     title, step = tr(TITLES[contents.of]), f"{contents.bin_deg:g}"
     share = (
-        tr("% of the number")
+        tr("% of the total number")
         if contents.weight is None
         else tr("% of the total {quantity}", quantity=_quantity(contents.weight))
     )
@@ -284,13 +284,13 @@ def _caption(contents: RoseContents) -> str:
         return tr("{title}; bins of {step}°; heights: {share}", title=title, step=step, share=share)
     if contents.is_area_scaled:
         return tr(
-            "{title}; bins of {step}°; rings: {share}; areas are to scale",
+            "{title}; bins of {step}°; rings: {share}; petal areas to scale",
             title=title,
             step=step,
             share=share,
         )
     return tr(
-        "{title}; bins of {step}°; rings: {share}; lengths are to scale",
+        "{title}; bins of {step}°; rings: {share}; petal lengths to scale",
         title=title,
         step=step,
         share=share,

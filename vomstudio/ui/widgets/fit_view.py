@@ -236,9 +236,7 @@ class FitView(QWidget):
         else:
             self._plane.setText(orientation_text(measured, notation) if measured else "–")
         self._plane.setToolTip(
-            tr("Local frame: the model is not registered, so north and scale are unknown.")
-            if local
-            else ""
+            tr("Local frame: unregistered model with unknown north and scale.") if local else ""
         )
         return words
 

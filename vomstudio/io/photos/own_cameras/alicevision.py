@@ -74,7 +74,7 @@ def read_alicevision(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
             continue
         lens, unknown = lenses.get(str(fields.get(field, row, "intrinsicId")), (None, None))
         if lens is None:
-            raise fields.damaged(field, tr("its camera is not among the cameras"))
+            raise fields.damaged(field, tr("its camera does not exist"))
         if unknown is not None:
             unknown_models[unknown] += 1
         name = str(fields.get(field, row, "path")).replace("\\", "/").rpartition("/")[2]

@@ -86,7 +86,7 @@ def read_nerfstudio(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
         applied = fields.numbers("", data, "applied_transform", 3, 4)
         back = applied[:, :3].T
         if np.abs(back @ back.T - np.eye(3)).max() > MAX_ROTATION_DEVIATION:
-            raise fields.damaged("applied_transform", tr("the matrix of the pose is no rotation"))
+            raise fields.damaged("applied_transform", tr("the pose matrix is not a rotation"))
         before = [view.moved(1.0, back, -back @ applied[:, 3]) for view in views]
         candidates.append(Candidate(tr("the frame before the transform"), before, tuple(warnings)))
     return candidates

@@ -65,7 +65,7 @@ def read_openmvg(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
             continue
         lens, unknown = lenses.get(fields.get(field, photo, "id_intrinsic"), (None, None))
         if lens is None:
-            raise fields.damaged(field, tr("its camera is not among the cameras"))
+            raise fields.damaged(field, tr("its camera does not exist"))
         if unknown is not None:
             unknown_models[unknown] += 1
         folder = str(photo.get("local_path", "")).replace("\\", "/").strip("/")

@@ -89,7 +89,7 @@ def read_reconstruction(path: Path, data: Sequence[Mapping[str, Any]]) -> list[C
         field = f"shots/{name}"
         lens, unknown = lenses.get(fields.get(field, shot, "camera"), (None, None))
         if lens is None:
-            raise fields.damaged(field, tr("its camera is not among the cameras"))
+            raise fields.damaged(field, tr("its camera does not exist"))
         if unknown is not None:
             unknown_models.append(unknown)
         rotation = _matrix(fields.numbers(field, shot, "rotation", 3))
@@ -120,7 +120,7 @@ def read_shots(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
         field = f"features/{number}/properties"
         shot = feature.get("properties") if isinstance(feature, dict) else None
         if not isinstance(shot, dict):
-            raise fields.damaged(field, tr("there are none"))
+            raise fields.damaged(field, tr("none exist"))
         name = str(fields.get(field, shot, "filename"))
         lens = fields.call(field, _shot_lens, shot)
         rotation = _matrix(fields.numbers(field, shot, "rotation", 3))
@@ -130,7 +130,7 @@ def read_shots(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
     offset = find_offset(path)
     if offset is not None:
         shifted = [view.moved(1.0, np.eye(3), -np.array([*offset, 0.0])) for view in views]
-        candidates.append(Candidate(tr("map coordinates less the offset in coords.txt"), shifted))
+        candidates.append(Candidate(tr("map coordinates minus the offset in coords.txt"), shifted))
     return candidates
 
 
