@@ -238,7 +238,8 @@ class OrthoDialog(QDialog):
         else:
             pixels = (width / gsd) * (height / gsd)
             size = [
-                length(v, is_metric=self._selected_model().frame.has_metres) for v in (width, height)
+                length(v, is_metric=self._selected_model().frame.has_metres)
+                for v in (width, height)
             ]
             self._size.setText(
                 tr(
