@@ -129,7 +129,9 @@ def measure(name: str, data: Mesh | PointCloud, bed: np.ndarray, repeats: int) -
             line = f"  {cost:7s}{length:4.0f} m  live {live[0]:.3f} s, then {live[1]:.3f} s"
             line += f" (CPU {live[2]:.3f} s)"
             if not surface.refines:
-                whole = seconds(lambda f=follower, e=ends: f.follow(next(e), whole=True), repeats)
+                whole = seconds(
+                    lambda f=follower, e=ends: f.follow(next(e), is_whole=True), repeats
+                )
                 line += f"  whole {whole[0]:.3f} s, then {whole[1]:.3f} s"
             beside = np.abs((follower.follow(next(ends)).points - MIDDLE) @ NORMAL).mean()
             wanted = f"; wanted {WANTED_9_M_S}" if length == LENGTHS_M[-1] else ""

@@ -201,7 +201,7 @@ def _phones(n: int, north_deg: float) -> Callable[[np.random.Generator, Array], 
         read = angles[:, 0] + 5.0 * rng.normal(size=n) + north_deg * rng.normal()
         names = tuple(str(i) for i in range(n))
         told = np.column_stack([read, np.full((n, 2), np.nan)])
-        table = attitude_table(names, told, doubted=True, down=down)
+        table = attitude_table(names, told, is_doubted=True, down=down)
         lens = Intrinsics.pinhole(4, 3, 3.0, 2.0, 1.5)
         views = [View(i, lens, t.T @ turn, np.zeros(3)) for i, t in zip(names, true, strict=True)]
         return list(match_attitudes(table, range(n), views, north_deg, []).kinds)

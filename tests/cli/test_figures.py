@@ -220,7 +220,7 @@ def test_residuals_of_a_registration(count) -> None:
         for i in range(count)
     ]
     with recorded() as pages:
-        assert "<img" in residual_map({"points": rows}, scaled=True)
+        assert "<img" in residual_map({"points": rows}, is_scaled=True)
     assert [fault for page in pages for fault in page.faults()] == []
 
 

@@ -130,5 +130,5 @@ def test_naming_loses_no_figure() -> None:
 
     for path in GOLDEN.glob("*.json"):
         found = json.loads(path.read_text("utf-8")).get("json") or {}
-        assert kept(found, add_unitless_names(found, metric=False)), path.name
-        assert add_unitless_names(found, metric=True) == found
+        assert kept(found, add_unitless_names(found, is_metric=False)), path.name
+        assert add_unitless_names(found, is_metric=True) == found

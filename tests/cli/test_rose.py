@@ -92,7 +92,7 @@ def test_wrong_wishes_are_refused_and_nothing_is_drawn(
 @pytest.mark.parametrize("by_area", [True, False])
 def test_petals_are_to_scale(by_area: bool) -> None:
     """Area by Gauss's formula: that of a sector of the rose, or its length as its share."""
-    rose = count_rose([5, 5, 5, 5, 15, 15, 95], axial=False)
+    rose = count_rose([5, 5, 5, 5, 15, 15, 95], is_axial=False)
     figure = Figure(figsize=(6.7, 4.0))
     (ax,) = draw_roses(figure, RoseContents("trend", {"a": rose}, None, by_area)).axes.values()
     petals = [p.get_xy() for p in ax.patches if isinstance(p, Polygon)]
@@ -117,7 +117,9 @@ def test_rings_are_round_and_hold_the_largest_petal(top: float) -> None:
 
 
 def test_many_roses_stand_side_by_side_and_apart() -> None:
-    roses = {f"Set {i}": count_rose([10.0 * i + j for j in range(9)], axial=True) for i in range(7)}
+    roses = {
+        f"Set {i}": count_rose([10.0 * i + j for j in range(9)], is_axial=True) for i in range(7)
+    }
     drawn = draw_roses(Figure(figsize=(6.7, 8.0)), RoseContents("strike", roses))
     boxes = [ax.get_position() for ax in drawn.axes.values()]
     for i, a in enumerate(boxes):

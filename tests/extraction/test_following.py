@@ -77,7 +77,7 @@ def test_without_anything_to_be_seen_it_is_the_shortest_way(seed: int) -> None:
     mesh = hills()
     plain = Mesh(mesh.vertices, mesh.faces, colors=np.full((len(mesh.vertices), 3), 128, np.uint8))
     one, other = rng.integers(0, len(mesh.vertices), 2)
-    path = Follower(SurfaceGraph(plain), "dark").follow(mesh.vertices[[one, other]], whole=True)
+    path = Follower(SurfaceGraph(plain), "dark").follow(mesh.vertices[[one, other]], is_whole=True)
     a = mesh.faces.ravel()
     b = np.roll(mesh.faces, -1, axis=1).ravel()
     length = np.linalg.norm(mesh.vertices[a] - mesh.vertices[b], axis=1)
@@ -105,7 +105,7 @@ def test_the_best_of_all_paths_costs_no_more_than_one_in_a_corridor() -> None:
         return float((step * 0.5 * (costs[rows[:-1]] + costs[rows[1:]])).sum())
 
     assert place
-    best = follower.follow(way_points, whole=True)
+    best = follower.follow(way_points, is_whole=True)
     near = follower.follow(way_points)
     assert cost_of(best.points) <= cost_of(near.points) + 1e-9
 
@@ -150,7 +150,7 @@ def test_light_gradient_curvature_and_fields_are_followed() -> None:
         ends = np.array(
             [[0.0, level, 0.3 * abs(level - 1.0)], [3.0, level, 0.3 * abs(level - 1.0)]]
         )
-        path = Follower(SurfaceGraph(mesh), cost).follow(ends, whole=True)
+        path = Follower(SurfaceGraph(mesh), cost).follow(ends, is_whole=True)
         return float(np.median(path.points[:, 1]))
 
     assert typical("light", 1.2) == pytest.approx(1.0, abs=0.03)

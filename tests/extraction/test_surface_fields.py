@@ -170,7 +170,7 @@ def test_a_cloud_without_normals_is_said_to_be_seen_from_above() -> None:
 def test_names_say_radius_and_unit() -> None:
     names = (
         field_name("dip_direction", 0.5),
-        field_name("curvature", 2.0, metric=False),
+        field_name("curvature", 2.0, is_metric=False),
         field_name("coplanarity", 0.25),
     )
     assert names == (

@@ -79,7 +79,7 @@ def test_long_ways_follow_the_colour_of_their_own_ends() -> None:
         path = follower.follow(ends).points
         assert surface.cached_costs, "So long a way is searched for over the whole surface."
         assert np.abs(path[:, 1] - y - 0.15 * np.sin(path[:, 0])).max() < 0.06
-        shortest = follower.follow(ends, whole=True).points
+        shortest = follower.follow(ends, is_whole=True).points
         assert np.abs(shortest[:, 1] - y - 0.15 * np.sin(shortest[:, 0])).max() < 0.06
 
 

@@ -304,7 +304,7 @@ def test_a_true_model_is_refused_as_often_as_it_says(n: int, kappa: float) -> No
     rng = np.random.default_rng(9)
     fishers, kents = [], []
     for _ in range(600):
-        found = set_statistics(fisher_sample(rng, n, kappa), "lines", directed=True)
+        found = set_statistics(fisher_sample(rng, n, kappa), "lines", is_directed=True)
         assert found.fisher is not None
         fishers.append(found.fisher.fit_p)
         kents.append(found.kent is not None)

@@ -293,7 +293,7 @@ def test_a_printed_plane_comes_back(azimuth: float, dip: float, name: str, decim
 def test_a_printed_line_comes_back(trend: float, plunge: float, decimals: int) -> None:
     line = Line(trend, plunge)
     back = parse_line(format_line(line, decimals))
-    assert angle_between_lines(line, back, directed=True) <= 1.01 * 10.0**-decimals
+    assert angle_between_lines(line, back, is_directed=True) <= 1.01 * 10.0**-decimals
 
 
 @given(st.text(max_size=20))

@@ -71,7 +71,7 @@ def test_an_azimuth_a_hair_west_of_north_is_never_360(hair: float, north: float)
     down, up = np.array([-hair, north, -0.5]), np.array([-hair, north, 0.5])
     for vector in (down, up, -down, -up, np.array([-hair, north, 0.0])):
         plane, line = Plane.from_normal(vector), Line.from_vector(vector)
-        directed = Line.from_vector(vector, directed=True)
+        directed = Line.from_vector(vector, is_directed=True)
         azimuths = [
             plane.dip_direction_deg,
             plane.strike_rhr_deg,
@@ -83,7 +83,7 @@ def test_an_azimuth_a_hair_west_of_north_is_never_360(hair: float, north: float)
             directed.downward().trend_deg,
             float(normals_to_planes(vector)[0][0]),
             float(vectors_to_lines(vector)[0][0]),
-            float(vectors_to_lines(vector, directed=True)[0][0]),
+            float(vectors_to_lines(vector, is_directed=True)[0][0]),
             Plane(-hair, 30).dip_direction_deg,
             Plane.from_strike(270 - hair, 30).dip_direction_deg,
             Plane(90 - hair, 30).strike_rhr_deg,
@@ -159,7 +159,7 @@ def test_planes_come_back_from_their_normals(plane: Plane) -> None:
 def test_lines_come_back_from_their_vectors(line: Line) -> None:
     for vector in (line.vector(), -line.vector(), 1e12 * line.vector()):
         assert same_axis(Line.from_vector(vector).vector(), line.vector()) < 2e-7
-    directed = Line.from_vector(-line.vector(), directed=True)
+    directed = Line.from_vector(-line.vector(), is_directed=True)
     np.testing.assert_allclose(directed.vector(), -line.vector(), atol=1e-8)
 
 
@@ -290,7 +290,7 @@ def test_intersections_agree_with_mplstereonet(mplstereonet: Any) -> None:
 def test_angles_between_axes_and_between_directions() -> None:
     assert angle_between_planes(Plane(90, 60), Plane(270, 60)) == pytest.approx(60)
     assert angle_between_lines(Line(0, 0), Line(180, 0)) == pytest.approx(0)
-    assert angle_between_lines(Line(0, 0), Line(180, 0), directed=True) == pytest.approx(180)
+    assert angle_between_lines(Line(0, 0), Line(180, 0), is_directed=True) == pytest.approx(180)
     assert angle_between_planes(Plane(10, 30), Plane(10, 30 + 1e-9)) == pytest.approx(
         1e-9, rel=1e-4
     )

@@ -84,7 +84,7 @@ def test_a_word_that_is_none_of_the_choices_is_named(ask: Callable[[], object], 
             {"number": 1, "n": 1},
         ),
         (lambda: axial_mean([[1, 0, 0], [0, 1, 0]]), "orientation.no-mean", {}),
-        (lambda: fisher([[0, 0, 1], [0, 0, -1]], directed=True), "orientation.no-mean", {}),
+        (lambda: fisher([[0, 0, 1], [0, 0, -1]], is_directed=True), "orientation.no-mean", {}),
         (lambda: nets.confidence_ellipse([0, 0, -1], [0, 0, 1], 5, 2), ELLIPSE, {}),
         (lambda: nets.confidence_ellipse([0, 0, -1], [np.nan, 0, 1], 5, 2), ELLIPSE, {}),
         (lambda: Line.from_vector([0, 0, 0]), "vector.invalid", {"name": "direction"}),
@@ -111,7 +111,7 @@ def test_the_ends_of_what_is_allowed_are_allowed() -> None:
     assert Plane(10, 0).undefined
     assert Line(10, -90).undefined
     assert intersection(Plane(40, 30), Plane(40, 30.0001)).plunge_deg >= 0.0
-    assert no_fisher_reason([[0, 0, 1.0]], directed=True) is not None
+    assert no_fisher_reason([[0, 0, 1.0]], is_directed=True) is not None
 
 
 @pytest.mark.parametrize(("apart", "meet"), [(0.0099, False), (0.0101, True)])

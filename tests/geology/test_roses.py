@@ -30,13 +30,13 @@ azimuths = st.lists(st.floats(-720, 720), min_size=1, max_size=40)
 def test_every_azimuth_is_in_one_bin_and_axes_in_both_halves(
     found: list[float], axial: bool, width: float
 ) -> None:
-    rose = count_rose(found, axial=axial, bin_deg=width)
+    rose = count_rose(found, is_axial=axial, bin_deg=width)
     assert len(rose.shares) == round(360.0 / width)
     half = len(rose.shares) // 2
     if axial:
         np.testing.assert_array_equal(rose.shares[:half], rose.shares[half:])
         assert rose.shares[:half].sum() == pytest.approx(1)
-        again = count_rose(np.array(found) + 180.0, axial=True, bin_deg=width)
+        again = count_rose(np.array(found) + 180.0, is_axial=True, bin_deg=width)
         np.testing.assert_allclose(again.shares, rose.shares)
     else:
         assert rose.shares.sum() == pytest.approx(1)
@@ -45,16 +45,16 @@ def test_every_azimuth_is_in_one_bin_and_axes_in_both_halves(
 def test_a_bin_has_its_lower_edge_also_where_arithmetic_fell_short_of_it() -> None:
     for edge in np.arange(0.0, 360.0, 10.0):
         for azimuth in (edge, edge - 360.0, edge + 1e-12, (edge + 0.1) - 0.1, edge + 9.999):
-            rose = count_rose([azimuth], axial=False)
+            rose = count_rose([azimuth], is_axial=False)
             assert rose.shares[int(edge / 10.0)] == 1.0, azimuth
-    assert count_rose([-1e-18], axial=True).shares[[0, 18]].tolist() == [1.0, 1.0]
+    assert count_rose([-1e-18], is_axial=True).shares[[0, 18]].tolist() == [1.0, 1.0]
 
 
 @settings(deadline=None)
 @given(st.lists(st.floats(0, 359), min_size=2, max_size=30), st.booleans())
 def test_mean_and_resultant_are_those_of_scipy(found: list[float], axial: bool) -> None:
     period = 180.0 if axial else 360.0
-    rose = count_rose(found, axial=axial)
+    rose = count_rose(found, is_axial=axial)
     variance = circvar(np.array(found) % period, high=period)
     assert rose.resultant == pytest.approx(1.0 - variance, abs=1e-9)
     if rose.resultant > 1e-6:
@@ -67,8 +67,8 @@ def test_a_weight_counts_as_that_many_rows() -> None:
     rng = np.random.default_rng(1)
     found, times = rng.uniform(0, 360, 30), rng.integers(0, 5, 30)
     for axial in (False, True):
-        weighted = count_rose(found, axial=axial, weights=times)
-        repeated = count_rose(np.repeat(found, times), axial=axial)
+        weighted = count_rose(found, is_axial=axial, weights=times)
+        repeated = count_rose(np.repeat(found, times), is_axial=axial)
         np.testing.assert_allclose(weighted.shares, repeated.shares)
         assert weighted.mean_deg == pytest.approx(repeated.mean_deg)
         assert weighted.resultant == pytest.approx(repeated.resultant)
@@ -76,27 +76,27 @@ def test_a_weight_counts_as_that_many_rows() -> None:
 
 
 def test_opposite_directions_have_no_mean_but_opposite_ends_of_an_axis_have() -> None:
-    assert count_rose([40.0, 220.0], axial=False).mean_deg is None
-    axes = count_rose([40.0, 220.0], axial=True)
+    assert count_rose([40.0, 220.0], is_axial=False).mean_deg is None
+    axes = count_rose([40.0, 220.0], is_axial=True)
     assert axes.mean_deg == pytest.approx(40.0)
     assert axes.resultant == pytest.approx(1.0)
     # North lies between 350 and 10, and between the axes 170 and 10.
     for axial, pair, whole in ((False, [350.0, 10.0], 360.0), (True, [170.0, 10.0], 180.0)):
-        mean = count_rose(pair, axial=axial).mean_deg
+        mean = count_rose(pair, is_axial=axial).mean_deg
         assert mean is not None
         assert min(mean, whole - mean) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_an_even_fan_has_even_petals_and_no_direction() -> None:
-    rose = count_rose(np.arange(0.5, 360.0), axial=False)
+    rose = count_rose(np.arange(0.5, 360.0), is_axial=False)
     np.testing.assert_allclose(rose.shares, 1 / 36)
     assert rose.resultant < 1e-12
 
 
 def test_rows_without_azimuth_or_weight_are_counted() -> None:
-    rose = count_rose([10.0, math.nan, 20.0], axial=True, weights=[1.0, 1.0, math.nan])
+    rose = count_rose([10.0, math.nan, 20.0], is_axial=True, weights=[1.0, 1.0, math.nan])
     assert (rose.n, rose.left_out) == (1, 2)
-    empty = count_rose([], axial=True)
+    empty = count_rose([], is_axial=True)
     assert (empty.n, empty.mean_deg, empty.total) == (0, None, 0.0)
 
 
@@ -105,7 +105,7 @@ def test_bins_that_do_not_fit_are_refused(width: float) -> None:
     with refused("rose.uneven-bins", UsageError, field="--bin", range_deg=180.0):
         count_bins(width)
     with refused("rose.negative-weight", UsageError, field="--weight"):
-        count_rose([10.0], axial=True, weights=[-1.0])
+        count_rose([10.0], is_axial=True, weights=[-1.0])
 
 
 @settings(deadline=None)
@@ -145,15 +145,15 @@ def test_rayleighs_p_is_the_published_one() -> None:
     """The example in the documentation of astropy's `rayleightest`, and the resultant of the
     roulette wheel of Mardia & Jupp (2000), example 1.1, which is 0.711."""
     for found, axial in (([130.0, 90.0, 0.0, 145.0], False), ([65.0, 225.0, 0.0, 72.5], True)):
-        four = count_rose(found, axial=axial)
+        four = count_rose(found, is_axial=axial)
         assert rayleigh_p(4, four.resultant) == pytest.approx(0.2563487733797317, rel=1e-12)
         # Which are too few.
         assert four.rayleigh_p is None
         assert four.preferred
         # A row that counts nothing makes them no more.
-        none = count_rose([*found, 3.0], axial=axial, weights=[1.0, 1.0, 1.0, 1.0, 0.0])
+        none = count_rose([*found, 3.0], is_axial=axial, weights=[1.0, 1.0, 1.0, 1.0, 0.0])
         assert none.rayleigh_p is None
-    wheel = count_rose([43, 45, 52, 61, 75, 88, 88, 279, 357], axial=False)
+    wheel = count_rose([43, 45, 52, 61, 75, 88, 88, 279, 357], is_axial=False)
     assert wheel.resultant == pytest.approx(0.711, abs=5e-4)
     assert wheel.preferred
 
@@ -187,26 +187,26 @@ def test_rayleighs_p_is_that_of_the_exact_law(count: int, p: float) -> None:
 def test_one_alone_and_a_fan_prefer_nothing_and_a_bundle_does() -> None:
     assert rayleigh_p(1.0, 1.0) == 1.0
     for count in (5, 20, 49, 50, 5000):
-        bundle = count_rose(np.linspace(40.0, 50.0, count), axial=True)
+        bundle = count_rose(np.linspace(40.0, 50.0, count), is_axial=True)
         assert bundle.preferred
         assert bundle.rayleigh_p is not None
         assert 0.0 <= bundle.rayleigh_p < 0.01
-    fan = count_rose(np.arange(0.0, 180.0, 10.0), axial=True)
+    fan = count_rose(np.arange(0.0, 180.0, 10.0), is_axial=True)
     assert not fan.preferred
-    assert count_rose([], axial=True).rayleigh_p is None
+    assert count_rose([], is_axial=True).rayleigh_p is None
 
 
 def test_turning_all_and_the_size_of_weights_leave_the_test_as_it_is() -> None:
     rng = np.random.default_rng(3)
     found, weights = rng.normal(30.0, 35.0, 20), rng.uniform(1.0, 9.0, 20)
-    first = count_rose(found, axial=True, weights=weights).rayleigh_p
+    first = count_rose(found, is_axial=True, weights=weights).rayleigh_p
     assert first == pytest.approx(
-        count_rose(found + 77.0, axial=True, weights=10.0 * weights).rayleigh_p, rel=1e-9
+        count_rose(found + 77.0, is_axial=True, weights=10.0 * weights).rayleigh_p, rel=1e-9
     )
-    even = count_rose(found, axial=True, weights=np.full(20, 7.0)).rayleigh_p
-    assert even == pytest.approx(count_rose(found, axial=True).rayleigh_p, rel=1e-9)
+    even = count_rose(found, is_axial=True, weights=np.full(20, 7.0)).rayleigh_p
+    assert even == pytest.approx(count_rose(found, is_axial=True).rayleigh_p, rel=1e-9)
     # One row that outweighs all others is like one row.
-    heavy = count_rose(found, axial=True, weights=[1e6, *np.ones(19)])
+    heavy = count_rose(found, is_axial=True, weights=[1e6, *np.ones(19)])
     assert heavy.resultant > 0.99
     assert not heavy.preferred
 

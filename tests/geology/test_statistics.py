@@ -117,7 +117,7 @@ def test_an_even_girdle_has_no_mean() -> None:
 
 
 def test_fisher_of_directions_follows_the_closed_forms() -> None:
-    result = fisher(DIRECTIONS, directed=True)
+    result = fisher(DIRECTIONS, is_directed=True)
     n = len(DIRECTIONS)
     total = DIRECTIONS.sum(axis=0)
     r = math.sqrt(float(total @ total))
@@ -136,7 +136,7 @@ def test_fisher_agrees_with_mplstereonet(mplstereonet: Any) -> None:
     vector, (r_mean, angle, kappa) = mplstereonet.stereonet_math.fisher_stats(
         *mplstereonet.line(plunge.copy(), trend.copy()), conf=95
     )
-    ours = fisher(lines_to_vectors(trend, plunge), directed=True)
+    ours = fisher(lines_to_vectors(trend, plunge), is_directed=True)
     assert pytest.approx(r_mean) == ours.R / 30
     assert ours.kappa == pytest.approx(kappa)
     assert ours.alpha95_deg == pytest.approx(angle)
@@ -148,14 +148,14 @@ def test_axial_data_are_flipped_before_they_are_averaged() -> None:
     rng = np.random.default_rng(3)
     v = fisher_sample(rng, 40, 60, lines_to_vectors(77, 1))
     mixed = np.where(rng.random(40)[:, None] < 0.5, -v, v)
-    a, b = fisher(mixed, directed=False), fisher(v, directed=True)
+    a, b = fisher(mixed, is_directed=False), fisher(v, is_directed=True)
     assert pytest.approx(b.R) == a.R
     assert angle_between_lines(a.mean, b.mean) < 1e-9
 
 
 def test_directed_means_may_point_up() -> None:
     stats = set_statistics(
-        lines_to_vectors([10, 12, 8], [-20, -22, -21]), "lines", directed=True
+        lines_to_vectors([10, 12, 8], [-20, -22, -21]), "lines", is_directed=True
     ).to_dict()
     found = stats["fisher"]
     assert isinstance(found, dict)
@@ -168,7 +168,7 @@ def test_alpha95_holds_the_true_mean_as_often_as_it_says() -> None:
     truth = np.array([0, 0, 1.0])
     runs, held = 2000, 0
     for _ in range(runs):
-        f = fisher(fisher_sample(rng, 8, 30), directed=True)
+        f = fisher(fisher_sample(rng, 8, 30), is_directed=True)
         assert f.alpha95_deg is not None
         angle = math.degrees(math.acos(min(1.0, float(f.mean.vector() @ truth))))
         held += angle <= f.alpha95_deg
@@ -200,7 +200,7 @@ def test_a_girdle_gets_no_fisher_mean_but_a_reason(
 
 def test_a_uniform_scatter_gets_no_fisher_mean_but_a_reason() -> None:
     v = np.random.default_rng(5).normal(size=(50, 3))
-    reason = no_fisher_reason(v, directed=False)
+    reason = no_fisher_reason(v, is_directed=False)
     assert reason is not None
     assert reason.code == "fisher.uniform"
     assert reason.values["random"] > reason.values["point"]
@@ -223,20 +223,20 @@ def test_two_planes_close_together_have_a_fisher_mean_between_them() -> None:
 
 def test_directions_that_cancel_out_get_no_fisher_mean() -> None:
     v = lines_to_vectors([0, 120, 240], [0, 0, 0])
-    assert no_fisher_reason(v, directed=True) == Finding("fisher.no-mean")
+    assert no_fisher_reason(v, is_directed=True) == Finding("fisher.no-mean")
 
 
 def test_a_tight_cluster_of_elongated_shape_is_still_a_cluster() -> None:
     # Three beds within a few degrees: Woodcock's K is under 1, yet nobody would call it a girdle.
     v = planes_to_poles([130, 130.1, 130, 130.2], [35, 41, 47, 53])
     assert woodcock(orientation_tensor(v)[0])[0] < 1.0  # type: ignore[operator]
-    assert no_fisher_reason(v, directed=False) is None
+    assert no_fisher_reason(v, is_directed=False) is None
 
 
 def test_clusters_get_their_fisher_mean() -> None:
     rng = np.random.default_rng(6)
     sound = sum(
-        no_fisher_reason(fisher_sample(rng, 20, kappa), directed=False) is None
+        no_fisher_reason(fisher_sample(rng, 20, kappa), is_directed=False) is None
         for kappa in (10, 30, 100, 300)
         for _ in range(50)
     )

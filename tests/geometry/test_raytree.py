@@ -94,7 +94,7 @@ def test_of_a_cloud_the_point_nearest_to_the_ray_on_the_first_surface_is_met() -
     x, y = np.meshgrid(np.arange(20) * 0.1, np.arange(20) * 0.1)
     front = np.column_stack([x.ravel(), y.ravel(), np.full(400, 1.0)])
     back = front - [0, 0, 1.0]
-    tree = RayTree(PointCloud(np.concatenate([back, front]) + CORNER), reach=0.08)
+    tree = RayTree(PointCloud(np.concatenate([back, front]) + CORNER), max_distance=0.08)
     hits = tree.cast(CORNER + [0.52, 0.71, 5.0], [[0.0, 0.0, -2.0]])
     expected = 400 + np.hypot(x.ravel() - 0.52, y.ravel() - 0.71).argmin()
     assert hits.index[0] == expected
@@ -105,7 +105,7 @@ def test_of_a_cloud_the_point_nearest_to_the_ray_on_the_first_surface_is_met() -
 def test_a_ray_without_a_way_meets_nothing() -> None:
     mesh = rough_sheet(8)
     cloud = PointCloud(mesh.vertices)
-    for tree in (RayTree(mesh), RayTree(cloud, reach=0.5)):
+    for tree in (RayTree(mesh), RayTree(cloud, max_distance=0.5)):
         hits = tree.cast(mesh.vertices[20], [[0.0, 0, 0], [0, 0, np.inf]])
         assert hits.index.tolist() == [-1, -1]
 
@@ -134,7 +134,7 @@ def test_of_a_cloud_rays_meet_what_its_definition_says() -> None:
     rng = np.random.default_rng(4)
     points = rng.uniform([0, 0, 0], [10, 10, 6], (4000, 3)) + CORNER
     reach = 0.2
-    tree = RayTree(PointCloud(points), reach=reach)
+    tree = RayTree(PointCloud(points), max_distance=reach)
     starts = rng.uniform([-2, -2, 7], [12, 12, 12], (200, 3)) + CORNER
     ways = (rng.uniform([0, 0, 0], [10, 10, 6], (200, 3)) + CORNER - starts) * rng.uniform(
         0.2, 3.0, (200, 1)
@@ -259,7 +259,7 @@ def test_rays_from_all_sides_meet_what_asking_every_face_says(faces: int) -> Non
 def test_rays_from_all_sides_meet_the_points_that_the_definition_says(count: int) -> None:
     points = np.random.default_rng(count).uniform(-1.0, 1.0, (count, 3)) + CORNER
     reach = 0.4
-    tree = RayTree(PointCloud(points), reach=reach)
+    tree = RayTree(PointCloud(points), max_distance=reach)
     starts, ways, last = around(CORNER, 3.0, 300, count)
     hits = tree.cast(starts, ways, last)
     for i in range(300):
@@ -299,7 +299,7 @@ def test_the_position_of_a_hit_is_where_the_ray_is_and_that_of_a_point_its_own()
     weights = np.array([0.2, 0.3, 0.5])
     there = tree.position(7, weights)
     assert there == pytest.approx(weights @ mesh.vertices[mesh.faces[7]], abs=1e-9)
-    cloud = RayTree(PointCloud(mesh.vertices), reach=0.1)
+    cloud = RayTree(PointCloud(mesh.vertices), max_distance=0.1)
     assert np.array_equal(cloud.position(7, np.full(3, np.nan)), mesh.vertices[7])
 
 

@@ -52,10 +52,10 @@ def test_an_error_has_the_digits_that_it_is_asked_for():
 
 
 def test_a_length_of_unknown_scale_is_never_called_metres():
-    assert length_text(12345.6, metric=False) == "12346 units"
-    assert length_text(0.01234, metric=False) == "0.0123 units"
-    assert area_text(2.5, metric=False) == "2.50 units²"
-    assert length_text(None, metric=False) == "–"
+    assert length_text(12345.6, is_metric=False) == "12346 units"
+    assert length_text(0.01234, is_metric=False) == "0.0123 units"
+    assert area_text(2.5, is_metric=False) == "2.50 units²"
+    assert length_text(None, is_metric=False) == "–"
 
 
 @pytest.mark.parametrize("digits", [2, 3, 4])
@@ -123,4 +123,4 @@ def test_a_scale_bar_has_a_round_length_no_longer_than_there_is_room(longest, te
 
 
 def test_a_scale_bar_of_unknown_scale_counts_units():
-    assert bar_text(round_length(0.3), metric=False) == "0.2 units"
+    assert bar_text(round_length(0.3), is_metric=False) == "0.2 units"

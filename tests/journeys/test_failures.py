@@ -245,7 +245,7 @@ def test_an_error_in_a_quiet_job_is_not_lost(odd_workers, window):
         title="Getting ready",
         on_done=lambda _: None,
         on_failed=lambda _: None,
-        quiet=True,
+        is_quiet=True,
     )
     is_said(window)
 

@@ -45,7 +45,7 @@ def test_the_column_is_as_high_on_paper_as_its_scale_says(tmp_path: Path) -> Non
     assert page.scale == 50.0
     assert page.column_mm == pytest.approx(180.0)
     target = tmp_path / "log.svg"
-    write_log_figure(target, result, format="svg", about="bedding 000/00")
+    write_log_figure(target, result, format="svg", description="bedding 000/00")
     svg = target.read_text("utf-8")
     heights = {
         round(abs(float(b) - float(a)) * mm(svg, page.width_mm), 2)

@@ -476,7 +476,7 @@ def test_a_view_of_a_model_without_north_and_scale_names_no_winds_and_no_metres(
     assert end_labels(known) == ("N (000)", "S (180)", "up")
     assert end_labels(unknown) == ("000, local", "180, local", "up")
     units = [
-        view_directions.cost_of_direction(2.0, 3.0, metric=metric).values["unit"]
+        view_directions.cost_of_direction(2.0, 3.0, is_metric=metric).values["unit"]
         for metric in (True, False)
     ]
     assert units == ["m", "units"]

@@ -133,7 +133,7 @@ def test_an_axis_is_looked_along_downwards_however_it_is_given(trend: float, plu
 def test_what_a_wrong_direction_costs_is_reckoned(
     error: float | None, depth: float, metric: bool
 ) -> None:
-    cost = view_directions.cost_of_direction(error, depth, metric=metric)
+    cost = view_directions.cost_of_direction(error, depth, is_metric=metric)
     angle = np.radians(5.0 if error is None else error)
     assert cost.code == ("view.axis-error-unknown" if error is None else "view.axis-error")
     assert cost.values["unit"] == ("m" if metric else "units")

@@ -48,7 +48,7 @@ def bent(curvature: float, seed: int = 3) -> Evidence:
         positions=Positions(
             tuple(names), world + rng.normal(0, 3.0, (36, 3)), False, np.full((36, 3), np.nan)
         ),
-        attitudes=attitude_table(tuple(names), told, None, ("true",) * 36, doubted=True),
+        attitudes=attitude_table(tuple(names), told, None, ("true",) * 36, is_doubted=True),
     )
 
 

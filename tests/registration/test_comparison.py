@@ -174,7 +174,9 @@ def ours(normals: Array | None = None) -> m3c2.Projection:
     core = first[::600]
     up = np.broadcast_to([0.0, 0.0, 1.0], core.shape)
     found = m3c2.normals_at(first, core, 0.8, up)
-    return m3c2.project(core, found, first, second, radius=0.4, reach=1.0, registration_error=0.01)
+    return m3c2.project(
+        core, found, first, second, radius=0.4, max_distance=1.0, registration_error=0.01
+    )
 
 
 def test_m3c2_gives_what_py4dgeo_gives() -> None:
@@ -268,7 +270,7 @@ def test_the_share_of_false_alarms_is_that_of_the_level() -> None:
         for _ in range(2)
     ]
     up = np.broadcast_to([0.0, 0.0, 1.0], core.shape)
-    found = m3c2.project(core, up, *clouds, radius=0.4, reach=0.5)
+    found = m3c2.project(core, up, *clouds, radius=0.4, max_distance=0.5)
     share = float((np.abs(found.distance) > found.lod95).mean())
     assert share == pytest.approx(0.05, abs=3 * np.sqrt(0.05 * 0.95 / 900))
 

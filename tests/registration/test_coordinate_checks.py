@@ -132,7 +132,7 @@ def test_a_system_that_does_not_suit_the_place_is_replaced() -> None:
     to = Transformer.from_crs("EPSG:4326", "EPSG:32613", always_xy=True)
     world = np.column_stack([*to.transform(lon_lat[:, 0], lon_lat[:, 1]), lon_lat[:, 2]])
     with pytest.raises(InputError) as refused:
-        checks.check_area(world, "EPSG:32613", converted=True)
+        checks.check_area(world, "EPSG:32613", is_converted=True)
     assert refused.value.values["suggested_crs"] == "EPSG:32615"
 
 

@@ -114,7 +114,7 @@ def test_a_wrong_point_takes_no_part_if_asked_and_is_named() -> None:
     world[2] += [0.0, 2.0, 0.0]
     right = np.arange(8) != 2
     alone = register_points(model[right], world[right])
-    placed = register_points(model, world, robust=True)
+    placed = register_points(model, world, is_robust=True)
     assert placed.matrix == pytest.approx(alone.matrix, abs=1e-9 * 5e6)
     assert [b.label for b in placed.blunders] == ["3"]
     assert placed.blunders[0].error_m == pytest.approx(2.0, abs=0.1)
@@ -129,7 +129,7 @@ def test_a_wrong_point_takes_no_part_if_asked_and_is_named() -> None:
 
 def test_where_all_agree_robust_changes_nothing() -> None:
     model, world = drawn(np.random.default_rng(5), 8, 0.01)
-    assert register_points(model, world, robust=True).matrix == pytest.approx(
+    assert register_points(model, world, is_robust=True).matrix == pytest.approx(
         register_points(model, world).matrix, abs=0.0
     )
 

@@ -31,7 +31,7 @@ def cameras(seed: int, noise: float = 0.5) -> tuple[Array, Array]:
 def told(model: Array, world: Array) -> tuple[list[Finding], list[Finding]]:
     nothing = np.full(world.shape, np.nan)
     _, wrong, gone = select_consistent_cameras(
-        PHOTOS[: len(model)], model, world, nothing, alone=True
+        PHOTOS[: len(model)], model, world, nothing, is_alone=True
     )
     return wrong, gone
 

@@ -64,13 +64,13 @@ def test_places_go_to_the_selected_then_to_the_larger() -> None:
     extents = np.array([1.0, 5.0, 3.0, 2.0])
     none = np.zeros(4, bool)
     chosen = np.array([True, False, False, False])
-    assert order_by_importance(chosen, none, extents, moving=False).tolist() == [0, 1, 2, 3]
+    assert order_by_importance(chosen, none, extents, is_moving=False).tolist() == [0, 1, 2, 3]
     # What is shown already is not put aside for something hardly larger, nor at all in a drag.
     shown = np.array([False, False, False, True])
-    assert order_by_importance(none, shown, extents, moving=False).tolist() == [1, 2, 3, 0]
+    assert order_by_importance(none, shown, extents, is_moving=False).tolist() == [1, 2, 3, 0]
     shown = np.array([False, False, True, True])
-    assert order_by_importance(none, shown, extents, moving=True).tolist() == [2, 3, 1, 0]
-    assert order_by_importance(none, ~chosen, np.zeros(4), moving=True).tolist() == [1, 2, 3, 0]
+    assert order_by_importance(none, shown, extents, is_moving=True).tolist() == [2, 3, 1, 0]
+    assert order_by_importance(none, ~chosen, np.zeros(4), is_moving=True).tolist() == [1, 2, 3, 0]
 
 
 def test_a_grid_of_bits_takes_what_a_grid_of_cells_takes() -> None:

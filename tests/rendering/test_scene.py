@@ -113,7 +113,7 @@ def test_the_frame_in_pieces_is_the_frame_in_one(scene: Scene, tmp_path: Path) -
     scene.camera.fit(scene.corners(), SIZE)
     pieces = rest(scene)
     assert not scene.picture.slow
-    scene.picture.draw(moving=False)
+    scene.picture.draw(is_moving=False)
     whole = scene.canvas.pixels()[::-1, :, :3].astype(int)
     assert scene.picture.complete
     assert np.abs(pieces - whole).max() <= 2
@@ -236,7 +236,7 @@ def test_many_features_drawn_in_bands_are_those_drawn_in_one(
     scene.set_selected(["f3", "f7", "f299"])
     whole = {
         "rest": rest(scene),
-        "draw": steps(lambda: scene.picture.draw(moving=False)),
+        "draw": steps(lambda: scene.picture.draw(is_moving=False)),
         "features": steps(scene.picture.draw_features),
     }
     assert whole["draw"][0] == whole["features"][0] == 0
@@ -247,7 +247,7 @@ def test_many_features_drawn_in_bands_are_those_drawn_in_one(
     assert scene.picture.complete
     assert np.array_equal(rested, whole["rest"])
     for name, ask in {
-        "draw": lambda: scene.picture.draw(moving=False),
+        "draw": lambda: scene.picture.draw(is_moving=False),
         "features": lambda: (scene.set_scale(1.0), scene.picture.draw_features()),
     }.items():
         count, picture = steps(ask)
@@ -527,7 +527,7 @@ def test_a_cloud_is_seen_before_it_is_prepared(scene: Scene) -> None:
             assert len(event.chunk.points) < 60_000
             scene.take("c", event)
             scene.camera.fit(scene.corners(), SIZE)
-            scene.picture.draw(moving=False)
+            scene.picture.draw(is_moving=False)
             picture = scene.canvas.pixels()[::-1, :, :3].astype(int)
             assert (np.abs(picture - picture[2, 2]).max(axis=2) > 10).mean() > 0.2
         first = False
@@ -559,7 +559,7 @@ def test_a_view_draws_as_many_points_of_a_cloud_as_it_has_pixels_for(scene: Scen
     shown = [p.spacing for p in parts if p.row in scene.models["c"].shown_rows]
     assert min(shown) < 0.05
     scene.camera.restore(state)
-    scene.picture.draw(moving=True)
+    scene.picture.draw(is_moving=True)
     assert drawn() == far
 
 
@@ -574,7 +574,7 @@ def test_until_finer_nodes_are_there_the_coarse_ones_close_the_surface(scene: Sc
     scene.camera.fit(scene.corners(), SIZE)
     model = scene.models["c"]
     coarse = {part.row for part in model.parts}
-    scene.picture.draw(moving=False)
+    scene.picture.draw(is_moving=False)
     assert not scene.nodes.settled
     assert scene.nodes.waits
     before = {row: model.shown_rows[row] for row in coarse}
@@ -590,7 +590,7 @@ def test_until_finer_nodes_are_there_the_coarse_ones_close_the_surface(scene: Sc
     assert [p.actor.GetProperty().GetPointSize() for p in model.parts if p.row in coarse] < sizes
     # A view at rest asks for nothing more.
     rest(scene)
-    scene.picture.draw(moving=False)
+    scene.picture.draw(is_moving=False)
     assert len(later) == 1
 
 

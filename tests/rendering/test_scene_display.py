@@ -127,7 +127,7 @@ def test_a_mesh_and_what_stands_for_it_show_elevation(scene: Scene) -> None:
     face(scene, mesh.vertices)
     scene.set_mode("field")
     give_field(scene, "w", FieldStyle("elevation", percentiles=(0.0, 100.0)))
-    scene.picture.draw(moving=True)
+    scene.picture.draw(is_moving=True)
     assert scene.picture.showing_proxy
     moving = scene.canvas.pixels()[::-1, :, :3].astype(int)
     whole = rest(scene)
@@ -209,7 +209,7 @@ def test_eye_dome_lighting_waits_for_the_rest(scene: Scene) -> None:
     show(scene, "c", sheet())
     rest(scene)
     scene.set_eye_dome(True)
-    scene.picture.draw(moving=True)
+    scene.picture.draw(is_moving=True)
     assert not scene.picture.complete
     rest(scene)
     assert scene.picture.complete

@@ -128,7 +128,7 @@ def test_chunks_that_arrive_late_are_adopted(scene, second) -> None:
     show(scene, "m", wall())
     scene.models["m"].chunks_done = False
     second.follow(everything)
-    second.picture.draw(moving=False)
+    second.picture.draw(is_moving=False)
     scene.models["m"].chunks_done = True
     # The end of the chunks alone completes the picture.
     assert second.follow(everything)

@@ -227,7 +227,7 @@ def left(folder: Path) -> None:
         title="",
         on_done=ended.append,
         on_failed=ended.append,
-        quiet=True,
+        is_quiet=True,
     )
     desk.wait(lambda: ended, "a later job of the same lane")
     assert work.projects.of(Model) == []

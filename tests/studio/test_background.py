@@ -203,7 +203,7 @@ def test_with_one_thread_results_come_in_the_order_of_the_requests_and_urgent_on
     assert gate.begun.wait(20.0)
     for number in range(4):
         background.run(lambda n=number: n, results.append)
-    background.run_request(lambda _: "urgent", results.append, first=True)
+    background.run_request(lambda _: "urgent", results.append, is_first=True)
     gate.open()
     let_threads_end(loop)
     assert results == ["through", "urgent", 0, 1, 2, 3]

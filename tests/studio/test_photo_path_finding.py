@@ -47,7 +47,7 @@ def photos_of(scene: tuple[Wall, Path]) -> ModelPhotos:
 def test_the_way_is_on_the_bed_in_the_frame_of_the_file_and_others_confirm_it(scene) -> None:
     made, _ = scene
     ends = clicks(made)[[0, 2]]
-    way = PhotoPaths().find_path(photos_of(scene), "p0.png", "dark", ends, live=False)
+    way = PhotoPaths().find_path(photos_of(scene), "p0.png", "dark", ends, is_live=False)
     off = np.abs(way.points @ made.normal - made.level)
     assert np.median(off) < 0.012, "half as wide as the bed"
     assert np.linalg.norm(way.points[[0, -1]] - ends, axis=1).max() < 0.03
@@ -60,7 +60,7 @@ def test_the_way_is_on_the_bed_in_the_frame_of_the_file_and_others_confirm_it(sc
 def test_for_the_cursor_no_other_photo_is_asked(scene) -> None:
     made, _ = scene
     paths, photos = PhotoPaths(), photos_of(scene)
-    way = paths.find_path(photos, "p0.png", "dark", clicks(made)[[0, 1]], live=True)
+    way = paths.find_path(photos, "p0.png", "dark", clicks(made)[[0, 1]], is_live=True)
     assert not way.final
     assert way.voters == ()
     assert np.median(np.abs(way.points @ made.normal - made.level)) < 0.012
@@ -73,7 +73,7 @@ def test_a_photo_that_was_made_smaller_is_followed_with_its_camera(scene, tmp_pa
             image.resize((320, 240), Image.Resampling.BOX).save(tmp_path / name)
     photos = photos_of(scene)
     small = ModelPhotos("m", "wall", photos.views, photos_in(tmp_path, photos.files))
-    way = PhotoPaths().find_path(small, "p0.png", "dark", clicks(made)[[0, 2]], live=False)
+    way = PhotoPaths().find_path(small, "p0.png", "dark", clicks(made)[[0, 2]], is_live=False)
     assert np.median(np.abs(way.points @ made.normal - made.level)) < 0.02
 
 
@@ -82,25 +82,25 @@ def test_what_the_photo_cannot_say_is_refused_in_a_sentence(scene, tmp_path) -> 
     photos, paths, ends = photos_of(scene), PhotoPaths(), clicks(made)[[0, 1]]
     beside = np.array([ends[0], [900.0, 0.0, 0.0]])
     with refused("photo.not-showing", GeometryError):
-        paths.find_path(photos, "p0.png", "dark", beside, live=False)
+        paths.find_path(photos, "p0.png", "dark", beside, is_live=False)
     with refused("option.not-a-choice", UsageError, value="curvature", field="--cost"):
-        paths.find_path(photos, "p0.png", "curvature", ends, live=False)
+        paths.find_path(photos, "p0.png", "curvature", ends, is_live=False)
     gone = ModelPhotos("m", "wall", photos.views, photos_in(tmp_path, photos.files))
     with refused("photo.file-missing", GeometryError):
-        paths.find_path(gone, "p0.png", "dark", ends, live=False)
+        paths.find_path(gone, "p0.png", "dark", ends, is_live=False)
     nowhere = ModelPhotos("m", "wall", photos.views, {})
     with refused("photo.file-missing", GeometryError):
-        paths.find_path(nowhere, "p0.png", "dark", ends, live=False)
+        paths.find_path(nowhere, "p0.png", "dark", ends, is_live=False)
 
 
 @pytest.mark.full
 def test_a_world_that_is_turned_turns_the_way(scene) -> None:
     made, _ = scene
     photos, ends = photos_of(scene), clicks(made)[[0, 2]]
-    way = PhotoPaths().find_path(photos, "p0.png", "dark", ends, live=False)
+    way = PhotoPaths().find_path(photos, "p0.png", "dark", ends, is_live=False)
     assert photos.views.shows(0, transform.apply(TO_WORLD, way.points), 0.2).mean() > 0.95
     plain = PhotoViews(photos.views.cameras, photos.views.tree, None, 0.05)
     same = PhotoPaths().find_path(
-        ModelPhotos("m", "w", plain, photos.files), "p0.png", "dark", ends, live=False
+        ModelPhotos("m", "w", plain, photos.files), "p0.png", "dark", ends, is_live=False
     )
     assert np.allclose(same.points, way.points, atol=1e-6)

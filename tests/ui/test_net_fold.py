@@ -111,7 +111,7 @@ def test_net_statistics_and_view_have_one_axis_whatever_is_chosen(window, studio
         FoldFilter(set_name="bent"),
         FoldFilter("doubtful", "bent"),
     ):
-        studio.fold.choose(which, selected=False)
+        studio.fold.choose(which, is_selected=False)
         net, view, statistics = axes(window, studio)
         assert net == view == statistics
         counts.append(net[2])
@@ -120,7 +120,7 @@ def test_net_statistics_and_view_have_one_axis_whatever_is_chosen(window, studio
     assert counts[2] == 4
     measured = studio.measured([f.id for f in studio.fold.features()])
     bad = sum(m.verdict.quality != "good" for m in measured.values())
-    studio.fold.choose(FoldFilter(), selected=False)
+    studio.fold.choose(FoldFilter(), is_selected=False)
     assert studio.fold.planes().not_good == window.net.contents().fold_not_good == bad > 0
     text = window.findChild(StatisticsPanel)
     text.show_now()
@@ -129,7 +129,7 @@ def test_net_statistics_and_view_have_one_axis_whatever_is_chosen(window, studio
 
 def test_it_may_be_that_of_the_selected_planes(window, studio, beds) -> None:
     studio.selection.set(["t0", "t1", "t2"])
-    studio.fold.choose(FoldFilter(), selected=True)
+    studio.fold.choose(FoldFilter(), is_selected=True)
     assert [each[2] for each in axes(window, studio)] == [3, 3, 3]
     assert window.view_panel.only_selected.isChecked()
     studio.selection.set(["t0", "t1", "t2", "t3"])

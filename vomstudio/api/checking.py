@@ -393,10 +393,12 @@ def looks_like_radians(azimuth: FloatArray, angle: FloatArray) -> bool:
     -------
     bool
     """
-    sound = np.isfinite(azimuth) & np.isfinite(angle) & (angle != 0.0)
-    a, b = azimuth[sound], np.abs(angle[sound])
-    small = len(a) >= 3 and (a >= 0.0).all() and (a <= 2 * np.pi).all() and (b <= np.pi / 2).all()
-    return bool(small and (a != np.round(a)).any())
+    is_sound = np.isfinite(azimuth) & np.isfinite(angle) & (angle != 0.0)
+    a, b = azimuth[is_sound], np.abs(angle[is_sound])
+    is_small = (
+        len(a) >= 3 and (a >= 0.0).all() and (a <= 2 * np.pi).all() and (b <= np.pi / 2).all()
+    )
+    return bool(is_small and (a != np.round(a)).any())
 
 
 def single_number(value: Any, name: str) -> float | None:

@@ -32,10 +32,14 @@ def options_from_arguments(options: type[Options], **arguments: Any) -> Options:
     UsageError
         If a value is not allowed; the error names the argument.
     """
-    declared = {each.name: each for each in declarations(options)}
-    checked = {name: _convert_value(declared[name], value) for name, value in arguments.items()}
+    declarations_by_name = {item.name: item for item in declarations(options)}
+    checked = {
+        name: _convert_value(declarations_by_name[name], value) for name, value in arguments.items()
+    }
     for name, value in checked.items():
-        if value is None and (declared[name].is_required or declared[name].default is not None):
+        if value is None and (
+            declarations_by_name[name].is_required or declarations_by_name[name].default is not None
+        ):
             raise InputError(Finding("option.missing"), field=name)
     with name_arguments_in_errors(options):
         return options(**checked)
@@ -59,7 +63,7 @@ def name_arguments_in_errors(options: type[Any]) -> Iterator[None]:
     try:
         yield
     except VomError as error:
-        names = {each.flag: each.name for each in declarations(options)}
+        names = {item.flag: item.name for item in declarations(options)}
         error.field = names.get(error.field or "", error.field)
         values = {key: _argument_name(value, names) for key, value in error.values.items()}
         if values != error.values:
@@ -70,5 +74,5 @@ def name_arguments_in_errors(options: type[Any]) -> Iterator[None]:
 def _argument_name(value: Any, names: dict[str, str]) -> Any:
     """Return the argument of an option, or of each option in a tuple."""
     if isinstance(value, tuple):
-        return tuple(_argument_name(each, names) for each in value)
+        return tuple(_argument_name(item, names) for item in value)
     return names.get(value, value) if isinstance(value, str) else value

@@ -217,7 +217,7 @@ def dem(
             reference_plane(options.plane),
             to_world=np.eye(4),
             gsd=options.gsd_m,
-            metric=source.metric or source.placed,
+            is_metric=source.metric or source.placed,
         )
         heights, limit = draw_heights(data._data, plan, options.limit_m, report)
     figures = figures_of(heights, plan, limit, source.world_crs)

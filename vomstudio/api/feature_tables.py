@@ -48,10 +48,10 @@ def orientations(
     table = project_table(records, measurements)
     rows = [row for row in table.rows if row["element"] == geometry]
     dataframe = frame(rows, (*COLUMNS, *table.extra_columns))
-    places = [
+    positions = [
         None if row["x"] is None else shapely.Point(row["x"], row["y"], row["z"]) for row in rows
     ]
-    dataframe["geometry"] = pandas.Series(places, dtype=object)
+    dataframe["geometry"] = pandas.Series(positions, dtype=object)
     dataframe.attrs["crs"], dataframe.attrs["north"] = table.crs, table.north
     dataframe.attrs["registrations"] = list(table.registrations)
     return dataframe
@@ -119,16 +119,16 @@ def drawings(records: Records, measurements: Measurements) -> list[DrawnFeature]
     features = [r for r in records.values() if isinstance(r, Feature)]
     measured = measurements.of(records, [feature.id for feature in features])
     drawn_features = [_drawing(feature, records, measured) for feature in features]
-    return [each for each in drawn_features if each is not None]
+    return [drawn_feature for drawn_feature in drawn_features if drawn_feature is not None]
 
 
 def _drawing(
-    feature: Feature, records: Records, measured: Mapping[str, Measurement]
+    feature: Feature, records: Records, measured_items: Mapping[str, Measurement]
 ) -> DrawnFeature | None:
     from vomstudio.rendering.plots.plotting import DrawnFeature
 
-    measurement, kind = measured[feature.id], kind_of(feature)
-    sketch = kind.sketch(Subject(feature, measurement, records), measured.get)
+    measurement, kind = measured_items[feature.id], kind_of(feature)
+    sketch = kind.sketch(Subject(feature, measurement, records), measured_items.get)
     if sketch is None:
         return None
     label = _attitude(measurement) if sketch.label is None else sketch.label
@@ -142,7 +142,7 @@ def _drawing(
     )
 
 
-def _attitude(measured: Measurement) -> str:
-    if measured.plane is None and measured.line is None:
+def _attitude(measurement: Measurement) -> str:
+    if measurement.plane is None and measurement.line is None:
         return ""
-    return measured.attitude()
+    return measurement.attitude()

@@ -134,15 +134,15 @@ def fractures(
         layer=_layer(layer, traces),
         plane=None if plane is None else plane_text(plane, "plane"),
     )
-    order = FractureOrder(
+    request = FractureOrder(
         None if _file(traces, "traces") is None else to_path(traces, "traces"),
         options,
         frame_options(crs, up, unit, to_crs),
     )
     with name_frame_arguments_in_errors(), name_arguments_in_errors(FractureOptions):
-        mapped = map_fractures(
-            order,
-            lines=None if order.traces is not None else _shapes(traces, "traces"),
+        mapped_fractures = map_fractures(
+            request,
+            lines=None if request.traces is not None else _shapes(traces, "traces"),
             crs=dataframe_crs(traces),
             area=None if area is None or options.area is not None else _areas(area),
             scanlines=(
@@ -153,19 +153,19 @@ def fractures(
             sets=_sets_of(by),
         )
     if picture is not None:
-        _draw(mapped, picture, replace)
-    warn(mapped.found.warnings)
-    return mapped.found
+        _draw(mapped_fractures, picture, replace)
+    warn(mapped_fractures.found.warnings)
+    return mapped_fractures.found
 
 
-def _draw(mapped: MappedNetwork, plot: Path, force: bool) -> None:
+def _draw(mapped_network: MappedNetwork, plot: Path, force: bool) -> None:
     from vomstudio.core.files.atomic import atomic_write
     from vomstudio.products.fractures.figure import write_fractures
     from vomstudio.products.net.figure import picture_format
 
     format_ = picture_format(plot, "plot")
     with atomic_write(plot, force) as temporary:
-        write_fractures(temporary, mapped, format=format_)
+        write_fractures(temporary, mapped_network, format=format_)
 
 
 def _ranges(value: Any) -> str | None:

@@ -475,22 +475,22 @@ def _read(path: Path, options: FrameOptions, progress: Progress | None) -> Mesh 
     from vomstudio.io.models.reconstruction_file import placing_error_m
     from vomstudio.io.photos.cameras_file import has_known_scale
 
-    loaded = read_model(path, progress, options)
-    established = establish_frame(loaded, options)
+    loaded_model = read_model(path, progress, options)
+    established = establish_frame(loaded_model, options)
     frame = established.frame
     registration = established.registration
-    unknown = frame.crs is None and has_known_scale(loaded.path) is False
+    is_unknown = frame.crs is None and has_known_scale(loaded_model.path) is False
     source = Source(
-        loaded.path,
+        loaded_model.path,
         frame.crs,
-        (*loaded.warnings, *established.findings),
+        (*loaded_model.warnings, *established.findings),
         frame.unit_m if frame.crs is not None else 1.0,
-        not unknown if registration is None else frame.has_north,
+        not is_unknown if registration is None else frame.has_north,
         options.unit is not None if registration is None else frame.has_metres,
-        loaded.content_hash,
-        placing_error_m(loaded.path),
+        loaded_model.content_hash,
+        placing_error_m(loaded_model.path),
     )
-    model = to_public_model(loaded.data, established.to_world(), source)
+    model = to_public_model(loaded_model.data, established.to_world(), source)
     return model if registration is None else set_registration(model, registration)
 
 
@@ -515,8 +515,8 @@ def _read_project_model(path: Path, project: Path, progress: Progress | None) ->
     from vomstudio.io.models.opening import read_model
     from vomstudio.studio.world_models import find_project_model
 
-    loaded = read_model(path, progress)
-    return apply_recorded_placement(loaded, find_project_model(project, loaded))
+    loaded_model = read_model(path, progress)
+    return apply_recorded_placement(loaded_model, find_project_model(project, loaded_model))
 
 
 def apply_recorded_placement(loaded: LoadedModel, record: Model) -> Mesh | PointCloud:

@@ -208,12 +208,12 @@ def stereonet(
 
 def _texts(values: Any, name: str, count: int) -> tuple[str, ...]:
     """Format angles for the options of the command. Raises InputError if they are invalid."""
-    return tuple(join_angles(each, name, count) for each in to_list(values, name))
+    return tuple(join_angles(item, name, count) for item in to_list(values, name))
 
 
 def _levels_text(levels: Any) -> str:
     """Format levels for the options of the command. Raises InputError if they are invalid."""
-    return join_numbers([required_number(each, "levels") for each in to_list(levels, "levels")])
+    return join_numbers([required_number(item, "levels") for item in to_list(levels, "levels")])
 
 
 def _size_text(size: Any) -> str:

@@ -351,10 +351,10 @@ def fit_plane(
     array = _points(points)
     single_group = _Groups([None], array, np.array([0, len(array)]))
     options = options_from_arguments(FitOptions, method=method, axis=axis, profile=profile)
-    fitted = _fit_groups(single_group, options, resolution_m)
-    if not fitted.rows:
-        raise GeometryError(fitted.skipped[0]["reason"])
-    return to_plane_fit(fitted.rows[0])
+    fitted_groups = _fit_groups(single_group, options, resolution_m)
+    if not fitted_groups.rows:
+        raise GeometryError(fitted_groups.skipped[0]["reason"])
+    return to_plane_fit(fitted_groups.rows[0])
 
 
 def fit_planes(
@@ -404,23 +404,27 @@ def fit_planes(
     """
     point_groups = to_groups(groups, by)
     options = options_from_arguments(FitOptions, method=method, axis=axis, profile=profile)
-    fitted = _fit_groups(point_groups, options, resolution_m)
-    if not fitted.rows:
-        first_skipped = fitted.skipped[0]
+    fitted_groups = _fit_groups(point_groups, options, resolution_m)
+    if not fitted_groups.rows:
+        first_skipped = fitted_groups.skipped[0]
         raise GeometryError(
-            Finding("plane.none-fitted", count=len(fitted.skipped), reason=first_skipped["reason"]),
+            Finding(
+                "plane.none-fitted",
+                count=len(fitted_groups.skipped),
+                reason=first_skipped["reason"],
+            ),
             field=str(first_skipped["id"]),
         )
     messages = [*point_groups.messages]
     messages += [
         Finding("feature.left-out", feature=str(item["id"]), reason=item["reason"])
-        for item in fitted.skipped
+        for item in fitted_groups.skipped
     ]
     if point_groups.dropped:
         messages.append(Finding("array.rows-left-out", count=point_groups.dropped))
     warn(messages)
-    dataframe = frame(fitted.rows)
-    dataframe.attrs["skipped"] = fitted.skipped
+    dataframe = frame(fitted_groups.rows)
+    dataframe.attrs["skipped"] = fitted_groups.skipped
     dataframe.attrs["warnings"] = messages
     return dataframe
 
@@ -475,7 +479,7 @@ def fit_parallel(
     """
     point_groups = to_groups(groups, by)
     names = [str(name) for name in point_groups.ids]
-    pairs = [_pair(each, names) for each in to_list(same, "same")]
+    pairs = [_pair(item, names) for item in to_list(same, "same")]
     beds = parallel_beds(names, point_groups.points, point_groups.offsets, pairs=pairs)
     warn([*point_groups.messages, *beds.warnings])
     return beds
@@ -553,7 +557,7 @@ def to_groups(value: Any, by: Any) -> _Groups:
             raise requires_type("by", "groups", "pandas.DataFrame")
         if not value:
             raise InputError(Finding("argument.empty"), field="groups")
-        arrays = [points(each, f"points of {name}") for name, each in value.items()]
+        arrays = [points(item, f"points of {name}") for name, item in value.items()]
         offsets = np.concatenate([[0], np.cumsum([len(a) for a in arrays])])
         return _Groups(list(value), np.concatenate(arrays), offsets.astype(np.int64))
     if not (hasattr(value, "columns") and hasattr(value, "groupby")):
@@ -565,12 +569,12 @@ def to_groups(value: Any, by: Any) -> _Groups:
         raise wrong_type(by, "str", "by")
     if by not in columns:
         raise UsageError(Finding("table.unknown-column", column=by, columns=columns), field="by")
-    placed = points_to_world(
+    placed_points = points_to_world(
         numbers(value[coordinate_names(columns, "groups")], "groups"),
         file=Path("groups"),
         comments=(f"CRS: {dataframe_crs(value) or 'local'}",),
     )
-    array = placed.points
+    array = placed_points.points
     names = value[by]
     keep = np.isfinite(array).all(axis=1) & ~np.asarray(names.isna(), bool)
     if not keep.any():
@@ -586,7 +590,7 @@ def to_groups(value: Any, by: Any) -> _Groups:
         c: value[c].fillna("").astype(str).tolist() for c in COLUMNS if c != by and c in columns
     }
     words, word_messages = group_words(attributes, names.tolist(), keep.tolist())
-    findings: list[Finding] = [*placed.findings, *word_messages]
+    findings: list[Finding] = [*placed_points.findings, *word_messages]
     return _Groups(list(ids), array[keep][order], offsets, int((~keep).sum()), words, findings)
 
 

@@ -121,10 +121,10 @@ class Project:
             If the folder is not a project, was written by a newer version, or is open in a
             window or notebook, which the error names.
         """
-        desk = HeadlessProject.open(to_path(path, "path"))
-        project = cls(desk)
-        warnings = [*desk.warnings, *desk.project.problems]
-        if desk.recovered:
+        headless_project = HeadlessProject.open(to_path(path, "path"))
+        project = cls(headless_project)
+        warnings = [*headless_project.warnings, *headless_project.project.problems]
+        if headless_project.recovered:
             warnings.append(Finding("project.recovered"))
         try:
             warn(warnings)
@@ -143,9 +143,9 @@ class Project:
         vs.errors.TargetError
             If the folder exists or cannot be created.
         """
-        desk = HeadlessProject.create(to_path(path, "path"))
-        warn(desk.warnings)
-        return cls(desk)
+        project = HeadlessProject.create(to_path(path, "path"))
+        warn(project.warnings)
+        return cls(project)
 
     def __enter__(self) -> Self:
         return self
@@ -164,9 +164,9 @@ class Project:
         Changes recovered after a crash remain if nothing else was changed. Further calls have no
         effect.
         """
-        desk, self._desk = self._desk, None
-        if desk is not None:
-            desk.close()
+        project, self._desk = self._desk, None
+        if project is not None:
+            project.close()
 
     def save(self) -> None:
         """Save the current state and update the GIS layers (project.gpkg)."""
@@ -184,9 +184,9 @@ class Project:
         vs.errors.TargetError
             If the target exists or cannot be written; the project is then unchanged.
         """
-        desk = self._open_desk()
-        left_out = desk.save_as(to_path(path, "path"))
-        self._folder = desk.project.folder
+        project = self._open_desk()
+        left_out = project.save_as(to_path(path, "path"))
+        self._folder = project.project.folder
         warn(left_out)
 
     # --- queries ------------------------------------------------------------------------------
@@ -258,9 +258,9 @@ class Project:
             ``P21_1_per_m``; areas in m2). A grid whose model is missing is omitted, with a
             warning.
         """
-        shares, findings = grid_shares(self._open_desk())
+        fractions, findings = grid_shares(self._open_desk())
         warn(findings)
-        return shares
+        return fractions
 
     def fit(self, id: str) -> PlaneFit | LineFit:
         """Return the PlaneFit or LineFit of one feature.
@@ -351,9 +351,9 @@ class Project:
         """
         options = frame_options(crs, up, unit, to_crs)
         with name_frame_arguments_in_errors():
-            added = self._open_desk().add_model(to_path(path, "path"), options)
-        warn(added.warnings, notes=True)
-        return added.model.id
+            record = self._open_desk().add_model(to_path(path, "path"), options)
+        warn(record.warnings, notes=True)
+        return record.model.id
 
     def add_trace(
         self,
@@ -396,19 +396,19 @@ class Project:
         vs.errors.UsageError
             If the model or the type does not exist.
         """
-        desk = self._open_desk()
+        project = self._open_desk()
         model_name = model.id if isinstance(model, ProjectModel) else required_text(model, "model")
         # Check before the edit, because the journal would be unreadable with any other value.
         part = optional_text(domain, "domain") or ""
         picks = Picks(optional_text(name, "name") or "", _points(points), domain=part)
         with name_argument_in_errors("type", "--type"):
-            feature_type = desk.find_type(required_text(type, "type"))
+            feature_type = project.find_type(required_text(type, "type"))
             group = optional_text(set, "set") or ""
         with name_argument_in_errors("model", "--model"):
-            on = desk.find_model(model_name)
-        added = desk.add_picks([picks], on, feature_type, group)
-        warn(added.warnings)
-        return added.traces[0].id
+            on = project.find_model(model_name)
+        added_picks = project.add_picks([picks], on, feature_type, group)
+        warn(added_picks.warnings)
+        return added_picks.traces[0].id
 
     def judge_by(self, profile: str) -> None:
         """Set the verdict profile of all features, "error" or "textbook"; `undo` reverts it.
@@ -494,9 +494,9 @@ class Project:
         return self._open_desk().session.records
 
     def _read(self, model_id: str) -> Mesh | PointCloud:
-        desk = self._open_desk()
-        model = desk.find_model(model_id)
-        return apply_recorded_placement(desk.read_model(model), model)
+        project = self._open_desk()
+        model = project.find_model(model_id)
+        return apply_recorded_placement(project.read_model(model), model)
 
     def _figures(self) -> dict[str, Any]:
         if self._desk is None:

@@ -205,7 +205,7 @@ def register(
         to_crs=optional_text(to_crs, "to_crs"),
         up=up,
         unit=unit,
-        without=tuple(str(optional_text(each, "without")) for each in to_list(without, "without")),
+        without=tuple(str(optional_text(item, "without")) for item in to_list(without, "without")),
         robust=robust,
         keep_scale=keep_scale,
     )
@@ -225,7 +225,7 @@ def register(
             *_pairs(model_points, world_points, sigma_m, check),
             click_sigma_m=options.click_sigma_m,
             scale=1.0 if options.keep_scale else None,
-            robust=options.robust,
+            is_robust=options.robust,
         )
     warn(placement.warnings)
     return placement
@@ -279,8 +279,8 @@ def _sigma(sigma: Any, n: int) -> Any:
     array = numbers(sigma, "sigma_m")
     if array.shape != (n, 3):
         raise wrong_shape(array, f"({n}, 3)", "sigma_m")
-    bad = np.asarray(~((array > 0) & np.isfinite(array)).all(axis=1))
-    refuse_rows(bad, "sigma_m", "array.not-positive")
+    bad_values = np.asarray(~((array > 0) & np.isfinite(array)).all(axis=1))
+    refuse_rows(bad_values, "sigma_m", "array.not-positive")
     for value in (float(array.min()), float(array.max())) if array.size else ():
         _require_error(value, "sigma_m")
     return array

@@ -107,7 +107,7 @@ class Section:
             self.figures,
             crs=self._model.crs,
             model=str(source.path),
-            metric=source.metric or source.placed,
+            is_metric=source.metric or source.placed,
             north_known=source.placed,
             force=replace,
         )

@@ -101,17 +101,17 @@ def sets(
         scanline=None if scanline is None else join_numbers(numbers(scanline, "scanline")),
     )
     placed = read_places(rows)
-    places = None if placed is None else placed.points
+    positions = None if placed is None else placed.points
     with name_arguments_in_errors(SetOptions):
-        proposal = propose_sets(rows, options, pieces=pieces_of(rows, places))
+        proposal = propose_sets(rows, options, pieces=pieces_of(rows, positions))
     # A DataFrame keeps its columns.
     own_frame = hasattr(table, "columns") and hasattr(table, "itertuples")
     frame = table.copy() if own_frame else frame_of_table(rows, rows.warnings)
     where = np.asarray(proposal.rows, np.int64)
     where = rows.row_indices[where] if own_frame else where
-    names, shares = np.full(len(frame), "", dtype=object), np.full(len(frame), np.nan)
-    names[where], shares[where] = proposal.assignment, proposal.probability
-    frame[SET], frame[PROBABILITY] = names, shares
+    names, fractions = np.full(len(frame), "", dtype=object), np.full(len(frame), np.nan)
+    names[where], fractions[where] = proposal.assignment, proposal.probability
+    frame[SET], frame[PROBABILITY] = names, fractions
     if proposal.discontinuity:
         ids = np.full(len(frame), "", dtype=object)
         ids[where] = proposal.discontinuity

@@ -108,8 +108,10 @@ def check(
     from vomstudio.photogrammetry.survey.folder_check import check_folder
 
     options = options_from_arguments(CheckOptions, distance_m=distance_m)
-    checked, _ = check_folder(to_path(folder, "folder"), options.distance_m, to_progress(progress))
-    return checked
+    folder_check, _ = check_folder(
+        to_path(folder, "folder"), options.distance_m, to_progress(progress)
+    )
+    return folder_check
 
 
 def plan(

@@ -176,8 +176,10 @@ def _drop_stated_angles(frame: Any) -> Any:
     if not set(COLUMNS) <= set(frame.columns):
         return frame
     angles = {word for meaning in _ANGLES for word in ALIASES[meaning]}
-    claimed = {c for c in frame.columns if c not in COLUMNS and normalise_name(str(c)) in angles}
-    return frame.drop(columns=list(claimed)) if claimed else frame
+    claimed_columns = {
+        c for c in frame.columns if c not in COLUMNS and normalise_name(str(c)) in angles
+    }
+    return frame.drop(columns=list(claimed_columns)) if claimed_columns else frame
 
 
 def to_text_table(table: Any, name: str = "table") -> TextTable:

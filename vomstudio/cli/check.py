@@ -47,24 +47,27 @@ def run(args: argparse.Namespace, out: Output) -> None:
         from vomstudio.photogrammetry.base.stage_folders import stage_folder
 
         scene = SparseScene.load(stage_folder(Path(args.scene), "frame") or args.scene)
-    checked, folder = check_folder(args.photos, options.distance_m, progress_reporter(args))
-    out.text(_result_text(checked))
+    folder_check, folder = check_folder(args.photos, options.distance_m, progress_reporter(args))
+    out.text(_result_text(folder_check))
     if scene is not None:
         from vomstudio.photogrammetry.align.scene_check import check_scene
 
-        placed = {view.name for view in scene.views}
+        placed_names = {view.name for view in scene.views}
         report = check_scene(
             scene,
-            unregistered=[p.name for p in folder.photos if p.name not in placed],
-            blur={p.name: p.blur for p in checked.photos if p.blur is not None},
+            unregistered_names=[p.name for p in folder.photos if p.name not in placed_names],
+            blur={p.name: p.blur for p in folder_check.photos if p.blur is not None},
         )
-        checked = replace(checked, aligned=report)
+        folder_check = replace(folder_check, aligned=report)
         out.text("\n" + tr("After the alignment") + "\n" + _result_text(report))
-    out.result(checked.to_dict())
+    out.result(folder_check.to_dict())
     out.warn(
-        [Finding("photo.left-out", photo=name, reason=reason) for name, reason in checked.skipped]
+        [
+            Finding("photo.left-out", photo=name, reason=reason)
+            for name, reason in folder_check.skipped
+        ]
     )
-    out.warn(checked.warnings)
+    out.warn(folder_check.warnings)
 
 
 def _result_text(report: SurveyReport) -> str:

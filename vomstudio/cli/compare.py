@@ -98,7 +98,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     ]
     if not (model.metric or benchmark.metric):
         warnings.append(Finding("comparison.no-unit"))
-    metric = model.has_metric_unit or benchmark.has_metric_unit
+    is_metric = model.has_metric_unit or benchmark.has_metric_unit
     error = options.registration_error_m
     if error is None and options.m3c2_m is not None:
         error = (
@@ -122,7 +122,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if agreed is not None:
         result["orientations"] = agreed.to_dict()
     result["warnings"] = warnings
-    out.result(add_unitless_names(result, metric=metric))
+    out.result(add_unitless_names(result, is_metric=is_metric))
     out.warn(warnings)
     out.text(_result_text(comparison_result))
     if agreed is not None:
@@ -146,20 +146,20 @@ def _agreement_text(comparison: Agreement) -> str:
     """Return a table of the planes measured on both models, and the number that agree."""
     rows = [
         [
-            one.first,
-            one.second,
-            one.by,
-            f"{one.angle_deg:.1f}",
-            "-" if one.error95_deg is None else f"{one.error95_deg:.1f}",
+            item.first,
+            item.second,
+            item.by,
+            f"{item.angle_deg:.1f}",
+            "-" if item.error95_deg is None else f"{item.error95_deg:.1f}",
         ]
-        for one in comparison.matched
+        for item in comparison.matched
     ]
     first, second = comparison.unmatched
     findings = [
         *comparison.findings,
         Finding("comparison.planes-unmatched", first=first, second=second),
     ]
-    lines = [each.message for each in findings]
+    lines = [finding.message for finding in findings]
     if rows:
         header = [tr("plane"), tr("other"), tr("by"), tr("angle"), "95 %"]
         lines.insert(0, text_tables.table(header, ["", "", "", "deg", "deg"], rows))

@@ -64,23 +64,23 @@ def run(args: argparse.Namespace, out: Output) -> None:
         # (`_transform_to_metres`).
         options = replace(options, up=None)
     progress = report_reading(args, args.input)
-    loaded = read_model(Path(args.input), progress, options)
-    warnings: list[Finding] = list(loaded.warnings)
-    crs, unit = loaded.crs, 1.0
-    established = establish_frame(loaded, options)
+    loaded_model = read_model(Path(args.input), progress, options)
+    warnings: list[Finding] = list(loaded_model.warnings)
+    crs, unit = loaded_model.crs, 1.0
+    established = establish_frame(loaded_model, options)
     warnings += established.findings
     if crs is not None:
         unit = established.frame.unit_m
     if args.unit is None and unit != 1.0:
         warnings.append(Finding("frame.crs-unit-kept", metres=unit))
     scale = METRES[args.unit] if args.unit and crs is None else 1.0
-    stored = stored_registration(loaded, options)
+    stored = stored_registration(loaded_model, options)
     warnings += stored.findings
-    data = _transform_to_metres(loaded, args.up, scale)
+    data = _transform_to_metres(loaded_model, args.up, scale)
     registration = stored.registration
     if registration is not None:
-        registration = change_file_frame(registration, _change(loaded, args.up, scale))
-    inputs = [loaded.path, *companions(loaded.path)]
+        registration = change_file_frame(registration, _change(loaded_model, args.up, scale))
+    inputs = [loaded_model.path, *companions(loaded_model.path)]
     warnings += write_model(
         data,
         crs,
@@ -88,7 +88,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         force=args.force,
         inputs=inputs,
         progress=progress,
-        axes=_axes(loaded, crs, args.unit, registration),
+        axes=_axes(loaded_model, crs, args.unit, registration),
         registration=registration,
     )
     # The frame may also have reported an error of the registration.
@@ -97,13 +97,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.warn(warnings)
     out.text(
         tr("{output}: point cloud from {input}", output=args.output, input=args.input)
-        if loaded.kind == "cloud"
+        if loaded_model.kind == "cloud"
         else tr("{output}: mesh from {input}", output=args.output, input=args.input)
     )
 
 
 def _axes(
-    loaded: LoadedModel, crs: str | None, unit: str | None, registration: Registration | None
+    loaded_model: LoadedModel, crs: str | None, unit: str | None, registration: Registration | None
 ) -> Axes:
     """Return the properties of x, y and z known from CRS, registration, cameras or options."""
     from vomstudio.geometry.units import Axes
@@ -111,11 +111,15 @@ def _axes(
 
     if registration is not None:
         return registration.frame.axes
-    is_metric = crs is not None or has_known_scale(loaded.path) is True
-    return Axes(metric=is_metric or unit is not None or loaded.unit_m is not None, north=is_metric)
+    is_metric = crs is not None or has_known_scale(loaded_model.path) is True
+    return Axes(
+        metric=is_metric or unit is not None or loaded_model.unit_m is not None, north=is_metric
+    )
 
 
-def _transform_to_metres(loaded: LoadedModel, up: str | None, scale: float) -> Mesh | PointCloud:
+def _transform_to_metres(
+    loaded_model: LoadedModel, up: str | None, scale: float
+) -> Mesh | PointCloud:
     """Return the model in metres with z up.
 
     For a Y-up format, "z" reverses the rotation that its reader has applied.
@@ -124,38 +128,38 @@ def _transform_to_metres(loaded: LoadedModel, up: str | None, scale: float) -> M
 
     from vomstudio.geometry.mesh import Mesh
 
-    data = loaded.data
-    change = _change(loaded, up, scale)
+    data = loaded_model.data
+    change = _change(loaded_model, up, scale)
     if np.array_equal(change, np.eye(4)):
         return data
     # Rotate about a point of the model so that large coordinates do not lose digits.
-    about, matrix = _pivot(loaded), change[:3, :3]
+    centre, matrix = _pivot(loaded_model), change[:3, :3]
     if isinstance(data, Mesh):
-        return replace(data, vertices=(data.vertices - about) @ matrix.T + about)
+        return replace(data, vertices=(data.vertices - centre) @ matrix.T + centre)
     normals = data.normals
     if normals is not None:
         normals = (normals @ (matrix / scale).T).astype(np.float32)
     return replace(
-        data, points=(data.points - about) @ matrix.T + about, normals=normals, arrangement=None
+        data, points=(data.points - centre) @ matrix.T + centre, normals=normals, arrangement=None
     )
 
 
-def _change(loaded: LoadedModel, up: str | None, scale: float) -> FloatArray:
+def _change(loaded_model: LoadedModel, up: str | None, scale: float) -> FloatArray:
     """Return the similarity (4, 4) from the coordinates as read to those of the output."""
     import numpy as np
 
-    about, turn = _pivot(loaded), np.eye(3)
-    if up == "y" and loaded.turned_about is None:
-        turn = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-    elif up == "z" and loaded.turned_about is not None:
-        turn = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+    centre, rotation = _pivot(loaded_model), np.eye(3)
+    if up == "y" and loaded_model.turned_about is None:
+        rotation = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+    elif up == "z" and loaded_model.turned_about is not None:
+        rotation = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
     change = np.eye(4)
-    change[:3, :3] = turn * scale
-    change[:3, 3] = about - change[:3, :3] @ about
+    change[:3, :3] = rotation * scale
+    change[:3, 3] = centre - change[:3, :3] @ centre
     return change
 
 
-def _pivot(loaded: LoadedModel) -> FloatArray:
+def _pivot(loaded_model: LoadedModel) -> FloatArray:
     import numpy as np
 
-    return np.zeros(3) if loaded.turned_about is None else np.array(loaded.turned_about)
+    return np.zeros(3) if loaded_model.turned_about is None else np.array(loaded_model.turned_about)

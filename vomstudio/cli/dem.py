@@ -24,7 +24,7 @@ def add_parser(subparsers: Subparsers) -> None:
         help_=tr("Make an elevation model over a reference plane, as GeoTIFF"),
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh, point cloud or table x, y, z"))
-    add_output(parser, tr("the heights, NAME.tif; NAME.json is written too"), required=True)
+    add_output(parser, tr("the heights, NAME.tif; NAME.json is written too"), is_required=True)
     add_options(parser, DemOptions)
     add_options(parser, DemFiles)
     add_frame(parser)
@@ -61,7 +61,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
     model = read_in_world(args.model, progress, frame_options(args), args.project)
     try:
         plan = plan_heights(
-            model.data, plane, to_world=np.eye(4), gsd=options.gsd_m, metric=model.has_metric_unit
+            model.data,
+            plane,
+            to_world=np.eye(4),
+            gsd=options.gsd_m,
+            is_metric=model.has_metric_unit,
         )
         heights, limit = draw_heights(model.data, plan, options.limit_m, progress)
         figures = writing.figures_of(heights, plan, limit, model.crs)
@@ -81,7 +85,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         warnings=(*model.warnings, *plan.notes),
         force=args.force,
     )
-    out.result(add_unitless_names(written.to_dict(), metric=model.has_metric_unit))
+    out.result(add_unitless_names(written.to_dict(), is_metric=model.has_metric_unit))
     out.warn(written.warnings)
     out.text(_result_text(written.to_dict(), unit_of(model.has_metric_unit)))
 

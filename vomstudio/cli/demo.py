@@ -237,19 +237,19 @@ def _project(folder: Path, picks: SamplePicks) -> list[Path]:
     project = ProjectFolder.create(folder / PROJECT)
     try:
         path = copy_model(sample_model(), project.folder / "models")
-        loaded = read_model(path)
-        frame = Frame("crs", loaded.crs, loaded.unit_m or 1.0)
+        loaded_model = read_model(path)
+        frame = Frame("crs", loaded_model.crs, loaded_model.unit_m or 1.0)
         model = Model(
             new_id("model"),
             "sample",
             project.model_path(path),
             "mesh",
-            loaded.content_hash,
+            loaded_model.content_hash,
             frame,
         )
         project.session.apply(add_model(project.session.records, model))
-        assert isinstance(loaded.data, Mesh)
-        _add_picks(project, model, loaded.data, picks)
+        assert isinstance(loaded_model.data, Mesh)
+        _add_picks(project, model, loaded_model.data, picks)
         project.session.save()
         records = dict(project.session.records)
         table, layers = folder / "planes.csv", folder / "layers.gpkg"
@@ -273,13 +273,13 @@ def _add_picks(project: ProjectFolder, model: Model, mesh: Mesh, picks: SamplePi
 
     surface = create_surface(mesh)
     surface.build()
-    added: dict[str, Feature] = {}
+    added_items: dict[str, Feature] = {}
     for i, (name, kind) in enumerate(zip(picks.names, picks.kinds, strict=True)):
         points = picks.of(i)
         spacing = surface.resolution_near(points)
         if kind == "joint":
             patch = _patch(model, mesh, points, spacing)
-            added[patch.id] = replace(patch, name=name, type_id=kind, set_name=picks.sets[i])
+            added_items[patch.id] = replace(patch, name=name, type_id=kind, set_name=picks.sets[i])
             continue
         face = surface.outcrop_normal(points)
         trace = Trace(
@@ -296,8 +296,10 @@ def _add_picks(project: ProjectFolder, model: Model, mesh: Mesh, picks: SamplePi
             rule=SURROUNDINGS_RULE,
             axis="auto",
         )
-        added[trace.id] = trace
-    edit = change(project.session.records, f"Add the {len(added)} picks of the sample", added)
+        added_items[trace.id] = trace
+    edit = change(
+        project.session.records, f"Add the {len(added_items)} picks of the sample", added_items
+    )
     project.session.apply(edit)
 
 

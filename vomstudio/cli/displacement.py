@@ -57,8 +57,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.warn(displacement.warnings)
     out.warn(
         [
-            Finding("feature.left-out", feature=each["id"], reason=each["reason"])
-            for each in displacement.skipped
+            Finding("feature.left-out", feature=item["id"], reason=item["reason"])
+            for item in displacement.skipped
         ]
     )
     out.text(_result_text(result))

@@ -25,7 +25,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("project", metavar="PROJECT", help=tr("the folder NAME.vom"))
     add_options(parser, ExportFormat)
-    add_output(parser, tr("output file"), required=True)
+    add_output(parser, tr("output file"), is_required=True)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:

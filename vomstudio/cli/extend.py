@@ -39,7 +39,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "points", metavar="POINTS", nargs="?", help=tr("points of the plane (table x, y, z)")
     )
     add_options(parser, ExtendOptions)
-    add_output(parser, tr("its traces on the model (.csv or .gpkg)"), required=True)
+    add_output(parser, tr("its traces on the model (.csv or .gpkg)"), is_required=True)
     parser.add_argument(
         "--labels",
         metavar="OUT.ply",
@@ -95,7 +95,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         warnings += write_labelled(args, model, extension.as_fields())
         result["labels"] = args.labels
     result["warnings"] = warnings
-    out.result(add_unitless_names(result, metric=model.has_metric_unit))
+    out.result(add_unitless_names(result, is_metric=model.has_metric_unit))
     out.warn(warnings)
     out.text(_result_text(extension, unit_of(model.has_metric_unit)))
 
@@ -146,13 +146,13 @@ def _result_text(extension: ExtendedPlane, unit: str) -> str:
         ),
         text_tables.table(heads, ["", *[unit] * 4], rows),
     ]
-    remaining = len(extension.beds) - MAX_SHOWN
-    if remaining > 0:
+    remaining_count = len(extension.beds) - MAX_SHOWN
+    if remaining_count > 0:
         lines.append(
             tr_n(
                 "{count} more is in the output file.",
                 "{count} more are in the output file.",
-                remaining,
+                remaining_count,
             )
         )
     return "\n".join(lines)

@@ -35,7 +35,7 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers, "facets", run, help_=tr("Find the facets of an outcrop and fit their planes")
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh or point cloud"))
-    add_output(parser, tr("write the orientation table as CSV"), required=True)
+    add_output(parser, tr("write the orientation table as CSV"), is_required=True)
     parser.add_argument(
         "--labels",
         metavar="OUT.ply",
@@ -99,7 +99,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         force=args.force,
     )
     result["warnings"] = warnings
-    out.result(add_unitless_names(result, metric=model.has_metric_unit))
+    out.result(add_unitless_names(result, is_metric=model.has_metric_unit))
     out.warn(warnings)
     out.text(_result_text(facet_table))
 
@@ -136,7 +136,7 @@ def _result_text(facet_table: FacetTable) -> str:
                 share=100.0 * facet_table.near_planar_share,
             )
         )
-    return "\n".join([*lines, *(_set_text(one) for one in facet_table.sets)])
+    return "\n".join([*lines, *(_set_text(item) for item in facet_table.sets)])
 
 
 def _set_text(one: DescribedSet) -> str:

@@ -85,10 +85,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if together.parallel or together.curved:
         progress.stage(tr("Fitting all traces together"))
     parallel = _parallel(args.points, together.same, groups) if together.parallel else None
-    curved = curved_beds.fit_curved_bed(args.points, groups) if together.curved else None
+    curved_bed = curved_beds.fit_curved_bed(args.points, groups) if together.curved else None
     bands = straight_traces.figures_by_trace(fitted.bands, priors)
     crossing = straight_traces.crossings(together.crossing, groups.ids, fitted.bands)
-    if not rows and parallel is None and curved is None:
+    if not rows and parallel is None and curved_bed is None:
         raise _no_fit_error(args.points, options.by, skipped)
     progress.stage(tr("Writing the results"))
     result: dict[str, Any] = {
@@ -102,8 +102,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if parallel is not None:
         result["parallel"] = asdict(parallel)
         result["warnings"] += parallel.warnings
-    if curved is not None:
-        result["curved"] = curved
+    if curved_bed is not None:
+        result["curved"] = curved_bed
     if args.output is not None:
         write_orientation_csv(
             args.output, rows, limits=limits, crs=point_table.crs, force=args.force
@@ -132,8 +132,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         out.text(straight_traces.crossing_text(each))
     if parallel is not None:
         out.text(f"\n{_parallel_text(parallel)}")
-    if curved is not None:
-        out.text(f"\n{curved_beds.result_text(curved)}")
+    if curved_bed is not None:
+        out.text(f"\n{curved_beds.result_text(curved_bed)}")
 
 
 def _plot_format(args: argparse.Namespace) -> str:
@@ -154,14 +154,14 @@ def _parallel(path: str, same_bed_pairs: Sequence[str], groups: PointGroups) -> 
         return parallel_beds(groups.ids, groups.points, groups.offsets, pairs=pairs)
 
 
-def _parallel_text(parallel: ParallelBeds) -> str:
+def _parallel_text(parallel_beds: ParallelBeds) -> str:
     summary = tr(
         "Joint fit of parallel planes: {plane} (dip direction/dip, 95 %; at least {smallest}"
         " deg), RMS {rms} m, p of being parallel {p}",
-        plane=text_tables.plane_with_error(vars(parallel), "max_confidence95_deg"),
-        smallest=text_tables.figures(parallel.min_confidence95_deg),
-        rms=text_tables.figures(parallel.rms_m),
-        p=text_tables.figures(parallel.p_parallel),
+        plane=text_tables.plane_with_error(vars(parallel_beds), "max_confidence95_deg"),
+        smallest=text_tables.figures(parallel_beds.min_confidence95_deg),
+        rms=text_tables.figures(parallel_beds.rms_m),
+        p=text_tables.figures(parallel_beds.p_parallel),
     )
     beds = text_tables.table(
         [tr("id"), tr("n"), tr("distance"), tr("95 %"), tr("rms")],
@@ -174,7 +174,7 @@ def _parallel_text(parallel: ParallelBeds) -> str:
                 text_tables.figures(bed.error95_m),
                 text_tables.figures(bed.rms_m),
             ]
-            for bed in parallel.beds
+            for bed in parallel_beds.beds
         ],
     )
     pairs = text_tables.table(
@@ -182,16 +182,16 @@ def _parallel_text(parallel: ParallelBeds) -> str:
         ["", "", "m", "m", ""],
         [
             [
-                each.first,
-                each.second,
-                f"{each.distance_m:.3f}",
-                text_tables.figures(each.error95_m),
-                text_tables.figures(each.p),
+                item.first,
+                item.second,
+                f"{item.distance_m:.3f}",
+                text_tables.figures(item.error95_m),
+                text_tables.figures(item.p),
             ]
-            for each in parallel.same
+            for item in parallel_beds.same
         ],
     )
-    return "\n".join([summary, beds, *([pairs] if parallel.same else [])])
+    return "\n".join([summary, beds, *([pairs] if parallel_beds.same else [])])
 
 
 def _no_fit_error(path: str, by: str | None, skipped: list[dict[str, Any]]) -> GeometryError:
@@ -219,9 +219,9 @@ def _result_text(rows: list[dict[str, Any]]) -> str:
         tr("extent"),
         tr("quality"),
     ]
-    largest = tr("deg max/min")
+    largest_text = tr("deg max/min")
     plane = tr("dip direction/dip ± 95 %")
-    units = ["", "", plane, tr("deg RHR"), largest, largest, "m", "m", ""]
+    units = ["", "", plane, tr("deg RHR"), largest_text, largest_text, "m", "m", ""]
     body = [
         [
             str(row["id"]),
@@ -252,5 +252,5 @@ def _result_text(rows: list[dict[str, Any]]) -> str:
 
 
 def _pair(row: dict[str, Any], name: str) -> str:
-    largest, smallest = row[f"max_{name}_deg"], row[f"min_{name}_deg"]
-    return f"{text_tables.number(largest, 4)}/{text_tables.number(smallest, 4)}"
+    largest_row, smallest_row = row[f"max_{name}_deg"], row[f"min_{name}_deg"]
+    return f"{text_tables.number(largest_row, 4)}/{text_tables.number(smallest_row, 4)}"

@@ -90,14 +90,14 @@ def _limbs(limbs: dict[str, Any] | None) -> list[tuple[str, str]]:
     )
     if any(limbs["overturned"]):
         text = tr("{limbs}; overturned beds as flagged", limbs=text)
-    axial = tr(
+    axial_text = tr(
         "{plane}  dip direction/dip, joint 95 %",
         plane=text_tables.plane_with_error(
             {**limbs["axial_plane"], "error95_deg": limbs["axial_plane_error95_deg"]},
             "error95_deg",
         ),
     )
-    return [(tr("limbs"), text), (tr("axial plane"), axial)]
+    return [(tr("limbs"), text), (tr("axial plane"), axial_text)]
 
 
 def _pairs(pairs: list[dict[str, Any]]) -> list[tuple[str, str]]:
@@ -160,8 +160,8 @@ def _result_text(fold: TableFold) -> str:
             else [("  " + tr("not good"), tr("{count}", count=result["not_good"]))]
         ),
         *(
-            ("  " + tr("left out"), f"{each.n} {each.what}: {each.reason}")
-            for each in fold.left_out
+            ("  " + tr("left out"), f"{item.n} {item.what}: {item.reason}")
+            for item in fold.left_out
         ),
         (tr("beta"), tr("{line}  trend/plunge, 95 %", line=text_tables.line_with_error(beta))),
         ("  " + tr("confidence"), confidence),

@@ -52,24 +52,24 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.net.figure import picture_format
 
     options = parse_options(args, FractureOptions)
-    order = FractureOrder(Path(args.traces), options, frame_options(args))
+    request = FractureOrder(Path(args.traces), options, frame_options(args))
     format_ = None
     if args.plot is not None:
         format_ = picture_format(args.plot, "--plot")
         inputs = [p for p in (args.traces, args.area, args.scanline) if p is not None]
         check_target(args.plot, force=args.force, inputs=inputs)
     with name_input_in_errors(args.area or args.traces):
-        mapped = map_fractures(order, progress=progress_reporter(args))
+        mapped_fractures = map_fractures(request, progress=progress_reporter(args))
     if format_ is not None:
         from vomstudio.products.fractures.figure import write_fractures
 
         with atomic_write(args.plot, args.force) as temporary:
-            write_fractures(temporary, mapped, format=format_)
-    result = {**mapped.found.to_dict(), "image": args.plot}
+            write_fractures(temporary, mapped_fractures, format=format_)
+    result = {**mapped_fractures.found.to_dict(), "image": args.plot}
     out.result(result)
-    out.warn(mapped.found.warnings)
-    out.text(_result_text(mapped.found))
-    for note in mapped.found.notes:
+    out.warn(mapped_fractures.found.warnings)
+    out.text(_result_text(mapped_fractures.found))
+    for note in mapped_fractures.found.notes:
         out.note(note.message)
 
 

@@ -76,7 +76,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             contents = {**EMPTY_CONTENTS, "error": error.to_dict()}
         else:
             out.text(_result_text(name, contents))
-            out.warn([each.with_file(name) for each in contents.get("warnings", ())])
+            out.warn([item.with_file(name) for item in contents.get("warnings", ())])
         files.append({**EMPTY_CONTENTS, **contents, "path": name})
     result: dict[str, Any] = {"files": files}
     if first_error is not None:
@@ -114,14 +114,14 @@ def _folder(path: Path, progress: Progress) -> dict[str, Any]:
     warnings += [
         Finding("photo.left-out", photo=name, reason=reason) for name, reason in survey.skipped
     ]
-    placed = sum(photo.latitude_deg is not None for photo in photos)
+    placed_count = sum(photo.latitude_deg is not None for photo in photos)
     return {
         **EMPTY_CONTENTS,
         "kind": "photos",
         # Two copies of a file still count as two photos in the folder.
         "photos": len(photos) + len(survey.duplicates),
         "used": len(photos),
-        "with_gps": placed,
+        "with_gps": placed_count,
         "with_masks": sum(photo.mask is not None for photo in photos),
         "cameras": [_camera(group) for group in survey.cameras().values()],
         "warnings": warnings,
@@ -168,11 +168,11 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
         points = np.empty((0, 3))  # a table with other contents
         if {name.strip().casefold() for name in table.names or ()} >= COORDINATE_NAMES:
             warnings.append(cause_of(error))
-    sound = np.isfinite(points).all(axis=1)
-    if sound.any():
-        bounds = [points[sound].min(axis=0).tolist(), points[sound].max(axis=0).tolist()]
-        if not sound.all():
-            lines = np.asarray(table.line_numbers)[~sound].tolist()
+    is_sound = np.isfinite(points).all(axis=1)
+    if is_sound.any():
+        bounds = [points[is_sound].min(axis=0).tolist(), points[is_sound].max(axis=0).tolist()]
+        if not is_sound.all():
+            lines = np.asarray(table.line_numbers)[~is_sound].tolist()
             warnings.append(
                 Finding(
                     "table.rows-left-out",
@@ -303,12 +303,12 @@ def _extent_rows(contents: dict[str, Any]) -> list[tuple[str, str]]:
     """Return bounds and spacing with their unit, and the units stated in the file."""
     rows = []
     units = contents.get("units") or ["unknown"] * 3
-    metric = "resolution" not in contents and units[0] != "unknown"
+    is_metric = "resolution" not in contents and units[0] != "unknown"
     if bounds := contents.get("bounds"):
         for axis, unit, low, high in zip("xyz", units, *bounds, strict=True):
             if low is None:  # a picture has no heights
                 continue
-            shown_unit = "m" if metric else unit
+            shown_unit = "m" if is_metric else unit
             label = axis if shown_unit == "unknown" else f"{axis}, {shown_unit}"
             rows.append((label, tr("{low:.3f} to {high:.3f}", low=low, high=high)))
     if spacing := contents.get("resolution_m"):

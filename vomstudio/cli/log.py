@@ -75,14 +75,18 @@ def run(args: argparse.Namespace, out: Output) -> None:
         _project_log(args, line, bed, options) if is_project else _table_log(args, bed, options)
     )
     log = answer.log
-    about = about_log(answer.bed, answer.bed95_deg)
+    description = about_log(answer.bed, answer.bed95_deg)
     if args.plot is not None:
         from vomstudio.products.section.bed_log_figure import write_log_figure
 
         with atomic_write(args.plot, args.force) as temporary:
-            write_log_figure(temporary, log, format=format_, about=about, metric=answer.metric)
+            write_log_figure(
+                temporary, log, format=format_, description=description, is_metric=answer.metric
+            )
     if args.output is not None:
-        write_log(args.output, log, about=about, metric=answer.metric, force=args.force)
+        write_log(
+            args.output, log, description=description, is_metric=answer.metric, force=args.force
+        )
     result = {
         **log.to_dict(),
         "table": args.output,
@@ -97,7 +101,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         },
         "sigma_m": answer.sigma_m,
     }
-    out.result(add_unitless_names(result, metric=answer.metric))
+    out.result(add_unitless_names(result, is_metric=answer.metric))
     out.warn(log.warnings)
     heads = [tr("bed"), tr("from"), tr("to"), tr("thickness"), tr("lithology"), tr("notes")]
     rows = [

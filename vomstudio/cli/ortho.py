@@ -41,7 +41,7 @@ def add_parser(subparsers: Subparsers) -> None:
     add_output(
         parser,
         tr("the picture, NAME.tif; NAME_depth.tif and NAME.json are written too"),
-        required=True,
+        is_required=True,
     )
     add_options(parser, OrthoDrawing)
     add_frame(parser)
@@ -103,11 +103,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
     features = None if drawing.draw is None else select_items(shown_items, parts)
     progress = report_reading(args, args.model)
     check_place(frame_options(args), args.project)
-    loaded = read_model(args.model, progress, frame_options(args))
+    loaded_model = read_model(args.model, progress, frame_options(args))
     progress.stage(tr("Preparing the model"))
-    place = _place_model(args, loaded)
+    place = _place_model(args, loaded_model)
     request = requests.request_picture(
-        loaded.data,
+        loaded_model.data,
         direction,
         to_world=place.to_world,
         path=args.model,
@@ -118,12 +118,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
         region=region,
     )
     picture_files = orthophoto.write_orthophoto(
-        loaded.data,
+        loaded_model.data,
         request.plan,
         args.output,
         crs=place.crs,
-        model=str(loaded.path),
-        content_hash=loaded.content_hash,
+        model=str(loaded_model.path),
+        content_hash=loaded_model.content_hash,
         sheet=drawing.sheet,
         force=args.force,
         progress=progress,
@@ -132,9 +132,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
         only=None if only is None else only.seen_in(items, request.plan),
     )
     result = requests.collect_result(
-        picture_files, request, args.output, drawing.sheet, (*loaded.warnings, *place.findings)
+        picture_files,
+        request,
+        args.output,
+        drawing.sheet,
+        (*loaded_model.warnings, *place.findings),
     )
-    out.result(add_unitless_names(result.to_dict(), metric=place.has_metric_unit))
+    out.result(add_unitless_names(result.to_dict(), is_metric=place.has_metric_unit))
     out.warn(result.warnings)
     out.text(_result_text(result.to_dict(), unit_of(place.has_metric_unit)))
 
@@ -153,39 +157,39 @@ class _Placement(NamedTuple):
     findings: tuple[Finding, ...]
 
 
-def _place_model(args: argparse.Namespace, loaded: LoadedModel) -> _Placement:
+def _place_model(args: argparse.Namespace, loaded_model: LoadedModel) -> _Placement:
     from vomstudio.io.gis.crs import world_crs
     from vomstudio.io.models.frames import establish_frame
     from vomstudio.io.photos.cameras_file import has_known_scale
     from vomstudio.studio.world_models import find_project_model
 
     if args.project is not None:
-        model = find_project_model(args.project, loaded)
+        model = find_project_model(args.project, loaded_model)
         frame = model.frame
         crs = world_crs(frame.crs, frame.unit_m)
-        metric = frame.has_metres
-        return _Placement(model.to_world, crs, frame.has_north, metric, metric, ())
+        is_metric = frame.has_metres
+        return _Placement(model.to_world, crs, frame.has_north, is_metric, is_metric, ())
     options = frame_options(args)
-    established = establish_frame(loaded, options)
+    established = establish_frame(loaded_model, options)
     frame = established.frame
     registration = established.registration
     if registration is not None:
-        placed, metric = frame.has_north, frame.has_metres
+        is_placed, is_metric = frame.has_north, frame.has_metres
         return _Placement(
             established.to_world(),
             world_crs(frame.crs, frame.unit_m),
-            placed,
-            metric,
-            metric,
+            is_placed,
+            is_metric,
+            is_metric,
             established.findings,
         )
-    placed = frame.crs is not None or has_known_scale(loaded.path) is not False
+    is_placed = frame.crs is not None or has_known_scale(loaded_model.path) is not False
     return _Placement(
         frame.to_world(),
         world_crs(frame.crs, frame.unit_m),
-        placed,
+        is_placed,
         frame.unit_m != 1.0,
-        placed or options.unit is not None,
+        is_placed or options.unit is not None,
         established.findings,
     )
 

@@ -142,6 +142,6 @@ def _result_text(plan: SurveyPlan) -> str:
                 size=100 * plan.target_size_m,
             ),
         ),
-        *((tr("registration"), forecast_text(each)) for each in plan.registration),
+        *((tr("registration"), forecast_text(registration)) for registration in plan.registration),
     ]
     return text_tables.label_lines(rows)

@@ -79,12 +79,12 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     accept = add("accept", _accept, tr("Find facets or traces on a model, and add them"))
     proposals = accept.add_subparsers(dest="proposals", metavar="PROPOSALS", required=True)
-    for name, each in PROPOSALS.items():
-        text = tr("the options of vomstudio {command} apply", command=each.command)
+    for name, item in PROPOSALS.items():
+        text = tr("the options of vomstudio {command} apply", command=item.command)
         search = proposals.add_parser(name, help=text, argument_default=argparse.SUPPRESS)
         add_shared_options(search)
         add_options(search, AcceptOptions)
-        add_options(search, each.options)
+        add_options(search, item.options)
     values = add("set", _set, tr("Change type, set, domain or name of features"))
     values.add_argument("ids", metavar="ID", nargs="+", help=tr("ids or names"))
     delete = add("delete", _delete, tr("Delete features"))
@@ -132,28 +132,28 @@ def _list(args: argparse.Namespace, out: Output) -> None:
 def _create(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.studio.headless_project import HeadlessProject
 
-    with HeadlessProject.create(Path(args.project)) as desk:
-        out.warn(desk.warnings)
+    with HeadlessProject.create(Path(args.project)) as project:
+        out.warn(project.warnings)
     _report(args, out, {"created": args.project}, tr("created: {project}", project=args.project))
 
 
 def _set(args: argparse.Namespace, out: Output) -> None:
     values = parse_options(args, FeatureValues)
-    with _edited_project(args, out) as desk:
-        changed = desk.set_values(args.ids, values)
-    words = tr_n("{count} feature was changed.", "{count} features were changed.", len(changed))
-    _report(args, out, {"changed": _id_and_name_rows(changed)}, words)
+    with _edited_project(args, out) as project:
+        changed = project.set_values(args.ids, values)
+    text = tr_n("{count} feature was changed.", "{count} features were changed.", len(changed))
+    _report(args, out, {"changed": _id_and_name_rows(changed)}, text)
 
 
 def _delete(args: argparse.Namespace, out: Output) -> None:
-    with _edited_project(args, out) as desk:
-        deleted = desk.delete(args.ids)
-    words = tr_n("{count} feature was deleted.", "{count} features were deleted.", len(deleted))
-    _report(args, out, {"deleted": _id_and_name_rows(deleted)}, words)
+    with _edited_project(args, out) as project:
+        deleted = project.delete(args.ids)
+    text = tr_n("{count} feature was deleted.", "{count} features were deleted.", len(deleted))
+    _report(args, out, {"deleted": _id_and_name_rows(deleted)}, text)
 
 
 def _id_and_name_rows(features: Sequence[Feature]) -> list[dict[str, str]]:
-    return [{"id": each.id, "name": each.name} for each in features]
+    return [{"id": feature.id, "name": feature.name} for feature in features]
 
 
 def _fit(args: argparse.Namespace, out: Output) -> None:
@@ -182,12 +182,12 @@ def _coverage(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.fractures.summary import coverage_rows
     from vomstudio.studio.surfaces.grid_coverage import grid_shares
 
-    with _edited_project(args, out, saves=False) as desk:
-        shares, findings = grid_shares(desk)
-    grids = [each.to_dict() for each in shares]
+    with _edited_project(args, out, saves=False) as project:
+        fractions, findings = grid_shares(project)
+    grids = [item.to_dict() for item in fractions]
     out.result({**_summary(args).to_dict(), "grids": grids})
     out.warn(findings)
-    lines = [line for g in shares for line in (g.name, *coverage_rows(g.coverage), "")]
+    lines = [line for g in fractions for line in (g.name, *coverage_rows(g.coverage), "")]
     out.text("\n".join(lines).strip() or tr("no face has a grid"))
 
 
@@ -222,11 +222,15 @@ def _verify(args: argparse.Namespace, out: Output) -> None:
 
 # --- changes ----------------------------------------------------------------------------------
 def _add_model(args: argparse.Namespace, out: Output) -> None:
-    with _edited_project(args, out) as desk:
-        added = desk.add_model(Path(args.file), frame_options(args))
-    out.warn(added.warnings)
-    what = {"model": added.model.id, "added": added.new, "warnings": list(added.warnings)}
-    _report(args, out, what, f"{added.model.name}: {added.model.frame.name()}")
+    with _edited_project(args, out) as project:
+        added_model = project.add_model(Path(args.file), frame_options(args))
+    out.warn(added_model.warnings)
+    what = {
+        "model": added_model.model.id,
+        "added": added_model.new,
+        "warnings": list(added_model.warnings),
+    }
+    _report(args, out, what, f"{added_model.model.name}: {added_model.model.frame.name()}")
 
 
 def _register(args: argparse.Namespace, out: Output) -> None:
@@ -244,13 +248,13 @@ def _register(args: argparse.Namespace, out: Output) -> None:
     crs = None if options.crs is None else metric_crs(options.crs, "--crs")
     click_m = options.click_sigma_m
     reference = {}
-    with _edited_project(args, out) as desk:
-        model = desk.find_model(options.model)
+    with _edited_project(args, out) as project:
+        model = project.find_model(options.model)
         if options.reference is None:
             assert pairs is not None
-            placed, turned, sets = desk.register(model, pairs, crs, click_m)
+            placed, turned, sets = project.register(model, pairs, crs, click_m)
         else:
-            placed, turned, sets, fitted = desk.fit_to_reference(
+            placed, turned, sets, fitted = project.fit_to_reference(
                 model, options.reference, pairs, crs, options.stable, click_m
             )
             reference = {"reference": fitted.to_dict()}
@@ -276,8 +280,8 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.studio.headless_project import Picks
 
     options = parse_options(args, PickOptions)
-    with _edited_project(args, out) as desk:
-        model, kind = desk.find_model(options.model), desk.find_type(options.type)
+    with _edited_project(args, out) as project:
+        model, kind = project.find_model(options.model), project.find_type(options.type)
         world = world_crs(model.frame.crs, model.frame.unit_m)
         groups = read_points(args.table, options.by, model=ModelFrame(world)).groups
         names = groups.ids if options.by is not None else ("",)
@@ -286,25 +290,35 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
             Picks(name, groups.points[first:last], domain=options.domain or "")
             for name, (first, last) in zip(names, ends, strict=True)
         ]
-        added = desk.add_picks(picks, model, kind, options.set or "")
-    words = tr_n(
-        "{count} trace on {model}", "{count} traces on {model}", len(added.traces), model=model.name
+        added_picks = project.add_picks(picks, model, kind, options.set or "")
+    text = tr_n(
+        "{count} trace on {model}",
+        "{count} traces on {model}",
+        len(added_picks.traces),
+        model=model.name,
     )
-    warnings = [*groups.warnings, *added.warnings]
-    _report_added(args, out, added.traces, added.skipped, warnings, words)
+    warnings = [*groups.warnings, *added_picks.warnings]
+    _report_added(args, out, added_picks.traces, added_picks.skipped, warnings, text)
 
 
 def _import(args: argparse.Namespace, out: Output) -> None:
-    with _edited_project(args, out) as desk:
-        model = desk.find_model(parse_options(args, ModelChoice).model)
-        added = desk.import_features(Path(args.file), model)
-    words = tr_n(
+    with _edited_project(args, out) as project:
+        model = project.find_model(parse_options(args, ModelChoice).model)
+        added_import_features = project.import_features(Path(args.file), model)
+    text = tr_n(
         "{count} feature on {model}",
         "{count} features on {model}",
-        len(added.features),
+        len(added_import_features.features),
         model=model.name,
     )
-    _report_added(args, out, added.features, added.skipped, added.warnings, words)
+    _report_added(
+        args,
+        out,
+        added_import_features.features,
+        added_import_features.skipped,
+        added_import_features.warnings,
+        text,
+    )
 
 
 def _accept(args: argparse.Namespace, out: Output) -> None:
@@ -312,10 +326,10 @@ def _accept(args: argparse.Namespace, out: Output) -> None:
 
     options = parse_options(args, AcceptOptions)
     search = parse_options(args, PROPOSALS[args.proposals].options)
-    with _edited_project(args, out) as desk:
-        accepted = accept_proposals(desk, search, options, progress_reporter(args))
+    with _edited_project(args, out) as project:
+        accepted = accept_proposals(project, search, options, progress_reporter(args))
     out.warn(accepted.warnings)
-    words = tr_n(
+    text = tr_n(
         "{count} of {proposed} proposals was added.",
         "{count} of {proposed} proposals were added.",
         len(accepted.features),
@@ -326,38 +340,38 @@ def _accept(args: argparse.Namespace, out: Output) -> None:
         "proposed": accepted.proposed,
         "warnings": list(accepted.warnings),
     }
-    _report(args, out, result, words)
+    _report(args, out, result, text)
 
 
 def _profile(args: argparse.Namespace, out: Output) -> None:
-    with _edited_project(args, out) as desk:
-        desk.judge_by(args.name)
+    with _edited_project(args, out) as project:
+        project.judge_by(args.name)
     _report(args, out, {"profile": args.name}, tr("profile: {profile}", profile=args.name))
 
 
 def _update(args: argparse.Namespace, out: Output) -> None:
-    with _edited_project(args, out) as desk:
-        updated, findings = desk.update_surroundings()
+    with _edited_project(args, out) as project:
+        updated, findings = project.update_surroundings()
     out.warn(findings)
     text = tr_n("updated: {count} feature", "updated: {count} features", updated)
     _report(args, out, {"updated": updated}, text)
 
 
 def _undo(args: argparse.Namespace, out: Output) -> None:
-    with _edited_project(args, out) as desk:
-        label = desk.undo()
+    with _edited_project(args, out) as project:
+        label = project.undo()
     _report(args, out, {"undone": label}, tr("undone: {step}", step=label))
 
 
 def _redo(args: argparse.Namespace, out: Output) -> None:
-    with _edited_project(args, out) as desk:
-        label = desk.redo()
+    with _edited_project(args, out) as project:
+        label = project.redo()
     _report(args, out, {"redone": label}, tr("redone: {step}", step=label))
 
 
 def _repair(args: argparse.Namespace, out: Output) -> None:
-    with _edited_project(args, out) as desk:
-        copy = desk.project.repair()
+    with _edited_project(args, out) as project:
+        copy = project.project.repair()
     out.warn(copy.lost)
     what = {"kept": str(copy.backup), "lost": list(copy.lost)}
     _report(
@@ -367,12 +381,12 @@ def _repair(args: argparse.Namespace, out: Output) -> None:
 
 def _compact(args: argparse.Namespace, out: Output) -> None:
     dry_run = parse_options(args, CompactOptions).dry_run
-    with _edited_project(args, out, saves=not dry_run) as desk:
-        if not dry_run and desk.session.dirty:
-            desk.session.save()
-        plan = desk.project.compaction()
+    with _edited_project(args, out, saves=not dry_run) as project:
+        if not dry_run and project.session.dirty:
+            project.session.save()
+        plan = project.project.compaction()
         if not (dry_run or plan.nothing):
-            desk.project.compact()
+            project.project.compact()
     what = {
         "compacted": not (dry_run or plan.nothing),
         "rows": plan.rows,
@@ -400,36 +414,38 @@ def _edited_project(
     """Yield the open project; afterwards save the changes and update its layers."""
     from vomstudio.studio.headless_project import HeadlessProject
 
-    with HeadlessProject.open(Path(args.project), progress_reporter(args)) as desk:
-        out.warn(desk.warnings)
-        if desk.recovered and saves:
+    with HeadlessProject.open(Path(args.project), progress_reporter(args)) as project:
+        out.warn(project.warnings)
+        if project.recovered and saves:
             out.warn([Finding("project.recovered-and-saved")])
-        yield desk
+        yield project
         if saves:
-            out.warn(desk.save())
+            out.warn(project.save())
 
 
-def _report(args: argparse.Namespace, out: Output, result: dict[str, Any], words: str) -> None:
+def _report(args: argparse.Namespace, out: Output, result: dict[str, Any], text: str) -> None:
     out.result({**_summary(args).to_dict(), **result})
-    out.text(words)
+    out.text(text)
 
 
 def _report_added(
     args: argparse.Namespace,
     out: Output,
     features: Sequence[Feature],
-    skipped: Sequence[tuple[str, Finding]],
+    skipped_pairs: Sequence[tuple[str, Finding]],
     warnings: Sequence[Finding],
-    words: str,
+    text: str,
 ) -> None:
-    left_out = [Finding("feature.left-out", feature=name, reason=each) for name, each in skipped]
+    left_out = [
+        Finding("feature.left-out", feature=name, reason=item) for name, item in skipped_pairs
+    ]
     out.warn([*warnings, *left_out])
     what = {
         "added": _id_and_name_rows(features),
-        "skipped": [{"id": name, "reason": reason} for name, reason in skipped],
+        "skipped": [{"id": name, "reason": reason} for name, reason in skipped_pairs],
         "warnings": list(warnings),
     }
-    _report(args, out, what, words)
+    _report(args, out, what, text)
 
 
 # --- text -------------------------------------------------------------------------------------
@@ -480,9 +496,9 @@ def _row_text(row: dict[str, Any]) -> str:
     from vomstudio.cli.common import text_tables
 
     if row["element"] == "line":
-        is_known, measured = row.get("plunge_deg") is not None, text_tables.line_with_error
+        is_known, measured_line = row.get("plunge_deg") is not None, text_tables.line_with_error
     else:
-        is_known, measured = row.get("dip_deg") is not None, text_tables.plane_with_error
-    place = measured(row) if is_known else "–"
+        is_known, measured_line = row.get("dip_deg") is not None, text_tables.plane_with_error
+    place = measured_line(row) if is_known else "–"
     quality = f", {row['quality']}" if row.get("quality") else ""
     return f"{row['name']} ({row['kind']}): {place}{quality}"

@@ -65,21 +65,21 @@ def run(args: argparse.Namespace, out: Output) -> None:
         check_target(
             args.output, force=args.force, inputs=[] if args.model == "-" else [args.model]
         )
-    registered = register_model(args.model, options, progress_reporter(args))
-    result = registered.to_dict()
-    warnings = list(registered.placed.warnings)
+    registered_model = register_model(args.model, options, progress_reporter(args))
+    result = registered_model.to_dict()
+    warnings = list(registered_model.placed.warnings)
     if args.output is not None:
-        warnings += _write_registered_model(args, registered, result)
+        warnings += _write_registered_model(args, registered_model, result)
     result["warnings"] = warnings
     out.result(result)
     out.warn(warnings)
-    if registered.reference is not None:
-        fit = registered.reference.fitted
-        shares = fit.places, fit.overlap, fit.rms_m, fit.blocks, fit.block_m
-        out.text(reference_fit_finding(*shares).message)
-    out.text(placement_text(registered.placed))
-    if registered.attitudes:
-        out.text(_attitudes_text(registered.attitudes))
+    if registered_model.reference is not None:
+        fit = registered_model.reference.fitted
+        fractions = fit.places, fit.overlap, fit.rms_m, fit.blocks, fit.block_m
+        out.text(reference_fit_finding(*fractions).message)
+    out.text(placement_text(registered_model.placed))
+    if registered_model.attitudes:
+        out.text(_attitudes_text(registered_model.attitudes))
 
 
 def _attitudes_text(photos: Sequence[AttitudeMiss]) -> str:
@@ -94,8 +94,8 @@ def _attitudes_text(photos: Sequence[AttitudeMiss]) -> str:
 def _write_registered_model(
     args: argparse.Namespace, registered: RegistrationResult, result: dict[str, Any]
 ) -> list[Finding]:
-    loaded = registered.loaded
-    if loaded is None:
+    loaded_model = registered.loaded
+    if loaded_model is None:
         from vomstudio.cli.common.output import to_json
         from vomstudio.core.files.atomic import write_bytes
 
@@ -108,11 +108,11 @@ def _write_registered_model(
 
     known_parts = registered.placed.known
     warnings = write_model(
-        transform_model(loaded.data, registered.placed.matrix),
+        transform_model(loaded_model.data, registered.placed.matrix),
         registered.crs if known_parts.all else None,
         args.output,
         force=args.force,
-        inputs=[loaded.path, *companions(loaded.path)],
+        inputs=[loaded_model.path, *companions(loaded_model.path)],
         progress=progress_reporter(args),
         axes=Axes(metric=known_parts.scale, north=known_parts.north and known_parts.vertical),
         registration=registered.registration_in_world,

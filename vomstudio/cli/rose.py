@@ -33,7 +33,7 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers, "rose", run, help_=tr("Draw rose diagrams and histograms of dip")
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines"))
-    add_output(parser, tr("output figure (.svg, .pdf or .png)"), required=True)
+    add_output(parser, tr("output figure (.svg, .pdf or .png)"), is_required=True)
     for options in OPTION_CLASSES:
         add_options(parser, options)
     add_azimuth(parser)
@@ -104,7 +104,7 @@ def _result_without_warnings(
     of: str,
     roses: RoseContents,
     convention: str,
-    dropped: tuple[int, ...],
+    dropped_indices: tuple[int, ...],
 ) -> dict[str, Any]:
     """Return the result of the command without its warnings."""
     from vomstudio.geology.roses import Rose
@@ -131,5 +131,5 @@ def _result_without_warnings(
             for name, rose in roses.roses.items()
         },
         "convention": convention,
-        "dropped_lines": list(dropped),
+        "dropped_lines": list(dropped_indices),
     }

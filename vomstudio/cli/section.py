@@ -34,7 +34,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh, point cloud or table x, y, z"))
     add_options(parser, SectionOptions)
-    add_output(parser, tr("output section (.csv, .dxf or .svg)"), required=True)
+    add_output(parser, tr("output section (.csv, .dxf or .svg)"), is_required=True)
     add_options(parser, SectionFeatures)
     add_azimuth(parser)
     add_frame(parser)
@@ -75,7 +75,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         else read_profile_line(options.section_line, progress_reporter(args))
     )
     is_by_domain = features.along == DOMAINS
-    along = None if is_by_domain else _direction(features.along)
+    along_component = None if is_by_domain else _direction(features.along)
     writing.check_targets(args.output, features.features is not None, force=args.force)
     model = read_in_world(args.model, progress_reporter(args), frame_options(args), args.project)
     section_features = ReadFeatures()
@@ -84,7 +84,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     directions = (
         assign_domain_axes(section_features.items, "--along")
         if is_by_domain
-        else ProjectionDirections(along)
+        else ProjectionDirections(along_component)
     )
     curtain, warnings = _curtain(place, model, options.flip)
     grazing = directions.check(curtain)
@@ -105,13 +105,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
         flats,
         crs=model.crs,
         model=str(model.loaded.path),
-        metric=model.has_metric_unit,
+        is_metric=model.has_metric_unit,
         north_known=model.placed,
         warnings=(*model.warnings, *section_features.warnings, *warnings, *grazing),
         force=args.force,
     )
     result = {**written.to_dict(), "convention": section_features.convention or None}
-    out.result(add_unitless_names(result, metric=model.has_metric_unit))
+    out.result(add_unitless_names(result, is_metric=model.has_metric_unit))
     if section_features.convention:
         out.note(tr("read as {convention}", convention=section_features.convention))
     out.warn(written.warnings)

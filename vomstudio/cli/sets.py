@@ -26,7 +26,7 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers, "sets", run, help_=tr("Propose sets of planes, and planes without a set")
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes"))
-    add_output(parser, tr("output table with the set of each plane"), required=True)
+    add_output(parser, tr("output table with the set of each plane"), is_required=True)
     add_options(parser, SetOptions)
     add_azimuth(parser)
     add_frame(parser)
@@ -52,11 +52,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
     check_target(args.output, force=args.force, inputs=[args.table])
     progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
-    places = read_places(table, frame_options(args))
+    positions = read_places(table, frame_options(args))
     proposal = propose_sets(
         table,
         options,
-        pieces=pieces_of(table, None if places is None else places.points),
+        pieces=pieces_of(table, None if positions is None else positions.points),
         progress=progress,
     )
     progress.stage(tr("Writing the results"))
@@ -68,7 +68,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         discontinuity=proposal.discontinuity,
     )
     write_bytes(args.output, text.encode("utf-8"), force=args.force)
-    warnings = [*(() if places is None else places.findings), *proposal.warnings]
+    warnings = [*(() if positions is None else positions.findings), *proposal.warnings]
     result = {**proposal.to_dict(), "table": args.output, "warnings": warnings}
     out.result(result)
     out.note(tr("read as {convention}", convention=proposal.convention))

@@ -76,11 +76,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
         )
     ]
     heads = [tr("kinematic axis"), tr("trend/plunge"), tr("value"), tr("95 % cone")]
-    shares = [
+    fractions = [
         [name, text_tables.line(dihedra[key]), text_tables.number(100.0 * dihedra[key]["share"], 0)]
         for name, key in ((tr("compression"), "compression"), (tr("extension"), "extension"))
     ]
     out.text(tr_n("{count} fault", "{count} faults", slip_result.n))
     out.text(text_tables.table(heads, ["", "deg", "", "deg"], rows))
     heads = [tr("right dihedra"), tr("trend/plunge"), tr("of faults")]
-    out.text(text_tables.table(heads, ["", "deg", "%"], shares))
+    out.text(text_tables.table(heads, ["", "deg", "%"], fractions))

@@ -138,7 +138,7 @@ def _run_facets(args: argparse.Namespace, out: Output) -> None:
 
 def _facets_text(slopes: FacetSlopes) -> str:
     """Describe the facets, starting with the most critical one."""
-    head = tr(
+    heading = tr(
         "{count} facets as slopes, {n} planes, friction {friction:g} deg, lateral limit "
         "{lateral:g} deg",
         count=len(slopes.facets),
@@ -147,14 +147,14 @@ def _facets_text(slopes: FacetSlopes) -> str:
         lateral=slopes.lateral_deg,
     )
     modes = ("planar", "wedge", "flexural_toppling", "direct_toppling")
-    shares = [[getattr(f, mode).share or 0.0 for mode in modes] for f in slopes.facets]
-    worst = sorted(range(len(shares)), key=lambda i: -max(shares[i]))[:MAX_SHOWN]
+    fractions = [[getattr(f, mode).share or 0.0 for mode in modes] for f in slopes.facets]
+    worst = sorted(range(len(fractions)), key=lambda i: -max(fractions[i]))[:MAX_SHOWN]
     rows = [
         [
             slopes.facets[i].id,
             text_tables.azimuth(slopes.facets[i].face.dip_direction_deg, 0),
             text_tables.inclination(slopes.facets[i].face.dip_deg, 0),
-            *(text_tables.number(100.0 * share, 1) for share in shares[i]),
+            *(text_tables.number(100.0 * fraction, 1) for fraction in fractions[i]),
         ]
         for i in worst
     ]
@@ -167,15 +167,18 @@ def _facets_text(slopes: FacetSlopes) -> str:
         tr("flexural"),
         tr("direct"),
     ]
-    lines = [head, text_tables.table(heads, ["", tr("deg"), tr("deg"), "%", "%", "%", "%"], rows)]
-    if len(shares) > MAX_SHOWN:
-        lines.append(tr("{count} more are in the table.", count=len(shares) - MAX_SHOWN))
+    lines = [
+        heading,
+        text_tables.table(heads, ["", tr("deg"), tr("deg"), "%", "%", "%", "%"], rows),
+    ]
+    if len(fractions) > MAX_SHOWN:
+        lines.append(tr("{count} more are in the table.", count=len(fractions) - MAX_SHOWN))
     return "\n".join(lines)
 
 
 def _result_text(slope: TableSlope) -> str:
     face = slope.face
-    head = tr(
+    heading = tr(
         "face {face} (dip direction/dip), friction {friction:g} deg, lateral limit {lateral:g} deg",
         face=f"{text_tables.azimuth(face.dip_direction_deg, 0)}/"
         f"{text_tables.inclination(face.dip_deg, 0)}",
@@ -190,11 +193,11 @@ def _result_text(slope: TableSlope) -> str:
         _row("  " + tr("its bases"), tr("planes"), slope.direct_toppling.bases),
     ]
     heads = [tr("mode"), tr("of"), tr("critical"), tr("all"), tr("share"), tr("with errors")]
-    return head + "\n" + text_tables.table(heads, ["", "", "", "", "%", "%"], rows)
+    return heading + "\n" + text_tables.table(heads, ["", "", "", "", "%", "%"], rows)
 
 
 def _row(name: str, of: str, mode: Mode) -> list[str]:
-    share, expected = (
+    fraction, expected = (
         None if value is None else 100.0 * value for value in (mode.share, mode.probability)
     )
     return [
@@ -202,6 +205,6 @@ def _row(name: str, of: str, mode: Mode) -> list[str]:
         of,
         str(mode.critical),
         str(mode.of),
-        text_tables.number(share, 1),
+        text_tables.number(fraction, 1),
         text_tables.number(expected, 1),
     ]

@@ -36,7 +36,7 @@ def add_parser(subparsers: Subparsers) -> None:
         help_=tr("Draw a lower-hemisphere stereonet as SVG, PDF or PNG"),
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines"))
-    add_output(parser, tr("output figure (.svg, .pdf or .png)"), required=True)
+    add_output(parser, tr("output figure (.svg, .pdf or .png)"), is_required=True)
     for options in OPTION_CLASSES:
         add_options(parser, options)
     add_azimuth(parser)

@@ -35,7 +35,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--facet", metavar="N", type=int, help=tr("only this facet of a labelled model")
     )
-    add_output(parser, tr("output deviations (.tif, .ply or .csv)"), required=True)
+    add_output(parser, tr("output deviations (.tif, .ply or .csv)"), is_required=True)
     parser.add_argument(
         "--profiles", metavar="OUT.csv", help=tr("also write profiles along and across as a table")
     )
@@ -97,7 +97,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         write_profiles(args.profiles, analysis, crs=model.crs, force=args.force, axes=model.axes)
     result: dict[str, Any] = {"file": args.output, "profiles": args.profiles, **analysis.to_dict()}
     result["warnings"] = warnings
-    out.result(add_unitless_names(result, metric=model.has_metric_unit))
+    out.result(add_unitless_names(result, is_metric=model.has_metric_unit))
     out.warn(warnings)
     out.text(_result_text(result, unit_of(model.has_metric_unit)))
 

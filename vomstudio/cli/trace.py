@@ -57,7 +57,7 @@ def add_parser(subparsers: Subparsers) -> None:
     straight_traces.add_sets(parser)
     add_frame(parser)
     add_project(parser)
-    add_output(parser, tr("write all vertices of the lines as CSV"), required=True)
+    add_output(parser, tr("write all vertices of the lines as CSV"), is_required=True)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -86,12 +86,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 def _check_form(args: argparse.Namespace, form: str) -> None:
     """Raise UsageError if an option belongs to another form of the command."""
-    flags = {each.name: each.flag for each in declarations(TraceSource)}
-    allowed = {each.name for each in declarations(FORM_OPTIONS[form])}
+    flags = {item.name: item.flag for item in declarations(TraceSource)}
+    allowed_names = {item.name for item in declarations(FORM_OPTIONS[form])}
     for other_form, options in FORM_OPTIONS.items():
-        for each in declarations(options):
-            if each.name not in allowed and getattr(args, each.name):
-                raise _missing_option_error(each.flag, flags[other_form])
+        for item in declarations(options):
+            if item.name not in allowed_names and getattr(args, item.name):
+                raise _missing_option_error(item.flag, flags[other_form])
     if form != "through" and args.sets_table is not None:
         raise _missing_option_error("--sets-table", flags["through"])
 
@@ -137,7 +137,7 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
     write_path(args.output, trace.points, crs=model.crs, notes=notes, force=args.force)
     result: dict[str, Any] = {**trace.to_dict(), "table": args.output}
     result["warnings"] = [*model.warnings, *findings, *trace.warnings]
-    out.result(add_unitless_names(result, metric=model.has_metric_unit))
+    out.result(add_unitless_names(result, is_metric=model.has_metric_unit))
     out.warn(result["warnings"])
     out.text(_result_text(trace, unit_of(model.has_metric_unit)))
 
@@ -208,8 +208,8 @@ def _require_on_model(
     if row is None:
         return
     table = read_table(path)
-    finite = np.isfinite(table.numbers(coordinate_columns(table))).all(axis=1)
-    line = int(np.asarray(table.line_numbers)[finite][row])
+    is_finite = np.isfinite(table.numbers(coordinate_columns(table))).all(axis=1)
+    line = int(np.asarray(table.line_numbers)[is_finite][row])
     distance = float(surface.snap_distances(points)[row])
     raise InputError(off_model_finding(row + 1, distance, resolution), file=path, line=line)
 

@@ -18,7 +18,7 @@ def for_json(values: Mapping[str, object]) -> dict[str, object]:
 
 def _for_json(value: object) -> object:
     if isinstance(value, tuple):
-        return [_for_json(each) for each in value]
+        return [_for_json(item) for item in value]
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 
@@ -29,14 +29,14 @@ def from_json(values: Mapping[str, object]) -> dict[str, object]:
 
 def _from_json(value: object) -> object:
     if isinstance(value, list):
-        return [_from_json(each) for each in value]
+        return [_from_json(item) for item in value]
     return float(value) if isinstance(value, str) and value in NON_FINITE_TEXTS else value
 
 
 def place_text(file: str | None = None, line: int | None = None, field: str | None = None) -> str:
     """Return the text for a location in a file, or an empty text if the location is unknown."""
     words = (file, None if line is None else f"line {line}", field)
-    return ", ".join(each for each in words if each)
+    return ", ".join(item for item in words if item)
 
 
 class _Finding(Protocol):

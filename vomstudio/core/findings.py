@@ -53,8 +53,8 @@ class Finding:
 
     def __init__(self, code: str, severity: Severity | None = None, /, **values: Any) -> None:
         default_severity = TEXTS[code][0]
-        if missing := placeholders(code) - values.keys():
-            raise KeyError(f"{code} needs {', '.join(sorted(missing))}")
+        if missing_keys := placeholders(code) - values.keys():
+            raise KeyError(f"{code} needs {', '.join(sorted(missing_keys))}")
         object.__setattr__(self, "code", code)
         object.__setattr__(self, "severity", severity or default_severity)
         stored = {name: _freeze(value) for name, value in values.items()}
@@ -142,8 +142,8 @@ def cause_of(error: VomError) -> Finding:
         return uncoded_finding(error.message)
     # An error from another process states its location only once, even if its text contains it.
     location = _location(error)
-    missing = placeholders(error.code) - error.values.keys()
-    stated = {name: location[name] for name in missing & location.keys()}
+    missing_keys = placeholders(error.code) - error.values.keys()
+    stated = {name: location[name] for name in missing_keys & location.keys()}
     return Finding(error.code, **error.values | stated)
 
 
@@ -167,7 +167,7 @@ def _location(error: VomError) -> dict[str, Any]:
 
 def plain(messages: Iterable[Finding]) -> list[dict[str, Any]]:
     """Return messages as objects for a JSON file."""
-    return [each.to_dict() for each in messages]
+    return [item.to_dict() for item in messages]
 
 
 def unique_findings(messages: Iterable[Finding]) -> tuple[Finding, ...]:

@@ -129,7 +129,7 @@ def option(
     help: str,
     tip: str = "",
     label: str = "",
-    automatic: str = "",
+    automatic_text: str = "",
     choices: tuple[str, ...] | None = None,
     minimum: float | None = None,
     maximum: float | None = None,
@@ -146,7 +146,7 @@ def option(
         "help": help,
         "tip": tip,
         "label": label,
-        "automatic": automatic,
+        "automatic": automatic_text,
         "choices": choices,
         "minimum": minimum,
         "maximum": maximum,
@@ -167,17 +167,17 @@ def declarations(options: type[Any]) -> tuple[Declaration, ...]:
 def _declarations(options: Any) -> tuple[Declaration, ...]:
     hints = typing.get_type_hints(options)
     results = []
-    for each in fields(options):
-        metadata = each.metadata.get(_DECLARATION)
+    for item in fields(options):
+        metadata = item.metadata.get(_DECLARATION)
         if metadata is None:
             continue
-        kind, choices, is_repeated = _value_type(hints[each.name])
+        kind, choices, is_repeated = _value_type(hints[item.name])
         results.append(
             Declaration(
-                name=each.name,
+                name=item.name,
                 kind=kind,
-                default=None if each.default is MISSING else each.default,
-                is_required=each.default is MISSING,
+                default=None if item.default is MISSING else item.default,
+                is_required=item.default is MISSING,
                 is_repeated=is_repeated,
                 **metadata | {"choices": metadata["choices"] or choices},
             )
@@ -193,7 +193,7 @@ def _value_type(hint: Any) -> tuple[type, tuple[str, ...] | None, bool]:
     if hint == tuple[str, ...]:
         return str, None, True
     if typing.get_origin(hint) in (typing.Union, types.UnionType):
-        (hint,) = (each for each in typing.get_args(hint) if each is not type(None))
+        (hint,) = (item for item in typing.get_args(hint) if item is not type(None))
     if typing.get_origin(hint) is Literal:
         return str, typing.get_args(hint), False
     assert hint in (float, int, bool, str), hint
@@ -204,25 +204,31 @@ class Options:
     """Base class of options classes, which checks their values."""
 
     def __post_init__(self) -> None:
-        for each in declarations(type(self)):
-            each.check(getattr(self, each.name))
+        for item in declarations(type(self)):
+            item.check(getattr(self, item.name))
 
 
 def check_exclusive(options: Any, *names: str) -> None:
     """Raise UsageError if more than one of the named options is given."""
-    conflicting = [each for each in declarations(type(options)) if each.name in names]
-    conflicting = [each for each in conflicting if getattr(options, each.name) != each.default]
-    if len(conflicting) > 1:
+    conflicting_declarations = [item for item in declarations(type(options)) if item.name in names]
+    conflicting_declarations = [
+        item for item in conflicting_declarations if getattr(options, item.name) != item.default
+    ]
+    if len(conflicting_declarations) > 1:
         raise UsageError(
-            Finding("option.conflict", option=conflicting[0].flag, other=conflicting[1].flag),
-            field=conflicting[1].flag,
+            Finding(
+                "option.conflict",
+                option=conflicting_declarations[0].flag,
+                other=conflicting_declarations[1].flag,
+            ),
+            field=conflicting_declarations[1].flag,
         )
 
 
 def check_alternatives(options: Any, *names: str) -> None:
     """Raise UsageError unless exactly one of the named options is given."""
     check_exclusive(options, *names)
-    options_by_name = {each.name: each for each in declarations(type(options))}
+    options_by_name = {item.name: item for item in declarations(type(options))}
     if all(getattr(options, name) == options_by_name[name].default for name in names):
         flags = [options_by_name[name].flag for name in names]
         raise UsageError(Finding("option.none-given", options=flags), field=flags[0])
@@ -230,35 +236,35 @@ def check_alternatives(options: Any, *names: str) -> None:
 
 def check_requires(options: Any, name: str, other: str) -> None:
     """Raise UsageError if an option is given without the other option on which it depends."""
-    options_by_name = {each.name: each for each in declarations(type(options))}
+    options_by_name = {item.name: item for item in declarations(type(options))}
     is_given = getattr(options, name) != options_by_name[name].default
     if is_given and getattr(options, other) == options_by_name[other].default:
-        flag, needed = options_by_name[name].flag, options_by_name[other].flag
-        raise UsageError(Finding("option.requires", option=flag, other=needed), field=flag)
+        flag, needed_options = options_by_name[name].flag, options_by_name[other].flag
+        raise UsageError(Finding("option.requires", option=flag, other=needed_options), field=flag)
 
 
 def given_options(options: Any) -> Mapping[str, Any]:
     """Return the values that differ from their defaults, by field name."""
     return {
-        each.name: getattr(options, each.name)
-        for each in declarations(type(options))
-        if getattr(options, each.name) != each.default
+        item.name: getattr(options, item.name)
+        for item in declarations(type(options))
+        if getattr(options, item.name) != item.default
     }
 
 
 def option_words(options: Any) -> list[str | tuple[str, str | float]]:
     """Return the command-line words for the options, with a flag and its value as a pair."""
     words: list[str | tuple[str, str | float]] = []
-    for each in declarations(type(options)):
-        value = getattr(options, each.name)
-        if value == each.default:
+    for item in declarations(type(options)):
+        value = getattr(options, item.name)
+        if value == item.default:
             continue
-        if each.kind is bool:
-            words.append(each.flag if value else f"--no-{each.flag.removeprefix('--')}")
-        elif value == each.flag_value:
-            words.append(each.flag)
-        elif each.is_repeated:
-            words += [(each.flag, text) for text in value]
+        if item.kind is bool:
+            words.append(item.flag if value else f"--no-{item.flag.removeprefix('--')}")
+        elif value == item.flag_value:
+            words.append(item.flag)
+        elif item.is_repeated:
+            words += [(item.flag, text) for text in value]
         else:
-            words.append((each.flag, value if each.kind is float else str(value)))
+            words.append((item.flag, value if item.kind is float else str(value)))
     return words

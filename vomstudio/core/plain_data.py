@@ -55,20 +55,20 @@ class FieldTypes(NamedTuple):
     readers: dict[str, Reader]
 
 
-def encode_fields(values: Mapping[str, Any], nested: NestedFields) -> PlainValues:
+def encode_fields(values: Mapping[str, Any], nested_fields: NestedFields) -> PlainValues:
     """Return the values of the fields as JSON values."""
-    plain: PlainValues = {}
+    plain_items: PlainValues = {}
     for name, value in values.items():
-        if name in nested.parts and dataclasses.is_dataclass(value):
-            plain[name] = dataclasses.asdict(typing.cast(Any, value))
-        elif name in nested.lists:
-            plain[name] = [dataclasses.asdict(each) for each in value]
+        if name in nested_fields.parts and dataclasses.is_dataclass(value):
+            plain_items[name] = dataclasses.asdict(typing.cast(Any, value))
+        elif name in nested_fields.lists:
+            plain_items[name] = [dataclasses.asdict(item) for item in value]
         else:
-            plain[name] = value
-    return plain
+            plain_items[name] = value
+    return plain_items
 
 
-def decode_fields(cls: type, values: Mapping[str, Any], nested: NestedFields) -> PlainValues:
+def decode_fields(cls: type, values: Mapping[str, Any], nested_fields: NestedFields) -> PlainValues:
     """Convert JSON values to the values of the fields of a class.
 
     Raises
@@ -76,28 +76,32 @@ def decode_fields(cls: type, values: Mapping[str, Any], nested: NestedFields) ->
     DocumentError
         If a value does not have the type of its field; the message names the field.
     """
-    decoded: PlainValues = {}
+    decoded_items: PlainValues = {}
     simple, readers = field_types(cls)
     for name, value in values.items():
         permitted = simple.get(name)
         if permitted is not None:
             if type(value) not in permitted:
                 raise wrong_value(name)
-            decoded[name] = value
+            decoded_items[name] = value
         elif name in readers:
-            decoded[name] = _read_field(readers[name], name, value)
+            decoded_items[name] = _read_field(readers[name], name, value)
         elif value is None and name in _optional_fields(cls):
-            decoded[name] = None
-        elif name in nested.parts and value is not None:
-            decoded[name] = _decode_object(nested.parts[name], name, value, nested)
-        elif name in nested.lists and isinstance(value, list):
-            item = nested.lists[name]
-            decoded[name] = tuple(_decode_object(item, name, each, nested) for each in value)
-        elif name in nested.parts or name in nested.lists:
+            decoded_items[name] = None
+        elif name in nested_fields.parts and value is not None:
+            decoded_items[name] = _decode_object(
+                nested_fields.parts[name], name, value, nested_fields
+            )
+        elif name in nested_fields.lists and isinstance(value, list):
+            item = nested_fields.lists[name]
+            decoded_items[name] = tuple(
+                _decode_object(item, name, each, nested_fields) for each in value
+            )
+        elif name in nested_fields.parts or name in nested_fields.lists:
             raise wrong_value(name)
         else:
-            decoded[name] = _to_tuples(value)
-    return decoded
+            decoded_items[name] = _to_tuples(value)
+    return decoded_items
 
 
 def known_fields(cls: type, values: Mapping[str, Any], kind: str) -> PlainValues:
@@ -153,11 +157,11 @@ def _read_field(read: Reader, name: str, value: Any) -> Any:
         raise wrong_value(name) from error
 
 
-def _decode_object(cls: type, name: str, value: Any, nested: NestedFields) -> Any:
+def _decode_object(cls: type, name: str, value: Any, nested_fields: NestedFields) -> Any:
     if not isinstance(value, Mapping):
         raise wrong_value(name)
     try:
-        return cls(**decode_fields(cls, known_fields(cls, value, cls.__name__), nested))
+        return cls(**decode_fields(cls, known_fields(cls, value, cls.__name__), nested_fields))
     except TypeError as error:
         raise DocumentError(
             Finding("record.missing-field", error=error, kind=cls.__name__), field=name
@@ -232,10 +236,10 @@ def _read_text(value: Any) -> str:
 
 
 def _choice_reader(words: tuple[Any, ...]) -> Reader:
-    known = frozenset(words)
+    known_words = frozenset(words)
 
     def read(value: Any) -> Any:
-        if type(value) is not str or value not in known:
+        if type(value) is not str or value not in known_words:
             raise ValueError
         return value
 

@@ -30,9 +30,9 @@ def _replace_findings(value: Any) -> Any:
     if isinstance(value, Mapping):
         if value.keys() >= {"code", "severity", "message"}:
             return value["message"]
-        return {name: _replace_findings(each) for name, each in value.items()}
+        return {name: _replace_findings(item) for name, item in value.items()}
     if isinstance(value, list):
-        return [_replace_findings(each) for each in value]
+        return [_replace_findings(item) for item in value]
     return value
 
 
@@ -74,12 +74,12 @@ def format_figure(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, Mapping):
-        return ", ".join(f"{key} {format_figure(each)}" for key, each in value.items())
+        return ", ".join(f"{key} {format_figure(item)}" for key, item in value.items())
     if isinstance(value, list | tuple):
         if len(value) > _MAX_SHOWN_ITEMS or any(
-            isinstance(each, Mapping | list | tuple) for each in value
+            isinstance(item, Mapping | list | tuple) for item in value
         ):
             return f"{len(value)} entries"
-        separator = "; " if any(isinstance(each, str) for each in value) else ", "
-        return separator.join(format_figure(each) for each in value)
+        separator = "; " if any(isinstance(item, str) for item in value) else ", "
+        return separator.join(format_figure(item) for item in value)
     return str(value)

@@ -31,14 +31,14 @@ def to_dict(result: Any) -> dict[str, Any]:
     with a code; arrays and tuples become lists; paths become text.
     """
     values: dict[str, Any] = {}
-    for each in fields(result):
-        value, kind = getattr(result, each.name), each.metadata.get("json")
+    for item in fields(result):
+        value, kind = getattr(result, item.name), item.metadata.get("json")
         if kind == "hidden" or (kind == "optional" and value in (None, (), [])):
             continue
         if kind == "flat":
             values |= _to_plain_value(value)
         else:
-            values[each.name] = plain(value) if each.name == "warnings" else _to_plain_value(value)
+            values[item.name] = plain(value) if item.name == "warnings" else _to_plain_value(value)
     return values
 
 
@@ -48,9 +48,9 @@ def _to_plain_value(value: Any) -> Any:
     if isinstance(value, Finding):
         return value.to_dict()
     if isinstance(value, list | tuple):
-        return [_to_plain_value(each) for each in value]
+        return [_to_plain_value(item) for item in value]
     if isinstance(value, dict):
-        return {key: _to_plain_value(each) for key, each in value.items()}
+        return {key: _to_plain_value(item) for key, item in value.items()}
     if isinstance(value, PurePath):
         return str(value)
     return value.tolist() if hasattr(value, "tolist") else value

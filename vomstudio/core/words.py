@@ -87,16 +87,16 @@ def to_translate_n(singular: str, plural: str) -> tuple[str, str]:
 
 
 def _fill(
-    translated: str, english: str, values: dict[str, object], singular: str | None = None
+    translated_text: str, english: str, values: dict[str, object], singular: str | None = None
 ) -> str:
     if not values:
-        return translated or english
-    if translated != english and _placeholders(translated) in (
+        return translated_text or english
+    if translated_text != english and _placeholders(translated_text) in (
         _placeholders(english),
         _placeholders(singular or english),
     ):
         try:
-            return translated.format(**values)
+            return translated_text.format(**values)
         except (ValueError, TypeError):
             # The translation has a format that the value does not support.
             pass

@@ -73,8 +73,8 @@ def available_costs(surface: SurfaceGraph) -> tuple[str, ...]:
     -------
     tuple of str
     """
-    coloured = surface.data.colors is not None or surface.textures is not None
-    return tuple(cost for cost in COST_NAMES if coloured or cost not in COLOUR_COSTS)
+    is_coloured = surface.data.colors is not None or surface.textures is not None
+    return tuple(cost for cost in COST_NAMES if is_coloured or cost not in COLOUR_COSTS)
 
 
 def follow_best(
@@ -116,7 +116,7 @@ def follow_best(
     """
 
     def follow(cost: str) -> Path:
-        return Follower(surface, cost).follow(way_points, whole=uses_whole_surface)
+        return Follower(surface, cost).follow(way_points, is_whole=uses_whole_surface)
 
     def doubtful(path: Path) -> tuple[Range, ...]:
         return find_jumps(path.points, path.costs, path.at, resolution_near(path.points) or 0.0)
@@ -131,7 +131,7 @@ def select_best_path(
     follow: Callable[[str], P],
     resolution_near: Callable[[FloatArray], float | None],
     face_near: FaceNormalFunction | None = None,
-    doubtful: Callable[[P], Sequence[Range]] = lambda path: (),
+    doubtful_callback: Callable[[P], Sequence[Range]] = lambda path: (),
 ) -> tuple[P, str, tuple[CostTrial, ...]]:
     """Select the best path of any follower. See `follow_best`.
 
@@ -142,7 +142,7 @@ def select_best_path(
         Function that follows a path with a given cost.
     resolution_near, face_near : callables
         See `follow_best`.
-    doubtful : callable
+    doubtful_callback : callable
         Function that returns the stretches of a path that may follow another contact.
 
     Returns
@@ -163,16 +163,18 @@ def select_best_path(
         except GeometryError as error:
             last_error = error
             continue
-        rank, error95 = rank_path(path.points, resolution_near, face_near, doubtful(path))
+        rank, error95 = rank_path(path.points, resolution_near, face_near, doubtful_callback(path))
         candidates.append((rank, number, path, CostTrial(cost, error95)))
     if not candidates:
         assert last_error is not None
         raise last_error
     candidates.sort(key=lambda each: each[:2])
     if candidates[0][0][0] != _TENSOR_RANK["good"] and len(candidates) > 2:
-        shares = _confirmed_shares([path.points for _, _, path, _ in candidates], resolution_near)
+        fractions = _confirmed_shares(
+            [path.points for _, _, path, _ in candidates], resolution_near
+        )
         # Among equally confirmed paths, the first one stays first.
-        candidates.insert(0, candidates.pop(int(np.argmax(shares))))
+        candidates.insert(0, candidates.pop(int(np.argmax(fractions))))
     _, _, path, best = candidates[0]
     return path, best.cost, tuple(trial for *_, trial in candidates)
 
@@ -187,20 +189,20 @@ def _confirmed_shares(
     from scipy.spatial import cKDTree
 
     trees = [cKDTree(points) for points in paths]
-    shares = np.zeros((len(paths), len(paths)))
+    fractions = np.zeros((len(paths), len(paths)))
     for i, points in enumerate(paths):
         near = _MAX_DISTANCE_RESOLUTIONS * (resolution_near(points) or 0.0)
         for j in range(len(paths)):
             if i != j:
-                shares[i, j] = np.mean(trees[j].query(points)[0] <= near)
-    return np.asarray(np.minimum(shares, shares.T).sum(axis=1))
+                fractions[i, j] = np.mean(trees[j].query(points)[0] <= near)
+    return np.asarray(np.minimum(fractions, fractions.T).sum(axis=1))
 
 
 def rank_path(
     points: FloatArray,
     resolution_near: Callable[[FloatArray], float | None],
     face_near: FaceNormalFunction | None = None,
-    doubtful: Sequence[Range] = (),
+    doubtful_ranges: Sequence[Range] = (),
 ) -> tuple[PathRank, float | None]:
     """Rank a path by the quality of its plane.
 
@@ -212,7 +214,7 @@ def rank_path(
         Function that returns the effective resolution of the model near points (n, 3).
     face_near : Face, optional
         Function that returns the normal of the face near points (n, 3).
-    doubtful : sequence of Range, optional
+    doubtful_ranges : sequence of Range, optional
         First and last row of each doubtful stretch.
 
     Returns
@@ -227,8 +229,12 @@ def rank_path(
         return (3, 90.0), None
     resolution = resolution_near(points)
     face = None if face_near is None else face_near(points)
-    reliable = fit_remaining_plane(points, doubtful)
-    stretch = None if reliable is None else reliable.error95_deg(fit, resolution, face)
+    reliable_remaining_plane = fit_remaining_plane(points, doubtful_ranges)
+    stretch = (
+        None
+        if reliable_remaining_plane is None
+        else reliable_remaining_plane.error95_deg(fit, resolution, face)
+    )
     error = total_error_deg(fit, resolution, outcrop_normal=face, stretch_error_deg=stretch)
     if face is not None and abs(float(fit.normal @ face)) > _MAX_FACE_COSINE:
         return (_TENSOR_RANK["poor"], 90.0), error
@@ -236,7 +242,9 @@ def rank_path(
         fit,
         resolution_m=resolution,
         outcrop_normal=face,
-        surface_findings=() if reliable is None else reliable.findings(),
+        surface_findings=()
+        if reliable_remaining_plane is None
+        else reliable_remaining_plane.findings(),
         stretch_error_deg=stretch,
     )
     return (_TENSOR_RANK[verdict.quality], 90.0 if error is None else error), error

@@ -62,12 +62,12 @@ def thin_mesh(vertices: FloatArray, faces: IntArray, cell: float) -> ThinnedMesh
     is_kept = _has_three_corners(clustered_faces)
     has_face = np.zeros(len(vertices), np.bool_)
     has_face[clustered_faces[is_kept].ravel()] = True
-    lost = np.flatnonzero(~has_face[root])
-    if len(lost):
-        root[lost] = lost
+    lost_rows = np.flatnonzero(~has_face[root])
+    if len(lost_rows):
+        root[lost_rows] = lost_rows
         clustered_faces = root[faces]
         is_kept = _has_three_corners(clustered_faces)
-        _merge_isolated(lost, clustered_faces[is_kept], faces, root)
+        _merge_isolated(lost_rows, clustered_faces[is_kept], faces, root)
     number = np.cumsum(root == np.arange(len(root))) - 1
     nodes = number[root]
     count = np.bincount(nodes)
@@ -95,9 +95,9 @@ def _merge_isolated(
     is_isolated = np.zeros(len(root), np.bool_)
     is_isolated[is_merged] = True
     is_isolated[remaining_faces.ravel()] = False
-    around = faces[is_isolated[faces].any(axis=1)]
+    neighbour_faces = faces[is_isolated[faces].any(axis=1)]
     for one, other in ((0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2)):
-        a, b = around[:, one], around[:, other]
+        a, b = neighbour_faces[:, one], neighbour_faces[:, other]
         joins = is_isolated[a] & ~is_isolated[b]
         root[a[joins]] = root[b[joins]]
 

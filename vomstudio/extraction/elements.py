@@ -215,24 +215,26 @@ def _cloud_elements(
     begin: PlaneFinder | None,
 ) -> Elements:
     grid, begun, finite_rows, origin = _build_grid(points, begin)
-    places = grid.places
-    if len(places) < 4:
-        raise GeometryError(Finding("cloud.too-few-points", n=len(places), minimum=4))
+    positions = grid.places
+    if len(positions) < 4:
+        raise GeometryError(Finding("cloud.too-few-points", n=len(positions), minimum=4))
     rows, row_of = grid.rows, grid.row_of
     if finite_rows is not None:
         rows, row_of = finite_rows[rows], np.full(len(points), -1, np.int64)
         row_of[finite_rows] = grid.row_of
-    open_ = np.arange(len(places)) if begun is None else np.flatnonzero(begun.open)
+    open_values = np.arange(len(positions)) if begun is None else np.flatnonzero(begun.open)
     point_count = None if begun is None else _required_neighbours(begun, angle_deg)
-    is_sparse, scattered_rows, scattered_area = None, open_[:0], 0.0
-    if len(places) >= MIN_CELL_CLOUD:
+    is_sparse, scattered_rows, scattered_area = None, open_values[:0], 0.0
+    if len(positions) >= MIN_CELL_CLOUD:
         is_sparse = grid.count_around() < MIN_POINTS_AROUND
-        open_, scattered_rows, scattered_area = _separate_scattered(grid, open_, is_sparse)
+        open_values, scattered_rows, scattered_area = _separate_scattered(
+            grid, open_values, is_sparse
+        )
     around, surroundings = find_surroundings(
-        grid, open_, is_sparse, point_count, angle_deg, progress
+        grid, open_values, is_sparse, point_count, angle_deg, progress
     )
-    neighbour_count = np.zeros(len(places) + 1, np.int64)
-    neighbour_count[open_ + 1] = surroundings.near.shape[1]
+    neighbour_count = np.zeros(len(positions) + 1, np.int64)
+    neighbour_count[open_values + 1] = surroundings.near.shape[1]
     warnings: list[Finding] = []
     if begun is not None and begun.wide:
         around = 0
@@ -240,7 +242,7 @@ def _cloud_elements(
         if np.isfinite(begun.wide):
             warnings.append(_noise_warning(begun))
     else:
-        values = _surroundings(open_, surroundings, begun, len(places))
+        values = _surroundings(open_values, surroundings, begun, len(positions))
     normals, variation, areas, noise = values
     if around:
         (
@@ -255,12 +257,12 @@ def _cloud_elements(
         )
     fewer = None
     if around and (surroundings.around < around).any():
-        fewer = np.zeros(len(places), np.bool_)
-        fewer[open_[surroundings.around < around]] = True
+        fewer = np.zeros(len(positions), np.bool_)
+        fewer[open_values[surroundings.around < around]] = True
     return Elements(
         "point",
         origin,
-        places,
+        positions,
         to_kernel_array(normals, np.float64),
         areas,
         np.zeros((1, 6)),
@@ -293,11 +295,15 @@ def _build_grid(
         raise GeometryError(Finding("cloud.too-few-points", n=len(points) - invalid, minimum=4))
     finite_rows = np.flatnonzero(np.isfinite(points).all(axis=1)) if invalid else None
     origin = np.floor(low)
-    local = (coordinates if finite_rows is None else coordinates[finite_rows]) - origin
-    noisy = begin is not None and len(local) < MIN_CELL_CLOUD and is_noise_dominated(local)
-    if begin is not None and (noisy or len(local) >= MIN_CELL_CLOUD):
-        return *begin(local, noisy), finite_rows, origin
-    return create_cell_grid(local, _POINTS_PER_CELL), None, finite_rows, origin
+    local_points = (coordinates if finite_rows is None else coordinates[finite_rows]) - origin
+    noisy = (
+        begin is not None
+        and len(local_points) < MIN_CELL_CLOUD
+        and is_noise_dominated(local_points)
+    )
+    if begin is not None and (noisy or len(local_points) >= MIN_CELL_CLOUD):
+        return *begin(local_points, noisy), finite_rows, origin
+    return create_cell_grid(local_points, _POINTS_PER_CELL), None, finite_rows, origin
 
 
 def _separate_scattered(
@@ -338,12 +344,12 @@ def _surroundings(
         + np.sqrt(neighbour_areas[:, neighbour_count // 2])
     ) / 2.0
     typical *= np.sqrt(neighbour_count / np.pi)
-    isolated = open_rows[far > 2.0 * _MAX_DISTANCE_RATIO * typical]
+    isolated_rows = open_rows[far > 2.0 * _MAX_DISTANCE_RATIO * typical]
     areas[open_rows] = np.pi * np.minimum(far, _MAX_DISTANCE_RATIO * typical) ** 2 / neighbour_count
     # In a disc of area A, the variance along each diameter is A / (4 pi).
     variance = np.maximum(surroundings.variation, 0.0) * surroundings.around * areas[open_rows]
     noise[open_rows] = np.sqrt(variance / (2.0 * np.pi))
-    normals[isolated], variation[isolated] = np.nan, NO_SURFACE
+    normals[isolated_rows], variation[isolated_rows] = np.nan, NO_SURFACE
     return normals, variation, areas, noise
 
 
@@ -367,16 +373,21 @@ def _required_neighbours(cell_planes: CellPlanes, angle_deg: float) -> int | Non
     n = len(cell_planes.open)
     if 2 * int(cell_planes.open.sum()) > n:
         return None
-    closed = np.flatnonzero(~cell_planes.open)[:: max(1, n // _MAX_NOISE_SAMPLE)]
-    noise = float(np.median(cell_planes.noise[closed] / np.sqrt(cell_planes.areas[closed])))
+    closed_rows = np.flatnonzero(~cell_planes.open)[:: max(1, n // _MAX_NOISE_SAMPLE)]
+    noise = float(
+        np.median(cell_planes.noise[closed_rows] / np.sqrt(cell_planes.areas[closed_rows]))
+    )
     # With k points and this noise, the error of a normal is 2 sqrt(pi) noise / (spacing k). The
     # normals of neighbours, which share points, have about the same median difference.
-    required = 2.0 * np.sqrt(np.pi) * noise / np.radians(MAX_ANGLE_SHARE * angle_deg)
-    return next((count for count in NORMAL_COUNTS if count >= required), NORMAL_COUNTS[-1])
+    required_values = 2.0 * np.sqrt(np.pi) * noise / np.radians(MAX_ANGLE_SHARE * angle_deg)
+    return next((count for count in NORMAL_COUNTS if count >= required_values), NORMAL_COUNTS[-1])
 
 
 def _merge_normals(
-    file_normals: FloatArray, fitted: FloatArray, variation: FloatArray, warnings: list[Finding]
+    file_normals: FloatArray,
+    fitted_values: FloatArray,
+    variation: FloatArray,
+    warnings: list[Finding],
 ) -> FloatArray:
     """Replace fitted normals by the normals of the file where they agree with the points.
 
@@ -385,7 +396,7 @@ def _merge_normals(
 
     Parameters
     ----------
-    file_normals, fitted : (n, 3) arrays
+    file_normals, fitted_values : (n, 3) arrays
         NaN or zero if unknown; the fitted normals are unit vectors.
     variation : (n,) array
         Surface variation; it is large near edges, where fitted normals lie between those of two
@@ -393,55 +404,55 @@ def _merge_normals(
     warnings : list of Finding
     """
     size = np.linalg.norm(file_normals, axis=1)
-    known = np.isfinite(size) & (size > 1e-6)
-    unit = file_normals / np.where(known, size, 1.0)[:, None]
-    cosine = np.abs((unit * fitted).sum(axis=1))
-    both = known & np.isfinite(cosine)
+    is_known = np.isfinite(size) & (size > 1e-6)
+    unit = file_normals / np.where(is_known, size, 1.0)[:, None]
+    cosine = np.abs((unit * fitted_values).sum(axis=1))
+    both = is_known & np.isfinite(cosine)
     if not both.any():
-        return fitted
+        return fitted_values
     angle = float(np.degrees(np.arccos(min(float(np.median(cosine[both])), 1.0))))
     if angle > _MAX_NORMAL_ERROR_DEG:
         warnings.append(Finding("cloud.normals-unused", angle_deg=angle))
-        return fitted
-    flat = both & (variation < _MAX_FLAT_VARIATION)
-    wrong = flat & (cosine < np.cos(np.radians(_MAX_NORMAL_ERROR_DEG)))
-    share = float(wrong.sum()) / max(int(flat.sum()), 1)
-    if share > _MAX_WRONG_SHARE:
+        return fitted_values
+    is_flat = both & (variation < _MAX_FLAT_VARIATION)
+    is_wrong = is_flat & (cosine < np.cos(np.radians(_MAX_NORMAL_ERROR_DEG)))
+    fraction = float(is_wrong.sum()) / max(int(is_flat.sum()), 1)
+    if fraction > _MAX_WRONG_SHARE:
         warnings.append(
             Finding(
                 "cloud.normals-partly-unused",
-                share_percent=100.0 * share,
+                share_percent=100.0 * fraction,
                 limit_deg=_MAX_NORMAL_ERROR_DEG,
             )
         )
         # Near an edge just as many may be wrong, but the points do not reveal which ones.
-        known &= flat
-    return np.where((known & ~wrong)[:, None], unit, fitted)
+        is_known &= is_flat
+    return np.where((is_known & ~is_wrong)[:, None], unit, fitted_values)
 
 
 # --- meshes -----------------------------------------------------------------------------------
 def _mesh_elements(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
     vertices = np.asarray(mesh.vertices, np.float64)
-    finite = np.asarray(np.isfinite(vertices).all(axis=1))
+    finite_values = np.asarray(np.isfinite(vertices).all(axis=1))
     faces = np.asarray(mesh.faces, np.int64)
-    is_finite_face = finite[faces].all(axis=1)
+    is_finite_face = finite_values[faces].all(axis=1)
     if not is_finite_face.any():
         raise GeometryError(Finding("model.no-faces"))
-    origin = np.floor(vertices[finite].min(axis=0))
-    local = np.where(finite[:, None], vertices, 0.0) - origin
-    local = snap_corners(local, faces[is_finite_face])
-    corners = local[faces]
+    origin = np.floor(vertices[finite_values].min(axis=0))
+    local_points = np.where(finite_values[:, None], vertices, 0.0) - origin
+    local_points = snap_corners(local_points, faces[is_finite_face])
+    corners = local_points[faces]
     edge_a, edge_b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     cross = np.cross(edge_a, edge_b)
     double = np.linalg.norm(cross, axis=1)
     # Slivers do not have reliable normals.
-    longest = np.maximum((edge_a**2).sum(axis=1), (edge_b**2).sum(axis=1))
-    rows = np.flatnonzero(is_finite_face & (double > 1e-9 * longest))
+    longest_values = np.maximum((edge_a**2).sum(axis=1), (edge_b**2).sum(axis=1))
+    rows = np.flatnonzero(is_finite_face & (double > 1e-9 * longest_values))
     if not len(rows):
         raise GeometryError(Finding("mesh.no-area"))
     progress.stage(tr("Finding neighbours"), None)
     warnings: list[Finding] = []
-    nodes = weld_points(local)[faces[rows]]
+    nodes = weld_points(local_points)[faces[rows]]
     check_connected(nodes, warnings)
     first = first_faces(nodes, warnings)
     rows, nodes = rows[first], nodes[first]
@@ -449,16 +460,16 @@ def _mesh_elements(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements
     row_of[rows] = np.arange(len(rows))
     used_corners = corners[rows]
     starts, near = _face_neighbours(nodes, used_corners)
-    places = used_corners.mean(axis=1)
+    positions = used_corners.mean(axis=1)
     areas = double[rows] / 2.0
     normals = cross[rows] / double[rows, None]
-    offsets = used_corners - places[:, None]
+    offsets = used_corners - positions[:, None]
     pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-    inner = np.stack(
+    inner_values = np.stack(
         [(offsets[..., a] * offsets[..., b]).sum(axis=1) / 12.0 for a, b in pairs], axis=1
     )
     progress.stage(tr("Computing normals"), None)
-    places = to_kernel_array(places, np.float64)
+    positions = to_kernel_array(positions, np.float64)
     normals, variation, is_stable = _stabilise_normals(
         to_kernel_array(normals, np.float64),
         to_kernel_array(areas, np.float64),
@@ -468,17 +479,17 @@ def _mesh_elements(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements
         progress,
     )
     if not is_stable:
-        place_normals = estimate_normals(places, angle_deg, progress)
+        place_normals = estimate_normals(positions, angle_deg, progress)
         normals = normals if place_normals is None else place_normals
     # A mesh has about two faces per vertex.
     spacing = np.sqrt(2.0 * areas)
     return Elements(
         "face",
         origin,
-        places,
+        positions,
         normals,
         to_kernel_array(areas, np.float64),
-        to_kernel_array(inner, np.float64),
+        to_kernel_array(inner_values, np.float64),
         variation,
         spacing,
         spacing * np.sqrt(np.maximum(np.nan_to_num(variation), 0.0)),
@@ -500,8 +511,8 @@ def _face_neighbours(nodes: IntArray, corners: FloatArray) -> tuple[IntArray, In
     b = np.roll(nodes, -1, axis=1).ravel()
     key = np.minimum(a, b) * (int(nodes.max()) + 1) + np.maximum(a, b)
     order = np.argsort(key, kind="stable")
-    same = np.diff(key[order]) == 0
-    first, second = order[:-1][same] // 3, order[1:][same] // 3
+    is_same = np.diff(key[order]) == 0
+    first, second = order[:-1][is_same] // 3, order[1:][is_same] // 3
     before, _, beyond = neighbours_across_gaps(nodes, corners)
     source = np.concatenate([first, second, before, beyond])
     target = np.concatenate([second, first, beyond, before])

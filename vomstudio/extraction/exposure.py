@@ -111,36 +111,36 @@ def measure_exposure(
     Exposure
     """
     area = np.where(np.isfinite(elements.areas), elements.areas, 0.0)
-    inside = labels >= 0
+    is_inside = labels >= 0
     variation = _smooth_variation(elements)
     volume = fills_volume(elements, variation)
     if volume.any() and not volume.all():
         # The distance between points that fill a volume or are isolated does not correspond to the
         # side of a surface element.
         area[volume] = np.minimum(area[volume], approximate_median(area[~volume]))
-    plants = ~inside & volume
+    plants = ~is_inside & volume
     if colors is not None:
         green = _excess_green(colors) > _MIN_PLANT_GREEN
         plants |= green & (
-            variation > np.where(inside, 2.0 * _MIN_PLANT_VARIATION, _MIN_PLANT_VARIATION)
+            variation > np.where(is_inside, 2.0 * _MIN_PLANT_VARIATION, _MIN_PLANT_VARIATION)
         )
         plants |= is_grass(colors)
-    rubble = _find_jumbled_areas(elements, ~(inside | plants))
-    covers = np.where(inside, 0, 1).astype(np.int32)
+    rubble = _find_jumbled_areas(elements, ~(is_inside | plants))
+    covers = np.where(is_inside, 0, 1).astype(np.int32)
     covers[plants], covers[rubble] = 2, 3
-    areas = np.bincount(covers + 4 * inside + 8 * is_large, area, 16).reshape(2, 2, 4)
-    total, exposed = float(areas.sum()), float(areas[..., :2].sum())
+    areas = np.bincount(covers + 4 * is_inside + 8 * is_large, area, 16).reshape(2, 2, 4)
+    total, exposed_value = float(areas.sum()), float(areas[..., :2].sum())
     count = max(int(labels.max(initial=-1)) + 1, 0)
     large_labels = np.where(is_large & (covers == 0), labels, -1)
     level_area = float(area[is_large & level & (covers == 0)].sum())
     return Exposure(
         total,
         float(areas[:, 1].sum()) / total if total > 0.0 else None,
-        float(areas[1, :, :2].sum()) / exposed if exposed > 0.0 else None,
-        level_area / exposed if exposed > 0.0 else None,
+        float(areas[1, :, :2].sum()) / exposed_value if exposed_value > 0.0 else None,
+        level_area / exposed_value if exposed_value > 0.0 else None,
         float(areas[..., 2].sum()) / total if total > 0.0 else 0.0,
         float(areas[..., 3].sum()) / total if total > 0.0 else 0.0,
-        exposed,
+        exposed_value,
         np.bincount(large_labels + 1, area, count + 1)[1:].astype(np.float64),
         covers,
     )
@@ -235,13 +235,13 @@ def _find_jumbled_areas(elements: Elements, candidates: BoolArray) -> BoolArray:
     means = sums[:, 1:] / np.maximum(sums[:, :1], 1e-300)
     tensor, spread = np.empty((count, 3, 3)), np.empty((count, 3, 3))
     mean = means[:, 6:9]
-    for at, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
-        tensor[:, i, j] = tensor[:, j, i] = means[:, at]
-        spread[:, i, j] = spread[:, j, i] = means[:, 9 + at] - mean[:, i] * mean[:, j]
+    for position, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
+        tensor[:, i, j] = tensor[:, j, i] = means[:, position]
+        spread[:, i, j] = spread[:, j, i] = means[:, 9 + position] - mean[:, i] * mean[:, j]
     # Share of the squared normals perpendicular to their common axis.
-    jumbled = 1.0 - np.linalg.eigvalsh(tensor)[:, 2] > _MIN_JUMBLED_SHARE
+    is_jumbled = 1.0 - np.linalg.eigvalsh(tensor)[:, 2] > _MIN_JUMBLED_SHARE
     upward = np.abs(np.linalg.eigh(spread)[1][:, 2, 0])
     gentle = upward >= np.cos(np.radians(_MAX_GENTLE_DEG))
     result = np.zeros(len(elements), np.bool_)
-    result[rows[(jumbled & gentle)[cell_of]]] = True
+    result[rows[(is_jumbled & gentle)[cell_of]]] = True
     return result

@@ -32,7 +32,7 @@ class FacetOptions(Options):
         label=to_translate("Angle"),
         help=to_translate("maximum angle between a point's normal and its facet"),
         tip=to_translate("Maximum angle between a point's normal and its facet"),
-        automatic=to_translate("20; with --preset dse 30"),
+        automatic_text=to_translate("20; with --preset dse 30"),
         decimals=0,
     )
     max_distance_m: float | None = option(
@@ -42,7 +42,7 @@ class FacetOptions(Options):
         label=to_translate("Distance"),
         help=to_translate("maximum distance from the facet's plane, m"),
         tip=to_translate("Maximum distance from the facet's plane"),
-        automatic=to_translate("local spacing, or three times the local noise if larger"),
+        automatic_text=to_translate("local spacing, or three times the local noise if larger"),
     )
     min_points: int | None = option(
         None,
@@ -51,7 +51,7 @@ class FacetOptions(Options):
         label=to_translate("Points"),
         help=to_translate("minimum number of points of a facet"),
         tip=to_translate("Minimum number of points of a facet"),
-        automatic=to_translate("50, or on a mesh 1 % of its area; with --preset dse 100"),
+        automatic_text=to_translate("50, or on a mesh 1 % of its area; with --preset dse 100"),
     )
     min_area_m2: float | None = option(
         None,
@@ -59,7 +59,7 @@ class FacetOptions(Options):
         label=to_translate("Area"),
         help=to_translate("minimum area of a facet, m²"),
         tip=to_translate("Minimum area of a facet"),
-        automatic=to_translate("any area"),
+        automatic_text=to_translate("any area"),
     )
     min_coplanarity: float | None = option(
         None,
@@ -67,7 +67,7 @@ class FacetOptions(Options):
         label=to_translate("Coplanarity"),
         help=to_translate("minimum coplanarity (1 / smallest normalised eigenvalue)"),
         tip=to_translate("Minimum coplanarity (1 / smallest normalised eigenvalue)"),
-        automatic=to_translate("from the verdict profile"),
+        automatic_text=to_translate("from the verdict profile"),
         decimals=0,
     )
     propose_sets: bool = option(

@@ -164,9 +164,9 @@ def find_facets(
     if isinstance(data, Mesh) and len(data.faces):
         data = _snap_corners(data)
 
-    def begin(local: FloatArray, is_noisy: bool) -> tuple[CellGrid, CellPlanes]:
+    def begin(local_points: FloatArray, is_noisy: bool) -> tuple[CellGrid, CellPlanes]:
         return find_cell_planes(
-            local,
+            local_points,
             options.used_angle_deg,
             options.max_distance_m,
             options.used_min_points,
@@ -176,8 +176,8 @@ def find_facets(
         )
 
     elements = build_elements(data, options.used_angle_deg, progress, begin)
-    reach = element_tolerances(elements, options.max_distance_m)
-    typical_reach = approximate_median(reach)
+    max_distance = element_tolerances(elements, options.max_distance_m)
+    typical_reach = approximate_median(max_distance)
     mesh = data if isinstance(data, Mesh) and elements.of == "face" else None
     min_points = options.used_min_points
     # A mesh has about two faces per vertex, but far fewer if it is a piece of a few faces.
@@ -190,7 +190,7 @@ def find_facets(
     labels = grow_facets(
         elements,
         angle_deg=options.used_angle_deg,
-        reach=reach,
+        reach=max_distance,
         min_count=min_count,
         min_area=min_area,
         typical_tolerance=typical_reach,
@@ -205,10 +205,10 @@ def find_facets(
         data, elements, labels, options, min_points, min_area, thresholds, progress
     )
     progress.stage(tr("Describing the facets"))
-    bent = find_bent_facets(elements, labels, _MAX_BEND_ANGLES * options.used_angle_deg)
+    bent_facets = find_bent_facets(elements, labels, _MAX_BEND_ANGLES * options.used_angle_deg)
     facets = [
         _mark_as_bent(facet) if is_bent else facet
-        for facet, is_bent in zip(facets, bent, strict=True)
+        for facet, is_bent in zip(facets, bent_facets, strict=True)
     ]
     return _assemble(data, elements, facets, labels, typical_reach, min_points, thresholds, colors)
 
@@ -236,13 +236,13 @@ def _remove_grass(
 ) -> tuple[Elements, Int32Array]:
     """Remove facets that mainly consist of grass, and add a warning to the elements."""
     rock = _remove_mostly_excluded(labels, is_grass(colors))
-    removed = (rock < 0) & (labels >= 0)
-    if not removed.any():
+    is_removed = (rock < 0) & (labels >= 0)
+    if not is_removed.any():
         return elements, rock
     warning = Finding(
         "facets.vegetation",
         share_percent=max(
-            100.0 * float(elements.areas[removed].sum() / np.nansum(elements.areas)), 1.0
+            100.0 * float(elements.areas[is_removed].sum() / np.nansum(elements.areas)), 1.0
         ),
     )
     return replace(elements, warnings=(*elements.warnings, warning)), rock
@@ -284,10 +284,10 @@ def build_facets(
     old_label = np.zeros(len(facets), np.int64)
     old_label[new_labels[rows]] = labels[rows]
     # The median spacing is reported because no growing distance is used here.
-    reach = float(np.median(elements.spacing))
+    max_distance = float(np.median(elements.spacing))
     colors = _colors(cloud, elements)
     return _assemble(
-        cloud, elements, facets, new_labels, reach, min_points, thresholds, colors
+        cloud, elements, facets, new_labels, max_distance, min_points, thresholds, colors
     ), old_label
 
 
@@ -296,19 +296,19 @@ def _assemble(
     elements: Elements,
     facets: list[Facet],
     labels: Int32Array,
-    reach: float,
+    max_distance: float,
     min_points: int,
     thresholds: Thresholds,
     colors: FloatArray | None,
 ) -> FacetSegmentation:
-    large = np.array([_has_reliable_error(facet, thresholds) for facet in facets] + [False])
+    large_values = np.array([_has_reliable_error(facet, thresholds) for facet in facets] + [False])
     level = np.array([(facet.fit.dip_deg or 0.0) < LEVEL_DEG for facet in facets] + [False])
-    exposure = measure_exposure(elements, labels, large[labels], level[labels], colors)
+    exposure = measure_exposure(elements, labels, large_values[labels], level[labels], colors)
     return FacetSegmentation(
         facets,
         _label_points(data, elements, labels),
         elements.of,
-        reach,
+        max_distance,
         min_points,
         exposure,
         _label_points(data, elements, exposure.covers),
@@ -331,20 +331,20 @@ def _fit_facets(
     progress.stage(tr("Fitting planes"), count)
     starts, order = np.zeros(count + 1, np.int64), np.empty(len(labels), np.int64)
     sort_by_label(to_kernel_array(labels, np.int32), starts, order)
-    accepted: list[tuple[Facet, IntArray]] = []
+    accepted_items: list[tuple[Facet, IntArray]] = []
     min_coplanarity = options.min_coplanarity
     min_coplanarity = thresholds.least_coplanarity if min_coplanarity is None else min_coplanarity
     pieces: list[IntArray] = [order[starts[i] : starts[i + 1]] for i in range(count)]
-    fitted: list[Facet | None] = [None] * count
+    fitted_facets: list[Facet | None] = [None] * count
     # Distribute the large facets, which are at the start, evenly over the threads.
-    balanced = np.argsort(np.arange(count) % _FIT_BLOCKS, kind="stable")
+    balanced_rows = np.argsort(np.arange(count) % _FIT_BLOCKS, kind="stable")
 
     def work(block: slice) -> None:
-        for i in balanced[block]:
-            fitted[i] = _fit_facet(data, elements, pieces[i], thresholds)
+        for i in balanced_rows[block]:
+            fitted_facets[i] = _fit_facet(data, elements, pieces[i], thresholds)
 
     run_in_blocks(work, count, progress, max(1, count // _FIT_BLOCKS))
-    for rows, facet in zip(pieces, fitted, strict=True):
+    for rows, facet in zip(pieces, fitted_facets, strict=True):
         if facet is None or facet.area < (options.min_area_m2 or 0.0):
             continue
         if facet.fit.n < min_points and facet.area < min_area:
@@ -353,12 +353,12 @@ def _fit_facets(
             continue
         if facet.fit.coplanarity is not None and facet.fit.coplanarity < min_coplanarity:
             continue
-        accepted.append((facet, rows))
-    accepted.sort(key=lambda pair: -pair[0].area)
+        accepted_items.append((facet, rows))
+    accepted_items.sort(key=lambda pair: -pair[0].area)
     new_labels = np.full(len(labels), -1, np.int32)
-    for number, (_, rows) in enumerate(accepted):
+    for number, (_, rows) in enumerate(accepted_items):
         new_labels[rows] = number
-    return [facet for facet, _ in accepted], new_labels
+    return [facet for facet, _ in accepted_items], new_labels
 
 
 def _fit_facet(
@@ -437,8 +437,8 @@ def _is_slice(fit: FittedPlane) -> bool:
     The width of such a slice is a few times its scatter, so its plane could as well be
     perpendicular.
     """
-    _, across, scatter = fit.eigenvalues
-    return bool(across < _MIN_WIDTH_DEVIATIONS**2 * scatter)
+    _, across_component, scatter = fit.eigenvalues
+    return bool(across_component < _MIN_WIDTH_DEVIATIONS**2 * scatter)
 
 
 def _has_reliable_error(facet: Facet, thresholds: Thresholds) -> bool:
@@ -491,12 +491,12 @@ def _facet_warnings(elements: Elements, facets: list[Facet], exposure: Exposure)
     if not facets:
         return [Finding("facets.none")]
     warnings = []
-    share = exposure.near_planar_share
-    if share is not None and share < NEAR_PLANAR_SHARE:
+    fraction = exposure.near_planar_share
+    if fraction is not None and fraction < NEAR_PLANAR_SHARE:
         warnings.append(
             Finding(
                 "facets.little-planar",
-                share_percent=100.0 * share,
+                share_percent=100.0 * fraction,
                 recommended_percent=100.0 * NEAR_PLANAR_SHARE,
             )
         )
@@ -509,10 +509,10 @@ def _facet_warnings(elements: Elements, facets: list[Facet], exposure: Exposure)
 
 def _level_ground_warnings(exposure: Exposure) -> list[Finding]:
     """Warn about a large share of planar rock that may be level ground."""
-    level, share = exposure.level_share or 0.0, exposure.near_planar_share or 0.0
+    level, fraction = exposure.level_share or 0.0, exposure.near_planar_share or 0.0
     if level < NEAR_PLANAR_SHARE:
         return []
-    remaining_share = (share - level) / (1.0 - level) if level < 1.0 else 0.0
+    remaining_share = (fraction - level) / (1.0 - level) if level < 1.0 else 0.0
     return [
         Finding(
             "facets.ground",

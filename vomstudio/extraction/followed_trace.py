@@ -183,11 +183,11 @@ def followed_trace(
             uses_whole_surface=True,
         )
     else:
-        path = follower.follow(way_points, whole=True)
+        path = follower.follow(way_points, is_whole=True)
     cost = name or cost
     notes = tr("followed through {count} way-points by {cost}", count=len(way_points), cost=cost)
     local_resolution = vertices.resolution_near(path.points) or 0.0
-    reliable = fit_remaining_plane(
+    reliable_remaining_plane = fit_remaining_plane(
         path.points, find_jumps(path.points, path.costs, path.at, local_resolution)
     )
     plane, band, warnings = fit_trace_plane(
@@ -198,7 +198,7 @@ def followed_trace(
         thresholds=thresholds,
         notes=notes,
         priors=priors,
-        reliable_trace=reliable,
+        reliable_trace=reliable_remaining_plane,
     )
     return FollowedTrace(
         points=path.points,
@@ -211,7 +211,7 @@ def followed_trace(
         vertices=len(path.points),
         warnings=warnings,
         tried=trials,
-        doubtful=() if reliable is None else reliable.stretches,
+        doubtful=() if reliable_remaining_plane is None else reliable_remaining_plane.stretches,
     )
 
 

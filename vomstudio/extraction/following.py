@@ -72,9 +72,9 @@ class Follower:
 
     def __init__(self, surface: SurfaceGraph, cost: str = "colour") -> None:
         self.surface, self.cost = surface, cost
-        coloured = surface.data.colors is not None or surface.textures is not None
+        is_coloured = surface.data.colors is not None or surface.textures is not None
         if cost in COLOUR_COSTS:
-            if not coloured:
+            if not is_coloured:
                 raise UsageError(Finding("model.no-colours"), field="--cost")
         elif cost != "curvature" and cost not in surface.data.fields:
             raise UsageError(
@@ -84,14 +84,14 @@ class Follower:
                 field="--cost",
             )
 
-    def follow(self, way_points: FloatArray, *, whole: bool = False) -> Path:
+    def follow(self, way_points: FloatArray, *, is_whole: bool = False) -> Path:
         """Follow the path of least cost through way-points.
 
         Parameters
         ----------
         way_points : (w, 3) array
             Way-points in the World frame, m; w >= 2.
-        whole : bool
+        is_whole : bool
             If True, search the whole surface unless it is too large or textured; otherwise, search
             only corridors.
 
@@ -105,18 +105,20 @@ class Follower:
             If the way-points coincide, or if two of them are on separate parts of the surface.
         """
         world = np.asarray(way_points, np.float64).reshape(-1, 3)
-        local = world - self.surface.origin
-        if len(local) < 2:
-            raise GeometryError(Finding("feature.too-few-points", count=2 - len(local), minimum=2))
+        local_points = world - self.surface.origin
+        if len(local_points) < 2:
+            raise GeometryError(
+                Finding("feature.too-few-points", count=2 - len(local_points), minimum=2)
+            )
         surface = self.surface
         legs: list[PathLeg] = []
-        snaps, at = np.zeros(len(local)), np.zeros(len(local), np.int64)
-        tints = self._tints(local)
-        if whole and not surface.refines and len(surface.places) <= _MAX_WHOLE_NODES:
-            legs = self._through(surface.whole, local, tints)
+        snaps, position = np.zeros(len(local_points)), np.zeros(len(local_points), np.int64)
+        tints = self._tints(local_points)
+        if is_whole and not surface.refines and len(surface.places) <= _MAX_WHOLE_NODES:
+            legs = self._through(surface.whole, local_points, tints)
         else:
-            for i in range(len(local) - 1):
-                legs.append(self._leg(local[i], local[i + 1], tints, i))
+            for i in range(len(local_points) - 1):
+                legs.append(self._leg(local_points[i], local_points[i + 1], tints, i))
         line: list[FloatArray] = []
         costs: list[FloatArray] = []
         for i, (leg, cost) in enumerate(legs):
@@ -127,19 +129,19 @@ class Follower:
             if len(leg):
                 line.append(leg)
                 costs.append(cost)
-            at[i + 1] = sum(map(len, line)) - 1
+            position[i + 1] = sum(map(len, line)) - 1
             snaps[i + 1] = np.linalg.norm(line[-1][-1] - world[i + 1])
         points = np.concatenate(line)
         if len(points) < 2:
             raise GeometryError(Finding("points.coincident"))
         length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
-        return Path(points, length, snaps, at, np.concatenate(costs))
+        return Path(points, length, snaps, position, np.concatenate(costs))
 
     def _leg(
         self, start: FloatArray, goal: FloatArray, tints: FloatArray | None, number: int
     ) -> PathLeg:
         spacing = self._spacing(start, goal)
-        stretch, previous = CORRIDOR_STRETCH_FACTOR, 0
+        stretch, previous_count = CORRIDOR_STRETCH_FACTOR, 0
         # In a graph of points and vertices, the nearest node may not be connected.
         max_distance = float(self.surface.tree.query(goal)[0]) * (1.0 + 1e-9) + 1e-12
         if self._covers(start, goal, spacing):
@@ -155,23 +157,23 @@ class Follower:
                 path = straightest_path(graph, int(ends[0]), int(ends[1]), costs)
                 if path is not None:
                     return self.surface.world(graph, path), costs[path] / np.median(costs)
-            if len(graph.places) in (previous, len(self.surface.places)) or stretch > 50.0:
+            if len(graph.places) in (previous_count, len(self.surface.places)) or stretch > 50.0:
                 raise _separate_parts_error(number)
-            stretch, previous = 3.0 * stretch, len(graph.places)
+            stretch, previous_count = 3.0 * stretch, len(graph.places)
 
     def _covers(self, start: FloatArray, goal: FloatArray, spacing: float) -> bool:
         """Return whether searching the whole surface is faster than searching a corridor.
 
         The costs of the whole surface are cached, which pays off for large corridors.
         """
-        places = len(self.surface.places)
-        if places > _MAX_WHOLE_NODES or self.surface.refines:
+        positions = len(self.surface.places)
+        if positions > _MAX_WHOLE_NODES or self.surface.refines:
             return False
         far = float(np.linalg.norm(goal - start))
         span = CORRIDOR_STRETCH_FACTOR * far + _MARGIN_SPACINGS * spacing
         area = 0.25 * np.pi * span * np.sqrt(span**2 - far**2)
         return bool(
-            area > _MAX_CORRIDOR_SHARE * places * spacing**2
+            area > _MAX_CORRIDOR_SHARE * positions * spacing**2
             and area > _MIN_CORRIDOR_NODES * spacing**2
         )
 
@@ -189,40 +191,42 @@ class Follower:
     def _whole_costs(self, tints: FloatArray | None) -> tuple[FloatArray, float]:
         """Return the cached cost per metre (n,) on the whole surface, and its median."""
         colours = b"" if tints is None else tints.tobytes()
-        cached = self.surface.cached_costs.get(self.cost)
-        if cached is None or cached[0] != colours:
+        cached_costs = self.surface.cached_costs.get(self.cost)
+        if cached_costs is None or cached_costs[0] != colours:
             costs = self._costs(self.surface.whole, tints)
-            cached = colours, costs, float(np.median(costs))
-            self.surface.cached_costs[self.cost] = cached
-        return cached[1:]
+            cached_costs = colours, costs, float(np.median(costs))
+            self.surface.cached_costs[self.cost] = cached_costs
+        return cached_costs[1:]
 
-    def _through(self, graph: Graph, local: FloatArray, tints: FloatArray | None) -> list[PathLeg]:
+    def _through(
+        self, graph: Graph, local_points: FloatArray, tints: FloatArray | None
+    ) -> list[PathLeg]:
         """Follow the best path through all way-points, leg by leg."""
-        nodes = np.asarray(self.surface.tree.query(local)[1], np.int64)
-        costs, typical = self._whole_costs(tints)
+        nodes = np.asarray(self.surface.tree.query(local_points)[1], np.int64)
+        costs, typical_values = self._whole_costs(tints)
         legs = []
         for i in range(len(nodes) - 1):
             path = shortest_path(graph, int(nodes[i]), int(nodes[i + 1]), costs)
             if path is None:
                 raise _separate_parts_error(i)
-            legs.append((self.surface.world(graph, path), costs[path] / typical))
+            legs.append((self.surface.world(graph, path), costs[path] / typical_values))
         return legs
 
     def _spacing(self, start: FloatArray, goal: FloatArray) -> float:
-        places = self.surface.places
-        k = min(9, len(places))
+        positions = self.surface.places
+        k = min(9, len(positions))
         distance = self.surface.tree.query(np.stack([start, goal]), k=k)[0]
         # Mean spacing of k points in a disc.
         return float(np.median(distance[:, -1] * np.sqrt(np.pi / k)))
 
     # --- costs -------------------------------------------------------------------------------
-    def _tints(self, local: FloatArray) -> FloatArray | None:
+    def _tints(self, local_points: FloatArray) -> FloatArray | None:
         """Return the opponent colours (w, 3) at the way-points."""
         if self.cost != "colour":
             return None
         surface = self.surface
         colours = []
-        for point in local:
+        for point in local_points:
             graph = surface.corridor(point, point, 1.0, 4.0 * self._spacing(point, point))
             colours.append(node_colour(graph, int(_nearest_nodes(graph.places, point[None])[0])))
         return np.array(colours)
@@ -231,8 +235,8 @@ class Follower:
         return node_costs(graph, self.cost, tints)
 
 
-def _nearest_nodes(places: FloatArray, points: FloatArray) -> IntArray:
-    return np.array([np.argmin(((places - p) ** 2).sum(axis=1)) for p in points], np.int64)
+def _nearest_nodes(positions: FloatArray, points: FloatArray) -> IntArray:
+    return np.array([np.argmin(((positions - p) ** 2).sum(axis=1)) for p in points], np.int64)
 
 
 def _separate_parts_error(number: int) -> GeometryError:

@@ -156,16 +156,16 @@ def grow_facets(
         if known_labels is None
         else to_kernel_array(known_labels, np.int32)
     )
-    usable = np.isfinite(elements.normals[:, 0]) & np.isfinite(reach)
-    labels[~usable] = OUTLIER
+    is_usable = np.isfinite(elements.normals[:, 0]) & np.isfinite(reach)
+    labels[~is_usable] = OUTLIER
     rows, inner_sums = np.arange(n), None
     if known_labels is not None:
-        listed = np.diff(elements.starts) > 0
-        rows, closed = np.flatnonzero(listed), np.flatnonzero(~listed)
-        inner_sums = _sum_moments(elements, labels, closed, _count(labels), reach=reach)
-    free = rows[labels[rows] == UNASSIGNED_LABEL]
-    roughness = np.nan_to_num(elements.variation[free], nan=1.0)
-    order = free[np.argsort(roughness, kind="stable")]
+        is_listed = np.diff(elements.starts) > 0
+        rows, closed_rows = np.flatnonzero(is_listed), np.flatnonzero(~is_listed)
+        inner_sums = _sum_moments(elements, labels, closed_rows, _count(labels), reach=reach)
+    free_rows = rows[labels[rows] == UNASSIGNED_LABEL]
+    roughness = np.nan_to_num(elements.variation[free_rows], nan=1.0)
+    order = free_rows[np.argsort(roughness, kind="stable")]
     queue, sums = np.empty(n, np.int32), np.zeros(10)
     cosine = float(np.cos(np.radians(angle_deg)))
     progress.stage(tr("Growing facets"), len(order))
@@ -219,32 +219,35 @@ class _FacetSums:
 
     def extended(self, f: int) -> _FacetSums:
         """Return a copy extended to `f` facets."""
-        added = f - len(self.known)
+        added_values = f - len(self.known)
         return _FacetSums(
-            np.concatenate([self.about, np.zeros((added, 3))]),
-            np.concatenate([self.known, np.zeros(added, np.bool_)]),
-            np.concatenate([self.sums, np.zeros((added, 11))]),
-            np.concatenate([self.count, np.zeros(added, np.int64)]),
+            np.concatenate([self.about, np.zeros((added_values, 3))]),
+            np.concatenate([self.known, np.zeros(added_values, np.bool_)]),
+            np.concatenate([self.sums, np.zeros((added_values, 11))]),
+            np.concatenate([self.count, np.zeros(added_values, np.int64)]),
         )
 
     def merged(self, number: IntArray) -> _FacetSums:
         """Return the sums after merging facets with equal numbers (f,)."""
-        new = _zero_sums(int(number.max(initial=-1)) + 1)
-        used = np.flatnonzero(self.known)
-        new.known[number[used]] = True
-        new.about[number[used][::-1]] = self.about[used][::-1]
-        shift, sums = self.about[used] - new.about[number[used]], self.sums[used].copy()
+        new_zero_sums = _zero_sums(int(number.max(initial=-1)) + 1)
+        used_rows = np.flatnonzero(self.known)
+        new_zero_sums.known[number[used_rows]] = True
+        new_zero_sums.about[number[used_rows][::-1]] = self.about[used_rows][::-1]
+        shift, sums = (
+            self.about[used_rows] - new_zero_sums.about[number[used_rows]],
+            self.sums[used_rows].copy(),
+        )
         weight, first = sums[:, 0], sums[:, 1:4].copy()
-        for at, (i, j) in enumerate(_AXIS_PAIRS):
-            sums[:, 4 + at] += (
+        for position, (i, j) in enumerate(_AXIS_PAIRS):
+            sums[:, 4 + position] += (
                 first[:, i] * shift[:, j]
                 + first[:, j] * shift[:, i]
                 + weight * shift[:, i] * shift[:, j]
             )
         sums[:, 1:4] += weight[:, None] * shift
-        np.add.at(new.sums, number[used], sums)
-        np.add.at(new.count, number[used], self.count[used])
-        return new
+        np.add.at(new_zero_sums.sums, number[used_rows], sums)
+        np.add.at(new_zero_sums.count, number[used_rows], self.count[used_rows])
+        return new_zero_sums
 
 
 def _zero_sums(f: int) -> _FacetSums:
@@ -304,8 +307,8 @@ def facet_planes(
     means = sums.sums[:, 1:] / np.where(area > 0.0, area, 1.0)[:, None]
     mean = means[:, :3]
     scatter = np.empty((len(area), 3, 3))
-    for at, (i, j) in enumerate(_AXIS_PAIRS):
-        scatter[:, i, j] = scatter[:, j, i] = means[:, 3 + at] - mean[:, i] * mean[:, j]
+    for position, (i, j) in enumerate(_AXIS_PAIRS):
+        scatter[:, i, j] = scatter[:, j, i] = means[:, 3 + position] - mean[:, i] * mean[:, j]
     values, vectors = np.linalg.eigh(scatter)
     return FacetPlanes(
         sums.about + mean,
@@ -351,7 +354,7 @@ def _reassign(
         if not len(planes.area):
             return labels
         out = np.empty(len(rows), np.int32)
-        changed = assign_nearest_planes(
+        changed_nearest_planes = assign_nearest_planes(
             rows,
             elements.places,
             elements.normals,
@@ -366,7 +369,7 @@ def _reassign(
             out,
         )
         labels[rows] = out
-        if changed <= 1e-4 * len(labels):
+        if changed_nearest_planes <= 1e-4 * len(labels):
             break
     return labels
 
@@ -398,32 +401,32 @@ def _merge_coplanar(
         if a == b or weight[a] <= 0.0 or weight[b] <= 0.0:
             continue
         total = weight[a] + weight[b]
-        apart = mean[b] - mean[a]
+        centre_offset = mean[b] - mean[a]
         joint = (
             weight[a] * scatter[a]
             + weight[b] * scatter[b]
-            + weight[a] * weight[b] / total * np.outer(apart, apart)
+            + weight[a] * weight[b] / total * np.outer(centre_offset, centre_offset)
         ) / total
         values, vectors = np.linalg.eigh(joint)
-        common = float(np.sqrt(max(values[0], 0.0)))
-        separate = np.sqrt((weight[a] * rms[a] ** 2 + weight[b] * rms[b] ** 2) / total)
-        allowed = max(_MAX_SCATTER_RATIO * separate, 0.1 * min(limit[a], limit[b]))
-        if common > allowed:
+        common_value = float(np.sqrt(max(values[0], 0.0)))
+        separate_values = np.sqrt((weight[a] * rms[a] ** 2 + weight[b] * rms[b] ** 2) / total)
+        max_scatter = max(_MAX_SCATTER_RATIO * separate_values, 0.1 * min(limit[a], limit[b]))
+        if common_value > max_scatter:
             continue
         # The common scatter is not a suitable test for a small facet beside a large one: the small
         # facet must lie in the plane of the large one.
         small, large = (a, b) if weight[a] < weight[b] else (b, a)
-        off = abs(float((mean[small] - mean[large]) @ normal[large]))
+        distance = abs(float((mean[small] - mean[large]) @ normal[large]))
         tilt = abs(float(normal[small] @ vectors[:, 0]))
         width = np.sqrt(max(float(np.trace(scatter[small])), 0.0))
         rise = width * np.sqrt(max(1.0 - tilt * tilt, 0.0))
-        if off > 2.0 * max(rms[large], 0.05 * limit[large]) or rise > 2.0 * max(
+        if distance > 2.0 * max(rms[large], 0.05 * limit[large]) or rise > 2.0 * max(
             rms[small], 0.05 * limit[small]
         ):
             continue
         owner[b] = a
-        mean[a] = mean[a] + (weight[b] / total) * apart
-        weight[a], scatter[a], normal[a], rms[a] = total, joint, vectors[:, 0], common
+        mean[a] = mean[a] + (weight[b] / total) * centre_offset
+        weight[a], scatter[a], normal[a], rms[a] = total, joint, vectors[:, 0], common_value
     roots = np.array([_root(owner, i) for i in range(f)])
     _, number = np.unique(roots, return_inverse=True)
     # The last two entries represent NONE and OUT, which index from the end.
@@ -481,14 +484,14 @@ def _loose_shares(
     if elements.of != "point":
         return np.zeros(f)
     source = np.repeat(labels[rows], np.diff(elements.starts)[rows])
-    inside = source >= 0
-    free = labels[elements.near[inside]] < 0
-    facet_of = source[inside]
-    listed = labels[rows]
+    is_inside = source >= 0
+    is_free = labels[elements.near[is_inside]] < 0
+    facet_of = source[is_inside]
+    listed_labels = labels[rows]
     # Points without a list of neighbours are in the interior of their facet.
-    interior = planes.count - np.bincount(listed[listed >= 0], minlength=f)
+    interior = planes.count - np.bincount(listed_labels[listed_labels >= 0], minlength=f)
     total = np.bincount(facet_of, minlength=f) + N_NEIGHBOURS * interior
-    return np.asarray(np.bincount(facet_of, free, f) / np.maximum(total, 1))
+    return np.asarray(np.bincount(facet_of, is_free, f) / np.maximum(total, 1))
 
 
 def _count(labels: Int32Array) -> int:
@@ -515,13 +518,13 @@ def find_bent_facets(elements: Elements, labels: Int32Array, angle_deg: float) -
     (f,) bool array
     """
     f = _count(labels)
-    bent = np.zeros(f, np.bool_)
+    is_bent = np.zeros(f, np.bool_)
     if f < 2:
-        return bent
+        return is_bent
     planes = facet_planes(elements, labels)
     pairs = _adjacent_facets(elements, labels, f)
-    turn = _angle_deg(planes.normal[pairs[:, 0]], planes.normal[pairs[:, 1]])
-    pairs = pairs[(turn > _PARALLEL_DEG) & (turn < angle_deg)]
+    angle = _angle_deg(planes.normal[pairs[:, 0]], planes.normal[pairs[:, 1]])
+    pairs = pairs[(angle > _PARALLEL_DEG) & (angle < angle_deg)]
     pairs = pairs[(pairs < _MAX_FACETS).any(axis=1)]
     ends, rows = np.zeros(f + 1, np.int64), np.empty(len(labels), np.int64)
     sort_by_label(labels, ends, rows)
@@ -532,14 +535,14 @@ def find_bent_facets(elements: Elements, labels: Int32Array, angle_deg: float) -
     for first, second in pairs.tolist():
         first_turn = _rotation_to_neighbour(elements, planes, samples[first], first, second)
         second_turn = _rotation_to_neighbour(elements, planes, samples[second], second, first)
-        for facet, (share, error) in ((first, first_turn), (second, second_turn)):
-            bent[facet] |= bool(share > _MIN_TURN_SHARE + 2.0 * np.sqrt(error))
+        for facet, (fraction, error) in ((first, first_turn), (second, second_turn)):
+            is_bent[facet] |= bool(fraction > _MIN_TURN_SHARE + 2.0 * np.sqrt(error))
             if 0.0 < error < np.inf:
-                sums[facet] += 1.0, 1.0 / error, share / error
-    known = sums[:, 0] >= _MIN_NEIGHBOURS
-    weight = np.where(known, sums[:, 1], 1.0)
-    bent |= known & (sums[:, 2] / weight > _MIN_MEAN_TURN_SHARE + 3.0 / np.sqrt(weight))
-    return np.asarray(bent)
+                sums[facet] += 1.0, 1.0 / error, fraction / error
+    is_known = sums[:, 0] >= _MIN_NEIGHBOURS
+    weight = np.where(is_known, sums[:, 1], 1.0)
+    is_bent |= is_known & (sums[:, 2] / weight > _MIN_MEAN_TURN_SHARE + 3.0 / np.sqrt(weight))
+    return np.asarray(is_bent)
 
 
 def _rotation_to_neighbour(
@@ -559,8 +562,8 @@ def _rotation_to_neighbour(
     if len(rows) < _MIN_TURNING_POINTS or size <= 0.0 or tan_between == 0.0:
         return np.zeros(2)
     tan_between /= float(other @ normal) * size
-    off = elements.places[rows] - planes.centre[first]
-    place, height = off @ (towards / size), off @ normal
+    offset = elements.places[rows] - planes.centre[first]
+    place, height = offset @ (towards / size), offset @ normal
     inner, middle, end = np.sort(place)[(np.array(_PIECE_QUANTILES) * len(place)).astype(np.int64)]
     slopes = [
         _slope(place[inside], height[inside])
@@ -574,15 +577,15 @@ def _rotation_to_neighbour(
     )
 
 
-def _slope(place: FloatArray, height: FloatArray) -> tuple[float, float]:
+def _slope(position: FloatArray, height: FloatArray) -> tuple[float, float]:
     """Fit a slope to heights as a function of position; return it and its variance."""
-    across = place - place.mean() if len(place) else place
-    square = float(across @ across)
-    if len(place) < 4 or square <= 0.0:
+    across_component = position - position.mean() if len(position) else position
+    square = float(across_component @ across_component)
+    if len(position) < 4 or square <= 0.0:
         return 0.0, np.inf
-    slope = float(across @ height) / square
-    residuals = height - height.mean() - slope * across
-    return slope, float(residuals @ residuals) / (len(place) - 2) / square
+    slope = float(across_component @ height) / square
+    residuals = height - height.mean() - slope * across_component
+    return slope, float(residuals @ residuals) / (len(position) - 2) / square
 
 
 def _angle_deg(one: FloatArray, other: FloatArray) -> FloatArray:

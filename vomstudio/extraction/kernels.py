@@ -13,7 +13,7 @@ from vomstudio.geometry.kernels.jit import kernel, part
 
 
 @kernel("void(f8[:,::1], f8[:,::1], i4[:,::1], f8[:,::1], f8[::1])")
-def fit_local_planes(points, places, rows, normals, variation):  # type: ignore[no-untyped-def]
+def fit_local_planes(points, positions, rows, normals, variation):  # type: ignore[no-untyped-def]
     """Fit a plane to the k points around each position.
 
     Unit normals (n, 3) and the surface variation (n,) are written: the smallest eigenvalue of the
@@ -21,13 +21,13 @@ def fit_local_planes(points, places, rows, normals, variation):  # type: ignore[
     define a plane.
     """
     k = rows.shape[1]
-    for row in range(len(places)):
-        x, y, z = places[row, 0], places[row, 1], places[row, 2]
+    for row in range(len(positions)):
+        x, y, z = positions[row, 0], positions[row, 1], positions[row, 2]
         sx, sy, sz = 0.0, 0.0, 0.0
         xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for j in range(k):
-            at = rows[row, j]
-            dx, dy, dz = points[at, 0] - x, points[at, 1] - y, points[at, 2] - z
+            position = rows[row, j]
+            dx, dy, dz = points[position, 0] - x, points[position, 1] - y, points[position, 2] - z
             sx, sy, sz = sx + dx, sy + dy, sz + dz
             xx, yy, zz = xx + dx * dx, yy + dy * dy, zz + dz * dz
             xy, xz, yz = xy + dx * dy, xz + dx * dz, yz + dy * dz
@@ -58,8 +58,8 @@ def average_normals(normals, areas, starts, neighbours, min_cosine, out):  # typ
     for e in range(len(normals)):
         nx, ny, nz = normals[e, 0], normals[e, 1], normals[e, 2]
         sx, sy, sz = areas[e] * nx, areas[e] * ny, areas[e] * nz
-        for at in range(starts[e], starts[e + 1]):
-            o = neighbours[at]
+        for k in range(starts[e], starts[e + 1]):
+            o = neighbours[k]
             c = nx * normals[o, 0] + ny * normals[o, 1] + nz * normals[o, 2]
             if abs(c) < min_cosine or c != c:
                 continue
@@ -80,9 +80,9 @@ def neighbour_cosines(normals, starts, neighbours, out):  # type: ignore[no-unty
     """
     for e in range(len(normals)):
         nx, ny, nz = normals[e, 0], normals[e, 1], normals[e, 2]
-        for at in range(starts[e], starts[e + 1]):
-            o = neighbours[at]
-            out[at] = abs(nx * normals[o, 0] + ny * normals[o, 1] + nz * normals[o, 2])
+        for k in range(starts[e], starts[e + 1]):
+            o = neighbours[k]
+            out[k] = abs(nx * normals[o, 0] + ny * normals[o, 1] + nz * normals[o, 2])
 
 
 @part
@@ -131,7 +131,7 @@ def grow_regions(  # type: ignore[no-untyped-def]
     order,
     first,
     last,
-    places,
+    positions,
     normals,
     areas,
     inner,
@@ -157,7 +157,7 @@ def grow_regions(  # type: ignore[no-untyped-def]
         s = order[seed]
         if labels[s] != -1:
             continue
-        ox, oy, oz = places[s, 0], places[s, 1], places[s, 2]
+        ox, oy, oz = positions[s, 0], positions[s, 1], positions[s, 2]
         nx, ny, nz = normals[s, 0], normals[s, 1], normals[s, 2]
         cx, cy, cz = 0.0, 0.0, 0.0
         _clear_sums(sums)
@@ -168,16 +168,16 @@ def grow_regions(  # type: ignore[no-untyped-def]
         while head < tail:
             e = queue[head]
             head += 1
-            for at in range(starts[e], starts[e + 1]):
-                o = neighbours[at]
+            for k in range(starts[e], starts[e + 1]):
+                o = neighbours[k]
                 if labels[o] != -1:
                     continue
                 c = nx * normals[o, 0] + ny * normals[o, 1] + nz * normals[o, 2]
                 if not abs(c) >= least_cosine:
                     continue
-                x, y, z = places[o, 0] - ox, places[o, 1] - oy, places[o, 2] - oz
-                off = (x - cx) * nx + (y - cy) * ny + (z - cz) * nz
-                if not abs(off) <= max_distance[o]:
+                x, y, z = positions[o, 0] - ox, positions[o, 1] - oy, positions[o, 2] - oz
+                offset = (x - cx) * nx + (y - cy) * ny + (z - cz) * nz
+                if not abs(offset) <= max_distance[o]:
                     continue
                 labels[o] = label
                 queue[tail] = o
@@ -190,8 +190,8 @@ def grow_regions(  # type: ignore[no-untyped-def]
                         nx, ny, nz = plane[0], plane[1], plane[2]
                         cx, cy, cz = plane[3], plane[4], plane[5]
         if tail < least_count and sums[0] < least_area:
-            for at in range(tail):
-                labels[queue[at]] = -1
+            for k in range(tail):
+                labels[queue[k]] = -1
         else:
             label += 1
     return label
@@ -203,7 +203,7 @@ def grow_regions(  # type: ignore[no-untyped-def]
 )
 def assign_nearest_planes(  # type: ignore[no-untyped-def]
     rows,
-    places,
+    positions,
     normals,
     max_distance,
     starts,
@@ -222,10 +222,10 @@ def assign_nearest_planes(  # type: ignore[no-untyped-def]
     differs by more than the angle, as at an edge between two faces, it must be twice as close. The
     labels are written to `out` (rows,), and the number of changes is returned.
     """
-    changed = 0
+    changed_count = 0
     for i in range(len(rows)):
         e = rows[i]
-        best, least = -1, math.inf
+        best, min_value = -1, math.inf
         if labels[e] == -2:
             out[i] = -2
             continue
@@ -233,10 +233,10 @@ def assign_nearest_planes(  # type: ignore[no-untyped-def]
             f = labels[e] if turn < starts[e] else labels[neighbours[turn]]
             if f < 0 or f == best:
                 continue
-            off = abs(
-                (places[e, 0] - centres[f, 0]) * facing_normals[f, 0]
-                + (places[e, 1] - centres[f, 1]) * facing_normals[f, 1]
-                + (places[e, 2] - centres[f, 2]) * facing_normals[f, 2]
+            distance = abs(
+                (positions[e, 0] - centres[f, 0]) * facing_normals[f, 0]
+                + (positions[e, 1] - centres[f, 1]) * facing_normals[f, 1]
+                + (positions[e, 2] - centres[f, 2]) * facing_normals[f, 2]
             )
             limit = min(max_distance[e], limits[f])
             c = abs(
@@ -248,12 +248,12 @@ def assign_nearest_planes(  # type: ignore[no-untyped-def]
                 limit *= 0.5
                 if not c >= 0.5:
                     continue
-            if off <= limit and off < least:
-                best, least = f, off
+            if distance <= limit and distance < min_value:
+                best, min_value = f, distance
         out[i] = best
         if best != labels[e]:
-            changed += 1
-    return changed
+            changed_count += 1
+    return changed_count
 
 
 @kernel(
@@ -261,7 +261,7 @@ def assign_nearest_planes(  # type: ignore[no-untyped-def]
     "i8[::1])"
 )
 def add_moments(  # type: ignore[no-untyped-def]
-    rows, places, areas, inner, max_distance, labels, about, known, sums, count
+    rows, positions, areas, inner, max_distance, labels, about, known, sums, count
 ):
     """Add the moments of the elements of each facet among `rows` to `sums` and `count`.
 
@@ -277,16 +277,20 @@ def add_moments(  # type: ignore[no-untyped-def]
             continue
         if not known[f]:
             known[f] = True
-            about[f, 0], about[f, 1], about[f, 2] = places[e, 0], places[e, 1], places[e, 2]
+            about[f, 0], about[f, 1], about[f, 2] = (
+                positions[e, 0],
+                positions[e, 1],
+                positions[e, 2],
+            )
         count[f] += 1
         if len(max_distance) > 1:
             sums[f, 10] += max_distance[e] * max_distance[e]
         _add(
             sums[f],
             areas[e],
-            places[e, 0] - about[f, 0],
-            places[e, 1] - about[f, 1],
-            places[e, 2] - about[f, 2],
+            positions[e, 0] - about[f, 0],
+            positions[e, 1] - about[f, 1],
+            positions[e, 2] - about[f, 2],
             inner,
             e,
         )
@@ -301,7 +305,7 @@ def map_labels(labels, number, out):  # type: ignore[no-untyped-def]
 
 
 @kernel("void(f8[:,::1], f8[:,::1], f8[::1], f8, i8[::1], i8[:,::1], f8[:,::1])")
-def add_to_cells(places, normals, areas, cells_per_unit, names, ends, sums):  # type: ignore[no-untyped-def]
+def add_to_cells(positions, normals, areas, cells_per_unit, names, ends, sums):  # type: ignore[no-untyped-def]
     """Add elements with a normal to the cubic cells of a table.
 
     The cells have a width of 1 / `cells_per_unit`.
@@ -310,11 +314,11 @@ def add_to_cells(places, normals, areas, cells_per_unit, names, ends, sums):  # 
     products of the normals (xx, yy, zz, xy, xz, yz), of the positions relative to the corner of the
     cell, and of the products of these positions.
     """
-    for e in range(len(places)):
+    for e in range(len(positions)):
         x, y, z = (
-            places[e, 0] * cells_per_unit,
-            places[e, 1] * cells_per_unit,
-            places[e, 2] * cells_per_unit,
+            positions[e, 0] * cells_per_unit,
+            positions[e, 1] * cells_per_unit,
+            positions[e, 2] * cells_per_unit,
         )
         i, j, k = int(x), int(y), int(z)
         slot = find_slot(names, cell_name(i, j, k))

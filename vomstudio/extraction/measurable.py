@@ -231,8 +231,12 @@ def _surface(
         return _ShortPieces(elements, np.asarray(elements.rows))
     vertices = np.asarray(data.vertices, np.float64)
     faces = np.asarray(data.faces, np.int64)
-    finite = np.asarray(np.isfinite(vertices).all(axis=1))
-    rows = np.arange(len(faces)) if finite.all() else np.flatnonzero(finite[faces].all(axis=1))
+    finite_values = np.asarray(np.isfinite(vertices).all(axis=1))
+    rows = (
+        np.arange(len(faces))
+        if finite_values.all()
+        else np.flatnonzero(finite_values[faces].all(axis=1))
+    )
     if not len(rows):
         raise GeometryError(Finding("model.no-faces"))
     used_faces = faces if len(rows) == len(faces) else faces[rows]
@@ -253,13 +257,17 @@ def _surface(
         return _ShortPieces(elements, np.asarray(elements.rows))
     node_of = weld_points(vertices)
     places = np.zeros((int(node_of.max()) + 1, 3))
-    origin = vertices[finite].min(axis=0)
-    places[node_of] = np.where(finite[:, None], vertices, origin) - origin
+    origin = vertices[finite_values].min(axis=0)
+    places[node_of] = np.where(finite_values[:, None], vertices, origin) - origin
     used_faces, nodes, areas = node_of[used_faces], None, None
     if fine:
-        thinned = thin_mesh(places, used_faces, CELL_STRIPS * step)
-        places, used_faces, areas = thinned.vertices, thinned.faces, thinned.areas
-        rows, nodes = rows[thinned.rows], thinned.nodes[node_of]
+        thinned_thin_mesh = thin_mesh(places, used_faces, CELL_STRIPS * step)
+        places, used_faces, areas = (
+            thinned_thin_mesh.vertices,
+            thinned_thin_mesh.faces,
+            thinned_thin_mesh.areas,
+        )
+        rows, nodes = rows[thinned_thin_mesh.rows], thinned_thin_mesh.nodes[node_of]
     places, cut, source = subdivide_mesh(places, used_faces, max_side)
     mesh = Mesh(places + origin, cut.astype(np.int32))
     elements = build_elements(mesh, _NORMAL_ANGLE_DEG, progress)
@@ -279,24 +287,28 @@ def _resolutions(points: FloatArray, elements: Elements) -> FloatArray:
     """
     from scipy.spatial import cKDTree
 
-    finite = points[np.isfinite(points).all(axis=1)] - elements.origin
-    tree = cKDTree(finite, leafsize=32, compact_nodes=False, balanced_tree=False)
+    finite_points = points[np.isfinite(points).all(axis=1)] - elements.origin
+    tree = cKDTree(finite_points, leafsize=32, compact_nodes=False, balanced_tree=False)
     weight = np.where(np.isfinite(elements.areas), elements.areas, 0.0)
     # Sample evenly over the area.
     total = np.cumsum(weight)
     sample_area = (np.arange(_RESOLUTION_SAMPLES) + 0.5) / _RESOLUTION_SAMPLES * total[-1]
     rows = np.unique(np.minimum(np.searchsorted(total, sample_area), len(weight) - 1))
-    nearest = finite[tree.query(elements.places[rows])[1]]
-    near = tree.query(nearest, k=min(NEIGHBOUR_COUNTS[0], len(finite)))[1].reshape(len(rows), -1)
-    area, _ = neighbour_statistics(finite[near])
+    nearest = finite_points[tree.query(elements.places[rows])[1]]
+    near = tree.query(nearest, k=min(NEIGHBOUR_COUNTS[0], len(finite_points)))[1].reshape(
+        len(rows), -1
+    )
+    area, _ = neighbour_statistics(finite_points[near])
     spacing = np.sqrt(np.where(np.isfinite(area) & (area > 0.0), area, np.nan))
-    typical = float(np.nanmedian(spacing)) if np.isfinite(spacing).any() else np.nan
-    overall = effective_resolution(finite, tree, nearest[:: max(1, len(nearest) // _NOISE_SAMPLES)])
-    if overall is None or not typical > 0.0:
+    typical_value = float(np.nanmedian(spacing)) if np.isfinite(spacing).any() else np.nan
+    overall = effective_resolution(
+        finite_points, tree, nearest[:: max(1, len(nearest) // _NOISE_SAMPLES)]
+    )
+    if overall is None or not typical_value > 0.0:
         return np.asarray(elements.spacing)
     # If the noise exceeds the spacing, it is assumed to do so everywhere.
     spacing = np.maximum(
-        np.nan_to_num(spacing, nan=typical), overall if overall > 1.5 * typical else 0.0
+        np.nan_to_num(spacing, nan=typical_value), overall if overall > 1.5 * typical_value else 0.0
     )
     return np.asarray(spacing[cKDTree(elements.places[rows]).query(elements.places)[1]])
 
@@ -320,13 +332,13 @@ def _map_elements(
     normal = normal / np.linalg.norm(normal)
     has_normal = np.isfinite(elements.normals[:, 0])
     cosine = np.abs(np.nan_to_num(elements.normals) @ normal)
-    exposed = has_normal & (cosine >= np.cos(np.radians(options.angle_deg)))
+    is_exposed = has_normal & (cosine >= np.cos(np.radians(options.angle_deg)))
     progress.stage(tr("Selecting patches"), None)
     patches, patch_deg, patch_extent = _patches(
-        elements, exposed, resolution, noise, options, weight
+        elements, is_exposed, resolution, noise, options, weight
     )
     moments = intersection_moments(
-        elements, normal, has_normal & ~exposed, exposed, resolution, length, progress
+        elements, normal, has_normal & ~is_exposed, is_exposed, resolution, length, progress
     )
     trace_deg, extent, relief = _errors(moments, noise, options)
     trace_classes = _classes(trace_deg, extent, resolution)
@@ -364,8 +376,8 @@ def _classes(error: FloatArray, extent: FloatArray, resolution: FloatArray) -> I
     classes = np.where(error <= GOOD_DEG, 3, np.where(error <= POOR_DEG, 2, 1))
     # Below ten resolutions, an error estimate is not reliable.
     with np.errstate(invalid="ignore"):
-        small = extent < MIN_EXTENT_RESOLUTIONS * resolution
-    classes = np.where(small, np.minimum(classes, 2), classes)
+        is_small = extent < MIN_EXTENT_RESOLUTIONS * resolution
+    classes = np.where(is_small, np.minimum(classes, 2), classes)
     # At 90 degrees, every plane through the line is possible.
     return np.where(np.nan_to_num(error, nan=90.0) >= 90.0, 0, classes).astype(np.int8)
 
@@ -413,18 +425,20 @@ def _errors(
     """
     length, resolution, larger, smaller, count = moments.T
     relief, extent = np.sqrt(12.0 * smaller), np.sqrt(12.0 * larger)
-    free = length / resolution - 3.0
+    free_values = length / resolution - 3.0
     if options.points is not None:
-        free = np.minimum(free, options.points - 3.0)
+        free_values = np.minimum(free_values, options.points - 3.0)
     square = noise**2
     values = np.stack([larger + square, smaller + square, np.full(len(larger), square)], axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
-        is_determined = (free > 0.0) & (count >= _MIN_PIECES) & (smaller > 0.0)
-        quantile = joint_quantile(np.where(is_determined, free, 1.0))
+        is_determined = (free_values > 0.0) & (count >= _MIN_PIECES) & (smaller > 0.0)
+        quantile = joint_quantile(np.where(is_determined, free_values, 1.0))
         fit = np.degrees(confidence_axes_rad(np.nan_to_num(values), quantile, quantile)[0])
         # As for a trace, see quality.resolution_tilt_deg.
-        unseen = POINT_OVER_RESOLUTION * np.sqrt(12.0 * CHI2_TWO / np.maximum(free + 3.0, 1.0))
-        tilt = np.degrees(np.arctan2(np.minimum(0.5, unseen) * resolution, relief))
+        unseen_values = POINT_OVER_RESOLUTION * np.sqrt(
+            12.0 * CHI2_TWO / np.maximum(free_values + 3.0, 1.0)
+        )
+        tilt = np.degrees(np.arctan2(np.minimum(0.5, unseen_values) * resolution, relief))
         error = np.minimum(
             np.hypot(np.maximum(fit, tilt), options.used_registration_error_deg), 90.0
         )

@@ -36,8 +36,8 @@ def line_moments(  # type: ignore[no-untyped-def]
         Results: area of the strip, area-weighted mean of `resolution`, mean (2) and covariance (uu,
         vv, uv) of the line, number of pieces, and share of the largest piece.
     """
-    for at in range(len(rows)):
-        i = rows[at]
+    for k in range(len(rows)):
+        i = rows[k]
         s, u, v, t = coordinates[i, 0], coordinates[i, 1], coordinates[i, 2], coordinates[i, 3]
         w, wl, wu, wv = 0.0, 0.0, 0.0, 0.0
         uu, vv, uv = 0.0, 0.0, 0.0
@@ -48,10 +48,10 @@ def line_moments(  # type: ignore[no-untyped-def]
             while first[i] <= j < last[i]:
                 if abs(coordinates[j, 3] - t) > half + width:
                     break
-                off = coordinates[j, 0] - s
-                if abs(off) <= width * steepness[j]:
-                    x = coordinates[j, 1] - u - off * slopes[j, 0]
-                    y = coordinates[j, 2] - v - off * slopes[j, 1]
+                offset = coordinates[j, 0] - s
+                if abs(offset) <= width * steepness[j]:
+                    x = coordinates[j, 1] - u - offset * slopes[j, 0]
+                    y = coordinates[j, 2] - v - offset * slopes[j, 1]
                     if x * x + y * y <= half * half:
                         a = areas[j]
                         w += a
@@ -64,27 +64,27 @@ def line_moments(  # type: ignore[no-untyped-def]
                         number += 1.0
                         largest = max(largest, a)
                 j += step
-        out[at, 0] = w
+        out[k, 0] = w
         if w > 0.0:
             x, y = wu / w, wv / w
-            out[at, 1] = wl / w
-            out[at, 2], out[at, 3] = x, y
-            out[at, 4], out[at, 5], out[at, 6] = uu / w - x * x, vv / w - y * y, uv / w - x * y
-            out[at, 7], out[at, 8] = number, largest / w
+            out[k, 1] = wl / w
+            out[k, 2], out[k, 3] = x, y
+            out[k, 4], out[k, 5], out[k, 6] = uu / w - x * x, vv / w - y * y, uv / w - x * y
+            out[k, 7], out[k, 8] = number, largest / w
 
 
 @kernel("void(f8[:,::1], i8[:,::1], f8[::1])")
 def square_longest_sides(vertices, faces, out):  # type: ignore[no-untyped-def]
     """Write the squared length of the longest side of each face (k, 3)."""
     for i in range(len(faces)):
-        longest = 0.0
+        max_length = 0.0
         for k in range(3):
             a, b = faces[i, k], faces[i, (k + 1) % 3]
             x = vertices[a, 0] - vertices[b, 0]
             y = vertices[a, 1] - vertices[b, 1]
             z = vertices[a, 2] - vertices[b, 2]
-            longest = max(longest, x * x + y * y + z * z)
-        out[i] = longest
+            max_length = max(max_length, x * x + y * y + z * z)
+        out[i] = max_length
 
 
 @kernel("void(i4[:,::1], i8[:,::1], i8[::1])")

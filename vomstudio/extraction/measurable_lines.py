@@ -59,8 +59,8 @@ def connected_pieces(elements: Elements, band: IntArray) -> IntArray:
 
     n = len(band)
     source = np.repeat(np.arange(n, dtype=np.int32), np.diff(elements.starts))
-    same = (band[source] == band[elements.near]) & (band[source] >= 0)
-    source, near = source[same], elements.near[same]
+    is_same = (band[source] == band[elements.near]) & (band[source] >= 0)
+    source, near = source[is_same], elements.near[is_same]
     graph = coo_matrix((np.ones(len(source), np.int8), (source, near)), shape=(n, n)).tocsr()
     components = np.asarray(connected_components(graph, directed=False)[1], np.int64)
     return np.where(band < 0, -1, components)
@@ -102,8 +102,8 @@ def intersection_moments(
     moments = np.full((n, 5), np.nan)
     if not is_cut.any():
         return moments
-    places = elements.places
-    offset = places @ normal
+    positions = elements.places
+    offset = positions @ normal
     offset = offset - offset[is_cut].min()
     spread = np.sqrt(
         np.percentile(elements.areas[is_cut], 75.0) * (2 if elements.of == "face" else 1)
@@ -114,11 +114,11 @@ def intersection_moments(
     )
     first, second = _plane_axes(normal)
     slope = np.einsum("ij,j->i", np.nan_to_num(elements.normals[representatives]), normal)
-    steep = np.sqrt(np.maximum(1.0 - slope**2, 1e-12))
+    steep_values = np.sqrt(np.maximum(1.0 - slope**2, 1e-12))
     # The line of steepest ascent of the surface leaves the plane by this sine.
     slopes = np.stack(
         [
-            -slope * (elements.normals[representatives] @ axis) / steep**2
+            -slope * (elements.normals[representatives] @ axis) / steep_values**2
             for axis in (first, second)
         ],
         axis=1,
@@ -126,20 +126,20 @@ def intersection_moments(
     coordinates = np.stack(
         [
             offset[representatives],
-            places[representatives] @ first,
-            places[representatives] @ second,
+            positions[representatives] @ first,
+            positions[representatives] @ second,
         ],
         axis=1,
     )
     sums = np.full((len(representatives), 9), np.nan)
     quarter = offset / (4.0 * width)
-    shifted = quarter + 0.5
-    share = quarter[representatives] - np.floor(quarter[representatives])
+    shifted_values = quarter + 0.5
+    fraction = quarter[representatives] - np.floor(quarter[representatives])
     # Use two overlapping sets of bands, so that every piece is well inside one of them.
-    middle = (share >= 0.25) & (share < 0.75)
+    middle = (fraction >= 0.25) & (fraction < 0.75)
     progress.stage(tr("Measuring patches"), len(representatives))
     before = 0
-    for bands, is_inside in ((quarter, middle), (shifted, ~middle)):
+    for bands, is_inside in ((quarter, middle), (shifted_values, ~middle)):
         band = np.where(is_cut | is_exposed, np.floor(bands).astype(np.int64), -1)
         label = connected_pieces(elements, np.where(band < 0, -1, band))[representatives]
         rows = np.flatnonzero(is_inside)
@@ -149,7 +149,7 @@ def intersection_moments(
                 rows,
                 coordinates,
                 slopes,
-                steep,
+                steep_values,
                 weight,
                 resolution[representatives],
                 length / 2.0,
@@ -192,8 +192,8 @@ def _select_representatives(
     """
     rows = np.flatnonzero(is_cut)
     areas = elements.areas[rows]
-    typical = float(np.median(areas))
-    if typical > 0.3 * width**2:
+    typical_value = float(np.median(areas))
+    if typical_value > 0.3 * width**2:
         return rows, np.arange(len(rows)), np.asarray(areas)
     cell = np.floor(elements.places[rows] / (CELL_STRIPS * width)).astype(np.int64)
     cell -= cell.min(axis=0)
@@ -232,18 +232,20 @@ def _moments(
     # Sorting along the longest direction of a component keeps the runs short.
     number = np.maximum(np.bincount(label, minlength=count), 1)
     mean = [np.bincount(label, coordinates[:, k], count) / number for k in (1, 2)]
-    off = [coordinates[:, k] - mean[k - 1][label] for k in (1, 2)]
+    offset = [coordinates[:, k] - mean[k - 1][label] for k in (1, 2)]
     uu, vv, uv = (
         np.bincount(label, a * b, count)
-        for a, b in ((off[0], off[0]), (off[1], off[1]), (off[0], off[1]))
+        for a, b in ((offset[0], offset[0]), (offset[1], offset[1]), (offset[0], offset[1]))
     )
     angle = 0.5 * np.arctan2(2.0 * uv, uu - vv)
-    along = np.cos(angle)[label] * off[0] + np.sin(angle)[label] * off[1]
-    order = np.lexsort((along, label))
+    along_component = np.cos(angle)[label] * offset[0] + np.sin(angle)[label] * offset[1]
+    order = np.lexsort((along_component, label))
     ends = np.cumsum(np.bincount(label, minlength=count))
     place = np.empty(len(order), np.int64)
     place[order] = np.arange(len(order))
-    sorted_coordinates = to_kernel_array(np.column_stack([coordinates, along])[order], np.float64)
+    sorted_coordinates = to_kernel_array(
+        np.column_stack([coordinates, along_component])[order], np.float64
+    )
     last = to_kernel_array(ends[label[order]], np.int64)
     first = to_kernel_array(np.concatenate([[0], ends[:-1]])[label[order]], np.int64)
     arrays = [
@@ -254,8 +256,8 @@ def _moments(
 
     def work(block: slice) -> None:
         out = np.full((len(rows[block]), 9), np.nan)
-        at = to_kernel_array(place[rows[block]], np.int64)
-        line_moments(at, sorted_coordinates, *arrays, first, last, half_length, width, out)
+        position = to_kernel_array(place[rows[block]], np.int64)
+        line_moments(position, sorted_coordinates, *arrays, first, last, half_length, width, out)
         moments[block] = out
 
     run_in_blocks(work, len(rows), _OffsetProgress(progress, before), _BLOCK_PIECES)

@@ -33,28 +33,28 @@ class MeasurableOptions(Options):
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
         help=to_translate("length of a trace, m"),
-        automatic=to_translate("100 times the model resolution"),
+        automatic_text=to_translate("100 times the model resolution"),
     )
     noise_m: float | None = option(
         None,
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
         help=to_translate("standard deviation of a trace's vertices across their plane, m"),
-        automatic=to_translate("half a photo pixel (1/20 of the resolution)"),
+        automatic_text=to_translate("half a photo pixel (1/20 of the resolution)"),
     )
     points: int | None = option(
         None,
         minimum=MIN_POINTS,
         maximum=MAX_POINTS,
         help=to_translate("number of vertices of a trace"),
-        automatic=to_translate("one per resolution along its length"),
+        automatic_text=to_translate("one per resolution along its length"),
     )
     resolution_m: float | None = option(
         None,
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
         help=to_translate("resolution of the model, m"),
-        automatic=to_translate("estimated locally from its points"),
+        automatic_text=to_translate("estimated locally from its points"),
     )
     angle_deg: float = option(
         DEFAULT_ANGLE_DEG,
@@ -67,7 +67,7 @@ class MeasurableOptions(Options):
         minimum=0.0,
         maximum=89.0,
         help=to_translate("95 % error of the plane caused by the registration"),
-        automatic=to_translate("from --project, else 0"),
+        automatic_text=to_translate("from --project, else 0"),
     )
 
     @property
@@ -100,7 +100,7 @@ class MeasurableTarget(Options):
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
         help=to_translate("cell size of the raster, m"),
-        automatic=to_translate("1/40 of the trace length, at least the resolution"),
+        automatic_text=to_translate("1/40 of the trace length, at least the resolution"),
     )
 
     def __post_init__(self) -> None:

@@ -80,9 +80,9 @@ def node_costs(graph: Graph, cost: str, tints: FloatArray | None = None) -> Floa
         value /= max(float(np.percentile(value, _HIGH_PERCENTILE)), 1e-9)
     else:
         value = contact_values(graph, cost)
-        finite = np.isfinite(value)
-        is_complete = bool(finite.all())
-        finite_values = value if is_complete else value[finite]
+        is_finite = np.isfinite(value)
+        is_complete = bool(is_finite.all())
+        finite_values = value if is_complete else value[is_finite]
         low, high = (
             np.percentile(finite_values, [_LOW_PERCENTILE, _HIGH_PERCENTILE])
             if len(finite_values)
@@ -90,7 +90,7 @@ def node_costs(graph: Graph, cost: str, tints: FloatArray | None = None) -> Floa
         )
         value = (value - low) / max(high - low, 1e-12)
         if not is_complete:
-            value[~finite] = 1.0
+            value[~is_finite] = 1.0
     valley = _smoothed_lows(graph, np.clip(value, 0.0, 1.0))
     return np.asarray(_MIN_COST + (1.0 - _MIN_COST) * valley**2)
 

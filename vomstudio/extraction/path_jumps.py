@@ -36,7 +36,7 @@ actually left the contact (docs/plane_errors.md)."""
 
 
 def find_jumps(
-    points: FloatArray, costs: FloatArray, at: IntArray, resolution: float
+    points: FloatArray, costs: FloatArray, index: IntArray, resolution: float
 ) -> tuple[Range, ...]:
     """Find the stretches of a path that are offset from the plane of the remaining points.
 
@@ -45,7 +45,7 @@ def find_jumps(
     points : (n, 3) array
     costs : (n,) array
         Cost per metre at each point, relative to the median of the surface around it.
-    at : (w,) array
+    index : (w,) array
         Rows of the way-points in ascending order.
     resolution : float
         Resolution of the model, in the unit of the points.
@@ -61,26 +61,28 @@ def find_jumps(
         starts = np.arange(0, len(points), step)
         sizes = np.diff(np.append(starts, len(points)))
         means = np.add.reduceat(np.column_stack([points, costs]), starts, axis=0) / sizes[:, None]
-        coarse = find_jumps(means[:, :3], means[:, 3], at // step, resolution)
+        coarse = find_jumps(means[:, :3], means[:, 3], index // step, resolution)
         return tuple((a * step, min((b + 1) * step, len(points)) - 1) for a, b in coarse)
-    legs = _candidates(points, costs, at, resolution)
+    legs = _candidates(points, costs, index, resolution)
     is_used = np.ones(len(points), np.bool_)
-    excluded: list[Range] = []
+    excluded_items: list[Range] = []
     while (best := _find_best_stretch(points, is_used, legs)) is not None:
         leg, stretch = best
-        excluded.append(stretch)
+        excluded_items.append(stretch)
         is_used[_rows(stretch)] = False
         legs[leg] = []
-    while excluded:
+    while excluded_items:
         fit = _fit_masked(points, [is_used])[0]
-        ratios = [0.0 if fit is None else _ratio(points, one, fit, resolution) for one in excluded]
+        ratios = [
+            0.0 if fit is None else _ratio(points, item, fit, resolution) for item in excluded_items
+        ]
         weakest = int(np.argmin(ratios))
         if ratios[weakest] >= MIN_RATIO:
             break
-        is_used[_rows(excluded.pop(weakest))] = True
-        for stretch in excluded:
+        is_used[_rows(excluded_items.pop(weakest))] = True
+        for stretch in excluded_items:
             is_used[_rows(stretch)] = False
-    return tuple(sorted(excluded))
+    return tuple(sorted(excluded_items))
 
 
 def _rows(stretch: Range) -> slice:
@@ -88,7 +90,7 @@ def _rows(stretch: Range) -> slice:
 
 
 def _candidates(
-    points: FloatArray, costs: FloatArray, at: IntArray, resolution: float
+    points: FloatArray, costs: FloatArray, index: IntArray, resolution: float
 ) -> list[list[Range]]:
     """Return the stretches between any two crossings of each leg."""
     from scipy.ndimage import uniform_filter1d
@@ -97,17 +99,20 @@ def _candidates(
     level = float(np.quantile(costs, CONTACT_QUANTILE))
     min_height = level + MIN_PEAK * max(1.0 - level, 0.0)
     smooth = uniform_filter1d(costs, 3, mode="nearest")
-    along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    distances = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
     legs = []
-    for first, last in pairwise(at.tolist()):
+    for first, last in pairwise(index.tolist()):
         # A peak can be located at the way-point itself.
         peaks, properties = find_peaks(np.pad(smooth[first : last + 1], 1), height=min_height)
-        highest = np.sort(peaks[np.argsort(properties["peak_heights"])[-MAX_PEAKS:]]) + first - 1
+        highest_values = (
+            np.sort(peaks[np.argsort(properties["peak_heights"])[-MAX_PEAKS:]]) + first - 1
+        )
         legs.append(
             [
                 (a + 1, b - 1)
-                for a, b in combinations(highest.tolist(), 2)
-                if b - a > MIN_VERTICES and along[b - 1] - along[a + 1] >= MIN_LENGTH * resolution
+                for a, b in combinations(highest_values.tolist(), 2)
+                if b - a > MIN_VERTICES
+                and distances[b - 1] - distances[a + 1] >= MIN_LENGTH * resolution
             ]
         )
     return legs
@@ -126,15 +131,15 @@ def _find_best_stretch(
         mask = is_used.copy()
         mask[_rows(stretch)] = False
         masks.append(mask)
-    best, lowest = None, np.inf
+    best, lowest_values = None, np.inf
     for choice, fit in zip(choices, _fit_masked(points, masks), strict=True):
         if fit is None or fit.rms is None:
             continue
         (a, b) = choice[1]
         offsets = (points[a : b + 1] - fit.centroid) @ fit.normal
         total = fit.n * fit.rms**2 + float(((offsets - offsets.mean()) ** 2).sum())
-        if (score := total / (fit.n + len(offsets))) < lowest:
-            best, lowest = choice, score
+        if (score := total / (fit.n + len(offsets))) < lowest_values:
+            best, lowest_values = choice, score
     return best
 
 
@@ -155,8 +160,8 @@ def _ratio(points: FloatArray, stretch: Range, fit: FittedPlane, resolution: flo
     """Return the offset of a stretch from a plane, in multiples of the allowed offset."""
     if fit.max_confidence95_deg is None or fit.min_confidence95_deg is None or fit.rms is None:
         return 0.0
-    middle = points[stretch[0] : stretch[1] + 1].mean(axis=0) - fit.centroid
+    centre = points[stretch[0] : stretch[1] + 1].mean(axis=0) - fit.centroid
     angles = np.radians(np.minimum([fit.min_confidence95_deg, fit.max_confidence95_deg], 89.9))
-    lever = np.tan(angles) * (fit.axes[:2] @ middle)
-    allowed = np.sqrt((lever**2).sum() + (2.0 * fit.rms) ** 2 + resolution**2)
-    return abs(offset(points, stretch, fit)) / float(max(allowed, 1e-300))
+    lever = np.tan(angles) * (fit.axes[:2] @ centre)
+    allowed_values = np.sqrt((lever**2).sum() + (2.0 * fit.rms) ** 2 + resolution**2)
+    return abs(offset(points, stretch, fit)) / float(max(allowed_values, 1e-300))

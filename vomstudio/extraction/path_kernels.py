@@ -37,8 +37,8 @@ def remove_duplicates(starts, neighbours):  # type: ignore[no-untyped-def]
     count, begin = 0, starts[0]
     for node in range(len(starts) - 1):
         end = starts[node + 1]
-        for at in range(begin + 1, end):
-            value, to = neighbours[at], at
+        for k in range(begin + 1, end):
+            value, to = neighbours[k], k
             while to > begin and neighbours[to - 1] > value:
                 neighbours[to] = neighbours[to - 1]
                 to -= 1
@@ -46,8 +46,8 @@ def remove_duplicates(starts, neighbours):  # type: ignore[no-untyped-def]
         starts[node] = count
         # The write position never passes the read position.
         last = -1
-        for at in range(begin, end):
-            value = neighbours[at]
+        for k in range(begin, end):
+            value = neighbours[k]
             if value != last:
                 neighbours[count], last = value, value
                 count += 1
@@ -57,15 +57,17 @@ def remove_duplicates(starts, neighbours):  # type: ignore[no-untyped-def]
 
 
 @part
-def _detour(places, node, one, other):  # type: ignore[no-untyped-def]
+def _detour(positions, node, one, other):  # type: ignore[no-untyped-def]
     """Return the distance from one position to another through a node."""
-    x, y, z = places[node, 0], places[node, 1], places[node, 2]
+    x, y, z = positions[node, 0], positions[node, 1], positions[node, 2]
     far = math.sqrt((x - one[0]) ** 2 + (y - one[1]) ** 2 + (z - one[2]) ** 2)
     return far + math.sqrt((x - other[0]) ** 2 + (y - other[1]) ** 2 + (z - other[2]) ** 2)
 
 
 @kernel("i8(f8[:,::1], i8[::1], i4[::1], i8, f8[::1], f8[::1], f8, i8[::1], i8[::1])")
-def list_component_in_ellipsoid(places, starts, neighbours, first, one, other, reach, mark, rows):  # type: ignore[no-untyped-def]
+def list_component_in_ellipsoid(
+    positions, starts, neighbours, first, one, other, reach, mark, rows
+):  # type: ignore[no-untyped-def]
     """List the nodes connected to `first` within an ellipsoid, and return their number.
 
     Return -1 if there are too many nodes.
@@ -79,9 +81,9 @@ def list_component_in_ellipsoid(places, starts, neighbours, first, one, other, r
     while 0 <= done < count:
         node = rows[done]
         done += 1
-        for at in range(starts[node], starts[node + 1]):
-            to = neighbours[at]
-            if mark[to] >= 0 or _detour(places, to, one, other) > reach:
+        for k in range(starts[node], starts[node + 1]):
+            to = neighbours[k]
+            if mark[to] >= 0 or _detour(positions, to, one, other) > reach:
                 continue
             if count == len(rows):
                 done = -1
@@ -89,13 +91,13 @@ def list_component_in_ellipsoid(places, starts, neighbours, first, one, other, r
             mark[to] = 0
             rows[count] = to
             count += 1
-    for at in range(count):
-        mark[rows[at]] = -1
+    for k in range(count):
+        mark[rows[k]] = -1
     return count if done >= 0 else -1
 
 
 @kernel("i8(f8[:,::1], f8[::1], f8[::1], f8, i8[::1])")
-def list_nodes_in_ellipsoid(places, one, other, reach, rows):  # type: ignore[no-untyped-def]
+def list_nodes_in_ellipsoid(positions, one, other, reach, rows):  # type: ignore[no-untyped-def]
     """List all nodes within such an ellipsoid in `rows` (n,), and return their number.
 
     For many nodes, this is faster than a search from neighbour to neighbour.
@@ -104,11 +106,11 @@ def list_nodes_in_ellipsoid(places, one, other, reach, rows):  # type: ignore[no
     x, y, z = 0.5 * (one[0] + other[0]), 0.5 * (one[1] + other[1]), 0.5 * (one[2] + other[2])
     # The enclosing sphere, slightly enlarged for rounding, excludes most nodes without a root.
     max_square = 0.25 * reach * reach * (1.0 + 1e-9)
-    for node in range(len(places)):
-        right, up, ahead = places[node, 0] - x, places[node, 1] - y, places[node, 2] - z
-        if right * right + up * up + ahead * ahead > max_square:
+    for node in range(len(positions)):
+        right, up, forward = positions[node, 0] - x, positions[node, 1] - y, positions[node, 2] - z
+        if right * right + up * up + forward * forward > max_square:
             continue
-        if _detour(places, node, one, other) <= reach:
+        if _detour(positions, node, one, other) <= reach:
             rows[count] = node
             count += 1
     return count
@@ -122,10 +124,10 @@ def mark_component(starts, neighbours, first, is_connected, rows):  # type: igno
     while done < count:
         node = rows[done]
         done += 1
-        for at in range(starts[node], starts[node + 1]):
-            if not is_connected[neighbours[at]]:
-                is_connected[neighbours[at]] = True
-                rows[count] = neighbours[at]
+        for k in range(starts[node], starts[node + 1]):
+            if not is_connected[neighbours[k]]:
+                is_connected[neighbours[k]] = True
+                rows[count] = neighbours[k]
                 count += 1
     return count
 
@@ -139,8 +141,8 @@ def extract_subgraph(starts, neighbours, rows, number, new_starts, new_neighbour
     count = 0
     for i in range(len(rows)):
         new_starts[i] = count
-        for at in range(starts[rows[i]], starts[rows[i] + 1]):
-            to = number[neighbours[at]]
+        for k in range(starts[rows[i]], starts[rows[i] + 1]):
+            to = number[neighbours[k]]
             if to >= 0:
                 new_neighbours[count] = to
                 count += 1
@@ -155,51 +157,51 @@ def average_neighbours(starts, neighbours, values, out, first, last):  # type: i
     for node in range(first, last):
         end = starts[node + 1]
         total = values[node]
-        for at in range(begin, end):
-            total += values[neighbours[at]]
+        for k in range(begin, end):
+            total += values[neighbours[k]]
         out[node] = total / (1.0 + end - begin)
         begin = end
 
 
 @part
-def _distance(places, a, b):  # type: ignore[no-untyped-def]
-    x, y = places[a, 0] - places[b, 0], places[a, 1] - places[b, 1]
-    z = places[a, 2] - places[b, 2]
+def _distance(positions, a, b):  # type: ignore[no-untyped-def]
+    x, y = positions[a, 0] - positions[b, 0], positions[a, 1] - positions[b, 1]
+    z = positions[a, 2] - positions[b, 2]
     return math.sqrt(x * x + y * y + z * z)
 
 
 @kernel("void(f8[:,::1], i8[::1], i4[::1], f8[::1], f8[:,::1])")
-def compute_gradients(places, starts, neighbours, values, out):  # type: ignore[no-untyped-def]
+def compute_gradients(positions, starts, neighbours, values, out):  # type: ignore[no-untyped-def]
     """Write the gradient of a value at each node, the mean of the gradients along its arcs.
 
     On a speckle, the gradients of the arcs cancel each other.
     """
     for node in range(len(values)):
         x, y, z = 0.0, 0.0, 0.0
-        for at in range(starts[node], starts[node + 1]):
-            to = neighbours[at]
-            far = max(_distance(places, node, to), 1e-12)
+        for k in range(starts[node], starts[node + 1]):
+            to = neighbours[k]
+            far = max(_distance(positions, node, to), 1e-12)
             change = (values[to] - values[node]) / (far * far)
-            x += change * (places[to, 0] - places[node, 0])
-            y += change * (places[to, 1] - places[node, 1])
-            z += change * (places[to, 2] - places[node, 2])
+            x += change * (positions[to, 0] - positions[node, 0])
+            y += change * (positions[to, 1] - positions[node, 1])
+            z += change * (positions[to, 2] - positions[node, 2])
         count = max(starts[node + 1] - starts[node], 1)
         out[node, 0], out[node, 1], out[node, 2] = x / count, y / count, z / count
 
 
 # --- a heap of nodes: four below each, their keys beside them, which are read in one piece --------
 @part
-def _raise_node(keys, heap, place, at):  # type: ignore[no-untyped-def]
+def _raise_node(keys, heap, place, position):  # type: ignore[no-untyped-def]
     """Move an entry of the heap toward its root."""
-    node, key = heap[at], keys[at]
-    while at > 0:
-        above = (at - 1) >> 2
-        if keys[above] <= key:
+    node, key = heap[position], keys[position]
+    while position > 0:
+        parent = (position - 1) >> 2
+        if keys[parent] <= key:
             break
-        heap[at], keys[at] = heap[above], keys[above]
-        place[heap[at]] = at
-        at = above
-    heap[at], keys[at], place[node] = node, key, at
+        heap[position], keys[position] = heap[parent], keys[parent]
+        place[heap[position]] = position
+        position = parent
+    heap[position], keys[position], place[node] = node, key, position
 
 
 @part
@@ -207,9 +209,9 @@ def _remove_root(keys, heap, place, size):  # type: ignore[no-untyped-def]
     """Remove the root of the heap, and return the new size."""
     place[heap[0]] = -1
     size -= 1
-    node, key, at = heap[size], keys[size], 0
+    node, key, position = heap[size], keys[size], 0
     while True:
-        first = 4 * at + 1
+        first = 4 * position + 1
         if first >= size:
             break
         smallest = first
@@ -218,23 +220,23 @@ def _remove_root(keys, heap, place, size):  # type: ignore[no-untyped-def]
                 smallest = other
         if keys[smallest] >= key:
             break
-        heap[at], keys[at] = heap[smallest], keys[smallest]
-        place[heap[at]] = at
-        at = smallest
+        heap[position], keys[position] = heap[smallest], keys[smallest]
+        place[heap[position]] = position
+        position = smallest
     if size > 0:
-        heap[at], keys[at], place[node] = node, key, at
+        heap[position], keys[position], place[node] = node, key, position
     return size
 
 
 @part
 def _insert_node(keys, heap, place, size, node, key):  # type: ignore[no-untyped-def]
     """Insert a node into the heap or reduce its key, and return the new size."""
-    at = place[node]
-    if at < 0:
-        at, size = size, size + 1
-        heap[at], place[node] = node, at
-    keys[at] = key
-    _raise_node(keys, heap, place, at)
+    position = place[node]
+    if position < 0:
+        position, size = size, size + 1
+        heap[position], place[node] = node, position
+    keys[position] = key
+    _raise_node(keys, heap, place, position)
     return size
 
 
@@ -243,7 +245,7 @@ def _insert_node(keys, heap, place, size, node, key):  # type: ignore[no-untyped
     "f8[::1], i4[::1], f8[::1], i4[::1], i4[::1])"
 )
 def search_least_cost(  # type: ignore[no-untyped-def]
-    places, starts, neighbours, costs, one, other, min_cost, distance, before, keys, heap, place
+    positions, starts, neighbours, costs, one, other, min_cost, distance, before, keys, heap, place
 ):
     """Search from one node to another (Dijkstra 1959), and return whether it is reached.
 
@@ -260,16 +262,16 @@ def search_least_cost(  # type: ignore[no-untyped-def]
             return True
         size = _remove_root(keys, heap, place, size)
         base = distance[node]
-        for at in range(starts[node], starts[node + 1]):
-            to = neighbours[at]
+        for k in range(starts[node], starts[node + 1]):
+            to = neighbours[k]
             # Coincident nodes are also connected by an arc.
-            step = max(_distance(places, node, to) * 0.5 * (costs[node] + costs[to]), 1e-15)
+            step = max(_distance(positions, node, to) * 0.5 * (costs[node] + costs[to]), 1e-15)
             total = base + step
             if total < distance[to]:
                 distance[to] = total
                 before[to] = node
-                ahead = min_cost * _distance(places, to, other) if min_cost > 0.0 else 0.0
-                size = _insert_node(keys, heap, place, size, to, total + ahead)
+                forward = min_cost * _distance(positions, to, other) if min_cost > 0.0 else 0.0
+                size = _insert_node(keys, heap, place, size, to, total + forward)
     return False
 
 
@@ -290,7 +292,7 @@ def _slot_of(node, slots, nodes, count, headings, distance, place):  # type: ign
     "i4[::1], i4[::1], f8[::1], i4[::1], f8[::1], i4[::1], i4[::1])"
 )
 def search_least_turning(  # type: ignore[no-untyped-def]
-    places,
+    positions,
     flat,
     starts,
     neighbours,
@@ -339,13 +341,13 @@ def search_least_turning(  # type: ignore[no-untyped-def]
                 size = _insert_node(keys, heap, place, size, to, base + turn_cost + remaining[node])
         angle = 2.0 * math.pi * h / headings
         x, y = math.cos(angle), math.sin(angle)
-        for at in range(starts[node], starts[node + 1]):
-            end = neighbours[at]
+        for k in range(starts[node], starts[node + 1]):
+            end = neighbours[k]
             right, up = flat[end, 0] - flat[node, 0], flat[end, 1] - flat[node, 1]
             # An arc perpendicular to the plane has no direction within it.
             if right * x + up * y < min_cosine * math.sqrt(right * right + up * up):
                 continue
-            step = max(_distance(places, node, end) * 0.5 * (costs[node] + costs[end]), 1e-15)
+            step = max(_distance(positions, node, end) * 0.5 * (costs[node] + costs[end]), 1e-15)
             end_slot = _slot_of(end, slots, nodes, count, headings, distance, place)
             if end_slot < 0:
                 return -2

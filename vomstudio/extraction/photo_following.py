@@ -133,14 +133,14 @@ class PhotoFollower:
         other.cost = cost
         return other
 
-    def follow(self, way_points: FloatArray, *, alone: bool = False) -> PhotoPath:
+    def follow(self, way_points: FloatArray, *, is_alone: bool = False) -> PhotoPath:
         """Follow a path through way-points in the photo.
 
         Parameters
         ----------
         way_points : (w, 2) array
             Way-points in pixels, w >= 2.
-        alone : bool
+        is_alone : bool
             If True, do not compare the path with other photos, which takes longer.
 
         Returns
@@ -154,12 +154,12 @@ class PhotoFollower:
         """
         marks = np.asarray(way_points, np.float64).reshape(-1, 2)
         self._require(marks)
-        voters, warnings = ([], list[Finding]()) if alone else self._voters(marks)
+        voters, warnings = ([], list[Finding]()) if is_alone else self._voters(marks)
         paths = [self._leg(a, b, marks, voters) for a, b in pairwise(marks)]
         legs = [leg for leg, _ in paths]
         pixels = np.concatenate([legs[0], *(leg[1:] for leg in legs[1:])])
-        costs = np.concatenate([paths[0][1], *(each[1:] for _, each in paths[1:])])
-        at = np.concatenate([[0], np.cumsum([len(leg) - 1 for leg in legs])])
+        costs = np.concatenate([paths[0][1], *(item[1:] for _, item in paths[1:])])
+        position = np.concatenate([[0], np.cumsum([len(leg) - 1 for leg in legs])])
         if len(pixels) < 2:
             raise GeometryError(Finding("points.coincident"))
         points = self.project(pixels)
@@ -167,18 +167,18 @@ class PhotoFollower:
         if is_on_model.sum() < 2:
             raise GeometryError(Finding("path.beside-model"))
         # Rows of the way-points after removing the pixels that miss the model.
-        at = np.maximum(np.cumsum(is_on_model)[at] - 1, 0)
-        visible_count, agreeing = count_agreeing_photos(
+        position = np.maximum(np.cumsum(is_on_model)[position] - 1, 0)
+        visible_count, agreeing_photos = count_agreeing_photos(
             self._pyramid[0], pixels[is_on_model], self.project, voters
         )
         return PhotoPath(
             pixels[is_on_model],
             points[is_on_model],
-            at,
+            position,
             costs[is_on_model],
             int((~is_on_model).sum()),
             visible_count,
-            agreeing,
+            agreeing_photos,
             tuple(voter.name for voter in voters),
             tuple(warnings),
         )
@@ -196,8 +196,8 @@ class PhotoFollower:
     def _require(self, marks: FloatArray) -> None:
         if len(marks) < 2:
             raise GeometryError(Finding("feature.too-few-points", count=2 - len(marks), minimum=2))
-        inside = self.view.contains(marks) & np.isfinite(marks).all(axis=1)
-        for row in np.flatnonzero(~inside).tolist():
+        is_inside = self.view.contains(marks) & np.isfinite(marks).all(axis=1)
+        for row in np.flatnonzero(~is_inside).tolist():
             raise GeometryError(Finding("path.outside-photo", number=row + 1, photo=self.view.name))
         for row in np.flatnonzero(~np.isfinite(self.project(marks)[:, 0])).tolist():
             raise GeometryError(
@@ -212,11 +212,11 @@ class PhotoFollower:
         line = np.concatenate(
             [a + (b - a) * np.linspace(0, 1, 20)[:, None] for a, b in pairwise(way_points)]
         )
-        places = self.project(line)
-        places = places[np.isfinite(places[:, 0])]
+        positions = self.project(line)
+        positions = positions[np.isfinite(positions[:, 0])]
         voters: list[Voter] = []
         used = dict[int, Voter]()
-        for sighting in photos.views.sightings(places):
+        for sighting in photos.views.sightings(positions):
             if sighting.view == photos.view_row or sighting.view not in photos.files:
                 continue
             try:
@@ -258,7 +258,7 @@ class PhotoFollower:
             costs = node_costs(graph, self.cost, self._tints(picture, marks / size))
             if current == level:
                 # At later levels, the graph only contains a narrow corridor around the line.
-                typical = float(np.median(costs))
+                typical_value = float(np.median(costs))
             if current == 0 and voters:
                 costs = self._add_votes(graph, costs, voters, marks)
             first, last = (_nearest_node(graph, end) for end in ends)
@@ -266,7 +266,7 @@ class PhotoFollower:
             if path is None:
                 raise GeometryError(Finding("path.not-connected"))
             line = graph.places[path, :2]
-        return line, costs[path] / typical
+        return line, costs[path] / typical_value
 
     def _reduced_picture(self, level: int) -> ByteArray:
         """Return the photo reduced by a factor of 2^level."""
@@ -300,19 +300,27 @@ class PhotoFollower:
         In each other photo, the lowest cost within the error of the surface is used.
         """
         pixels = graph.places[:, :2]
-        places = self.project(pixels)
+        positions = self.project(pixels)
         marks = self.project(way_points)
         total, count = np.zeros(len(costs)), np.zeros(len(costs))
         assert graph.colours is not None
-        error_px = self._sight_error_px(places)
+        error_px = self._sight_error_px(positions)
         for voter in voters:
-            colours, is_visible = voter.colours(places)
+            colours, is_visible = voter.colours(positions)
             tints, known = voter.colours(marks)
             if not is_visible.any() or not known.any():
                 continue
-            combined = np.where(is_visible[:, None], colours, graph.colours)
+            combined_values = np.where(is_visible[:, None], colours, graph.colours)
             voter_costs = node_costs(
-                Graph(graph.places, graph.starts, graph.near, combined, {}, graph.rough, graph.row),
+                Graph(
+                    graph.places,
+                    graph.starts,
+                    graph.near,
+                    combined_values,
+                    {},
+                    graph.rough,
+                    graph.row,
+                ),
                 self.cost,
                 opponent_colours(tints[known]),
             )
@@ -321,18 +329,18 @@ class PhotoFollower:
                 voter_costs = np.minimum(
                     voter_costs, np.minimum.reduceat(voter_costs[graph.near], graph.starts[:-1])
                 )
-            finite = np.isfinite(voter_costs)
-            total[finite] += voter_costs[finite]
-            count[finite] += 1
+            is_finite = np.isfinite(voter_costs)
+            total[is_finite] += voter_costs[is_finite]
+            count[is_finite] += 1
         is_judged = count > 0
         costs = costs.copy()
         costs[is_judged] = 0.5 * (costs[is_judged] + total[is_judged] / count[is_judged])
         return costs
 
-    def _sight_error_px(self, places: FloatArray) -> int:
+    def _sight_error_px(self, positions: FloatArray) -> int:
         """Estimate the error in pixels of a point that is projected into another photo."""
         views = self.photos.views
-        visible = places[np.isfinite(places[:, 0])]
+        visible = positions[np.isfinite(positions[:, 0])]
         if not len(visible):
             return 0
         depth = float(np.median(self.view.depths(views.local(visible))))

@@ -139,7 +139,7 @@ def photo_trace(
         photo=photos.name,
     )
     local_resolution = vertices.resolution_near(path.points) or 0.0
-    reliable = fit_remaining_plane(
+    reliable_remaining_plane = fit_remaining_plane(
         path.points, find_jumps(path.points, path.costs, path.at, local_resolution)
     )
     plane, band, plane_warnings = fit_trace_plane(
@@ -150,11 +150,11 @@ def photo_trace(
         thresholds=thresholds,
         notes=notes,
         priors=priors,
-        reliable_trace=reliable,
+        reliable_trace=reliable_remaining_plane,
     )
     steps = np.linalg.norm(np.diff(path.points, axis=0), axis=1)
-    share = _confirmed_share(path)
-    path_warnings = _path_warnings(path, steps, share, resolution)
+    fraction = _confirmed_share(path)
+    path_warnings = _path_warnings(path, steps, fraction, resolution)
     return PhotoTrace(
         points=path.points,
         length_m=float(steps.sum()),
@@ -172,12 +172,12 @@ def photo_trace(
         ),
         photo=photos.name,
         voters=path.voters,
-        agreeing_share=share,
+        agreeing_share=fraction,
         pixels=path.pixels,
         seen=path.seen,
         agreeing=path.agreeing,
         tried=trials,
-        doubtful=() if reliable is None else reliable.stretches,
+        doubtful=() if reliable_remaining_plane is None else reliable_remaining_plane.stretches,
     )
 
 
@@ -203,7 +203,7 @@ def _confirmed_share(path: PhotoPath) -> float | None:
 
 
 def _path_warnings(
-    path: PhotoPath, steps: FloatArray, share: float | None, resolution: float
+    path: PhotoPath, steps: FloatArray, fraction: float | None, resolution: float
 ) -> list[Finding]:
     warnings = []
     if path.missed:
@@ -211,6 +211,6 @@ def _path_warnings(
     min_gap_m = max(_MAX_STEP_RATIO * float(np.median(steps)), _MIN_GAP_RESOLUTIONS * resolution)
     if jumps := int((steps > min_gap_m).sum()):
         warnings.append(Finding("path.hidden-rock", count=jumps, gap_m=float(steps.max())))
-    if share is not None and share < _MIN_AGREEING_SHARE:
-        warnings.append(Finding("path.unconfirmed", share_percent=100.0 * share))
+    if fraction is not None and fraction < _MIN_AGREEING_SHARE:
+        warnings.append(Finding("path.unconfirmed", share_percent=100.0 * fraction))
     return warnings

@@ -51,12 +51,12 @@ class Voter:
     def _grey(self) -> Float32Array:
         return blur_lightness(self._picture)
 
-    def colours(self, places: FloatArray) -> tuple[FloatArray, BoolArray]:
+    def colours(self, positions: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Sample the colours of the photo at given points.
 
         Parameters
         ----------
-        places : (n, 3) array
+        positions : (n, 3) array
             Points in the World frame, m.
 
         Returns
@@ -65,27 +65,27 @@ class Voter:
         visible : (n,) bool array
             Whether each point is visible in the photo.
         """
-        pixels, visible = self._project(places)
-        colours = np.zeros((len(places), 3))
+        pixels, visible = self._project(positions)
+        colours = np.zeros((len(positions), 3))
         for c in range(3):
             colours[visible, c] = interpolate_pixels(self._picture[..., c], pixels[visible])
         return colours, visible
 
-    def greys(self, places: FloatArray) -> tuple[FloatArray, BoolArray]:
+    def greys(self, positions: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Sample the blurred lightness (n,) at points (n, 3), and return which are visible."""
-        pixels, visible = self._project(places)
-        values = np.zeros(len(places))
+        pixels, visible = self._project(positions)
+        values = np.zeros(len(positions))
         values[visible] = interpolate_pixels(self._grey, pixels[visible])
         return values, visible
 
-    def _project(self, places: FloatArray) -> tuple[FloatArray, BoolArray]:
-        pixels = np.full((len(places), 2), np.nan)
-        visible: BoolArray = np.asarray(np.isfinite(places).all(axis=1))
-        rows = np.flatnonzero(visible)
+    def _project(self, positions: FloatArray) -> tuple[FloatArray, BoolArray]:
+        pixels = np.full((len(positions), 2), np.nan)
+        is_visible: BoolArray = np.asarray(np.isfinite(positions).all(axis=1))
+        rows = np.flatnonzero(is_visible)
         if len(rows):
-            pixels[rows] = self._views.pixels(self._view, places[rows])
-            visible[rows] = self._views.shows(self._view, places[rows])
-        return pixels, visible
+            pixels[rows] = self._views.pixels(self._view, positions[rows])
+            is_visible[rows] = self._views.shows(self._view, positions[rows])
+        return pixels, is_visible
 
 
 def blur_lightness(picture: ByteArray) -> Float32Array:
@@ -153,33 +153,38 @@ def count_agreeing_photos(
     seen, agreeing : (n,) int arrays
     """
     n = len(pixels)
-    visible_count, same = np.zeros(n, np.int64), np.zeros(n, np.int64)
+    visible_count, is_same = np.zeros(n, np.int64), np.zeros(n, np.int64)
     if not voters:
-        return visible_count, same
-    tested = np.unique(np.append(np.arange(0, n, _POINT_STEP), n - 1))
+        return visible_count, is_same
+    tested_values = np.unique(np.append(np.arange(0, n, _POINT_STEP), n - 1))
     step = _SAMPLE_STEP_PX * (np.arange(_PATCH_SAMPLES) - 0.5 * (_PATCH_SAMPLES - 1))
     offsets = np.stack(np.meshgrid(step, step), axis=-1).reshape(-1, 2)
-    patches = (pixels[tested][:, None] + offsets).reshape(-1, 2)
+    patches = (pixels[tested_values][:, None] + offsets).reshape(-1, 2)
     height, width = picture.shape[:2]
     patches = np.clip(patches, 0.5, [width - 0.5, height - 0.5])
-    places = project(patches)
-    patch_values = interpolate_pixels(blur_lightness(picture), patches).reshape(len(tested), -1)
-    judged_count, agreeing_count = np.zeros(len(tested), np.int64), np.zeros(len(tested), np.int64)
+    positions = project(patches)
+    patch_values = interpolate_pixels(blur_lightness(picture), patches).reshape(
+        len(tested_values), -1
+    )
+    judged_count, agreeing_count = (
+        np.zeros(len(tested_values), np.int64),
+        np.zeros(len(tested_values), np.int64),
+    )
     for voter in voters:
-        values, visible = voter.greys(places)
+        values, visible = voter.greys(positions)
         is_complete = visible.reshape(patch_values.shape).all(axis=1)
         correlation = _correlation(patch_values, values.reshape(patch_values.shape))
         is_judged = is_complete & np.isfinite(correlation)
         judged_count += is_judged
         agreeing_count += is_judged & (correlation >= _MIN_CORRELATION)
-    nearest = np.searchsorted(0.5 * (tested[1:] + tested[:-1]), np.arange(n))
-    return judged_count[nearest], agreeing_count[nearest]
+    nearest_values = np.searchsorted(0.5 * (tested_values[1:] + tested_values[:-1]), np.arange(n))
+    return judged_count[nearest_values], agreeing_count[nearest_values]
 
 
 def _correlation(one: FloatArray, other: FloatArray) -> FloatArray:
     """Return the normalised correlation (n,) of rows; NaN if one of them has no texture."""
     a, b = (rows - rows.mean(axis=1, keepdims=True) for rows in (one, other))
     sizes = np.sqrt((a**2).mean(axis=1)), np.sqrt((b**2).mean(axis=1))
-    flat = (sizes[0] < _MIN_CONTRAST) | (sizes[1] < _MIN_CONTRAST)
-    product = np.where(flat, 1.0, sizes[0] * sizes[1])
-    return np.where(flat, np.nan, (a * b).mean(axis=1) / product)
+    is_flat = (sizes[0] < _MIN_CONTRAST) | (sizes[1] < _MIN_CONTRAST)
+    product = np.where(is_flat, 1.0, sizes[0] * sizes[1])
+    return np.where(is_flat, np.nan, (a * b).mean(axis=1) / product)

@@ -45,20 +45,20 @@ def pixel_graph(picture: ByteArray, box: PixelBox, mask: BoolArray) -> Graph:
         second.append(neighbour[both])
     starts, near = neighbour_lists(np.concatenate(first), np.concatenate(second), n)
     corner = np.array([box[1].start, box[0].start]) + 0.5
-    places = np.column_stack([columns + corner[0], rows + corner[1], np.zeros(n)])
+    positions = np.column_stack([columns + corner[0], rows + corner[1], np.zeros(n)])
     colours = picture[box][rows, columns].astype(np.float64)
-    return Graph(places, starts, near, colours, {}, lambda: np.zeros(n), np.full(n, -1))
+    return Graph(positions, starts, near, colours, {}, lambda: np.zeros(n), np.full(n, -1))
 
 
 def select_pixels_in_ellipse(
-    one: FloatArray, other: FloatArray, reach: float, shape: Sequence[int]
+    one: FloatArray, other: FloatArray, max_distance: float, shape: Sequence[int]
 ) -> tuple[PixelBox, BoolArray]:
     """Select the pixels in an ellipse around two pixels.
 
     Parameters
     ----------
     one, other : (2,) ndarray
-    reach : float
+    max_distance : float
         Maximum sum of the distances to the two pixels.
     shape : sequence of int
         Height and width of the picture.
@@ -69,12 +69,12 @@ def select_pixels_in_ellipse(
     mask : ndarray of bool
         Selected pixels of the box.
     """
-    low = np.minimum(one, other) - 0.5 * reach
-    high = np.maximum(one, other) + 0.5 * reach
+    low = np.minimum(one, other) - 0.5 * max_distance
+    high = np.maximum(one, other) + 0.5 * max_distance
     box = _box(low, high, shape)
     y, x = np.mgrid[box] + 0.5
     far = np.hypot(x - one[0], y - one[1]) + np.hypot(x - other[0], y - other[1])
-    return box, np.asarray(far <= reach)
+    return box, np.asarray(far <= max_distance)
 
 
 def select_pixels_along_line(

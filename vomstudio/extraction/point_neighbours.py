@@ -61,7 +61,7 @@ class PointNeighbourhoods:
     around: IntArray
 
 
-def is_noise_dominated(places: FloatArray) -> bool:
+def is_noise_dominated(positions: FloatArray) -> bool:
     """Return whether the noise of points exceeds their spacing.
 
     In this case, even the largest neighbourhoods fill a volume rather than a surface. If some part
@@ -69,33 +69,33 @@ def is_noise_dominated(places: FloatArray) -> bool:
 
     Parameters
     ----------
-    places : (n, 3) ndarray
+    positions : (n, 3) ndarray
 
     Returns
     -------
     bool
     """
     max_count = NORMAL_COUNTS[-1]
-    if len(places) < 4 * max_count:
+    if len(positions) < 4 * max_count:
         return False
-    sample = np.arange(0, len(places), max(1, len(places) // _SAMPLE_POINTS))
-    near = np.ascontiguousarray(_tree(places).query(places[sample], k=max_count)[1], np.int32)
+    sample = np.arange(0, len(positions), max(1, len(positions) // _SAMPLE_POINTS))
+    near = np.ascontiguousarray(_tree(positions).query(positions[sample], k=max_count)[1], np.int32)
     # The smallest neighbourhoods are tested as well: two sheets close together are each quiet.
     return all(
         float(np.quantile(np.nan_to_num(variation), _QUIET_QUANTILE)) > _MIN_NOISY_VARIATION
         for _, variation in (
-            _fit_planes(places, sample, np.ascontiguousarray(near[:, :count]))
+            _fit_planes(positions, sample, np.ascontiguousarray(near[:, :count]))
             for count in (NORMAL_COUNTS[0], max_count)
         )
     )
 
 
-def find_scattered_points(places: FloatArray) -> tuple[BoolArray, float]:
+def find_scattered_points(positions: FloatArray) -> tuple[BoolArray, float]:
     """Find points that scatter in all directions and therefore do not define a plane.
 
     Parameters
     ----------
-    places : (n, 3) ndarray
+    positions : (n, 3) ndarray
 
     Returns
     -------
@@ -103,27 +103,29 @@ def find_scattered_points(places: FloatArray) -> tuple[BoolArray, float]:
     area : float
         Area represented by each of these points.
     """
-    low = places.min(axis=0)
-    grid = create_cell_grid(places - low, _POINTS_PER_CELL)
+    low = positions.min(axis=0)
+    grid = create_cell_grid(positions - low, _POINTS_PER_CELL)
     starts, near = grid.around()
     m = len(grid.keys)
-    means, inner = np.empty((m, 3)), np.empty((m, 6))
-    cell_moments(grid.places, grid.begins, means, inner)
+    means, inner_values = np.empty((m, 3)), np.empty((m, 6))
+    cell_moments(grid.places, grid.begins, means, inner_values)
     count, normals, spreads = np.empty(m, np.int64), np.empty((m, 3)), np.empty((m, 3))
-    block_planes(0, m, grid.begins, means, inner, starts, near, count, normals, spreads)
-    filled = (count >= _MIN_BLOCK_POINTS) & (
+    block_planes(0, m, grid.begins, means, inner_values, starts, near, count, normals, spreads)
+    is_filled = (count >= _MIN_BLOCK_POINTS) & (
         spreads[:, 0] > _MIN_SCATTERED_VARIATION * spreads.sum(axis=1)
     )
     area = grid.side**2 / _POINTS_PER_CELL ** (2.0 / 3.0)
-    return np.repeat(filled, np.diff(grid.begins))[grid.row_of], area
+    return np.repeat(is_filled, np.diff(grid.begins))[grid.row_of], area
 
 
-def estimate_normals(places: FloatArray, angle_deg: float, progress: Progress) -> FloatArray | None:
+def estimate_normals(
+    positions: FloatArray, angle_deg: float, progress: Progress
+) -> FloatArray | None:
     """Estimate the normals of points from as many neighbours as required for agreement.
 
     Parameters
     ----------
-    places : (n, 3) ndarray
+    positions : (n, 3) ndarray
     angle_deg : float
         Maximum angle between the normals of neighbours, degrees.
     progress : Progress
@@ -133,16 +135,16 @@ def estimate_normals(places: FloatArray, angle_deg: float, progress: Progress) -
     (n, 3) ndarray or None
         Unit normals; None if the neighbourhoods are not flat.
     """
-    tree = _tree(places)
-    around = _required_neighbours(tree, places, angle_deg, 0.5)
-    normals, variation = np.empty((len(places), 3)), np.empty(len(places))
+    tree = _tree(positions)
+    neighbour_count = _required_neighbours(tree, positions, angle_deg, 0.5)
+    normals, variation = np.empty((len(positions), 3)), np.empty(len(positions))
 
     def work(block: slice) -> None:
         rows = np.arange(block.start, block.stop)
-        near = np.ascontiguousarray(tree.query(places[rows], k=around)[1], np.int32)
-        normals[block], variation[block] = _fit_planes(places, rows, near)
+        near = np.ascontiguousarray(tree.query(positions[rows], k=neighbour_count)[1], np.int32)
+        normals[block], variation[block] = _fit_planes(positions, rows, near)
 
-    run_in_blocks(work, len(places), progress, _BLOCK_POINTS)
+    run_in_blocks(work, len(positions), progress, _BLOCK_POINTS)
     return normals if float(np.nanmedian(variation)) < _MAX_FLAT_VARIATION else None
 
 
@@ -176,48 +178,50 @@ def find_surroundings(
     seen : PointNeighbourhoods
     """
     progress.stage(tr("Finding neighbours"), None)
-    places = grid.places
+    positions = grid.places
     tree = (
         None
-        if known_count and is_sparse is not None and len(places) >= MIN_CELL_CLOUD
-        else _tree(places)
+        if known_count and is_sparse is not None and len(positions) >= MIN_CELL_CLOUD
+        else _tree(positions)
     )
     # Points within planes are quiet.
-    share = 1.0 - 0.5 * len(places) / len(rows) if 2 * len(rows) > len(places) else 0.0
+    fraction = 1.0 - 0.5 * len(positions) / len(rows) if 2 * len(rows) > len(positions) else 0.0
     known_count = known_count if len(rows) else NORMAL_COUNTS[0]
-    around = (
-        min(known_count, len(places))
+    required_count = (
+        min(known_count, len(positions))
         if known_count
-        else _required_neighbours(tree, places, angle_deg, share)
+        else _required_neighbours(tree, positions, angle_deg, fraction)
     )
-    k, neighbour_count = len(rows), min(N_NEIGHBOURS, len(places) - 1)
+    k, neighbour_count = len(rows), min(N_NEIGHBOURS, len(positions) - 1)
     surroundings = PointNeighbourhoods(
         np.empty((k, neighbour_count), np.int32),
         np.empty(k),
         np.empty((k, 3)),
         np.empty(k),
-        np.full(k, around),
+        np.full(k, required_count),
     )
     progress.stage(tr("Computing normals"), k)
-    if is_sparse is None or len(places) < MIN_CELL_CLOUD:
-        _search_tree(tree, places, None, rows, np.arange(k), surroundings, progress)
-        return around, surroundings
+    if is_sparse is None or len(positions) < MIN_CELL_CLOUD:
+        _search_tree(tree, positions, None, rows, np.arange(k), surroundings, progress)
+        return required_count, surroundings
     cells = grid.cells_of(rows)
     is_thin = is_sparse[cells]
-    surroundings.around[is_thin] = min(NORMAL_COUNTS[0], around)
+    surroundings.around[is_thin] = min(NORMAL_COUNTS[0], required_count)
     is_open = np.ones(k, np.bool_)
     _search_cells(grid, rows, cells, np.flatnonzero(~is_thin), surroundings, is_open, progress)
     open_rows = np.flatnonzero(is_open)
     if not len(open_rows):
-        return around, surroundings
+        return required_count, surroundings
     subset = None
     if tree is None:
         subset = _select_surroundings(grid, is_sparse, np.unique(cells[is_open & ~is_thin]))
         subset = None if len(subset) < 2 * NORMAL_COUNTS[-1] else subset
-        tree = _tree(places if subset is None else to_kernel_array(places[subset], np.float64))
+        tree = _tree(
+            positions if subset is None else to_kernel_array(positions[subset], np.float64)
+        )
     for group in (open_rows[~is_thin[open_rows]], open_rows[is_thin[open_rows]]):
-        _search_tree(tree, places, subset, rows, group, surroundings, progress)
-    return around, surroundings
+        _search_tree(tree, positions, subset, rows, group, surroundings, progress)
+    return required_count, surroundings
 
 
 def _select_surroundings(grid: CellGrid, is_sparse: BoolArray, cells: IntArray) -> IntArray:
@@ -241,7 +245,7 @@ def _search_cells(
     grid: CellGrid,
     rows: IntArray,
     cells: IntArray,
-    selected: IntArray,
+    selected_indices: IntArray,
     surroundings: PointNeighbourhoods,
     is_open: BoolArray,
     progress: Progress,
@@ -250,16 +254,19 @@ def _search_cells(
 
     `is_open` is set to False for each point for which this is sufficient.
     """
-    if not len(selected):
+    if not len(selected_indices):
         return
     starts, near_cells = grid.around()
-    around, neighbour_count = int(surroundings.around[selected[0]]), surroundings.near.shape[1]
+    around, neighbour_count = (
+        int(surroundings.around[selected_indices[0]]),
+        surroundings.near.shape[1],
+    )
 
     def work(block: slice) -> None:
-        at = selected[block]
-        near = np.empty((len(at), around), np.int32)
-        squares, known = np.empty((len(at), around)), np.empty(len(at), np.bool_)
-        centres = to_kernel_array(rows[at], np.int64)
+        position = selected_indices[block]
+        near = np.empty((len(position), around), np.int32)
+        squares, is_known = np.empty((len(position), around)), np.empty(len(position), np.bool_)
+        centres = to_kernel_array(rows[position], np.int64)
         nearest_in_block(
             grid.places,
             grid.begins,
@@ -270,92 +277,99 @@ def _search_cells(
             grid.layer,
             grid.side,
             centres,
-            to_kernel_array(cells[at], np.int64),
+            to_kernel_array(cells[position], np.int64),
             near,
             squares,
-            known,
+            is_known,
         )
-        at, near = at[known], near[known]
-        surroundings.normals[at], surroundings.variation[at] = _fit_planes(
-            grid.places, rows[at], near
+        position, near = position[is_known], near[is_known]
+        surroundings.normals[position], surroundings.variation[position] = _fit_planes(
+            grid.places, rows[position], near
         )
-        surroundings.near[at], surroundings.far[at] = (
+        surroundings.near[position], surroundings.far[position] = (
             near[:, 1 : neighbour_count + 1],
-            np.sqrt(squares[known, neighbour_count]),
+            np.sqrt(squares[is_known, neighbour_count]),
         )
-        is_open[at] = False
+        is_open[position] = False
 
-    run_in_blocks(work, len(selected), progress, _BLOCK_POINTS)
+    run_in_blocks(work, len(selected_indices), progress, _BLOCK_POINTS)
 
 
 def _search_tree(
     tree: Any,
-    places: FloatArray,
+    positions: FloatArray,
     subset: IntArray | None,
     rows: IntArray,
-    selected: IntArray,
+    selected_indices: IntArray,
     surroundings: PointNeighbourhoods,
     progress: Progress,
 ) -> None:
     """Describe the neighbourhoods of selected points with a tree of all or some points."""
-    if not len(selected):
+    if not len(selected_indices):
         return
-    around, neighbour_count = int(surroundings.around[selected[0]]), surroundings.near.shape[1]
+    around, neighbour_count = (
+        int(surroundings.around[selected_indices[0]]),
+        surroundings.near.shape[1],
+    )
 
     def work(block: slice) -> None:
-        at = selected[block]
-        distance, near = tree.query(places[rows[at]], k=around)
+        position = selected_indices[block]
+        distance, near = tree.query(positions[rows[position]], k=around)
         near = np.ascontiguousarray(near if subset is None else subset[near], np.int32)
-        surroundings.normals[at], surroundings.variation[at] = _fit_planes(places, rows[at], near)
-        surroundings.near[at], surroundings.far[at] = (
+        surroundings.normals[position], surroundings.variation[position] = _fit_planes(
+            positions, rows[position], near
+        )
+        surroundings.near[position], surroundings.far[position] = (
             near[:, 1 : neighbour_count + 1],
             distance[:, neighbour_count],
         )
 
-    run_in_blocks(work, len(selected), progress, _BLOCK_POINTS)
+    run_in_blocks(work, len(selected_indices), progress, _BLOCK_POINTS)
 
 
-def _tree(places: FloatArray) -> Any:
+def _tree(positions: FloatArray) -> Any:
     from scipy.spatial import cKDTree
 
-    return cKDTree(places, leafsize=16, compact_nodes=False, balanced_tree=False)
+    return cKDTree(positions, leafsize=16, compact_nodes=False, balanced_tree=False)
 
 
 def _fit_planes(
-    places: FloatArray, rows: IntArray, near: Int32Array
+    positions: FloatArray, rows: IntArray, near: Int32Array
 ) -> tuple[FloatArray, FloatArray]:
     """Return the normals and variations of the points `near` (k, m) around each row (k,)."""
     results = np.empty((len(rows), 3)), np.empty(len(rows))
-    fit_local_planes(places, to_kernel_array(places[rows], np.float64), near, *results)
+    fit_local_planes(positions, to_kernel_array(positions[rows], np.float64), near, *results)
     return results
 
 
-def _required_neighbours(tree: Any, places: FloatArray, angle_deg: float, share: float) -> int:
+def _required_neighbours(
+    tree: Any, positions: FloatArray, angle_deg: float, fraction: float
+) -> int:
     """Return the number of neighbours at which adjacent normals agree.
 
     The number is determined from a sample.
 
-    `share` is the fraction of the points whose normals must agree.
+    `fraction` is the fraction of the points whose normals must agree.
     """
-    n = len(places)
+    n = len(positions)
     sample = np.arange(0, n, max(1, n // _SAMPLE_POINTS))
     used_count = min(NORMAL_COUNTS[0], n)
     for count in NORMAL_COUNTS:
         used_count = min(count, n)
-        _, rows = tree.query(places[sample], k=used_count)
+        _, rows = tree.query(positions[sample], k=used_count)
         # Compare with the plane around the fourth neighbour.
         neighbours = rows[:, min(4, used_count - 1)]
-        _, second_rows = tree.query(places[neighbours], k=used_count)
+        _, second_rows = tree.query(positions[neighbours], k=used_count)
         normals = [
-            _fit_planes(places, at, np.ascontiguousarray(near, np.int32))[0]
-            for at, near in ((sample, rows), (neighbours, second_rows))
+            _fit_planes(positions, position, np.ascontiguousarray(near, np.int32))[0]
+            for position, near in ((sample, rows), (neighbours, second_rows))
         ]
         cosine = np.abs((normals[0] * normals[1]).sum(axis=1))
         cosine = cosine[np.isfinite(cosine)]
         if not len(cosine):
             break
         if (
-            np.degrees(np.arccos(min(float(np.quantile(cosine, 1.0 - share)), 1.0)))
+            np.degrees(np.arccos(min(float(np.quantile(cosine, 1.0 - fraction)), 1.0)))
             <= MAX_ANGLE_SHARE * angle_deg
         ):
             break

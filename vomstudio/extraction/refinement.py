@@ -71,10 +71,10 @@ def subdivide_mesh(
             done.append((faces, source))
             break
         key = low * np.int64(len(vertices)) + high
-        cut = np.unique(key[long])
-        place = np.searchsorted(cut, key)
-        place[place == len(cut)] = 0
-        is_cut = cut[place] == key
+        cut_values = np.unique(key[long])
+        place = np.searchsorted(cut_values, key)
+        place[place == len(cut_values)] = 0
+        is_cut = cut_values[place] == key
         # A face without a cut edge will only be cut later if it is itself too large: every edge cut
         # later is longer than `longest`.
         is_active = (length > max_edge).any(axis=1) | is_cut.any(axis=1)
@@ -87,7 +87,11 @@ def subdivide_mesh(
         )
         middle = np.where(is_cut, place + len(vertices), -1)
         vertices = np.concatenate(
-            [vertices, 0.5 * (vertices[cut // len(vertices)] + vertices[cut % len(vertices)])]
+            [
+                vertices,
+                0.5
+                * (vertices[cut_values // len(vertices)] + vertices[cut_values % len(vertices)]),
+            ]
         )
         faces, source = _split_faces(faces, middle, source)
         if len(faces) + sum(len(part) for part, _ in done) > MAX_FACES:

@@ -113,18 +113,18 @@ def _normals(elements: Elements, progress: Progress) -> FloatArray:
     """Compute the normals (n, 3) of points; NaN if their neighbours are not coplanar."""
     from scipy.spatial import cKDTree
 
-    places = elements.places
-    tree = cKDTree(places, leafsize=16, compact_nodes=False, balanced_tree=False)
-    n, k = len(places), min(N_NEIGHBOURS, len(places))
+    positions = elements.places
+    tree = cKDTree(positions, leafsize=16, compact_nodes=False, balanced_tree=False)
+    n, k = len(positions), min(N_NEIGHBOURS, len(positions))
     normals, variation = np.empty((n, 3)), np.empty(n)
     progress.stage(tr("Computing normals"), n)
 
     def work(block: slice) -> None:
-        _, rows = tree.query(places[block], k=k)
+        _, rows = tree.query(positions[block], k=k)
         neighbours = np.ascontiguousarray(rows.reshape(-1, k), np.int32)
         block_results = np.empty((len(neighbours), 3)), np.empty(len(neighbours))
         fit_local_planes(
-            places, to_kernel_array(places[block], np.float64), neighbours, *block_results
+            positions, to_kernel_array(positions[block], np.float64), neighbours, *block_results
         )
         normals[block], variation[block] = block_results
 
@@ -148,19 +148,21 @@ def find_set_poles(normals: FloatArray) -> FloatArray:
     """
     from scipy.spatial import cKDTree
 
-    finite = normals[np.isfinite(normals).all(axis=1)]
-    if not len(finite):
+    finite_normals = normals[np.isfinite(normals).all(axis=1)]
+    if not len(finite_normals):
         return np.zeros((0, 3))
     nodes = _half_sphere(_N_DIRECTIONS)
     tree = cKDTree(np.concatenate([nodes, -nodes]))
-    _, nearest = tree.query(finite)
+    _, nearest = tree.query(finite_normals)
     count = np.bincount(nearest % len(nodes), minlength=len(nodes)).astype(np.float64)
-    filled = np.flatnonzero(count)
-    steep = 0.5 / np.radians(_KERNEL_DEG) ** 2
+    filled_rows = np.flatnonzero(count)
+    steep_values = 0.5 / np.radians(_KERNEL_DEG) ** 2
     density = np.zeros(len(nodes))
     for first in range(0, len(nodes), 1000):
-        cosine = nodes[first : first + 1000] @ nodes[filled].T
-        density[first : first + 1000] = np.exp(steep * (cosine**2 - 1.0)) @ count[filled]
+        cosine = nodes[first : first + 1000] @ nodes[filled_rows].T
+        density[first : first + 1000] = (
+            np.exp(steep_values * (cosine**2 - 1.0)) @ count[filled_rows]
+        )
     poles: list[FloatArray] = []
     max_cosine = np.cos(np.radians(MIN_SET_ANGLE_DEG))
     is_free = np.ones(len(nodes), np.bool_)
@@ -170,12 +172,12 @@ def find_set_poles(normals: FloatArray) -> FloatArray:
             break
         if not is_free[i]:
             continue
-        near = np.abs(nodes @ nodes[i]) >= max_cosine
-        is_free[near] = False
+        is_near = np.abs(nodes @ nodes[i]) >= max_cosine
+        is_free[is_near] = False
         # A node on the slope of a denser maximum is not a maximum.
-        around = np.abs(nodes @ nodes[i]) >= np.cos(np.radians(_KERNEL_DEG))
-        if density[i] >= density[around].max():
-            mean = _refine_direction(finite, nodes[i])
+        is_around = np.abs(nodes @ nodes[i]) >= np.cos(np.radians(_KERNEL_DEG))
+        if density[i] >= density[is_around].max():
+            mean = _refine_direction(finite_normals, nodes[i])
             if all(abs(float(mean @ other)) < max_cosine for other in poles):
                 poles.append(mean)
     return np.array(poles).reshape(-1, 3)
@@ -186,8 +188,10 @@ def _half_sphere(count: int) -> FloatArray:
     i = np.arange(count) + 0.5
     z = 1.0 - i / count
     azimuth = np.pi * (1.0 + np.sqrt(5.0)) * i
-    horizontal = np.sqrt(1.0 - z * z)
-    return np.stack([horizontal * np.cos(azimuth), horizontal * np.sin(azimuth), z], axis=1)
+    horizontal_values = np.sqrt(1.0 - z * z)
+    return np.stack(
+        [horizontal_values * np.cos(azimuth), horizontal_values * np.sin(azimuth), z], axis=1
+    )
 
 
 def _refine_direction(axes: FloatArray, start: FloatArray) -> FloatArray:
@@ -207,8 +211,8 @@ def _assign_sets(normals: FloatArray, means: FloatArray, cone_deg: float) -> Int
         return np.full(len(normals), -1, np.int64)
     cosine = np.abs(np.nan_to_num(normals) @ means.T)
     best = np.argmax(cosine, axis=1)
-    inside = cosine[np.arange(len(best)), best] >= np.cos(np.radians(cone_deg))
-    return np.where(inside, best, -1)
+    is_inside = cosine[np.arange(len(best)), best] >= np.cos(np.radians(cone_deg))
+    return np.where(is_inside, best, -1)
 
 
 def _clusters(
@@ -240,7 +244,7 @@ def _clusters(
     return labels, np.array(sets, np.int64)
 
 
-def dbscan(places: FloatArray, radius: float, core_points: int) -> IntArray:
+def dbscan(positions: FloatArray, radius: float, core_points: int) -> IntArray:
     """Cluster points by density (Ester et al. 1996).
 
     A point that has `core_points` points within the radius, including itself, is a core point. Core
@@ -249,7 +253,7 @@ def dbscan(places: FloatArray, radius: float, core_points: int) -> IntArray:
 
     Parameters
     ----------
-    places : (n, 3) array
+    positions : (n, 3) array
         Coordinates in metres.
     radius : float
         Radius in metres.
@@ -264,22 +268,22 @@ def dbscan(places: FloatArray, radius: float, core_points: int) -> IntArray:
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
 
-    n = len(places)
+    n = len(positions)
     label = np.full(n, -1, np.int64)
     if n < core_points:
         return label
-    tree = cKDTree(places)
-    core = tree.query(places, k=core_points)[0][:, -1] <= radius
+    tree = cKDTree(positions)
+    core = tree.query(positions, k=core_points)[0][:, -1] <= radius
     cores = np.flatnonzero(core)
     if not len(cores):
         return label
-    between = cKDTree(places[cores])
+    between = cKDTree(positions[cores])
     pairs = between.query_pairs(radius, output_type="ndarray")
     links = coo_matrix((np.ones(len(pairs), np.bool_), tuple(pairs.T)), (len(cores), len(cores)))
     label[cores] = connected_components(links.tocsr(), directed=False)[1]
     border = np.flatnonzero(~core)
     if len(border):
-        distance, nearest = between.query(places[border])
-        near = distance <= radius
-        label[border[near]] = label[cores[nearest[near]]]
+        distance, nearest = between.query(positions[border])
+        is_near = distance <= radius
+        label[border[is_near]] = label[cores[nearest[is_near]]]
     return label

@@ -41,8 +41,8 @@ def shortest_path(graph: Graph, one: int, other: int, costs: FloatArray) -> IntA
     (k,) int array or None
         Nodes from `one` to `other`; None if the nodes are not connected.
     """
-    least = _BOUND_SCALE * float(costs.min()) if len(costs) else 0.0
-    search = _search(graph, one, other, costs, max(least, 0.0))
+    least_values = _BOUND_SCALE * float(costs.min()) if len(costs) else 0.0
+    search = _search(graph, one, other, costs, max(least_values, 0.0))
     return None if search is None else _backtrack_path(search[1], one, other)
 
 
@@ -106,7 +106,7 @@ def path_with_turns(
     back = _search(graph, other, one, costs, 0.0)
     if back is None:
         return None
-    remaining = np.minimum(back[0], back[0][one]) * _BOUND_SCALE
+    remaining_values = np.minimum(back[0], back[0][one]) * _BOUND_SCALE
     from vomstudio.extraction.path_kernels import search_least_turning
 
     capacity = min(n, _MAX_NODES)
@@ -120,7 +120,7 @@ def path_with_turns(
         costs,
         one,
         other,
-        remaining,
+        remaining_values,
         turn_cost * graph.typical_arc / (N_HEADINGS / 4),
         N_HEADINGS,
         np.cos(np.radians(MAX_HEADING_ERROR_DEG)),
@@ -180,14 +180,14 @@ def _backtrack_path(before: Int32Array, one: int, other: int) -> IntArray:
 
 def _corridor(graph: Graph, path: IntArray) -> BoolArray:
     """Return which nodes (n,) are within `_CORRIDOR_ARCS` arcs of a path."""
-    inside = np.zeros(len(graph.places), np.bool_)
-    inside[path] = True
+    is_inside = np.zeros(len(graph.places), np.bool_)
+    is_inside[path] = True
     front = np.unique(path)
     for _ in range(_CORRIDOR_ARCS):
         first = graph.starts[front]
         count = graph.starts[front + 1] - first
-        at = np.repeat(first - (np.cumsum(count) - count), count) + np.arange(int(count.sum()))
-        reached = np.unique(graph.near[at]).astype(np.int64)
-        front = reached[~inside[reached]]
-        inside[front] = True
-    return inside
+        index = np.repeat(first - (np.cumsum(count) - count), count) + np.arange(int(count.sum()))
+        reached_values = np.unique(graph.near[index]).astype(np.int64)
+        front = reached_values[~is_inside[reached_values]]
+        is_inside[front] = True
+    return is_inside

@@ -107,21 +107,21 @@ KINDS: dict[str, FieldKind] = {
 _LEVEL_DEG = 1.0
 
 
-def field_name(kind: str, radius_m: float, *, metric: bool = True) -> str:
+def field_name(kind: str, radius_m: float, *, is_metric: bool = True) -> str:
     """Return the name of a field including its radius and unit.
 
     Parameters
     ----------
     kind : str
     radius_m : float
-    metric : bool, optional
+    is_metric : bool, optional
         Whether the scale of the model in metres is known.
 
     Returns
     -------
     str
     """
-    field_kind, length = KINDS[kind], "m" if metric else "units"
+    field_kind, length = KINDS[kind], "m" if is_metric else "units"
     unit = f" [{field_kind.unit.replace('m', length)}]" if field_kind.unit else ""
     return f"{field_kind.name}, r {radius_m:g} {length}{unit}"
 
@@ -175,13 +175,13 @@ def surface_fields(
         raise UsageError(Finding("number.not-a-length", text=str(radius_m)), field="radius")
     progress = progress or SilentProgress()
     progress.stage(tr("Preparing surface points"), None)
-    places = np.asarray(points_of(data), np.float64)
+    positions = np.asarray(points_of(data), np.float64)
     radius_warnings = _check_radius(data, radius_m)
     points = surface_points(data, radius_m / _RADIUS_SPACINGS)[0]
     support = _thin_evenly(points, radius_m / _RADIUS_CELLS)
     grid = PointGrid(support, radius_m)
-    progress.stage(tr("Fitting planes within the radius"), len(places))
-    planes = grid.planes(places, radius_m, progress)
+    progress.stage(tr("Fitting planes within the radius"), len(positions))
+    planes = grid.planes(positions, radius_m, progress)
     has_plane = planes.count >= _MIN_POINTS
     is_line = has_plane & ~(planes.spread[:, 1] > _MAX_LINE_RATIO * planes.spread[:, 2])
     if has_plane.any() and (is_line == has_plane).all():
@@ -192,8 +192,8 @@ def surface_fields(
     normals, warnings = _orient_outward(data, planes.normal)
     warnings = (*radius_warnings, *warnings)
     normals[~has_plane] = np.nan
-    progress.stage(tr("Computing curvature"), len(places))
-    curvature = grid.curvatures(places, normals, radius_m, progress)
+    progress.stage(tr("Computing curvature"), len(positions))
+    curvature = grid.curvatures(positions, normals, radius_m, progress)
     values = {**_attitudes(normals), "curvature": curvature, **_shapes(planes)}
     sparse_share = float(1.0 - has_plane.mean())
     if sparse_share > _MAX_SPARSE_SHARE:
@@ -268,11 +268,11 @@ def _thin_evenly(points: FloatArray, cell: float) -> FloatArray:
     """
     if not len(points):
         return points
-    places = np.floor((points - points.min(axis=0)) / cell).astype(np.int64)
-    size = places.max(axis=0) + 1
-    key = (places[:, 0] * size[1] + places[:, 1]) * size[2] + places[:, 2]
-    mixed = np.random.default_rng(0).permutation(len(key))
-    order = mixed[np.argsort(key[mixed], kind="stable")]
+    positions = np.floor((points - points.min(axis=0)) / cell).astype(np.int64)
+    size = positions.max(axis=0) + 1
+    key = (positions[:, 0] * size[1] + positions[:, 1]) * size[2] + positions[:, 2]
+    mixed_values = np.random.default_rng(0).permutation(len(key))
+    order = mixed_values[np.argsort(key[mixed_values], kind="stable")]
     is_first = np.concatenate([[True], np.diff(key[order]) != 0])
     first = np.maximum.accumulate(np.where(is_first, np.arange(len(order)), 0))
     return points[np.sort(order[np.arange(len(order)) - first < _MAX_CELL_POINTS])]

@@ -131,8 +131,8 @@ def _interpolate(picture: ByteArray, uv: FloatArray) -> FloatArray:
     The picture is repeated outside the range 0 to 1.
     """
     height, width = picture.shape[:2]
-    known = np.asarray(np.isfinite(uv).all(axis=1))
-    finite_uv = np.where(known[:, None], uv, 0.0)
+    known_values = np.asarray(np.isfinite(uv).all(axis=1))
+    finite_uv = np.where(known_values[:, None], uv, 0.0)
     inside = np.where(
         (finite_uv >= 0.0) & (finite_uv <= 1.0), finite_uv, finite_uv - np.floor(finite_uv)
     )
@@ -147,4 +147,4 @@ def _interpolate(picture: ByteArray, uv: FloatArray) -> FloatArray:
         + picture[j1, i] * (1 - fx) * fy
         + picture[j1, i1] * fx * fy
     )
-    return np.asarray(np.where(known[:, None], colours, _MISSING_GREY))
+    return np.asarray(np.where(known_values[:, None], colours, _MISSING_GREY))

@@ -75,7 +75,7 @@ class CostOptions(Options):
             " curvature (surface edges), low values of a field, auto (the cost with the best"
             " plane), or onnx (network edges)"
         ),
-        automatic=to_translate("colour; gradient with --propose"),
+        automatic_text=to_translate("colour; gradient with --propose"),
     )
     onnx_model: str | None = option(
         None,
@@ -115,7 +115,7 @@ class FollowOptions(CostOptions):
             "camera poses and lenses in the frame of the model file: cameras.json, cameras.csv,"
             " COLMAP sparse model, Metashape XML, reconstruction.json or shots.geojson"
         ),
-        automatic=to_translate("next to the model"),
+        automatic_text=to_translate("next to the model"),
     )
 
     def __post_init__(self) -> None:
@@ -146,7 +146,7 @@ class ProposalOptions(CostOptions):
         label=to_translate("Length"),
         help=to_translate("minimum length of a proposed line, m"),
         tip=to_translate("Minimum length of a line"),
-        automatic=to_translate("20 times the model resolution"),
+        automatic_text=to_translate("20 times the model resolution"),
     )
     max_lines: int = option(
         50,
@@ -187,7 +187,7 @@ class DrawnTraceOptions(Options):
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
         help=to_translate("maximum distance of points along a line, m"),
-        automatic=to_translate("the vertices only"),
+        automatic_text=to_translate("the vertices only"),
     )
     into: str | None = option(
         None,
@@ -198,19 +198,19 @@ class DrawnTraceOptions(Options):
         None,
         metavar="TYPE",
         help=to_translate("feature type of the lines in the project"),
-        automatic=to_translate("the name of each layer"),
+        automatic_text=to_translate("the name of each layer"),
     )
     on: str | None = option(
         None,
         metavar="NAME",
         help=to_translate("model of the project that carries the lines"),
-        automatic=to_translate("the only model"),
+        automatic_text=to_translate("the only model"),
     )
     set: str | None = option(
         None,
         metavar="SET",
         help=to_translate("set of the lines"),
-        automatic=to_translate("their column “set”"),
+        automatic_text=to_translate("their column “set”"),
     )
     update: bool = option(
         False,

@@ -111,8 +111,8 @@ def fit_prior(name: str, normals: npt.ArrayLike) -> SetPrior | None:
         return None
     v = unit_vectors(v)
     first = orientation_tensor(v)[1][0]
-    flipped = v * np.where(v @ first < 0.0, -1.0, 1.0)[:, None]
-    total = flipped.sum(axis=0)
+    flipped_values = v * np.where(v @ first < 0.0, -1.0, 1.0)[:, None]
+    total = flipped_values.sum(axis=0)
     resultant = float(np.linalg.norm(total))
     kappa = (n - 1.0) / max(n - resultant, (n - 1.0) / MAX_KAPPA)
     if kappa <= 1.0:
@@ -180,9 +180,9 @@ def band_findings(band: BandFigures, line: str, plane: str | None) -> list[Findi
             high_deg=band.highest_dip_deg,
         )
     ]
-    compatible = [prior for prior in band.sets if prior.compatible]
-    if compatible:
-        sets = [f"{s.name} ({100.0 * s.probability:.0f} %)" for s in compatible]
+    compatible_sets = [prior for prior in band.sets if prior.compatible]
+    if compatible_sets:
+        sets = [f"{s.name} ({100.0 * s.probability:.0f} %)" for s in compatible_sets]
         findings.append(Finding("trace.compatible-sets", sets=sets))
     elif band.sets:
         findings.append(Finding("trace.no-compatible-set"))

@@ -169,12 +169,12 @@ class ShapeChange:
     stretch: float
 
 
-def fit_shape_change(places: FloatArray, displacements: FloatArray) -> ShapeChange:
+def fit_shape_change(positions: FloatArray, displacements: FloatArray) -> ShapeChange:
     """Fit the deformation of a model to small displacements of its points.
 
     Parameters
     ----------
-    places, displacements : (n, 3) ndarray
+    positions, displacements : (n, 3) ndarray
         Points and their displacements in the World frame, m.
 
     Returns
@@ -186,27 +186,36 @@ def fit_shape_change(places: FloatArray, displacements: FloatArray) -> ShapeChan
     numpy.linalg.LinAlgError
         If values are not finite.
     """
-    middle, axes, reach = model_shape(places)
-    u, v, w = ((places - middle) @ axes.T).T / reach
-    along = displacements @ axes.T
+    centre, axes, reach = model_shape(positions)
+    u, v, w = ((positions - centre) @ axes.T).T / reach
+    projections = displacements @ axes.T
     columns = [np.ones(len(u)), u, v]
     relief = float(w.std()) > MIN_RELIEF
     if relief:
         columns.append(w)
-    horizontal = np.linalg.lstsq(np.stack(columns, axis=1), along[:, :2], rcond=None)[0]
+    horizontal_values = np.linalg.lstsq(np.stack(columns, axis=1), projections[:, :2], rcond=None)[
+        0
+    ]
     bend_columns = np.stack([*columns, u**2 + v**2], axis=1)
-    vertical = np.linalg.lstsq(bend_columns, along[:, 2], rcond=None)[0]
-    growth = float(horizontal[1, 0] + horizontal[2, 1]) / 2.0 / reach
+    vertical_values = np.linalg.lstsq(bend_columns, projections[:, 2], rcond=None)[0]
+    growth = float(horizontal_values[1, 0] + horizontal_values[2, 1]) / 2.0 / reach
     turns = (
-        np.array([vertical[2], -vertical[1], (horizontal[1, 1] - horizontal[2, 0]) / 2.0]) / reach
+        np.array(
+            [
+                vertical_values[2],
+                -vertical_values[1],
+                (horizontal_values[1, 1] - horizontal_values[2, 0]) / 2.0,
+            ]
+        )
+        / reach
     )
-    stretch = float(vertical[3]) / reach - growth if relief else 0.0
-    shift = np.array([*horizontal[0], vertical[0]]) @ axes
-    return ShapeChange(turns @ axes, growth, shift, float(vertical[-1]) / reach**2, stretch)
+    stretch = float(vertical_values[3]) / reach - growth if relief else 0.0
+    shift = np.array([*horizontal_values[0], vertical_values[0]]) @ axes
+    return ShapeChange(turns @ axes, growth, shift, float(vertical_values[-1]) / reach**2, stretch)
 
 
 def fit_bowing(
-    places: FloatArray,
+    positions: FloatArray,
     residuals: FloatArray,
     sigma: FloatArray | None = None,
     extent: FloatArray | None = None,
@@ -216,7 +225,7 @@ def fit_bowing(
 
     Parameters
     ----------
-    places, residuals : (n, 3) ndarray
+    positions, residuals : (n, 3) ndarray
         Positions and residuals (fitted minus measured) in the World frame in order of measurement,
         m. Serial correlation, such as the drift of a receiver, is not mistaken for bowing.
     sigma : (n, 3) ndarray, optional
@@ -232,21 +241,21 @@ def fit_bowing(
         None if there are too few points, or if they lie on a line or at equal distances from the
         middle.
     """
-    n = len(places)
+    n = len(positions)
     if n < MIN_BOWING_POINTS:
         return None
-    middle, axes, reach = _shape_of_model_or_positions(places, extent)
+    centre, axes, reach = _shape_of_model_or_positions(positions, extent)
     if normal is not None:
-        across = np.cross(axes[0], normal)
-        across /= np.linalg.norm(across) or 1.0
-        axes = np.array([np.cross(across, normal), across, normal])
-    flat, normal = (places - middle) @ axes[:2].T, axes[2]
-    size = float(np.sqrt((flat**2).sum(axis=1).mean()))
-    if not size > 0.0 or np.linalg.svd(flat - flat.mean(axis=0), compute_uv=False)[-1] < (
-        MIN_SPREAD * size * np.sqrt(n)
-    ):
+        cross_axis = np.cross(axes[0], normal)
+        cross_axis /= np.linalg.norm(cross_axis) or 1.0
+        axes = np.array([np.cross(cross_axis, normal), cross_axis, normal])
+    plane_points, normal = (positions - centre) @ axes[:2].T, axes[2]
+    size = float(np.sqrt((plane_points**2).sum(axis=1).mean()))
+    if not size > 0.0 or np.linalg.svd(plane_points - plane_points.mean(axis=0), compute_uv=False)[
+        -1
+    ] < (MIN_SPREAD * size * np.sqrt(n)):
         return None
-    u, v = (flat / size).T
+    u, v = (plane_points / size).T
     columns = np.stack([np.ones(n), u, v, u**2 + v**2], axis=1)
     weight = np.ones(n)
     if sigma is not None and np.isfinite(sigma).all() and (sigma > 0).all():
@@ -266,27 +275,30 @@ def fit_bowing(
 
 def _neighbour_correlation(columns: FloatArray, residuals: FloatArray) -> float:
     """Return the correlation of neighbouring residuals (n, 3) of a fit of columns (n, k)."""
-    remaining = residuals - columns @ np.linalg.lstsq(columns, residuals, rcond=None)[0]
-    sizes = np.sqrt((remaining**2).mean(axis=0))
+    remaining_values = residuals - columns @ np.linalg.lstsq(columns, residuals, rcond=None)[0]
+    sizes = np.sqrt((remaining_values**2).mean(axis=0))
     if not (sizes > 0.0).all():
         return 0.0
     k = columns.shape[1]
     columns_by_axis = np.zeros((len(columns), 3, 3 * k))
     for axis in range(3):
         columns_by_axis[:, axis, axis * k : (axis + 1) * k] = columns
-    return fit_serial_correlation(columns_by_axis, remaining / sizes)
+    return fit_serial_correlation(columns_by_axis, remaining_values / sizes)
 
 
 def fit_bowing_to_turns(
-    places: FloatArray, turns: FloatArray, cameras: FloatArray, extent: FloatArray | None = None
+    positions: FloatArray,
+    rotations: FloatArray,
+    cameras: FloatArray,
+    extent: FloatArray | None = None,
 ) -> Bowing | None:
     """Fit the bowing of a model to the measured verticals of its photos.
 
     Parameters
     ----------
-    places : (n, 3) ndarray
+    positions : (n, 3) ndarray
         Positions of the cameras in the World frame, m.
-    turns : (n, 3) ndarray
+    rotations : (n, 3) ndarray
         Rotation of each photo in the model relative to its measured orientation, radians, in the
         World frame. Only the components about east and north, which a vertical determines, are
         used.
@@ -301,14 +313,16 @@ def fit_bowing_to_turns(
     Bowing or None
         None if there are too few photos, or if all have the same position along the model.
     """
-    n = len(places)
+    n = len(positions)
     if n < MIN_BOWING_POINTS:
         return None
-    middle, axes, reach = _shape_of_model_or_positions(places, extent)
-    u, v = ((places - middle) @ axes[:2].T).T
+    centre, axes, reach = _shape_of_model_or_positions(positions, extent)
+    u, v = ((positions - centre) @ axes[:2].T).T
     # The surface w = c (u^2 + v^2) has the normal w - 2 c (u, v), a rotation by w x (u, v).
-    along = np.outer(u, np.cross(axes[2], axes[0])) + np.outer(v, np.cross(axes[2], axes[1]))
-    bend_turns = -2.0 * along[:, :2]
+    along_component = np.outer(u, np.cross(axes[2], axes[0])) + np.outer(
+        v, np.cross(axes[2], axes[1])
+    )
+    bend_turns = -2.0 * along_component[:, :2]
     size = float(np.sqrt((bend_turns**2).mean()))
     if not size > 0.0:
         return None
@@ -321,7 +335,7 @@ def fit_bowing_to_turns(
     bend_column = rows[:, 5] - rows[:, :5] @ np.linalg.lstsq(rows[:, :5], rows[:, 5], rcond=1e-6)[0]
     if float(bend_column @ bend_column) < MIN_SPREAD**2 * float(rows[:, 5] @ rows[:, 5]):
         return None
-    bend, error = _fit_last(rows, turns[:, :2].ravel(), bend_column)
+    bend, error = _fit_last(rows, rotations[:, :2].ravel(), bend_column)
     return _bowing(n, bend / size, error / size, reach, axes[2])
 
 
@@ -341,25 +355,27 @@ def model_shape(points: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     reach : float
         Distance from the middle to the edge along the mean plane (99.9 % quantile), m.
     """
-    middle = points.mean(axis=0)
-    _, _, axes = np.linalg.svd(points - middle, full_matrices=False)
+    centre = points.mean(axis=0)
+    _, _, axes = np.linalg.svd(points - centre, full_matrices=False)
     if axes[2, 2] < 0.0:
         axes[2] = -axes[2]
     axes[1] = np.cross(axes[2], axes[0])
-    distances = np.linalg.norm((points - middle) @ axes[:2].T, axis=1)
-    return middle, axes, float(np.quantile(distances, EDGE_QUANTILE, method="higher"))
+    distances = np.linalg.norm((points - centre) @ axes[:2].T, axis=1)
+    return centre, axes, float(np.quantile(distances, EDGE_QUANTILE, method="higher"))
 
 
-def _bowing(n: int, curvature: float, error: float, reach: float, normal: FloatArray) -> Bowing:
+def _bowing(
+    n: int, curvature: float, error: float, max_distance: float, normal: FloatArray
+) -> Bowing:
     x, y, z = (float(v) for v in normal)
-    return Bowing(n, curvature, error, reach, abs(curvature) > error, (x, y, z))
+    return Bowing(n, curvature, error, max_distance, abs(curvature) > error, (x, y, z))
 
 
 def _shape_of_model_or_positions(
-    places: FloatArray, extent: FloatArray | None
+    positions: FloatArray, extent: FloatArray | None
 ) -> tuple[FloatArray, FloatArray, float]:
     """Return the `model_shape` of the model, or of the positions if its points are unknown."""
-    return model_shape(places if extent is None or len(extent) < MIN_BOWING_POINTS else extent)
+    return model_shape(positions if extent is None or len(extent) < MIN_BOWING_POINTS else extent)
 
 
 def _fit_last(rows: FloatArray, values: FloatArray, last_column: FloatArray) -> tuple[float, float]:
@@ -372,7 +388,7 @@ def _fit_last(rows: FloatArray, values: FloatArray, last_column: FloatArray) -> 
     # Photos that all face the same direction cannot separate the mount from the registration.
     solution, _, rank, _ = np.linalg.lstsq(rows, values, rcond=1e-6)
     residuals = values - rows @ solution
-    free = len(rows) - int(rank)
-    variance = float(residuals @ residuals) / free / float(last_column @ last_column)
-    error = float(stdtrit(free, 1.0 - SIGNIFICANCE / 2.0)) * float(np.sqrt(variance))
+    dof = len(rows) - int(rank)
+    variance = float(residuals @ residuals) / dof / float(last_column @ last_column)
+    error = float(stdtrit(dof, 1.0 - SIGNIFICANCE / 2.0)) * float(np.sqrt(variance))
     return float(solution[-1]), error

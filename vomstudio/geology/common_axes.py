@@ -128,48 +128,51 @@ def _mean_variances(
     counts = np.array([len(poles) for poles in members])
     freedom = int((counts - 1).sum())
     natural = np.radians(NATURAL_SCATTER_DEG) ** 2
-    pooled = sum(squares) / freedom if freedom else natural
+    pooled_count = sum(squares) / freedom if freedom else natural
     variances = [
-        square / (n - 1) if n > 1 else pooled for square, n in zip(squares, counts, strict=True)
+        square / (n - 1) if n > 1 else pooled_count
+        for square, n in zip(squares, counts, strict=True)
     ]
     return np.array(variances) / counts, freedom
 
 
 def _axis_region(
-    means: FloatArray, axes: FloatArray, variances: FloatArray, smallest: int
+    means: FloatArray, axes: FloatArray, variances: FloatArray, smallest_count: int
 ) -> tuple[tuple[float, float] | None, FloatArray]:
     """Return the semi-axes of the joint 95 % region of beta, and the larger direction.
 
     The semi-axes are in degrees; the direction is that of the larger one.
     """
-    if smallest < 2:
+    if smallest_count < 2:
         return None, axes[1]
     # An error e of a mean along beta rotates beta by t, where A t = sum m e and A = sum m m^T in
     # the plane of the means (linearised); e has the variance of the mean of its set.
-    across = axes[:2]
-    flat = means @ across.T
-    inverse = np.linalg.inv(flat.T @ flat)
-    covariance = inverse @ (flat.T * variances) @ flat @ inverse
+    cross_axes = axes[:2]
+    flat_values = means @ cross_axes.T
+    inverse = np.linalg.inv(flat_values.T @ flat_values)
+    covariance = inverse @ (flat_values.T * variances) @ flat_values @ inverse
     spread, directions = np.linalg.eigh(covariance)
-    angles = np.degrees(np.arctan(np.sqrt(np.maximum(spread, 0.0) * 2.0 * f95(smallest - 1))))
-    return (float(angles[1]), float(angles[0])), directions[:, 1] @ across
+    angles = np.degrees(np.arctan(np.sqrt(np.maximum(spread, 0.0) * 2.0 * f95(smallest_count - 1))))
+    return (float(angles[1]), float(angles[0])), directions[:, 1] @ cross_axes
 
 
 def _coplanarity_p(
-    means: FloatArray, axes: FloatArray, variances: FloatArray, free: int
+    means: FloatArray, axes: FloatArray, variances: FloatArray, dof: int
 ) -> float | None:
     """Return the p-value for means in a common plane; None for two means."""
     k = len(means)
     if k < 3:
         return None
-    projected, heights = means @ axes[:2].T, means @ axes[2]
+    projected_values, heights = means @ axes[:2].T, means @ axes[2]
     # Two equal readings do not make their mean exact.
     weights = 1.0 / np.maximum(variances, max(0.25 * float(variances.mean()), 1e-16))
-    tilt = np.linalg.solve((projected.T * weights) @ projected, (projected.T * weights) @ heights)
-    square = float(weights @ (heights - projected @ tilt) ** 2)
-    if free == 0:
+    tilt = np.linalg.solve(
+        (projected_values.T * weights) @ projected_values, (projected_values.T * weights) @ heights
+    )
+    square = float(weights @ (heights - projected_values @ tilt) ** 2)
+    if dof == 0:
         return chi2_tail(k - 2, square)
-    return f_tail(k - 2, free, square / (k - 2))
+    return f_tail(k - 2, dof, square / (k - 2))
 
 
 def _pair_intersections(
@@ -217,11 +220,11 @@ def _verdict(
     ]
     if is_assumed:
         reasons.append(Finding("fold.scatter-assumed", scatter_deg=NATURAL_SCATTER_DEG))
-    largest = float(off_plane_deg.max())
-    if p < TWO_AXES_P and largest >= TWO_AXES_DEG:
+    largest_value = float(off_plane_deg.max())
+    if p < TWO_AXES_P and largest_value >= TWO_AXES_DEG:
         reasons.append(Finding("fold.several-axes"))
         return FoldVerdict("two axes", "no", tuple(reasons))
-    warnings = [Finding("fold.off-within-errors")] if largest >= TWO_AXES_DEG else []
+    warnings = [Finding("fold.off-within-errors")] if largest_value >= TWO_AXES_DEG else []
     return _common_verdict(reasons, error95_deg, warnings)
 
 
@@ -232,8 +235,8 @@ def _common_verdict(
         return FoldVerdict("undetermined", "no", (too_uncertain_finding(error95_deg), *reasons))
     if error95_deg is not None and error95_deg > KNOWN_AXIS_DEG:
         warnings.append(uncertain_finding(error95_deg))
-    valid = "conditional" if warnings or error95_deg is None else "yes"
-    return FoldVerdict("common axis", valid, (*warnings, *reasons))
+    valid_text = "conditional" if warnings or error95_deg is None else "yes"
+    return FoldVerdict("common axis", valid_text, (*warnings, *reasons))
 
 
 def _moved_axis(

@@ -95,8 +95,8 @@ class MovedVectors:
 
     def covariance(self) -> FloatArray:
         """Return the covariances (n, 3, 3) of the vectors, radians squared."""
-        turned = self.derivatives @ self.rotations @ np.swapaxes(self.derivatives, -1, -2)
-        return np.asarray(turned.sum(axis=1))
+        turned_values = self.derivatives @ self.rotations @ np.swapaxes(self.derivatives, -1, -2)
+        return np.asarray(turned_values.sum(axis=1))
 
     def result(self, vector: FloatArray, derivative: FloatArray) -> MovedVectors:
         """Return a vector (3,) that depends on these vectors through derivatives (n, 3, 3)."""
@@ -104,13 +104,13 @@ class MovedVectors:
         return MovedVectors(np.asarray(vector, np.float64)[None], derivatives[None], self.rotations)
 
 
-def move_vectors(vectors: npt.ArrayLike, turns: Turns) -> MovedVectors:
+def move_vectors(vectors: npt.ArrayLike, rotations: Turns) -> MovedVectors:
     """Return unit vectors and their derivatives with respect to their registrations.
 
     Parameters
     ----------
     vectors : (n, 3) array_like
-    turns : Turns
+    rotations : Turns
         Registrations of the vectors.
 
     Returns
@@ -118,11 +118,11 @@ def move_vectors(vectors: npt.ArrayLike, turns: Turns) -> MovedVectors:
     MovedVectors
     """
     v = np.asarray(vectors, np.float64).reshape(-1, 3)
-    derivatives = np.zeros((len(v), len(turns.rotations), 3, 3))
-    rows = np.flatnonzero(turns.group >= 0)
+    derivatives = np.zeros((len(v), len(rotations.rotations), 3, 3))
+    rows = np.flatnonzero(rotations.group >= 0)
     # w x v = -(v x w)
-    derivatives[rows, turns.group[rows]] = -cross_matrix(v[rows])
-    return MovedVectors(v, derivatives, turns.rotations)
+    derivatives[rows, rotations.group[rows]] = -cross_matrix(v[rows])
+    return MovedVectors(v, derivatives, rotations.rotations)
 
 
 def join_results(parts: Sequence[MovedVectors]) -> MovedVectors:
@@ -191,8 +191,8 @@ def resultant(
     total = s @ vectors_with_derivatives.vectors
     length = float(np.linalg.norm(total))
     mean = total / length
-    flat = (np.eye(3) - np.outer(mean, mean)) / length
-    return vectors_with_derivatives.result(mean, s[:, None, None] * flat)
+    projector = (np.eye(3) - np.outer(mean, mean)) / length
+    return vectors_with_derivatives.result(mean, s[:, None, None] * projector)
 
 
 def project_line(line: MovedVectors, plane: MovedVectors) -> MovedVectors:
@@ -211,11 +211,11 @@ def project_line(line: MovedVectors, plane: MovedVectors) -> MovedVectors:
     MovedVectors
     """
     normal, direction = plane.vectors[0], line.vectors[0]
-    flat = direction - normal * (direction @ normal)
-    flat = flat / np.linalg.norm(flat)
-    sideways = np.cross(normal, flat)
-    derivative = np.array([np.outer(sideways, sideways), -np.outer(normal, flat)])
-    return join_results([line, plane]).result(flat, derivative)
+    flat_values = direction - normal * (direction @ normal)
+    flat_values = flat_values / np.linalg.norm(flat_values)
+    sideways = np.cross(normal, flat_values)
+    derivative = np.array([np.outer(sideways, sideways), -np.outer(normal, flat_values)])
+    return join_results([line, plane]).result(flat_values, derivative)
 
 
 def intersect_planes(first: MovedVectors, second: MovedVectors) -> MovedVectors:
@@ -234,9 +234,11 @@ def intersect_planes(first: MovedVectors, second: MovedVectors) -> MovedVectors:
     cross = np.cross(a, b)
     sine = float(np.linalg.norm(cross))
     line = cross / sine
-    flat = (np.eye(3) - np.outer(line, line)) / sine
+    projector = (np.eye(3) - np.outer(line, line)) / sine
     # d(a x b) = -(b x da) + a x db
-    derivative = np.array([-flat @ cross_matrix(b[None])[0], flat @ cross_matrix(a[None])[0]])
+    derivative = np.array(
+        [-projector @ cross_matrix(b[None])[0], projector @ cross_matrix(a[None])[0]]
+    )
     return join_results([first, second]).result(line, derivative)
 
 
@@ -287,7 +289,7 @@ def region(
 
 
 def squared_region(
-    vector: FloatArray, largest_deg: float, smallest_deg: float, toward: npt.ArrayLike
+    vector: FloatArray, largest_deg: float, smallest_deg: float, direction: npt.ArrayLike
 ) -> FloatArray:
     """Return the (3, 3) matrix whose eigenvalues are the squared half-angles of a region.
 
@@ -296,7 +298,7 @@ def squared_region(
     vector : (3,) ndarray
     largest_deg, smallest_deg : float
         Half-angles, degrees.
-    toward : (3,) array_like
+    direction : (3,) array_like
         Direction of the larger half-angle.
 
     Returns
@@ -304,14 +306,14 @@ def squared_region(
     (3, 3) ndarray
         Radians squared; the covariance of the vector is this matrix divided by CHI2_TWO.
     """
-    along_axis = np.asarray(toward, np.float64)
+    along_axis = np.asarray(direction, np.float64)
     along_axis = along_axis - vector * (along_axis @ vector)
     along_axis = along_axis / np.linalg.norm(along_axis)
     (a, b, c), (x, y, z) = vector, along_axis
     # `np.cross` takes ten times as long for a single pair.
     second = np.array([b * z - c * y, c * x - a * z, a * y - b * x])
-    along = np.radians(largest_deg) ** 2 * np.outer(along_axis, along_axis)
-    return np.asarray(along + np.radians(smallest_deg) ** 2 * np.outer(second, second))
+    along_component = np.radians(largest_deg) ** 2 * np.outer(along_axis, along_axis)
+    return np.asarray(along_component + np.radians(smallest_deg) ** 2 * np.outer(second, second))
 
 
 def region_of_line(
@@ -319,7 +321,7 @@ def region_of_line(
     covariance: npt.ArrayLike | None,
     largest_deg: float | None,
     smallest_deg: float | None,
-    toward: npt.ArrayLike | None,
+    direction: npt.ArrayLike | None,
 ) -> ConfidenceRegion | None:
     """Compute the joint 95 % region of a line.
 
@@ -330,7 +332,7 @@ def region_of_line(
         Covariance caused by the registrations, radians squared.
     largest_deg, smallest_deg : float or None
         Half-angles of the line itself, degrees.
-    toward : (3,) array_like or None
+    direction : (3,) array_like or None
         Direction of the larger half-angle. If None, the region is circular.
 
     Returns
@@ -341,7 +343,7 @@ def region_of_line(
     if largest_deg is None or smallest_deg is None:
         return None
     own_region = (
-        cone(vector, largest_deg) if toward is None else (largest_deg, smallest_deg, toward)
+        cone(vector, largest_deg) if direction is None else (largest_deg, smallest_deg, direction)
     )
     return region(vector, covariance, own_region)
 

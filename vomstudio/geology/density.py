@@ -39,20 +39,20 @@ NEGLIGIBLE_EXPONENT = 30.0
 
 def density(
     vectors: npt.ArrayLike,
-    at: npt.ArrayLike,
+    position: npt.ArrayLike,
     method: str = "exponential_kamb",
     sigma: float = SIGMA,
 ) -> FloatArray:
     """Compute the density (m,) of axial data at given unit vectors.
 
     Kamb densities are reduced by half a count, as is usual, but never below zero. The function is
-    fastest if consecutive rows of `at` are neighbours on the sphere.
+    fastest if consecutive rows of `position` are neighbours on the sphere.
 
     Parameters
     ----------
     vectors : (n, 3) array_like
         Axial data.
-    at : (m, 3) array_like
+    position : (m, 3) array_like
         Unit vectors.
     method : str
         "kamb": count in a circle with an area of sigma^2 / (n + sigma^2) of the hemisphere, in
@@ -73,7 +73,7 @@ def density(
     """
     kernel = _Kernel.of(method, np.atleast_2d(np.asarray(vectors)).shape[0], sigma)
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
-    g = np.atleast_2d(np.asarray(at, dtype=np.float64))
+    g = np.atleast_2d(np.asarray(position, dtype=np.float64))
     total = np.zeros(len(g))
     for i in range(0, len(g), BLOCK_SIZE):
         near = _select_contributing(v, g[i : i + BLOCK_SIZE], kernel)
@@ -114,9 +114,11 @@ class _Kernel:
             return cls(method, cap, 0.0, cap * n, _opening_deg(cap))
         if method != "exponential_kamb":
             return cls(method, cap, 0.0, math.sqrt(n * cap * (1.0 - cap)), _opening_deg(cap))
-        steep = 2.0 * (1.0 + n / sigma**2)
-        scale = math.sqrt(n * (steep / 2.0 - 1.0) / steep**2)
-        return cls(method, cap, steep, scale, _opening_deg(NEGLIGIBLE_EXPONENT / steep))
+        steep_values = 2.0 * (1.0 + n / sigma**2)
+        scale = math.sqrt(n * (steep_values / 2.0 - 1.0) / steep_values**2)
+        return cls(
+            method, cap, steep_values, scale, _opening_deg(NEGLIGIBLE_EXPONENT / steep_values)
+        )
 
     def count(self, cosine: FloatArray) -> FloatArray:
         """Return the counts (m,) for cosines (m, k)."""
@@ -159,11 +161,11 @@ def _select_contributing(vectors: FloatArray, block: FloatArray, kernel: _Kernel
     if length < 1e-9 or kernel.reach_deg >= 90.0:
         return vectors
     middle /= length
-    widest = math.degrees(math.acos(min(max(float((block @ middle).min()), -1.0), 1.0)))
-    reach = widest + kernel.reach_deg + 1e-6
-    if reach >= 90.0:
+    widest_value = math.degrees(math.acos(min(max(float((block @ middle).min()), -1.0), 1.0)))
+    max_distance = widest_value + kernel.reach_deg + 1e-6
+    if max_distance >= 90.0:
         return vectors
-    return np.asarray(vectors[np.abs(vectors @ middle) >= math.cos(math.radians(reach))])
+    return np.asarray(vectors[np.abs(vectors @ middle) >= math.cos(math.radians(max_distance))])
 
 
 def density_grid(
@@ -191,12 +193,12 @@ def density_grid(
     """
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
     n = grid_size(len(v), method, sigma) if size is None else size
-    steps, places = hemisphere_grid(n)
+    steps, positions = hemisphere_grid(n)
     # Process the grid in tiles, because only few data contribute to a block of adjacent points.
     row, column = np.indices((n, n)) // TILE_SIZE
     order = np.argsort((row * n + column).ravel(), kind="stable")
     values = np.zeros(n * n)
-    values[order] = density(v, places.reshape(-1, 3)[order], method, sigma)
+    values[order] = density(v, positions.reshape(-1, 3)[order], method, sigma)
     return steps, values.reshape(n, n)
 
 
@@ -263,12 +265,12 @@ def find_maximum(
     density : float
     """
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
-    places = _sort_by_place(np.vstack([_lattice(4000), v[:: max(1, len(v) // 2000)]]))
-    densities = density(v, places, method, sigma)
-    best, maximum = places[int(np.argmax(densities))], float(densities.max())
+    positions = _sort_by_place(np.vstack([_lattice(4000), v[:: max(1, len(v) // 2000)]]))
+    densities = density(v, positions, method, sigma)
+    best, maximum = positions[int(np.argmax(densities))], float(densities.max())
     opening = _opening_deg(counting_area(len(v), method, sigma))
     if method in ("kamb", "schmidt"):
-        equal = places[densities >= maximum - 1e-9]
+        equal = positions[densities >= maximum - 1e-9]
         equal = equal * np.where(equal @ best < 0.0, -1.0, 1.0)[:, None]
         near = math.cos(math.radians(min(2.0 * opening, 90.0)))
         middle = equal[equal @ best >= near].sum(axis=0)
@@ -284,16 +286,16 @@ def find_maximum(
 def _lattice(n: int) -> FloatArray:
     """Return n unit vectors (n, 3) on a spiral, evenly distributed over the lower hemisphere."""
     i = np.arange(n) + 0.5
-    z, turn = -i / n, np.pi * (1.0 + math.sqrt(5.0)) * i
+    z, angle = -i / n, np.pi * (1.0 + math.sqrt(5.0)) * i
     h = np.sqrt(1.0 - z**2)
-    return np.stack([h * np.cos(turn), h * np.sin(turn), z], axis=-1)
+    return np.stack([h * np.cos(angle), h * np.sin(angle), z], axis=-1)
 
 
-def _sort_by_place(places: FloatArray) -> FloatArray:
+def _sort_by_place(positions: FloatArray) -> FloatArray:
     """Sort axes (n, 3) so that most axes of a block are adjacent on the net."""
-    down = np.where(places[:, 2:] > 0.0, -places, places)
-    flat = down[:, :2] / np.sqrt(1.0 - np.minimum(down[:, 2:], 0.0))
-    column, row = np.floor((flat + 1.0) * 8.0).astype(int).T
+    down = np.where(positions[:, 2:] > 0.0, -positions, positions)
+    flat_values = down[:, :2] / np.sqrt(1.0 - np.minimum(down[:, 2:], 0.0))
+    column, row = np.floor((flat_values + 1.0) * 8.0).astype(int).T
     return np.asarray(down[np.lexsort((row, column))])
 
 
@@ -313,10 +315,10 @@ def _ascend_density(vectors: FloatArray, start: FloatArray, kernel: _Kernel) -> 
             slope = (np.abs(cosine) >= 1.0 - kernel.cap).astype(np.float64)
         else:
             slope = np.exp(kernel.steep * (np.abs(cosine) - 1.0))
-        new = (slope * np.where(cosine < 0.0, -1.0, 1.0)) @ vectors
-        new /= np.linalg.norm(new)
-        change = float(np.abs(new - place).max())
-        place = new
+        new_values = (slope * np.where(cosine < 0.0, -1.0, 1.0)) @ vectors
+        new_values /= np.linalg.norm(new_values)
+        change = float(np.abs(new_values - place).max())
+        place = new_values
         if change < 1e-12:
             break
     return np.asarray(place)

@@ -143,8 +143,8 @@ def domain_axes(
             parameters += 2
         else:
             axes = orientation_tensor(poles)[1]
-            along = flip_to(poles, axes[0]) @ beta
-            separate_squares += float(np.sum((along - along.mean()) ** 2))
+            projections = flip_to(poles, axes[0]) @ beta
+            separate_squares += float(np.sum((projections - projections.mean()) ** 2))
             parameters += 1
             off_beds.append(math.degrees(math.asin(min(abs(float(axes[0] @ beta)), 1.0))))
         figures[name] = DomainFigures(len(poles), None if axis is None else axis.figures, reason)
@@ -240,8 +240,8 @@ def _domain_axis(
         return None, cause_of(error)
 
 
-def _mean_square(along: FloatArray) -> float:
-    return float(np.sum(np.arcsin(np.clip(along, -1.0, 1.0)) ** 2))
+def _mean_square(along_component: FloatArray) -> float:
+    return float(np.sum(np.arcsin(np.clip(along_component, -1.0, 1.0)) ** 2))
 
 
 def _test_one_axis(
@@ -252,13 +252,13 @@ def _test_one_axis(
     apart_deg: float | None,
     beds_off_deg: float | None,
 ) -> OneAxisFigures:
-    extra, free = parameters - 2, n - parameters
-    if extra <= 0 or free <= 0:
+    extra, dof = parameters - 2, n - parameters
+    if extra <= 0 or dof <= 0:
         reason = Finding("fold.one-dip-domains")
         return OneAxisFigures(True, None, None, apart_deg, beds_off_deg, (reason,))
-    variance = max(separate_squares / free, 1e-12)
+    variance = max(separate_squares / dof, 1e-12)
     ratio = max(pooled_squares - separate_squares, 0.0) / extra / variance
-    p = f_tail(extra, free, ratio)
+    p = f_tail(extra, dof, ratio)
     differ = p < AXES_DIFFER_P and max(apart_deg or 0.0, beds_off_deg or 0.0) >= AXES_DIFFER_DEG
     reasons = [Finding("fold.domains-differ" if differ else "fold.one-axis", p=p)]
     if apart_deg is not None:

@@ -97,12 +97,12 @@ def fit_remaining_plane(
     valid = [(a, b) for a, b in vertex_ranges if 0 <= a <= b < n]
     if not valid:
         return None
-    remaining = np.ones(n, np.bool_)
+    is_remaining = np.ones(n, np.bool_)
     for a, b in valid:
-        remaining[max(a - MARGIN, 0) : b + 1 + MARGIN] = False
+        is_remaining[max(a - MARGIN, 0) : b + 1 + MARGIN] = False
     fit = None
-    if remaining.sum() >= MIN_POINTS:
-        candidate = fit_planes(points[remaining], [0, int(remaining.sum())])[0]
+    if is_remaining.sum() >= MIN_POINTS:
+        candidate = fit_planes(points[is_remaining], [0, int(is_remaining.sum())])[0]
         fit = candidate if candidate.error is None else None
     stretches = tuple(DoubtfulStretch(a, b, offset(points, (a, b), fit)) for a, b in valid)
     return RemainingTrace(fit, stretches)
@@ -126,5 +126,5 @@ def offset(points: FloatArray, stretch: Range, fit: FittedPlane | None) -> float
     """
     if fit is None:
         return 0.0
-    middle = points[stretch[0] : stretch[1] + 1].mean(axis=0)
-    return float((middle - fit.centroid) @ fit.normal)
+    centre = points[stretch[0] : stretch[1] + 1].mean(axis=0)
+    return float((centre - fit.centroid) @ fit.normal)

@@ -26,7 +26,7 @@ class FoldOptions(Options):
         None,
         metavar="KIND",
         help=to_translate("use only planes of this kind"),
-        automatic=to_translate("bedding, if the table has kinds"),
+        automatic_text=to_translate("bedding, if the table has kinds"),
     )
     sets: str | None = option(
         None,
@@ -54,7 +54,7 @@ class FoldOptions(Options):
         minimum=MIN_WAVINESS_DEG,
         maximum=MAX_WAVINESS_DEG,
         help=to_translate("standard deviation of the poles about the girdle of a cylindrical fold"),
-        automatic=to_translate("90 % of the poles within 10 degrees"),
+        automatic_text=to_translate("90 % of the poles within 10 degrees"),
     )
 
     def __post_init__(self) -> None:

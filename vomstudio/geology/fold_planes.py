@@ -105,15 +105,15 @@ def select_planes(
     use = np.ones(len(verdict), bool)
     left_out = []
 
-    def exclude_rows(is_excluded: BoolArray, what: str, reason: Finding) -> None:
+    def exclude_rows(is_excluded: BoolArray, subject: str, reason: Finding) -> None:
         nonlocal use
         if count := int((use & is_excluded).sum()):
-            left_out.append(ExcludedRows(what, count, reason))
+            left_out.append(ExcludedRows(subject, count, reason))
         use = use & ~is_excluded
 
     if selection.set_name is not None:
         name = selection.set_name.strip().casefold()
-        is_other_set = np.array([each.strip().casefold() != name for each in sets], bool)
+        is_other_set = np.array([item.strip().casefold() != name for item in sets], bool)
         exclude_rows(
             is_other_set, tr("other sets"), Finding("fold.only-set", set=selection.set_name)
         )
@@ -124,6 +124,6 @@ def select_planes(
         for quality in VERDICT_NAMES[VERDICT_NAMES.index(selection.min_quality) + 1 :]:
             reason = Finding("fold.only-quality", quality=selection.min_quality)
             exclude_rows(verdict == quality, quality, reason)
-    judged = has_verdict & use
-    not_good = int((judged & (verdict != "good")).sum()) if judged.any() else None
+    is_judged = has_verdict & use
+    not_good = int((is_judged & (verdict != "good")).sum()) if is_judged.any() else None
     return SelectedPlanes(use, tuple(left_out), not_good)

@@ -241,8 +241,8 @@ def fold_axis(
 
     def judge(error95_deg: float | None) -> FoldVerdict:
         verdict = assess_fold(shape, error95_deg, uniform_p, waviness_deg)
-        valid = "conditional" if bowed and verdict.valid == "yes" else verdict.valid
-        verdict = replace(verdict, valid=valid, reasons=(*bowed, *verdict.reasons))
+        valid_text = "conditional" if bowed and verdict.valid == "yes" else verdict.valid
+        verdict = replace(verdict, valid=valid_text, reasons=(*bowed, *verdict.reasons))
         if others is not None or leave_one_out is None or semi_axes is None:
             return verdict
         return _check_single_planes(
@@ -308,8 +308,8 @@ def _check_single_planes(
     if other is not None and other.untested and verdict.name == "cylindrical":
         finding = cone_untested_finding(names[row], other)
         return replace(verdict, valid="conditional", reasons=(finding, *verdict.reasons))
-    turn = leave_one_out.turn_deg if has_turned and row == leave_one_out.index else None
-    finding = lone_plane_finding(names[row], turn, error95_deg, other)
+    angle = leave_one_out.turn_deg if has_turned and row == leave_one_out.index else None
+    finding = lone_plane_finding(names[row], angle, error95_deg, other)
     if verdict.name == "undetermined":
         return replace(verdict, reasons=(finding, *verdict.reasons))
     # The reasons for the shape no longer apply.
@@ -360,10 +360,15 @@ def _verdict_without_plane(
     semi_axes = _semi_axes(values, n)
     error = None if semi_axes is None else semi_axes[0]
     cone = None if shape.cone is None else shape.cone.with_count(n - 1, n)
-    scaled = replace(shape, cone=cone, arc_deg=shape.arc_deg * (n - 1) / (n - 2))
+    scaled_shape = replace(shape, cone=cone, arc_deg=shape.arc_deg * (n - 1) / (n - 2))
     uniform_p = assess_uniformity(others, False).p
     return assess_fold(
-        scaled, error, uniform_p, waviness_deg, MIN_PLANES - 1, tests_two_circles=tests_two_circles
+        scaled_shape,
+        error,
+        uniform_p,
+        waviness_deg,
+        MIN_PLANES - 1,
+        tests_two_circles=tests_two_circles,
     )
 
 
@@ -480,13 +485,13 @@ def _limbs(shape: PoleShape) -> LimbFigures | None:
         math.atan2(float(np.linalg.norm(np.cross(first, second))), float(first @ second))
     )
     planes = tuple(plane_figures(Plane.from_normal(pole)) for pole in (first, second))
-    axial = Plane.from_normal(first - second)
+    axial_normal = Plane.from_normal(first - second)
     angle_error, axial_error = limbs.errors95_deg(shape.axes[2])
     return LimbFigures(
         (planes[0], planes[1]),
         limbs.counts,
         180.0 - apart,
-        plane_figures(axial),
+        plane_figures(axial_normal),
         angle_error,
         axial_error,
         limbs.overturned,
@@ -498,10 +503,10 @@ def _leave_one_out(poles: FloatArray, beta: FloatArray) -> InfluentialPlane | No
     total = poles.T @ poles
     tensors = total - poles[:, :, None] * poles[:, None, :]
     axes = np.linalg.eigh(tensors)[1][:, :, 0]
-    turn = np.degrees(np.arccos(np.minimum(np.abs(axes @ beta), 1.0)))
-    worst = int(np.argmax(turn))
+    angle = np.degrees(np.arccos(np.minimum(np.abs(axes @ beta), 1.0)))
+    worst = int(np.argmax(angle))
     line = Line.from_vector(axes[worst])
-    return InfluentialPlane(worst, None, float(turn[worst]), line.trend_deg, line.plunge_deg)
+    return InfluentialPlane(worst, None, float(angle[worst]), line.trend_deg, line.plunge_deg)
 
 
 def _outliers_finding(planes: Sequence[str], axis: FoldAxis, others: FoldAxis) -> Finding:

@@ -82,7 +82,7 @@ def uncertain_plane(
     tilt: npt.ArrayLike,
     max_confidence95_deg: float | None,
     min_confidence95_deg: float | None,
-    free: float = math.inf,
+    dof: float = math.inf,
 ) -> UncertainPlane:
     """Create a plane with the error of its normal from the results of a fit.
 
@@ -93,7 +93,7 @@ def uncertain_plane(
         Direction in the plane toward which the normal is most uncertain.
     max_confidence95_deg, min_confidence95_deg : float or None
         Semi-axes of the joint 95 % region, degrees.
-    free : float
+    dof : float
         Degrees of freedom of the residuals.
 
     Returns
@@ -107,7 +107,7 @@ def uncertain_plane(
     e1 = np.cross(e2, n)
     limits = np.minimum([min_confidence95_deg, max_confidence95_deg], 89.9)
     t1, t2 = np.tan(np.radians(limits))
-    return UncertainPlane(n, t1**2 * np.outer(e1, e1) + t2**2 * np.outer(e2, e2), free)
+    return UncertainPlane(n, t1**2 * np.outer(e1, e1) + t2**2 * np.outer(e2, e2), dof)
 
 
 def deviation95(
@@ -135,12 +135,12 @@ def deviation95(
     return width if joint else width * _marginal_factor(plane.free)
 
 
-def t95(free: float) -> float:
+def t95(dof: float) -> float:
     """Return the two-sided 95 % quantile of Student's t.
 
     Parameters
     ----------
-    free : float
+    dof : float
         Degrees of freedom.
 
     Returns
@@ -149,13 +149,13 @@ def t95(free: float) -> float:
     """
     from scipy.special import stdtrit
 
-    return NORMAL_QUANTILE95 if math.isinf(free) else float(stdtrit(free, 1.0 - SIGNIFICANCE / 2.0))
+    return NORMAL_QUANTILE95 if math.isinf(dof) else float(stdtrit(dof, 1.0 - SIGNIFICANCE / 2.0))
 
 
-def _marginal_factor(free: float) -> float:
-    if math.isinf(free):
+def _marginal_factor(dof: float) -> float:
+    if math.isinf(dof):
         return NORMAL_QUANTILE95 / math.sqrt(-2.0 * math.log(SIGNIFICANCE))
-    return t95(free) / math.sqrt(free * float(joint_quantile(np.array([free]))[0]))
+    return t95(dof) / math.sqrt(dof * float(joint_quantile(np.array([dof]))[0]))
 
 
 def mean_plane(planes: Sequence[UncertainPlane]) -> UncertainPlane:
@@ -180,12 +180,12 @@ def mean_plane(planes: Sequence[UncertainPlane]) -> UncertainPlane:
     deviations = flip_to(normals, mean)
     deviations = deviations - (deviations @ mean)[:, None] * mean
     scatter = deviations.T @ deviations
-    free = n - 2.0
+    dof = n - 2.0
     if n <= 3:
-        free = 2.0 * (n - 1.0)
+        dof = 2.0 * (n - 1.0)
         scatter = float(np.trace(scatter)) * (np.eye(3) - np.outer(mean, mean))
-    spread = float(joint_quantile(np.array([free]))[0]) * scatter / n
-    return UncertainPlane(mean if mean[2] >= 0.0 else -mean, spread, free)
+    spread = float(joint_quantile(np.array([dof]))[0]) * scatter / n
+    return UncertainPlane(mean if mean[2] >= 0.0 else -mean, spread, dof)
 
 
 def scatter_deg(planes: Sequence[UncertainPlane], mean: UncertainPlane) -> float:

@@ -42,19 +42,21 @@ def strike_and_dip(
         True if the bed is overturned (younger side below); a half circle with its ends on the bar
         then opens up dip.
     """
-    place = np.asarray(centre, np.float64)
+    position = np.asarray(centre, np.float64)
     sine, cosine = (float(part) for part in sin_cos_deg(dip_direction_deg))
     down = 0.5 * size * np.array([sine, cosine, 0.0])
-    along = 0.5 * size * np.array([-cosine, sine, 0.0])
-    bar = np.array([place - along, place + along])
+    along_component = 0.5 * size * np.array([-cosine, sine, 0.0])
+    bar = np.array([position - along_component, position + along_component])
     hook = []
     if overturned:
         turn = np.linspace(0.0, np.pi, N_HOOK_SEGMENTS + 1)[:, None]
-        hook = [place + 0.5 * TICK_SHARE * (np.cos(turn) * along - np.sin(turn) * down)]
+        hook = [
+            position + 0.5 * TICK_SHARE * (np.cos(turn) * along_component - np.sin(turn) * down)
+        ]
     if dip_deg < MAX_FLAT_DEG:
-        return [bar, np.array([place - down, place + down]), *hook]
-    start = place - TICK_SHARE * down if dip_deg > MIN_STEEP_DEG else place
-    return [bar, np.array([start, place + TICK_SHARE * down]), *hook]
+        return [bar, np.array([position - down, position + down]), *hook]
+    start = position - TICK_SHARE * down if dip_deg > MIN_STEEP_DEG else position
+    return [bar, np.array([start, position + TICK_SHARE * down]), *hook]
 
 
 def trend_arrow(
@@ -72,36 +74,36 @@ def trend_arrow(
     size : float
         Length of the arrow, m.
     """
-    place = np.asarray(centre, np.float64)
+    position = np.asarray(centre, np.float64)
     sine, cosine = (float(part) for part in sin_cos_deg(trend_deg))
-    ahead = size * np.array([sine, cosine, 0.0])
+    forward = size * np.array([sine, cosine, 0.0])
     sideways = size * np.array([cosine, -sine, 0.0])
-    tip = place + ahead
-    parts = [np.array([place, tip]), _arrowhead(tip, ahead, sideways)]
+    tip = position + forward
+    parts = [np.array([position, tip]), _arrowhead(tip, forward, sideways)]
     if plunge_deg < MAX_FLAT_DEG:
-        parts.append(_arrowhead(place, -ahead, sideways))
+        parts.append(_arrowhead(position, -forward, sideways))
     return parts
 
 
-def _arrowhead(tip: FloatArray, forward: FloatArray, across: FloatArray) -> FloatArray:
+def _arrowhead(tip: FloatArray, forward: FloatArray, across_component: FloatArray) -> FloatArray:
     back = tip - 0.25 * forward
-    return np.array([back + 0.12 * across, tip, back - 0.12 * across])
+    return np.array([back + 0.12 * across_component, tip, back - 0.12 * across_component])
 
 
-def symbol_size(places: npt.ArrayLike) -> float:
+def symbol_size(positions: npt.ArrayLike) -> float:
     """Return a symbol length at which symbols at given positions do not overlap.
 
     It is a fortieth of the map extent of the positions, and at least a fortieth of a metre.
 
     Parameters
     ----------
-    places : (n, 3) array_like
+    positions : (n, 3) array_like
 
     Returns
     -------
     float
     """
-    points = np.asarray(places, np.float64).reshape(-1, 3)
+    points = np.asarray(positions, np.float64).reshape(-1, 3)
     if not len(points):
         return 1.0
     extent = float(np.hypot(*np.ptp(points[:, :2], axis=0)))

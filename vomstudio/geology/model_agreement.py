@@ -187,13 +187,13 @@ def _mutual_nearest_pairs(
         ]
         if not (sides[0] and sides[1]):
             continue
-        places = [np.array([place for _, place in side]) for side in sides]
-        distances, nearest = cKDTree(places[1]).query(places[0])
-        reverse = cKDTree(places[0]).query(places[1])[1]
+        positions = [np.array([place for _, place in side]) for side in sides]
+        distances, nearest = cKDTree(positions[1]).query(positions[0])
+        reverse = cKDTree(positions[0]).query(positions[1])[1]
         for row, (distance, other) in enumerate(zip(distances, nearest, strict=True)):
             i, j = sides[0][row][0], sides[1][int(other)][0]
-            reach = max(first[i].extent_m or 0.0, second[j].extent_m or 0.0) / 2.0
-            if reverse[int(other)] == row and distance <= reach:
+            max_distance = max(first[i].extent_m or 0.0, second[j].extent_m or 0.0) / 2.0
+            if reverse[int(other)] == row and distance <= max_distance:
                 pairs.append((i, j))
     return pairs
 
@@ -201,8 +201,8 @@ def _mutual_nearest_pairs(
 def _match(
     one: OrientedPlane, other: OrientedPlane, by: Literal["name", "nearness"]
 ) -> MatchedPlane:
-    across = float(np.linalg.norm(np.cross(one.normal, other.normal)))
-    angle = float(np.degrees(np.arctan2(across, abs(float(one.normal @ other.normal)))))
+    sine = float(np.linalg.norm(np.cross(one.normal, other.normal)))
+    angle = float(np.degrees(np.arctan2(sine, abs(float(one.normal @ other.normal)))))
     distance = error = None
     if one.place is not None and other.place is not None:
         distance = float(np.linalg.norm(one.place - other.place))

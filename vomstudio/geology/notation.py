@@ -361,12 +361,12 @@ def parse_rake(text: str, plane: Plane) -> float:
     angle, end = tokens
     if angle.value > 90.0:
         raise _notation_error("notation.rake-out-of-range", text, rake_deg=angle.value)
-    off = abs((end.value - plane.strike_rhr_deg + 180.0) % 360.0 - 180.0)
-    if plane.undefined or min(off, 180.0 - off) > MAX_SIDE_ANGLE_DEG[len(end.text)]:
+    distance = abs((end.value - plane.strike_rhr_deg + 180.0) % 360.0 - 180.0)
+    if plane.undefined or min(distance, 180.0 - distance) > MAX_SIDE_ANGLE_DEG[len(end.text)]:
         raise _notation_error(
             "notation.not-an-end", text, end=end.text, strike_deg=plane.strike_rhr_deg
         )
-    return angle.value if off < 90.0 else 180.0 - angle.value
+    return angle.value if distance < 90.0 else 180.0 - angle.value
 
 
 def parse_angle(text: str) -> float:
@@ -407,48 +407,48 @@ def _tokens(text: str, *, is_azimuth: bool = False) -> list[_Token]:
     """
     if not text.strip():
         raise InputError(Finding("notation.empty"))
-    raw: list[_Token] = []
+    raw_items: list[_Token] = []
     after_mark = True
     clean = text.translate(_CHARACTER_REPLACEMENTS).upper()
     for match in _TOKEN.finditer(clean):
         kind = str(match.lastgroup)
-        matched = match.group(0)
+        matched_group = match.group(0)
         if match.group("number") is not None:
             token = _number(match)
-            if raw and raw[-1].kind == "mark" and raw[-1].text == "-":
+            if raw_items and raw_items[-1].kind == "mark" and raw_items[-1].text == "-":
                 minus = match.start() > 0 and clean[match.start() - 1] == "-"
                 before = clean[: match.start() - 1] if minus else ""
                 if minus and after_mark:
-                    raw.pop()
+                    raw_items.pop()
                     token = _Token("number", "-" + token.text, -token.value, signed=True)
                 elif minus and before.endswith(" "):
                     token = _Token(
                         "number", token.text, token.value, comma=token.comma, signed=True
                     )
-            raw.append(token)
+            raw_items.append(token)
             after_mark = False
             continue
         if kind == "word":
-            raw.extend(_word(text, matched))
+            raw_items.extend(_word(text, matched_group))
             after_mark = False
         elif kind == "arrow":
-            raw.append(_Token("arrow", matched))
+            raw_items.append(_Token("arrow", matched_group))
             after_mark = True
         elif kind == "mark":
-            if matched != "-":
+            if matched_group != "-":
                 after_mark = True
-            raw.append(_Token("mark", matched))
+            raw_items.append(_Token("mark", matched_group))
         else:
-            raise _notation_error("notation.unknown-word", text, word=matched)
-    return _join_bearings(text, raw, is_azimuth=is_azimuth)
+            raise _notation_error("notation.unknown-word", text, word=matched_group)
+    return _join_bearings(text, raw_items, is_azimuth=is_azimuth)
 
 
 def _number(match: re.Match[str]) -> _Token:
     digits = match.group("number")
     value = float(digits.replace(",", "."))
-    for name, share in (("minutes", 60.0), ("seconds", 3600.0)):
+    for name, fraction in (("minutes", 60.0), ("seconds", 3600.0)):
         if match.group(name) is not None:
-            value += float(match.group(name).replace(",", ".")) / share
+            value += float(match.group(name).replace(",", ".")) / fraction
     comma: tuple[float, float] | None = None
     if "," in digits and not match.group("degree"):
         left, right = digits.split(",")
@@ -476,13 +476,13 @@ def _word(text: str, word: str) -> list[_Token]:
     raise _notation_error("notation.unknown-word", text, word=word)
 
 
-def _join_bearings(text: str, raw: list[_Token], *, is_azimuth: bool) -> list[_Token]:
+def _join_bearings(text: str, raw_tokens: list[_Token], *, is_azimuth: bool) -> list[_Token]:
     """Join tokens into bearings (N 42 E), strikes (NE - SW) and labels (dip direction)."""
     out: list[_Token] = []
     i = 0
-    while i < len(raw):
-        t = raw[i]
-        two, three = raw[i : i + 2], raw[i : i + 3]
+    while i < len(raw_tokens):
+        t = raw_tokens[i]
+        two, three = raw_tokens[i : i + 2], raw_tokens[i : i + 3]
         if t.kind == "label" and len(two) == 2 and two[1].text == "DIRECTION":
             out.append(_Token("label", "dipdir"))
             i += 2
@@ -493,7 +493,9 @@ def _join_bearings(text: str, raw: list[_Token], *, is_azimuth: bool) -> list[_T
         ):
             out.append(_Token("bearing", f"{t.text}-{three[2].text}", min(t.value, three[2].value)))
             i += 3
-        elif _kinds(three) == ["wind", "number", "wind"] and (is_azimuth or _is_bearing(raw, i)):
+        elif _kinds(three) == ["wind", "number", "wind"] and (
+            is_azimuth or _is_bearing(raw_tokens, i)
+        ):
             angle = three[1].value
             name = f"{t.text}{three[1].text}{three[2].text}"
             if not 0.0 <= angle <= 90.0:
@@ -511,15 +513,15 @@ def _join_bearings(text: str, raw: list[_Token], *, is_azimuth: bool) -> list[_T
     return out
 
 
-def _is_bearing(raw: list[_Token], first: int) -> bool:
+def _is_bearing(raw_tokens: list[_Token], first: int) -> bool:
     """Return whether a wind, a number and a wind form a bearing, such as N42E or E48N.
 
     On its own, E 30 N is a plane that strikes East; next to another angle it is a bearing.
     """
-    start, end = raw[first].text, raw[first + 2].text
+    start, end = raw_tokens[first].text, raw_tokens[first + 2].text
     if start in ("N", "S"):
         return end in ("E", "W")
-    others = [each for each in raw[:first] + raw[first + 3 :] if each.kind != "mark"]
+    others = [item for item in raw_tokens[:first] + raw_tokens[first + 3 :] if item.kind != "mark"]
     return start in ("E", "W") and end in ("N", "S") and bool(others)
 
 
@@ -578,8 +580,8 @@ def _steepness(text: str, token: _Token, name: str) -> float:
 def _build_plane(text: str, azimuth: _Token, dip: _Token, meaning: str) -> Plane:
     first = _azimuth(text, azimuth)
     # In planes, a minus before the dip can only be a separator: 132 -41.
-    free = _Token("number", dip.text, dip.value) if dip.value >= 0 else dip
-    steep = _steepness(text, free, "dip")
+    free_token = _Token("number", dip.text, dip.value) if dip.value >= 0 else dip
+    steep = _steepness(text, free_token, "dip")
     if meaning == "dipdir/dip":
         return Plane(first, steep)
     return Plane.from_strike(first if meaning == "strike/dip" else first + 180.0, steep)
@@ -588,10 +590,10 @@ def _build_plane(text: str, azimuth: _Token, dip: _Token, meaning: str) -> Plane
 def _build_plane_with_side(text: str, strike: _Token, dip: _Token, side: _Token) -> Plane:
     azimuth = _azimuth(text, strike)
     steep = _steepness(text, dip, "dip")
-    off = (side.value - azimuth - 90.0 + 180.0) % 360.0 - 180.0
-    if steep > 0.0 and min(abs(off), 180.0 - abs(off)) > MAX_SIDE_ANGLE_DEG[len(side.text)]:
+    offset = (side.value - azimuth - 90.0 + 180.0) % 360.0 - 180.0
+    if steep > 0.0 and min(abs(offset), 180.0 - abs(offset)) > MAX_SIDE_ANGLE_DEG[len(side.text)]:
         raise _notation_error("notation.other-side", text, strike=strike.text, side=side.text)
-    return Plane(azimuth + 90.0 if abs(off) < 90.0 else azimuth - 90.0, steep)
+    return Plane(azimuth + 90.0 if abs(offset) < 90.0 else azimuth - 90.0, steep)
 
 
 # Writing -------------------------------------------------------------------------------------

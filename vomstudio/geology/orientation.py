@@ -52,11 +52,14 @@ def sin_cos_deg(angle_deg: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
     quadrant = np.round(angle / 90.0)
     rest_rad = np.radians(angle - 90.0 * quadrant)
     s, c = np.sin(rest_rad), np.cos(rest_rad)
-    turn = np.mod(quadrant, 4.0)
+    turn_angle = np.mod(quadrant, 4.0)
     # `np.select` takes ten times as long for a single angle.
-    is_odd = (turn == 1.0) | (turn == 3.0)
-    sine = np.where(is_odd, c, s) * np.where(turn >= 2.0, -1.0, 1.0) + 0.0
-    cosine = np.where(is_odd, s, c) * np.where((turn == 1.0) | (turn == 2.0), -1.0, 1.0) + 0.0
+    is_odd = (turn_angle == 1.0) | (turn_angle == 3.0)
+    sine = np.where(is_odd, c, s) * np.where(turn_angle >= 2.0, -1.0, 1.0) + 0.0
+    cosine = (
+        np.where(is_odd, s, c) * np.where((turn_angle == 1.0) | (turn_angle == 2.0), -1.0, 1.0)
+        + 0.0
+    )
     return sine, cosine
 
 
@@ -136,7 +139,7 @@ def planes_to_poles(dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike) ->
 
 
 def vectors_to_lines(
-    vectors: npt.ArrayLike, *, directed: bool = False
+    vectors: npt.ArrayLike, *, is_directed: bool = False
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Compute the trend and plunge of vectors.
 
@@ -144,7 +147,7 @@ def vectors_to_lines(
     ----------
     vectors : (n, 3) array_like
         In the World frame, of any non-zero length.
-    directed : bool
+    is_directed : bool
         If False, the vectors are axes: plunges are in [0, 90] and the trends of horizontal lines in
         [0, 180). If True, plunges are in [-90, 90].
 
@@ -161,21 +164,21 @@ def vectors_to_lines(
     with np.errstate(invalid="ignore"):
         trend = np.degrees(np.arctan2(x, y))
         plunge = np.degrees(np.arctan2(-z, np.hypot(x, y)))
-    if not directed:
+    if not is_directed:
         up = plunge < 0
         trend = np.where(up, trend + 180.0, trend)
         plunge = np.abs(plunge)
-        flat = plunge < ANGLE_TOLERANCE_DEG
-        plunge = np.where(flat, 0.0, plunge)
+        is_flat = plunge < ANGLE_TOLERANCE_DEG
+        plunge = np.where(is_flat, 0.0, plunge)
         trend = wrap360(trend)
-        trend = np.where(flat, _wrap180(trend), trend)
-    undefined = 90.0 - np.abs(plunge) < ANGLE_TOLERANCE_DEG
-    plunge = np.where(undefined, np.copysign(90.0, plunge), plunge)
-    trend = np.where(undefined, 0.0, wrap360(trend))
+        trend = np.where(is_flat, _wrap180(trend), trend)
+    is_undefined = 90.0 - np.abs(plunge) < ANGLE_TOLERANCE_DEG
+    plunge = np.where(is_undefined, np.copysign(90.0, plunge), plunge)
+    trend = np.where(is_undefined, 0.0, wrap360(trend))
     return (
         np.where(is_invalid, np.nan, trend),
         np.where(is_invalid, np.nan, plunge + 0.0),
-        np.where(is_invalid, False, undefined),
+        np.where(is_invalid, False, is_undefined),
     )
 
 
@@ -202,16 +205,16 @@ def normals_to_planes(normals: npt.ArrayLike) -> tuple[FloatArray, FloatArray, B
         azimuth = np.degrees(np.arctan2(x, y))
         dip = np.degrees(np.arctan2(np.hypot(x, y), np.abs(z)))
     azimuth = wrap360(np.where(z < 0, azimuth + 180.0, azimuth))
-    vertical = 90.0 - dip < ANGLE_TOLERANCE_DEG
-    dip = np.where(vertical, 90.0, dip)
-    azimuth = np.where(vertical, wrap360(_wrap180(wrap360(azimuth - 90.0)) + 90.0), azimuth)
-    undefined = dip < ANGLE_TOLERANCE_DEG
-    azimuth = np.where(undefined, 0.0, azimuth)
-    dip = np.where(undefined, 0.0, dip)
+    is_vertical = 90.0 - dip < ANGLE_TOLERANCE_DEG
+    dip = np.where(is_vertical, 90.0, dip)
+    azimuth = np.where(is_vertical, wrap360(_wrap180(wrap360(azimuth - 90.0)) + 90.0), azimuth)
+    is_undefined = dip < ANGLE_TOLERANCE_DEG
+    azimuth = np.where(is_undefined, 0.0, azimuth)
+    dip = np.where(is_undefined, 0.0, dip)
     return (
         np.where(is_invalid, np.nan, azimuth),
         np.where(is_invalid, np.nan, dip),
-        np.where(is_invalid, False, undefined),
+        np.where(is_invalid, False, is_undefined),
     )
 
 
@@ -268,10 +271,10 @@ class Line:
         return lines_to_vectors(self.trend_deg, self.plunge_deg)
 
     @classmethod
-    def from_vector(cls, vector: npt.ArrayLike, *, directed: bool = False) -> Line:
-        """Return the line along a vector of any non-zero length, axial unless `directed`."""
+    def from_vector(cls, vector: npt.ArrayLike, *, is_directed: bool = False) -> Line:
+        """Return the line along a vector of any non-zero length, axial unless `is_directed`."""
         v = _vector3(vector, "direction")
-        trend, plunge, _ = vectors_to_lines(v, directed=directed)
+        trend, plunge, _ = vectors_to_lines(v, is_directed=is_directed)
         return cls(float(trend[0]), float(plunge[0]))
 
     def downward(self) -> Line:
@@ -400,19 +403,19 @@ def _vector3(vector: npt.ArrayLike, name: str) -> FloatArray:
 # Angles between ------------------------------------------------------------------------------
 
 
-def _angle_deg(a: FloatArray, b: FloatArray, *, axial: bool) -> float:
-    across = float(np.linalg.norm(np.cross(a, b)))
-    along = float(a @ b)
-    return math.degrees(math.atan2(across, abs(along) if axial else along))
+def _angle_deg(a: FloatArray, b: FloatArray, *, is_axial: bool) -> float:
+    sine = float(np.linalg.norm(np.cross(a, b)))
+    projections = float(a @ b)
+    return math.degrees(math.atan2(sine, abs(projections) if is_axial else projections))
 
 
-def angle_between_lines(a: Line, b: Line, *, directed: bool = False) -> float:
+def angle_between_lines(a: Line, b: Line, *, is_directed: bool = False) -> float:
     """Return the angle between two lines.
 
     Parameters
     ----------
     a, b : Line
-    directed : bool, optional
+    is_directed : bool, optional
         Whether the lines are directed.
 
     Returns
@@ -420,7 +423,7 @@ def angle_between_lines(a: Line, b: Line, *, directed: bool = False) -> float:
     float
         Degrees: 0 to 90 for axes, 0 to 180 for directed lines.
     """
-    return _angle_deg(a.vector(), b.vector(), axial=not directed)
+    return _angle_deg(a.vector(), b.vector(), is_axial=not is_directed)
 
 
 def angle_between_planes(a: Plane, b: Plane) -> float:
@@ -435,7 +438,7 @@ def angle_between_planes(a: Plane, b: Plane) -> float:
     float
         0 to 90 degrees.
     """
-    return _angle_deg(a.normal(), b.normal(), axial=True)
+    return _angle_deg(a.normal(), b.normal(), is_axial=True)
 
 
 def angle_line_plane(line: Line, plane: Plane) -> float:
@@ -451,7 +454,7 @@ def angle_line_plane(line: Line, plane: Plane) -> float:
     float
         0 to 90 degrees.
     """
-    return 90.0 - _angle_deg(line.vector(), plane.normal(), axial=True)
+    return 90.0 - _angle_deg(line.vector(), plane.normal(), is_axial=True)
 
 
 def intersection(a: Plane, b: Plane) -> Line:
@@ -470,10 +473,10 @@ def intersection(a: Plane, b: Plane) -> Line:
     GeometryError
         If the planes are parallel.
     """
-    across = np.cross(a.normal(), b.normal())
-    if np.linalg.norm(across) < math.radians(ANGLE_TOLERANCE_DEG):
+    cross_axis = np.cross(a.normal(), b.normal())
+    if np.linalg.norm(cross_axis) < math.radians(ANGLE_TOLERANCE_DEG):
         raise GeometryError(Finding("planes.parallel"))
-    return Line.from_vector(across)
+    return Line.from_vector(cross_axis)
 
 
 # Rakes ---------------------------------------------------------------------------------------
@@ -494,8 +497,8 @@ def rake_of(line: Line, plane: Plane) -> float:
     GeometryError
         If the line is parallel to the normal.
     """
-    along, down = _plane_components(line, plane)
-    return float(_wrap180(np.asarray(wrap360(math.degrees(math.atan2(down, along))))))
+    along_component, down = _plane_components(line, plane)
+    return float(_wrap180(np.asarray(wrap360(math.degrees(math.atan2(down, along_component))))))
 
 
 def line_from_rake(plane: Plane, rake_deg: float) -> Line:
@@ -529,13 +532,13 @@ def slip_from_rake(plane: Plane, slip_rake_deg: float) -> Line:
     """
     sin_r, cos_r = sin_cos_deg(_finite(slip_rake_deg, "rake"))
     vector = cos_r * plane.strike_vector() - sin_r * plane.dip_vector()
-    return Line.from_vector(vector, directed=True)
+    return Line.from_vector(vector, is_directed=True)
 
 
 def _plane_components(line: Line, plane: Plane) -> tuple[float, float]:
     """Return the components of the line along the strike and down the dip."""
     v = line.vector()
-    along, down = float(v @ plane.strike_vector()), float(v @ plane.dip_vector())
-    if math.hypot(along, down) < math.radians(ANGLE_TOLERANCE_DEG):
+    projections, down = float(v @ plane.strike_vector()), float(v @ plane.dip_vector())
+    if math.hypot(projections, down) < math.radians(ANGLE_TOLERANCE_DEG):
         raise GeometryError(Finding("line.across-plane"))
-    return along, down
+    return projections, down

@@ -80,22 +80,28 @@ class PlaneBand:
         """Plane in the middle of the band, or None if all rotations are equally likely."""
         return None if self.turn_rad >= np.pi / 2 else Plane.from_normal(self.axes[2])
 
-    def widths_at_rad(self, turn: FloatArray) -> FloatArray:
-        """Return the half-widths (k,) at normals rotated about the line by `turn`, in radians."""
+    def widths_at_rad(self, angle_rad: FloatArray) -> FloatArray:
+        """Return the half-widths (k,) at normals rotated about the line by `angle_rad`."""
         second, third = np.tan(self.widths_rad)
-        return np.asarray(np.arctan(np.hypot(second * np.sin(turn), third * np.cos(turn))))
+        return np.asarray(
+            np.arctan(np.hypot(second * np.sin(angle_rad), third * np.cos(angle_rad)))
+        )
 
-    def normals(self, turn: FloatArray, along: FloatArray) -> FloatArray:
+    def normals(self, angle_rad: FloatArray, tilt_rad: FloatArray) -> FloatArray:
         """Return unit normals (k, 3) rotated about the line and tilted along it, in radians."""
-        across = np.sin(turn)[:, None] * self.axes[1] + np.cos(turn)[:, None] * self.axes[2]
-        return np.asarray(np.cos(along)[:, None] * across + np.sin(along)[:, None] * self.axes[0])
+        cross_axes = (
+            np.sin(angle_rad)[:, None] * self.axes[1] + np.cos(angle_rad)[:, None] * self.axes[2]
+        )
+        return np.asarray(
+            np.cos(tilt_rad)[:, None] * cross_axes + np.sin(tilt_rad)[:, None] * self.axes[0]
+        )
 
     def misfit(self, normals: npt.ArrayLike) -> FloatArray:
         """Return the squared distances (k,) of normals (k, 3) from the best one; 1 at the edge."""
-        local = np.atleast_2d(np.asarray(normals, np.float64)) @ self.axes.T
-        turn = np.arctan2(local[:, 1], local[:, 2])
-        along = np.arcsin(np.clip(local[:, 0], -1.0, 1.0))
-        squares = (np.tan(along) / np.tan(self.widths_at_rad(turn))) ** 2
+        local_points = np.atleast_2d(np.asarray(normals, np.float64)) @ self.axes.T
+        turn = np.arctan2(local_points[:, 1], local_points[:, 2])
+        tilt_rad = np.arcsin(np.clip(local_points[:, 0], -1.0, 1.0))
+        squares = (np.tan(tilt_rad) / np.tan(self.widths_at_rad(turn))) ** 2
         if self.turn_rad < np.pi / 2:
             squares += ((np.abs((turn + np.pi / 2) % np.pi - np.pi / 2)) / self.turn_rad) ** 2
         return np.asarray(squares)
@@ -106,19 +112,19 @@ class PlaneBand:
 
     def dips_deg(self) -> tuple[float, float]:
         """Return the smallest and largest dip in the band, degrees."""
-        turn = np.linspace(-self.turn_rad, self.turn_rad, 721)
-        width = self.widths_at_rad(turn)
+        angle = np.linspace(-self.turn_rad, self.turn_rad, 721)
+        width = self.widths_at_rad(angle)
         dips = []
         for side in (-1.0, 0.0, 1.0):
-            up = np.abs(self.normals(turn, side * width)[:, 2])
+            up = np.abs(self.normals(angle, side * width)[:, 2])
             dips.append(np.degrees(np.arccos(np.clip(up, 0.0, 1.0))))
         return float(np.min(dips)), float(np.max(dips))
 
     def outline(self, count: int = 181) -> tuple[FloatArray, FloatArray]:
         """Return the two edges (count, 3) of the band of normals."""
-        turn = np.linspace(-self.turn_rad, self.turn_rad, count)
-        width = self.widths_at_rad(turn)
-        return self.normals(turn, width), self.normals(turn, -width)
+        angle = np.linspace(-self.turn_rad, self.turn_rad, count)
+        width = self.widths_at_rad(angle)
+        return self.normals(angle, width), self.normals(angle, -width)
 
     def likelihood(self, normals: FloatArray) -> FloatArray:
         """Return the likelihoods (k,) of normals (k, 3).
@@ -128,13 +134,13 @@ class PlaneBand:
         quantile = float(joint_quantile(np.array([self.free]))[0])
         return np.asarray((1.0 + self.misfit(normals) * quantile) ** (-(self.free + 2.0) / 2.0))
 
-    def sigma_rad(self, turn: FloatArray) -> FloatArray:
+    def sigma_rad(self, rotation: FloatArray) -> FloatArray:
         """Return the scales (k,) of the error along the line for rotated normals, radians.
 
-        `turn` is the rotation in radians.
+        `rotation` is the rotation in radians.
         """
         quantile = float(joint_quantile(np.array([self.free]))[0])
-        scale = self.widths_at_rad(turn) / np.sqrt(self.free * quantile)
+        scale = self.widths_at_rad(rotation) / np.sqrt(self.free * quantile)
         return np.asarray(np.maximum(scale, MIN_SIGMA_RAD))
 
 
@@ -182,16 +188,16 @@ def find_plane_band(
         # wider than its wander, which shifts long stretches to one side.
         spacings = 1.0 if is_within_wander(fit, "trace", resolution_m, outcrop_normal) else 0.5
         min_width = float(np.arctan(spacings * resolution_m / fit.extent))
-    turned = np.radians(registration_deg or 0.0)
-    widths = [float(np.hypot(max(np.arctan(w), min_width), turned)) for w in (second, third)]
+    turned_values = np.radians(registration_deg or 0.0)
+    widths = [float(np.hypot(max(np.arctan(w), min_width), turned_values)) for w in (second, third)]
     half_width = float(np.degrees(max(widths)))
     if half_width > MAX_HALF_WIDTH_DEG or largest < MIN_ASPECT_RATIO * half_width:
         return None
-    turn = np.pi / 2 if largest >= 89.999 else float(np.hypot(np.radians(largest), turned))
+    angle = np.pi / 2 if largest >= 89.999 else float(np.hypot(np.radians(largest), turned_values))
     return PlaneBand(
         np.asarray(fit.axes),
         (max(widths[0], MIN_SIGMA_RAD), max(widths[1], MIN_SIGMA_RAD)),
-        min(turn, np.pi / 2),
+        min(angle, np.pi / 2),
         max(fit.n_effective - 3.0, 1.0),
     )
 
@@ -338,10 +344,10 @@ def crossing_plane(one: PlaneBand, other: PlaneBand) -> CrossingPlane:
     # A tilt x of the normal rotates it away from each line d by x . d.
     lines = np.stack([first, second]) @ basis.T
     scales = [_line_error_rad(band, normal) for band in (one, other)]
-    free = min(one.free, other.free)
+    dof = min(one.free, other.free)
     inverse = np.linalg.inv(lines)
     covariance = inverse @ np.diag(np.square(scales)) @ inverse.T
-    factor = np.sqrt(free * float(joint_quantile(np.array([free]))[0]))
+    factor = np.sqrt(dof * float(joint_quantile(np.array([dof]))[0]))
     small, large = np.sqrt(np.maximum(np.linalg.eigvalsh(covariance), 0.0)) * factor
     plane = Plane.from_normal(normal)
     x, y, z = plane.normal().tolist()
@@ -358,19 +364,19 @@ def crossing_plane(one: PlaneBand, other: PlaneBand) -> CrossingPlane:
 # ----------------------------------------------------------------------------------------------
 def _line_error_rad(band: PlaneBand, normal: FloatArray) -> float:
     """Return the scale of the error along the line for a normal, radians."""
-    local = band.axes @ normal
-    return float(band.sigma_rad(np.array([np.arctan2(local[1], local[2])]))[0])
+    local_points = band.axes @ normal
+    return float(band.sigma_rad(np.array([np.arctan2(local_points[1], local_points[2])]))[0])
 
 
 def _band_grid(band: PlaneBand) -> tuple[FloatArray, FloatArray]:
     """Return grid normals (k, 3) that extend beyond the edges of the band, and their areas."""
     turn = (np.arange(N_TURNS) + 0.5) * np.pi / N_TURNS - np.pi / 2
-    share = np.linspace(-GRID_RANGE_SIGMA, GRID_RANGE_SIGMA, N_TILTS)
+    fraction = np.linspace(-GRID_RANGE_SIGMA, GRID_RANGE_SIGMA, N_TILTS)
     sigma = band.sigma_rad(turn)
-    along = np.clip(np.outer(sigma, share), -1.5, 1.5)
-    step = sigma * (share[1] - share[0]) * np.pi / N_TURNS
-    normals = band.normals(np.repeat(turn, N_TILTS), along.ravel())
-    return normals, np.repeat(step, N_TILTS) * np.cos(along.ravel())
+    tilt_rad = np.clip(np.outer(sigma, fraction), -1.5, 1.5)
+    step = sigma * (fraction[1] - fraction[0]) * np.pi / N_TURNS
+    normals = band.normals(np.repeat(turn, N_TILTS), tilt_rad.ravel())
+    return normals, np.repeat(step, N_TILTS) * np.cos(tilt_rad.ravel())
 
 
 def _fisher_density(kappa: float, cosine: FloatArray) -> FloatArray:
@@ -382,34 +388,34 @@ def _fisher_density(kappa: float, cosine: FloatArray) -> FloatArray:
 
 def _p_value(band: PlaneBand, prior: SetPrior) -> float:
     """Return the p-value of a plane of the set at the distance of the mean of the set."""
-    local = band.axes @ np.asarray(prior.normal)
-    misfit = float(np.arcsin(np.clip(abs(local[0]), 0.0, 1.0)))
+    local_points = band.axes @ np.asarray(prior.normal)
+    misfit = float(np.arcsin(np.clip(abs(local_points[0]), 0.0, 1.0)))
     variance_line = _line_error_rad(band, np.asarray(prior.normal)) ** 2
     variance_set = 1.0 / prior.predictive
     # Welch-Satterthwaite degrees of freedom of the sum of variances.
     variance = variance_line + variance_set
-    free = variance**2 / (
+    dof = variance**2 / (
         variance_line**2 / band.free + variance_set**2 / max(2.0 * (prior.n - 1.0), 1.0)
     )
-    return f_tail(1.0, free, misfit**2 / variance)
+    return f_tail(1.0, dof, misfit**2 / variance)
 
 
 def _mean_plane(normals: FloatArray, weights: FloatArray) -> tuple[Plane, float, float]:
     """Return the mean axis of weighted normals and the semi-axes of their 95 % ellipse."""
-    share = weights / weights.sum()
-    tensor = (normals * share[:, None]).T @ normals
+    fraction = weights / weights.sum()
+    tensor = (normals * fraction[:, None]).T @ normals
     _, vectors = np.linalg.eigh(tensor)
-    middle = vectors[:, 2]
+    centre = vectors[:, 2]
     # Project onto the tangent plane of the ellipse; limit the weight of normals beyond 80 degrees.
-    local = normals @ vectors
-    cosine = np.maximum(np.abs(local[:, 2]), np.cos(np.radians(80.0)))
-    tangent = local[:, :2] / cosine[:, None]
-    covariance = (tangent * share[:, None]).T @ tangent
+    local_points = normals @ vectors
+    cosine = np.maximum(np.abs(local_points[:, 2]), np.cos(np.radians(80.0)))
+    tangent = local_points[:, :2] / cosine[:, None]
+    covariance = (tangent * fraction[:, None]).T @ tangent
     small, large = np.sqrt(
         np.maximum(np.linalg.eigvalsh(covariance), 0.0) * -2.0 * np.log(SIGNIFICANCE)
     )
     return (
-        Plane.from_normal(middle),
+        Plane.from_normal(centre),
         float(np.degrees(np.arctan(large))),
         float(np.degrees(np.arctan(small))),
     )

@@ -94,5 +94,5 @@ def _compare_planes(
     angle = np.degrees(np.arccos(np.minimum(np.abs(normal @ its_normal.T), 1.0)))
     distance = np.linalg.norm(place[:, None] - its_place[None], axis=2)
     max_distance = np.maximum(extent[:, None], its_extent[None]) / 2.0
-    allowed = np.maximum(np.hypot(error[:, None], its_error[None]), MIN_TOLERANCE_DEG)
-    return distance <= max_distance, angle <= allowed, angle
+    allowed_values = np.maximum(np.hypot(error[:, None], its_error[None]), MIN_TOLERANCE_DEG)
+    return distance <= max_distance, angle <= allowed_values, angle

@@ -213,8 +213,8 @@ def _tilt_of_points_deg(fit: FittedPlane, sigma_m: float) -> float:
 
     The errors of its points are assumed to be independent.
     """
-    independent = float(fit.n if fit.n_effective is None else fit.n_effective)
-    width = math.sqrt(independent * max((fit.trace or 0.0) * float(fit.eigenvalues[1]), 0.0))
+    independent_value = float(fit.n if fit.n_effective is None else fit.n_effective)
+    width = math.sqrt(independent_value * max((fit.trace or 0.0) * float(fit.eigenvalues[1]), 0.0))
     return math.degrees(math.atan2(math.sqrt(CHI2_TWO) * sigma_m, width))
 
 
@@ -657,8 +657,8 @@ def _axial_angle_deg(a: FloatArray, b: FloatArray) -> float | None:
         return None
     i, j, k = y * w - z * v, z * u - x * w, x * v - y * u
     # The arc cosine alone loses digits near 0.
-    across, along = math.sqrt(i * i + j * j + k * k), abs(x * u + y * v + z * w)
-    return math.degrees(math.atan2(across, along))
+    across_component, along_component = math.sqrt(i * i + j * j + k * k), abs(x * u + y * v + z * w)
+    return math.degrees(math.atan2(across_component, along_component))
 
 
 def _number_or_infinity(ratio: float | None) -> float:

@@ -24,7 +24,7 @@ class RoseOptions(Options):
     of: Literal["strike", "dip-direction", "trend", "dip", "plunge"] | None = option(
         None,
         help=to_translate("angle to plot; dip and plunge give a histogram"),
-        automatic=to_translate("strike; trend if all rows are lines"),
+        automatic_text=to_translate("strike; trend if all rows are lines"),
     )
     bin_deg: float = option(
         10.0,

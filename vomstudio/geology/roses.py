@@ -136,7 +136,7 @@ def _valid_rows(
 def count_rose(
     azimuth_deg: npt.ArrayLike,
     *,
-    axial: bool,
+    is_axial: bool,
     bin_deg: float = 10.0,
     weights: npt.ArrayLike | None = None,
 ) -> Rose:
@@ -154,22 +154,22 @@ def count_rose(
     bins = count_bins(bin_deg)
     a = np.asarray(azimuth_deg, dtype=np.float64).ravel()
     a, w, left_out = _valid_rows(a, weights)
-    period = 180.0 if axial else 360.0
+    period = 180.0 if is_axial else 360.0
     # Add a small amount, so that 29.999999 instead of 30 is counted in the right bin.
     bin_of_row = np.floor((a % 360.0 + 1e-7) / bin_deg).astype(np.intp) % bins
     half = bins // 2
     sums = np.bincount(
-        bin_of_row % half if axial else bin_of_row, w, minlength=half if axial else bins
+        bin_of_row % half if is_axial else bin_of_row, w, minlength=half if is_axial else bins
     )
     total = float(w.sum())
-    shares = sums / total if total > 0 else np.zeros(len(sums))
-    turn = np.radians(a * (360.0 / period))
-    east, north = float(w @ np.sin(turn)), float(w @ np.cos(turn))
+    fractions = sums / total if total > 0 else np.zeros(len(sums))
+    angle = np.radians(a * (360.0 / period))
+    east, north = float(w @ np.sin(angle)), float(w @ np.cos(angle))
     resultant = math.hypot(east, north) / total if total > 0 else 0.0
     mean = None
     if resultant > 1e-9:
         mean = math.degrees(math.atan2(east, north)) % 360.0 * period / 360.0
-    full_circle = np.tile(shares, 2) if axial else shares
+    full_circle = np.tile(fractions, 2) if is_axial else fractions
     resultant = min(resultant, 1.0)
     counts = int((w > 0).sum())
     p = (
@@ -177,7 +177,7 @@ def count_rose(
         if counts >= MIN_RAYLEIGH_DIRECTIONS
         else None
     )
-    return Rose(bin_deg, axial, len(a), total, full_circle, mean, resultant, p, left_out)
+    return Rose(bin_deg, is_axial, len(a), total, full_circle, mean, resultant, p, left_out)
 
 
 def rayleigh_p(n: float, resultant: float) -> float:

@@ -32,8 +32,8 @@ def rotate_vectors(vectors: npt.ArrayLike, axis: Line, angle_deg: float) -> Floa
     v = np.asarray(vectors, dtype=np.float64)
     k = axis.vector()
     sine, cosine = sin_cos_deg(angle_deg)
-    along = (v @ k)[..., None] * k
-    return np.asarray(v * cosine + np.cross(k, v) * sine + along * (1.0 - cosine))
+    projections = (v @ k)[..., None] * k
+    return np.asarray(v * cosine + np.cross(k, v) * sine + projections * (1.0 - cosine))
 
 
 def untilt(vectors: npt.ArrayLike, plane: Plane) -> FloatArray:

@@ -133,11 +133,11 @@ def variance_inflation(
     float
         Variance factor, at least 1.
     """
-    expected = count - 2.0 * np.trace(projection) + np.trace(projection @ projection)
-    remaining = (
+    expected_values = count - 2.0 * np.trace(projection) + np.trace(projection @ projection)
+    remaining_values = (
         count - 2.0 * np.trace(correlated_projection) + np.trace(correlated_projection @ projection)
     )
-    return float(np.clip(expected / max(remaining, 1e-300), 1.0, MAX_INFLATION))
+    return float(np.clip(expected_values / max(remaining_values, 1e-300), 1.0, MAX_INFLATION))
 
 
 def _restricted_likelihood(derivatives: FloatArray, residuals: FloatArray, rho: float) -> float:
@@ -146,13 +146,13 @@ def _restricted_likelihood(derivatives: FloatArray, residuals: FloatArray, rho: 
     x = whiten(derivatives, rho).reshape(n * d, k)
     y = whiten(residuals, rho).ravel()
     _, sizes, axes = np.linalg.svd(x, full_matrices=False)
-    determined = sizes > 1e-9 * max(float(sizes[0]), 1e-300)
+    is_determined = sizes > 1e-9 * max(float(sizes[0]), 1e-300)
     remainder = y - x @ (
-        axes[determined].T @ (axes[determined] @ (x.T @ y) / sizes[determined] ** 2)
+        axes[is_determined].T @ (axes[is_determined] @ (x.T @ y) / sizes[is_determined] ** 2)
     )
-    free = n * d - int(determined.sum())
+    dof = n * d - int(is_determined.sum())
     log_det_errors = d * (n - 1) * np.log(1.0 - rho**2)
-    log_det_unknowns = 2.0 * float(np.log(sizes[determined]).sum())
+    log_det_unknowns = 2.0 * float(np.log(sizes[is_determined]).sum())
     return -0.5 * float(
-        free * np.log(max(float(remainder @ remainder), 1e-300)) + log_det_errors + log_det_unknowns
+        dof * np.log(max(float(remainder @ remainder), 1e-300)) + log_det_errors + log_det_unknowns
     )

@@ -102,8 +102,8 @@ class Margins(NamedTuple):
 
     def zones(self) -> Zones:
         """Return the zone inside both limits, and the zone outside the lateral limits only."""
-        inside, within = self.zone >= -MAX_ROUNDING_SINE, self.lateral >= -MAX_ROUNDING_SINE
-        return Zones(inside & within, inside & ~within)
+        is_inside, is_within = self.zone >= -MAX_ROUNDING_SINE, self.lateral >= -MAX_ROUNDING_SINE
+        return Zones(is_inside & is_within, is_inside & ~is_within)
 
 
 def to_face_frame(face: SlopeFace, normals: npt.ArrayLike) -> FloatArray:
@@ -136,13 +136,13 @@ def planar_margins(face: SlopeFace, normals: FloatArray) -> Margins:
     Margins
     """
     x, y, z = np.moveaxis(normals, -1, 0)
-    flat = np.hypot(x, y)
+    flat_values = np.hypot(x, y)
     sin_f, cos_f = _sin_cos(face.options.friction_deg)
     sin_d, cos_d = _sin_cos(face.plane.dip_deg)
-    level = flat <= MIN_ANGLE_RAD
+    level = flat_values <= MIN_ANGLE_RAD
     # Scalar product of the dip line (x z, y z, -flat^2) / flat and the normal of the face.
-    daylight = sin_d * x * z / np.where(level, 1.0, flat) - cos_d * flat
-    slide = np.where(level, -1.0, flat * cos_f - z * sin_f)
+    daylight = sin_d * x * z / np.where(level, 1.0, flat_values) - cos_d * flat_values
+    slide = np.where(level, -1.0, flat_values * cos_f - z * sin_f)
     return Margins(np.minimum(daylight, slide), _lateral_margin(face, x, y))
 
 
@@ -246,9 +246,9 @@ def wedge_sliding(face: SlopeFace, lines: FloatArray) -> Zones:
     sin_f, cos_f = _sin_cos(face.options.friction_deg)
     sin_d, cos_d = _sin_cos(face.plane.dip_deg)
     daylights = (sin_d * x + cos_d * z >= -MAX_ROUNDING_SINE) & (z < -MIN_ANGLE_RAD)
-    steep = -z >= sin_f - MAX_ROUNDING_SINE
-    beyond = sin_f * x + cos_f * z <= MAX_ROUNDING_SINE
-    return Zones(steep & daylights, ~steep & daylights & beyond)
+    is_steep = -z >= sin_f - MAX_ROUNDING_SINE
+    is_beyond = sin_f * x + cos_f * z <= MAX_ROUNDING_SINE
+    return Zones(is_steep & daylights, ~is_steep & daylights & is_beyond)
 
 
 def direct_margins(face: SlopeFace, lines: FloatArray) -> Margins:
@@ -374,7 +374,7 @@ def count_critical_lines(faces: Sequence[SlopeFace], lines: FloatArray) -> IntAr
     for start in range(0, len(faces), FACES_PER_BLOCK):
         block = faces[start : start + FACES_PER_BLOCK]
         rows = slice(start, start + len(block))
-        out, along, _ = np.moveaxis(np.stack([face.axes() for face in block]), 1, 0)
+        out, along_component, _ = np.moveaxis(np.stack([face.axes() for face in block]), 1, 0)
         sin_d, cos_d = sin_cos_deg(np.array([face.plane.dip_deg for face in block]))
         normals = np.column_stack([out[:, :2] * sin_d[:, None], cos_d])
         counts[rows, 0] = (wedges @ normals.T >= -MAX_ROUNDING_SINE).sum(axis=0)
@@ -382,9 +382,9 @@ def count_critical_lines(faces: Sequence[SlopeFace], lines: FloatArray) -> IntAr
         into = -(tops @ out.T)
         level = -tops[:, 2] < MIN_ANGLE_RAD
         into[level] = np.abs(into[level])
-        inside = -tops[:, 2:] - cos_d >= -MAX_ROUNDING_SINE
-        within = into * sin_l - np.abs(tops @ along.T) * cos_l >= -MAX_ROUNDING_SINE
-        counts[rows, 1] = (inside & within).sum(axis=0)
+        is_inside = -tops[:, 2:] - cos_d >= -MAX_ROUNDING_SINE
+        is_within = into * sin_l - np.abs(tops @ along_component.T) * cos_l >= -MAX_ROUNDING_SINE
+        counts[rows, 1] = (is_inside & is_within).sum(axis=0)
     return counts
 
 
@@ -479,8 +479,8 @@ def intersections(
         b = np.concatenate([np.arange(i + 1, n) for i in range(first, last)])
         first = last
         if sets is not None:
-            different = (sets[a] != sets[b]) | (sets[a] < 0)
-            a, b = a[different], b[different]
+            is_different = (sets[a] != sets[b]) | (sets[a] < 0)
+            a, b = a[is_different], b[is_different]
         x1, y1, z1 = np.moveaxis(normals[:, a], -1, 0)
         x2, y2, z2 = np.moveaxis(normals[:, b], -1, 0)
         x, y, z = y1 * z2 - z1 * y2, z1 * x2 - x1 * z2, x1 * y2 - y1 * x2
@@ -490,15 +490,15 @@ def intersections(
         yield np.stack([x * scale, y * scale, z * scale], axis=-1), is_line, np.stack([a, b])
 
 
-def _lateral_margin(face: SlopeFace, out: FloatArray, along: FloatArray) -> FloatArray:
+def _lateral_margin(face: SlopeFace, out: FloatArray, along_component: FloatArray) -> FloatArray:
     """Return the margin to the lateral limits.
 
-    `out` is the component out of (or into) the face, `along` the component along it.
+    `out` is the component out of (or into) the face, `along_component` the component along it.
     """
     sin_l, cos_l = _sin_cos(face.options.lateral_deg)
     if face.options.limits == "curved":
-        return np.asarray(sin_l - np.abs(along))
-    return np.asarray(out * sin_l - np.abs(along) * cos_l)
+        return np.asarray(sin_l - np.abs(along_component))
+    return np.asarray(out * sin_l - np.abs(along_component) * cos_l)
 
 
 def _sin_cos(angle_deg: float) -> tuple[float, float]:

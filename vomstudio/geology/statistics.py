@@ -101,8 +101,8 @@ def woodcock(eigenvalues: npt.ArrayLike) -> tuple[float | None, float | None]:
     s1, s2, s3 = (float(s) for s in np.asarray(eigenvalues, dtype=np.float64))
     if s3 < ZERO_EIGENVALUE:
         return (0.0 if s2 >= ZERO_EIGENVALUE else None), None
-    flat = math.log(s2 / s3)
-    shape = math.log(s1 / s2) / flat if flat > 1e-9 else None
+    flat_value = math.log(s2 / s3)
+    shape = math.log(s1 / s2) / flat_value if flat_value > 1e-9 else None
     return shape, math.log(s1 / s3)
 
 
@@ -176,7 +176,7 @@ class Fisher:
     alpha95_deg: float | None
 
 
-def fisher(vectors: npt.ArrayLike, directed: bool, weights: FloatArray | None = None) -> Fisher:
+def fisher(vectors: npt.ArrayLike, is_directed: bool, weights: FloatArray | None = None) -> Fisher:
     """Compute Fisher's statistics of directed or axial data.
 
     Axial data are flipped into the hemisphere of the first eigenvector of the tensor;
@@ -185,7 +185,7 @@ def fisher(vectors: npt.ArrayLike, directed: bool, weights: FloatArray | None = 
     Parameters
     ----------
     vectors : (n, 3) array_like
-    directed : bool
+    is_directed : bool
     weights : (n,) ndarray, optional
         Inverse variances, scaled to a mean of 1.
 
@@ -200,7 +200,7 @@ def fisher(vectors: npt.ArrayLike, directed: bool, weights: FloatArray | None = 
     """
     v = unit_vectors(vectors)
     w = np.ones(len(v)) if weights is None else weights
-    if not directed:
+    if not is_directed:
         v = flip_to(v, orientation_tensor(v, weights)[1][0])
     n = len(v)
     total = w @ v
@@ -217,12 +217,12 @@ def fisher(vectors: npt.ArrayLike, directed: bool, weights: FloatArray | None = 
         # With inverse-variance weights, the degrees of freedom are those of equal weights minus
         # those lost to the uncertainty of the weights (from simulations with an estimated natural
         # scatter).
-        free = n - 1.0 - WEIGHT_FREEDOM_LOSS * (n - effective_number(w))
-        versine = shortfall / resultant * math.expm1(math.log(20.0) / free)
+        dof = n - 1.0 - WEIGHT_FREEDOM_LOSS * (n - effective_number(w))
+        versine = shortfall / resultant * math.expm1(math.log(20.0) / dof)
         if versine <= 2.0:
             # cos a = 1 - versine, rearranged to preserve small angles
             alpha = math.degrees(2.0 * math.asin(math.sqrt(versine / 2.0)))
-    return Fisher(Line.from_vector(mean, directed=directed), n, resultant, kappa, alpha)
+    return Fisher(Line.from_vector(mean, is_directed=is_directed), n, resultant, kappa, alpha)
 
 
 def effective_number(weights: npt.ArrayLike) -> float:
@@ -256,7 +256,7 @@ def has_dominant_weights(weights: npt.ArrayLike) -> bool:
     )
 
 
-def no_fisher_reason(vectors: npt.ArrayLike, directed: bool) -> Finding | None:
+def no_fisher_reason(vectors: npt.ArrayLike, is_directed: bool) -> Finding | None:
     """Return the reason why Fisher's statistics do not apply, or None if they do.
 
     They do not apply to single orientations, nor to axial data that do not form a cluster, so that
@@ -267,7 +267,7 @@ def no_fisher_reason(vectors: npt.ArrayLike, directed: bool) -> Finding | None:
     Parameters
     ----------
     vectors : (n, 3) array_like
-    directed : bool
+    is_directed : bool
         Whether the vectors are directed rather than axial.
 
     Returns
@@ -278,7 +278,7 @@ def no_fisher_reason(vectors: npt.ArrayLike, directed: bool) -> Finding | None:
     n = len(v)
     if n < 2:
         return Finding("fisher.single")
-    if directed:
+    if is_directed:
         if float(np.linalg.norm(v.sum(axis=0))) < 1e-9 * n:
             return Finding("fisher.no-mean")
         return None

@@ -75,8 +75,8 @@ def unproject(points: npt.ArrayLike, projection: str = "area") -> FloatArray:
     _check_projection(projection)
     p = np.atleast_2d(np.asarray(points, dtype=np.float64))
     r2 = np.sum(p**2, axis=-1)
-    inside = r2 <= 1.0 + 1e-12
-    r2 = np.where(inside, np.minimum(r2, 1.0), np.nan)
+    is_inside = r2 <= 1.0 + 1e-12
+    r2 = np.where(is_inside, np.minimum(r2, 1.0), np.nan)
     if projection == "area":
         scale, down = np.sqrt(2.0 - r2), 1.0 - r2
     else:
@@ -115,9 +115,14 @@ def longitude_latitude_to_vectors(positions: npt.ArrayLike) -> FloatArray:
         Longitude and latitude, radians.
     """
     longitude, latitude = np.moveaxis(np.asarray(positions, dtype=np.float64), -1, 0)
-    across = np.cos(latitude)
+    across_component = np.cos(latitude)
     return np.stack(
-        [across * np.sin(longitude), np.sin(latitude), 0.0 - across * np.cos(longitude)], axis=-1
+        [
+            across_component * np.sin(longitude),
+            np.sin(latitude),
+            0.0 - across_component * np.cos(longitude),
+        ],
+        axis=-1,
     )
 
 
@@ -303,10 +308,10 @@ def cone_curve(
     # Use equal steps of the eccentric angle: with equal steps of t, the ends of a long ellipse have
     # visible corners.
     sin_u, cos_u = sin_cos_deg(np.linspace(0.0, 360.0, n))
-    along = max(first_angle_deg, 1e-12) * cos_u
-    across = max(second_angle_deg, 1e-12) * sin_u
-    radius = np.hypot(along, across)
-    cos_t, sin_t = along / radius, across / radius
+    along_component = max(first_angle_deg, 1e-12) * cos_u
+    across_component = max(second_angle_deg, 1e-12) * sin_u
+    radius = np.hypot(along_component, across_component)
+    cos_t, sin_t = along_component / radius, across_component / radius
     sin_r, cos_r = sin_cos_deg(radius)
     curve = (
         cos_r[:, None] * axis + (sin_r * cos_t)[:, None] * first + (sin_r * sin_t)[:, None] * second
@@ -343,8 +348,8 @@ def split_at_primitive(curve: npt.ArrayLike) -> list[FloatArray]:
             start = [-crossing if up[i] else crossing]
         start.append(-c[i] if up[i] else c[i])
     parts.append(np.array(start))
-    closed = len(parts) > 1 and np.allclose(c[0], c[-1], atol=1e-9)
-    if closed:
+    closed_count = len(parts) > 1 and np.allclose(c[0], c[-1], atol=1e-9)
+    if closed_count:
         # The curve starts within a part, so its last part continues into the first one.
         parts[0] = np.vstack([parts.pop()[:-1], parts[0]])
     return [part for part in parts if len(part) > 1]

@@ -249,11 +249,11 @@ class _Selection:
             present = sorted(set(sets) - {""})
             finding = Finding("sets.unknown", set=fold_filter.set_name, sets=present or None)
             raise self._error(finding, "--only-set")
-        selected = select_planes(qualities, sets, fold_filter)
-        self.left_out += selected.left_out
+        selected_planes = select_planes(qualities, sets, fold_filter)
+        self.left_out += selected_planes.left_out
         rows = np.flatnonzero(self.use)
         self.use = np.zeros(len(table), bool)
-        self.use[rows[selected.use]] = True
+        self.use[rows[selected_planes.use]] = True
         if not self.use.any():
             finding = Finding("fold.none-good-enough", quality=fold_filter.min_quality)
             raise self._error(finding, "--quality")
@@ -327,7 +327,7 @@ class _Selection:
         present = Counter(name for name, use in zip(names_by_row, self.use, strict=True) if use)
         attitudes: dict[str, tuple[FloatArray, FloatArray]] = {}
         turns: dict[str, Turns] = {}
-        used = np.zeros(len(self.table), dtype=bool)
+        is_used = np.zeros(len(self.table), dtype=bool)
         for name in names:
             members = self.use & np.array([_equal_names(s, name) for s in names_by_row], dtype=bool)
             if not members.any():
@@ -339,12 +339,12 @@ class _Selection:
             )
             if self.table.turns is not None:
                 turns[name] = self.table.turns.of(members)
-            used |= members
+            is_used |= members
         for name, n in present.items():
-            if not any(_equal_names(name, requested) for requested in names):
+            if not any(_equal_names(name, requested_name) for requested_name in names):
                 what = name or "no set"
                 self.left_out.append(ExcludedRows(what, n, Finding("fold.only-named-sets")))
-        self.use = used
+        self.use = is_used
         return common_axis(attitudes, turns or None)
 
     def _error(self, finding: Finding, field: str) -> UsageError:

@@ -181,17 +181,17 @@ def table_slope(
     n_pairs = count_pairs_between_sets(len(rows), sets)
     progress.stage(tr("Intersecting pairs of planes"), n_pairs)
     pairs = count_pairs(face, normals[None], progress, sets)
-    expected = _expected(face, planes, sets, progress)
+    expected_counts = _expected(face, planes, sets, progress)
     plane_modes = [
         PlanesMode(
             int(zone.critical.sum()),
             len(rows),
             float(zone.critical.mean()),
-            share,
+            fraction,
             int(zone.secondary.sum()),
             tuple(ids[i] for i in np.flatnonzero(zone.critical)),
         )
-        for zone, share in zip(zones, expected.planes, strict=True)
+        for zone, fraction in zip(zones, expected_counts.planes, strict=True)
     ]
     planar, flexural, bases = plane_modes
     of, parallel = int(pairs.of[0]), int(pairs.parallel[0])
@@ -212,7 +212,7 @@ def table_slope(
             wedge,
             of,
             _critical_share(wedge, of),
-            expected.pairs[0],
+            expected_counts.pairs[0],
             int(pairs.wedge_secondary[0]),
             parallel,
             same_set,
@@ -222,14 +222,14 @@ def table_slope(
             topple,
             of,
             _critical_share(topple, of),
-            expected.pairs[1],
+            expected_counts.pairs[1],
             int(pairs.oblique[0]),
             parallel,
             same_set,
             bases,
         ),
         with_error=n_known,
-        draws=expected.draws,
+        draws=expected_counts.draws,
         convention=table.convention,
         dropped_lines=tuple(table.dropped),
         warnings=(
@@ -315,8 +315,8 @@ def _plane_zones(face: SlopeFace, normals: FloatArray) -> tuple[Zones, Zones, Zo
     )
 
 
-def _critical_share(critical: int, of: int) -> float | None:
-    return critical / of if of else None
+def _critical_share(critical_count: int, total: int) -> float | None:
+    return critical_count / total if total else None
 
 
 @dataclass(frozen=True)
@@ -343,13 +343,13 @@ def _expected(
     n = len(planes.normals)
     draws = _n_draws(MAX_DRAWN_PLANES, n)
     generator = np.random.default_rng(SEED)
-    critical = np.zeros(3)
+    critical_values = np.zeros(3)
     progress.stage(tr("Estimating probabilities of planes"), draws)
     for done, portion in _split_draws(draws, n):
         progress.step(done)
         normals = to_face_frame(face, planes.draw(portion, generator))
-        critical += [zone.critical.sum() for zone in _plane_zones(face, normals)]
-    a, b, c = (critical / (draws * n)).tolist()
+        critical_values += [zone.critical.sum() for zone in _plane_zones(face, normals)]
+    a, b, c = (critical_values / (draws * n)).tolist()
     if n < 2:
         return _Expected((a, b, c), draws=(draws, 0))
     pairs = count_pairs_between_sets(n, sets)
@@ -369,8 +369,8 @@ def _expected(
     )
 
 
-def _n_draws(max_draws: int, each: int) -> int:
-    return int(np.clip(max_draws // each, MIN_DRAWS, MAX_DRAWS))
+def _n_draws(max_draws: int, count: int) -> int:
+    return int(np.clip(max_draws // count, MIN_DRAWS, MAX_DRAWS))
 
 
 def _split_draws(draws: int, n: int) -> list[tuple[int, int]]:
@@ -380,7 +380,7 @@ def _split_draws(draws: int, n: int) -> list[tuple[int, int]]:
 
 
 def _messages(
-    face: SlopeFace, n: int, rows: int, n_known: int, of: int, parallel: int, same_set: int
+    face: SlopeFace, n: int, rows: int, n_known: int, total: int, parallel_count: int, same_set: int
 ) -> list[Finding]:
     """Return the findings about the results."""
     messages: list[Finding] = []
@@ -398,9 +398,9 @@ def _messages(
                 friction_deg=face.options.friction_deg,
             )
         )
-    if parallel:
-        messages.append(Finding("slope.parallel-pairs", count=parallel))
-    if not of:
+    if parallel_count:
+        messages.append(Finding("slope.parallel-pairs", count=parallel_count))
+    if not total:
         messages.append(Finding("slope.no-pairs"))
     if 0 < n_known < n:
         messages.append(Finding("slope.errors-unknown", count=n - n_known))

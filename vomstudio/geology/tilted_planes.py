@@ -59,8 +59,8 @@ class TiltedPlanes:
             halves = np.array([_root(covariance) for covariance in self.turns.rotations])
             gauss = generator.standard_normal((draws, len(halves), 3))
             rotations = np.einsum("gij,kgj->kgi", halves, gauss)
-            rotated = np.cross(rotations[:, np.maximum(group, 0)], self.normals)
-            displacement += np.where((group >= 0)[:, None], rotated, 0.0)
+            rotated_values = np.cross(rotations[:, np.maximum(group, 0)], self.normals)
+            displacement += np.where((group >= 0)[:, None], rotated_values, 0.0)
         angle = np.linalg.norm(displacement, axis=-1, keepdims=True)
         direction = displacement / np.maximum(angle, 1e-300)
         drawn_normals = np.cos(angle) * self.normals + np.sin(angle) * direction
@@ -131,19 +131,25 @@ def _axes(table: OrientationRows, rows: IntArray, excluded_deg: FloatArray) -> F
             "error_rake_deg",
         )
     )
-    along, across = (
+    along_component, across_component = (
         column_numbers(table, rows, name) for name in ("dip_error_deg", "dip_direction_error_deg")
     )
     # An error of the dip direction tilts the plane along its strike by the sine of the dip.
-    across = across * np.sin(np.radians(dip))
-    has_split_errors = ~np.isfinite(largest) & ~np.isfinite(total) & np.isfinite(along)
-    largest = np.where(has_split_errors, along, largest)
-    smallest = np.where(has_split_errors, np.where(np.isfinite(across), across, along), smallest)
+    across_component = across_component * np.sin(np.radians(dip))
+    has_split_errors = ~np.isfinite(largest) & ~np.isfinite(total) & np.isfinite(along_component)
+    largest = np.where(has_split_errors, along_component, largest)
+    smallest = np.where(
+        has_split_errors,
+        np.where(np.isfinite(across_component), across_component, along_component),
+        smallest,
+    )
     smallest = np.where(np.isfinite(rake) | has_split_errors, smallest, largest)
     rake = np.where(has_split_errors, 90.0, rake)
-    fitted = np.nan_to_num(largest)
-    narrow = np.where(np.isfinite(smallest), smallest, fitted)
-    semi = np.stack(enlarged_semi_axes(fitted, narrow, np.nan_to_num(total), excluded_deg), axis=-1)
+    fitted_values = np.nan_to_num(largest)
+    narrow = np.where(np.isfinite(smallest), smallest, fitted_values)
+    semi = np.stack(
+        enlarged_semi_axes(fitted_values, narrow, np.nan_to_num(total), excluded_deg), axis=-1
+    )
     sigma = np.radians(np.minimum(semi, MAX_SEMI_AXIS_DEG)) / math.sqrt(CHI2_TWO)
     return np.asarray(sigma[..., None] * _frames(azimuth, dip, np.nan_to_num(rake)))
 

@@ -35,9 +35,9 @@ def camera_rotations(angles: npt.ArrayLike) -> FloatArray:
         [np.sin(yaw) * np.cos(pitch), np.cos(yaw) * np.cos(pitch), np.sin(pitch)]
     )
     level = np.column_stack([np.cos(yaw), -np.sin(yaw), np.zeros_like(yaw)])
-    below = np.cross(forward, level)
-    right = level * np.cos(roll)[:, None] + below * np.sin(roll)[:, None]
-    down = below * np.cos(roll)[:, None] - level * np.sin(roll)[:, None]
+    down_axis = np.cross(forward, level)
+    right = level * np.cos(roll)[:, None] + down_axis * np.sin(roll)[:, None]
+    down = down_axis * np.cos(roll)[:, None] - level * np.sin(roll)[:, None]
     return np.stack([right, down, forward], axis=2)
 
 
@@ -62,8 +62,8 @@ def error_axes(angles: npt.ArrayLike) -> FloatArray:
     zero = np.zeros_like(yaw)
     down = np.column_stack([zero, zero, zero - 1.0])
     level = np.column_stack([np.cos(yaw), -np.sin(yaw), zero])
-    ahead = np.column_stack([np.sin(yaw), np.cos(yaw), zero])
-    return np.stack([down, level, ahead], axis=2)
+    forward = np.column_stack([np.sin(yaw), np.cos(yaw), zero])
+    return np.stack([down, level, forward], axis=2)
 
 
 def view_angles(rotations: npt.ArrayLike) -> FloatArray:
@@ -80,18 +80,18 @@ def view_angles(rotations: npt.ArrayLike) -> FloatArray:
         Angles in degrees; the roll of views straight up or down is 0.
     """
     right, down, forward = np.moveaxis(np.asarray(rotations, np.float64).reshape(-1, 3, 3), 2, 0)
-    flat = np.hypot(forward[:, 0], forward[:, 1])
-    steep = flat < MIN_HORIZONTAL
+    flat_values = np.hypot(forward[:, 0], forward[:, 1])
+    is_steep = flat_values < MIN_HORIZONTAL
     # The top of the photo is forward for downward views, and backward for upward views.
-    ahead = np.where(
-        steep[:, None], np.where(forward[:, 2:] < 0, -down[:, :2], down[:, :2]), forward[:, :2]
+    forward_direction = np.where(
+        is_steep[:, None], np.where(forward[:, 2:] < 0, -down[:, :2], down[:, :2]), forward[:, :2]
     )
-    yaw = np.arctan2(ahead[:, 0], ahead[:, 1])
-    pitch = np.arctan2(forward[:, 2], flat)
+    yaw = np.arctan2(forward_direction[:, 0], forward_direction[:, 1])
+    pitch = np.arctan2(forward[:, 2], flat_values)
     level = np.column_stack([np.cos(yaw), -np.sin(yaw), np.zeros_like(yaw)])
-    below = np.cross(forward, level)
-    roll = np.arctan2((right * below).sum(axis=1), (right * level).sum(axis=1))
-    angles = np.column_stack([yaw % (2 * np.pi), pitch, np.where(steep, 0.0, roll)])
+    down_axis = np.cross(forward, level)
+    roll = np.arctan2((right * down_axis).sum(axis=1), (right * level).sum(axis=1))
+    angles = np.column_stack([yaw % (2 * np.pi), pitch, np.where(is_steep, 0.0, roll)])
     return np.asarray(np.degrees(angles), np.float64)
 
 
@@ -135,9 +135,9 @@ def rotations_from_vertical(down: npt.ArrayLike, azimuth_deg: npt.ArrayLike) -> 
     -------
     (n, 3, 3) ndarray
     """
-    vertical = np.asarray(down, np.float64).reshape(-1, 3)
-    vertical = vertical / np.linalg.norm(vertical, axis=1, keepdims=True)
-    pitch = np.degrees(np.arcsin(np.clip(-vertical[:, 2], -1.0, 1.0)))
-    roll = np.degrees(np.arctan2(vertical[:, 0], vertical[:, 1]))
+    vertical_values = np.asarray(down, np.float64).reshape(-1, 3)
+    vertical_values = vertical_values / np.linalg.norm(vertical_values, axis=1, keepdims=True)
+    pitch = np.degrees(np.arcsin(np.clip(-vertical_values[:, 2], -1.0, 1.0)))
+    roll = np.degrees(np.arctan2(vertical_values[:, 0], vertical_values[:, 1]))
     yaw = np.broadcast_to(np.asarray(azimuth_deg, np.float64), pitch.shape)
     return camera_rotations(np.column_stack([yaw, pitch, roll]))

@@ -30,8 +30,8 @@ class ClipBox(Result):
     def around(cls, points: FloatArray) -> ClipBox:
         """Return the box of World points (n, 3)."""
         low, high = points.min(axis=0), points.max(axis=0)
-        flat = high - low < 1e-3
-        low, high = np.where(flat, low - 0.5, low), np.where(flat, high + 0.5, high)
+        is_flat = high - low < 1e-3
+        low, high = np.where(is_flat, low - 0.5, low), np.where(is_flat, high + 0.5, high)
         return cls(_triple(low), _triple(high))
 
     @classmethod
@@ -81,17 +81,17 @@ class ClipBox(Result):
 
     def meets_balls(self, centres: FloatArray, radii: FloatArray) -> BoolArray:
         """Return whether balls in World, (n, 3) and (n,), are partly inside."""
-        off = np.maximum(np.maximum(self.low - centres, centres - self.high), 0.0)
-        return np.asarray(np.einsum("ij,ij->i", off, off) <= radii * radii)
+        offset = np.maximum(np.maximum(self.low - centres, centres - self.high), 0.0)
+        return np.asarray(np.einsum("ij,ij->i", offset, offset) <= radii * radii)
 
     def stretch(
-        self, origin: FloatArray, direction: FloatArray, reach: float = 0.0
+        self, origin: FloatArray, direction: FloatArray, max_distance: float = 0.0
     ) -> tuple[float, float] | None:
         """Return the range of a World ray inside the box, or None if the ray misses the box.
 
-        `reach` enlarges the box along each axis.
+        `max_distance` enlarges the box along each axis.
         """
-        low, high = np.array([self.low]) - reach, np.array([self.high]) + reach
+        low, high = np.array([self.low]) - max_distance, np.array([self.high]) + max_distance
         enter, leave = box_range(low, high, origin, direction)
         first, last = max(float(enter[0]), 0.0), float(leave[0])
         return (first, last) if last >= first else None

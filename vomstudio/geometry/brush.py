@@ -114,8 +114,10 @@ class MeshSurface(VertexSurface):
         centre = np.asarray(centre, dtype=np.float64)
         place = self._places()
         hit_corners = self.corners(np.array([index]))[0]
-        longest = float(np.linalg.norm(hit_corners - np.roll(hit_corners, 1, axis=0), axis=1).max())
-        vertices = _join(self._ids_in_ball(centre, radius + longest), self._at(hit_corners))
+        longest_value = float(
+            np.linalg.norm(hit_corners - np.roll(hit_corners, 1, axis=0), axis=1).max()
+        )
+        vertices = _join(self._ids_in_ball(centre, radius + longest_value), self._at(hit_corners))
         place[vertices] = np.arange(len(vertices), dtype=np.int32)
         try:
             inner_faces = self._inside(self._faces_at(vertices), index, centre, radius)
@@ -186,23 +188,27 @@ class MeshSurface(VertexSurface):
         xyz = np.asarray(ring, np.float64).reshape(-1, 3)
         if len(xyz) < 3 or not self.count:
             return None
-        middle = xyz.mean(axis=0)
-        radius = float(np.linalg.norm(xyz - middle, axis=1).max())
+        centre = xyz.mean(axis=0)
+        radius = float(np.linalg.norm(xyz - centre, axis=1).max())
         usual, long_faces = self._long_faces()
         # A face that intersects the ball has a vertex within its length of it.
-        near_faces = self._faces_at(self._ids_in_ball(middle, radius + usual))
+        near_faces = self._faces_at(self._ids_in_ball(centre, radius + usual))
         return self.corners(_join(near_faces, long_faces))
 
     def _long_faces(self) -> tuple[float, IntArray]:
         """Return the maximum edge length of usual faces, and the sorted ids of longer faces."""
         if self._lengths is None:
-            longest = np.empty(self.count)
+            longest_values = np.empty(self.count)
             for start in range(0, self.count, BLOCK_SIZE):
                 corners = self.corners(np.arange(start, min(start + BLOCK_SIZE, self.count)))
                 edges = corners - np.roll(corners, 1, axis=1)
-                longest[start : start + BLOCK_SIZE] = np.sqrt((edges**2).sum(axis=2).max(axis=1))
-            usual = LONG_FACE_RATIO * float(np.median(longest)) if len(longest) else 0.0
-            self._lengths = usual, np.flatnonzero(longest > usual)
+                longest_values[start : start + BLOCK_SIZE] = np.sqrt(
+                    (edges**2).sum(axis=2).max(axis=1)
+                )
+            median = (
+                LONG_FACE_RATIO * float(np.median(longest_values)) if len(longest_values) else 0.0
+            )
+            self._lengths = median, np.flatnonzero(longest_values > median)
         return self._lengths
 
     def _places(self) -> Int32Array:
@@ -214,7 +220,7 @@ class MeshSurface(VertexSurface):
         """Return the ids of all vertices that coincide with points (k, 3)."""
         if self._tree is not None:
             ids_by_point = self._tree.query_ball_point(points, 0.0)
-            return _distinct(np.concatenate([np.asarray(each, np.int64) for each in ids_by_point]))
+            return _distinct(np.concatenate([np.asarray(item, np.int64) for item in ids_by_point]))
         keys, id_blocks = position_keys(points), []
         low, high = points.min(axis=0), points.max(axis=0)
         for start in range(0, len(self._vertices), BLOCK_SIZE):
@@ -231,18 +237,18 @@ class MeshSurface(VertexSurface):
             size = starts[vertices + 1] - first
             shift = np.repeat(first - (np.cumsum(size) - size), size)
             return _distinct(faces[np.arange(int(size.sum())) + shift])
-        marked = np.zeros(len(self._vertices), np.bool_)
-        marked[vertices] = True
+        is_marked = np.zeros(len(self._vertices), np.bool_)
+        is_marked[vertices] = True
         face_blocks = []
         for start in range(0, self.count, BLOCK_SIZE):
             a, b, c = self._mesh.faces[start : start + BLOCK_SIZE].T
-            face_blocks.append(start + np.flatnonzero(marked[a] | marked[b] | marked[c]))
+            face_blocks.append(start + np.flatnonzero(is_marked[a] | is_marked[b] | is_marked[c]))
         return np.concatenate(face_blocks)
 
     def _inside(self, faces: IntArray, index: int, centre: FloatArray, radius: float) -> IntArray:
         offsets = self.corners(faces).mean(axis=1) - centre
-        inside = np.einsum("ij,ij->i", offsets, offsets) <= radius**2
-        return np.asarray(faces[inside | (faces == index)])
+        is_inside = np.einsum("ij,ij->i", offsets, offsets) <= radius**2
+        return np.asarray(faces[is_inside | (faces == index)])
 
 
 class CloudSurface(VertexSurface):
@@ -270,11 +276,11 @@ class CloudSurface(VertexSurface):
         start = int(np.searchsorted(ids, index))
         tree = cKDTree(points, compact_nodes=False, balanced_tree=False)
         count = min(N_NEIGHBOURS + 1, len(ids))
-        farthest = float(np.max(tree.query(points[start], k=count)[0]))
-        if farthest <= 0.0:
+        farthest_value = float(np.max(tree.query(points[start], k=count)[0]))
+        if farthest_value <= 0.0:
             return ids
         # Mean spacing on a surface with this number of points within this distance.
-        max_distance = LINK_SPACINGS * farthest * float(np.sqrt(np.pi / max(count - 1, 1)))
+        max_distance = LINK_SPACINGS * farthest_value * float(np.sqrt(np.pi / max(count - 1, 1)))
         pairs = tree.query_pairs(max_distance, output_type="ndarray")
         return ids[_linked(pairs, len(ids), start)]
 
@@ -307,9 +313,9 @@ def _join(a: IntArray, b: IntArray) -> IntArray:
 def _distinct(ids: IntegerArray) -> IntArray:
     """Return the sorted distinct ids, several times faster than the hash table of NumPy."""
     ids = np.sort(ids)
-    new = np.ones(len(ids), np.bool_)
-    np.not_equal(ids[1:], ids[:-1], out=new[1:])
-    return ids[new].astype(np.int64)
+    is_new = np.ones(len(ids), np.bool_)
+    np.not_equal(ids[1:], ids[:-1], out=is_new[1:])
+    return ids[is_new].astype(np.int64)
 
 
 def _reached(nodes: IntArray, start: int) -> BoolArray:

@@ -83,8 +83,12 @@ class Intrinsics:
     @property
     def focal(self) -> tuple[float, float]:
         """Focal lengths in x and in y, pixels."""
-        named = self._named
-        return (named["f"], named["f"]) if "f" in named else (named["fx"], named["fy"])
+        parameters = self._named
+        return (
+            (parameters["f"], parameters["f"])
+            if "f" in parameters
+            else (parameters["fx"], parameters["fy"])
+        )
 
     @property
     def centre(self) -> tuple[float, float]:
@@ -99,9 +103,9 @@ class Intrinsics:
 
     @property
     def distorts(self) -> bool:
-        named = self._named
+        parameters = self._named
         return self.model == "OPENCV_FISHEYE" or any(
-            value != 0.0 for name, value in named.items() if name[0] in "kp"
+            value != 0.0 for name, value in parameters.items() if name[0] in "kp"
         )
 
     def project(self, points: npt.ArrayLike) -> FloatArray:
@@ -112,10 +116,12 @@ class Intrinsics:
         """
         xyz = np.asarray(points, np.float64).reshape(-1, 3)
         with np.errstate(divide="ignore", invalid="ignore"):
-            flat = np.where(xyz[:, 2:] > 0, xyz[:, :2] / xyz[:, 2:], np.nan)
-            flat = np.where(np.hypot(*flat.T)[:, None] <= self._edge, flat, np.nan)
-            bent = self._bend(flat)
-        return bent * self.focal + self.centre
+            flat_values = np.where(xyz[:, 2:] > 0, xyz[:, :2] / xyz[:, 2:], np.nan)
+            flat_values = np.where(
+                np.hypot(*flat_values.T)[:, None] <= self._edge, flat_values, np.nan
+            )
+            bent_bend = self._bend(flat_values)
+        return bent_bend * self.focal + self.centre
 
     def rays(self, pixels: npt.ArrayLike) -> FloatArray:
         """Return the directions (n, 3) of pixels (n, 2) in the camera frame, with z = 1.
@@ -123,52 +129,54 @@ class Intrinsics:
         Directions are NaN outside the range of the lens.
         """
         normalized = (np.asarray(pixels, np.float64).reshape(-1, 2) - self.centre) / self.focal
-        flat = self._straighten(normalized) if self.distorts else normalized
-        return np.column_stack([flat, np.ones(len(flat))])
+        undistorted_points = self._straighten(normalized) if self.distorts else normalized
+        return np.column_stack([undistorted_points, np.ones(len(undistorted_points))])
 
     def scaled(self, width: int, height: int) -> Intrinsics:
         """Return the camera for photos resampled to another size."""
         sx, sy = width / self.width, height / self.height
-        named = dict(self._named)
-        if "f" in named:
-            named["f"] *= (sx + sy) / 2
+        parameters = dict(self._named)
+        if "f" in parameters:
+            parameters["f"] *= (sx + sy) / 2
         else:
-            named["fx"], named["fy"] = named["fx"] * sx, named["fy"] * sy
-        named["cx"], named["cy"] = named["cx"] * sx, named["cy"] * sy
-        return Intrinsics(self.model, width, height, tuple(named[n] for n in MODELS[self.model]))
+            parameters["fx"], parameters["fy"] = parameters["fx"] * sx, parameters["fy"] * sy
+        parameters["cx"], parameters["cy"] = parameters["cx"] * sx, parameters["cy"] * sy
+        return Intrinsics(
+            self.model, width, height, tuple(parameters[n] for n in MODELS[self.model])
+        )
 
     # ------------------------------------------------------------------------------------------
-    def _bend(self, flat: FloatArray) -> FloatArray:
+    def _bend(self, flat_values: FloatArray) -> FloatArray:
         """Convert ideal to distorted image coordinates (n, 2), in units of the focal length."""
-        named = self._named
-        r2 = (flat**2).sum(1)
+        parameters = self._named
+        r2 = (flat_values**2).sum(1)
         if self.model == "OPENCV_FISHEYE":
             r = np.sqrt(r2)
             with np.errstate(divide="ignore", invalid="ignore"):
                 factor = np.where(r > 1e-12, self._radius(r) / r, 1.0)
-            return flat * factor[:, None]
-        bent = flat * self._factor(r2)[:, None]
-        p1, p2 = named.get("p1", 0.0), named.get("p2", 0.0)
+            return flat_values * factor[:, None]
+        bent_values = flat_values * self._factor(r2)[:, None]
+        p1, p2 = parameters.get("p1", 0.0), parameters.get("p2", 0.0)
         if p1 or p2:
-            x, y = flat.T
-            bent = bent + np.column_stack(
+            x, y = flat_values.T
+            bent_values = bent_values + np.column_stack(
                 [2 * p1 * x * y + p2 * (r2 + 2 * x * x), p1 * (r2 + 2 * y * y) + 2 * p2 * x * y]
             )
-        return bent
+        return bent_values
 
     def _factor(self, r2: FloatArray) -> FloatArray:
         get = self._named.get
-        above = 1 + r2 * (get("k1", 0.0) + r2 * (get("k2", 0.0) + r2 * get("k3", 0.0)))
-        below = 1 + r2 * (get("k4", 0.0) + r2 * (get("k5", 0.0) + r2 * get("k6", 0.0)))
-        return above / below
+        numerator = 1 + r2 * (get("k1", 0.0) + r2 * (get("k2", 0.0) + r2 * get("k3", 0.0)))
+        denominator = 1 + r2 * (get("k4", 0.0) + r2 * (get("k5", 0.0) + r2 * get("k6", 0.0)))
+        return numerator / denominator
 
     def _radius(self, r: FloatArray) -> FloatArray:
         """Convert an ideal radius to the distorted radius."""
         if self.model != "OPENCV_FISHEYE":
             return r * self._factor(r * r)
-        named, angle = self._named, np.arctan(r)
+        parameters, angle = self._named, np.arctan(r)
         a2 = angle * angle
-        k1, k2, k3, k4 = (named[n] for n in ("k1", "k2", "k3", "k4"))
+        k1, k2, k3, k4 = (parameters[n] for n in ("k1", "k2", "k3", "k4"))
         return angle * (1 + a2 * (k1 + a2 * (k2 + a2 * (k3 + a2 * k4))))
 
     @cached_property
@@ -179,8 +187,8 @@ class Intrinsics:
         r = np.linspace(0.0, MAX_RADIUS, 5701)
         with np.errstate(divide="ignore", invalid="ignore"):
             real = self._radius(r)
-        falling = np.flatnonzero(~(np.diff(real) > 0))
-        return float(r[falling[0]]) if len(falling) else np.inf
+        falling_rows = np.flatnonzero(~(np.diff(real) > 0))
+        return float(r[falling_rows[0]]) if len(falling_rows) else np.inf
 
     def _straighten(self, distorted_points: FloatArray) -> FloatArray:
         """Invert `_bend` by Newton's method.
@@ -193,29 +201,35 @@ class Intrinsics:
         radii: FloatArray = np.hypot(distorted_points[:, 0], distorted_points[:, 1])
         first = np.interp(radii, real, r)
         with np.errstate(divide="ignore", invalid="ignore"):
-            flat = np.where(
+            flat_values = np.where(
                 radii[:, None] > 1e-12,
                 distorted_points / radii[:, None] * first[:, None],
                 distorted_points,
             )
         step = 1e-6
         for _ in range(12):
-            residuals = self._bend(flat) - distorted_points
+            residuals = self._bend(flat_values) - distorted_points
             if not np.nanmax(np.abs(residuals), initial=0.0) > 1e-14:
                 break
-            dx = (self._bend(flat + [step, 0.0]) - self._bend(flat - [step, 0.0])) / (2 * step)
-            dy = (self._bend(flat + [0.0, step]) - self._bend(flat - [0.0, step])) / (2 * step)
+            dx = (self._bend(flat_values + [step, 0.0]) - self._bend(flat_values - [step, 0.0])) / (
+                2 * step
+            )
+            dy = (self._bend(flat_values + [0.0, step]) - self._bend(flat_values - [0.0, step])) / (
+                2 * step
+            )
             with np.errstate(divide="ignore", invalid="ignore"):
                 det = dx[:, 0] * dy[:, 1] - dx[:, 1] * dy[:, 0]
-                flat = flat - np.column_stack(
+                flat_values = flat_values - np.column_stack(
                     [
                         (residuals[:, 0] * dy[:, 1] - residuals[:, 1] * dy[:, 0]) / det,
                         (dx[:, 0] * residuals[:, 1] - dx[:, 1] * residuals[:, 0]) / det,
                     ]
                 )
-        has_failed = np.abs(self._bend(flat) - distorted_points).max(axis=1, initial=0.0) > 1e-8
-        flat = np.where(has_failed[:, None], np.nan, flat)
-        return flat
+        has_failed = (
+            np.abs(self._bend(flat_values) - distorted_points).max(axis=1, initial=0.0) > 1e-8
+        )
+        flat_values = np.where(has_failed[:, None], np.nan, flat_values)
+        return flat_values
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,8 +263,8 @@ class View:
 
     def depths(self, points: npt.ArrayLike) -> FloatArray:
         """Return distances (n,) of scene points (n, 3) along the optical axis."""
-        along = np.asarray(points, np.float64) @ self.rotation[2]
-        return np.asarray(along + self.translation[2])
+        projections = np.asarray(points, np.float64) @ self.rotation[2]
+        return np.asarray(projections + self.translation[2])
 
     def project(self, points: npt.ArrayLike) -> FloatArray:
         """Project scene points (n, 3) to pixels (n, 2), which may be outside the photo.
@@ -276,10 +290,10 @@ class View:
 
         The similarity is x' = scale * rotation @ x + translation.
         """
-        turned = self.rotation @ rotation.T
+        turned_values = self.rotation @ rotation.T
         return View(
             self.name,
             self.intrinsics,
-            turned,
-            scale * self.translation - turned @ np.asarray(translation),
+            turned_values,
+            scale * self.translation - turned_values @ np.asarray(translation),
         )

@@ -102,13 +102,13 @@ class Frame:
             (tr("scale"), self.has_metres),
             (tr("position"), self.kind == "crs"),
         )
-        known = ", ".join(name for name, is_known in each if is_known)
-        lacking = ", ".join(name for name, is_known in each if not is_known)
-        if not lacking:
-            return tr("Known: {what}.", what=known)
-        if not known:
-            return tr("Not known: {what}.", what=lacking)
-        return tr("Known: {known}. Not known: {lacking}.", known=known, lacking=lacking)
+        known_text = ", ".join(name for name, is_known in each if is_known)
+        lacking_text = ", ".join(name for name, is_known in each if not is_known)
+        if not lacking_text:
+            return tr("Known: {what}.", what=known_text)
+        if not known_text:
+            return tr("Not known: {what}.", what=lacking_text)
+        return tr("Known: {known}. Not known: {lacking}.", known=known_text, lacking=lacking_text)
 
 
 @lru_cache(maxsize=64)
@@ -138,18 +138,18 @@ WORLD_NORTHS = {
 """North of the World frame in the files beside rasters, in English."""
 
 
-def world_north(crs: str | None, *, known: bool) -> str:
+def world_north(crs: str | None, *, is_known: bool) -> str:
     """Return the north of a World frame as the files beside rasters state it.
 
     Parameters
     ----------
     crs : str or None
         CRS of the World frame.
-    known : bool
+    is_known : bool
         Whether north is known.
 
     Returns
     -------
     str
     """
-    return WORLD_NORTHS["unknown" if not known else "world" if crs is None else "crs"]
+    return WORLD_NORTHS["unknown" if not is_known else "world" if crs is None else "crs"]

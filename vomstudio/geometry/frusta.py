@@ -60,9 +60,11 @@ def edge(width: int, height: int, steps: int) -> FloatArray:
     (4 * steps, 2) ndarray
     """
     corners = np.array([[0, 0], [width, 0], [width, height], [0, height]], np.float64)
-    along = np.linspace(0.0, 1.0, steps, endpoint=False)[:, None]
+    along_component = np.linspace(0.0, 1.0, steps, endpoint=False)[:, None]
     ends = np.roll(corners, -1, axis=0)
-    return np.concatenate([a + along * (b - a) for a, b in zip(corners, ends, strict=True)])
+    return np.concatenate(
+        [a + along_component * (b - a) for a, b in zip(corners, ends, strict=True)]
+    )
 
 
 def frustum(view: View, depth: float) -> Frustum:
@@ -84,8 +86,8 @@ def frustum(view: View, depth: float) -> Frustum:
     steps = N_EDGE_STEPS if lens.distorts else 1
     pixels = edge(lens.width, lens.height, steps)
     rays = lens.rays(pixels)
-    plain = np.column_stack([(pixels - lens.centre) / lens.focal, np.ones(len(pixels))])
-    rays = np.where(np.isfinite(rays), rays, plain)
+    plain_values = np.column_stack([(pixels - lens.centre) / lens.focal, np.ones(len(pixels))])
+    rays = np.where(np.isfinite(rays), rays, plain_values)
     points = (depth * rays - view.translation) @ view.rotation
     outline = np.vstack([points, points[:1]])
     return Frustum(view.name, view.centre, points[::steps], outline)
@@ -108,16 +110,16 @@ def choose_frustum_size(centres: npt.ArrayLike, distance: float) -> float:
     -------
     float
     """
-    places = np.asarray(centres, np.float64).reshape(-1, 3)
+    positions = np.asarray(centres, np.float64).reshape(-1, 3)
     max_size = SHARE_OF_DISTANCE * distance if distance > 0 else np.inf
     spacing = np.inf
-    if len(places) > 1:
+    if len(positions) > 1:
         from scipy.spatial import cKDTree
 
-        distances, _ = cKDTree(places).query(places, k=2)
+        distances, _ = cKDTree(positions).query(positions, k=2)
         # Exclude photos taken from one position in several directions.
         spacings = distances[:, 1][
-            distances[:, 1] > 1e-6 * max(1.0, float(np.ptp(places, axis=0).max()))
+            distances[:, 1] > 1e-6 * max(1.0, float(np.ptp(positions, axis=0).max()))
         ]
         if len(spacings):
             spacing = SHARE_OF_SPACING * float(np.median(spacings))
@@ -179,8 +181,8 @@ def frustum_at(
     side = (ends[..., 0] - corners[..., 0]) * (y - corners[..., 1]) - (
         ends[..., 1] - corners[..., 1]
     ) * (x - corners[..., 0])
-    inside = np.isfinite(side).all(axis=1) & ((side >= 0).all(axis=1) | (side <= 0).all(axis=1))
-    if not inside.any():
+    is_inside = np.isfinite(side).all(axis=1) & ((side >= 0).all(axis=1) | (side <= 0).all(axis=1))
+    if not is_inside.any():
         return None
     area = np.abs((corners[..., 0] * ends[..., 1] - ends[..., 0] * corners[..., 1]).sum(axis=1))
-    return int(np.where(inside, area, np.inf).argmin())
+    return int(np.where(is_inside, area, np.inf).argmin())

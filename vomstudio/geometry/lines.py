@@ -61,28 +61,30 @@ def fit_line(points: npt.ArrayLike) -> FittedLine:
         raise GeometryError(Finding("feature.too-few-points", count=2 - n, minimum=2))
     if not (np.abs(xyz) < MAX_COORDINATE).all():
         raise GeometryError(Finding("points.not-finite"))
-    local = xyz - xyz[0]
-    mean = local.mean(axis=0)
-    local = local - mean
-    _, singular, axes = np.linalg.svd(local, full_matrices=False)
+    local_points = xyz - xyz[0]
+    mean = local_points.mean(axis=0)
+    local_points = local_points - mean
+    _, singular, axes = np.linalg.svd(local_points, full_matrices=False)
     rounding = MIN_EXTENT_ROUNDINGS * float(np.finfo(np.float64).eps) * float(np.abs(xyz).max())
     if singular[0] <= rounding * np.sqrt(n):
         raise GeometryError(Finding("points.coincident"))
     direction = axes[0] if axes[0, 2] <= 0.0 else -axes[0]
-    along = local @ direction
-    across = float((singular[1:] ** 2).sum())
+    projections = local_points @ direction
+    across_component = float((singular[1:] ** 2).sum())
     confidence = None
     if n > 2:
-        free = 2.0 * n - 4.0
+        dof = 2.0 * n - 4.0
         # joint_quantile is 2 F / dof, and s^2 = across / free.
-        tangent = float(joint_quantile(np.array([free]))[0]) * across / float(singular[0] ** 2)
+        tangent = (
+            float(joint_quantile(np.array([dof]))[0]) * across_component / float(singular[0] ** 2)
+        )
         confidence = float(np.degrees(np.arctan(np.sqrt(tangent))))
     return FittedLine(
         n=n,
         centroid=xyz[0] + mean,
         direction=direction,
-        length=float(np.ptp(along)),
-        rms=float(np.sqrt(across / n)),
+        length=float(np.ptp(projections)),
+        rms=float(np.sqrt(across_component / n)),
         confidence95_deg=confidence,
     )
 
@@ -123,8 +125,8 @@ def path_lengths(lines: Sequence[FloatArray]) -> FloatArray:
     ends = np.cumsum(counts)
     # Exclude steps from the end of one line to the start of the next.
     steps[ends[(ends > 0) & (ends < ends[-1])] - 1] = 0.0
-    along = np.concatenate([[0.0], np.cumsum(steps), [0.0]])
-    lengths = along[np.maximum(ends - 1, 0)] - along[np.maximum(ends - counts, 0)]
+    distances = np.concatenate([[0.0], np.cumsum(steps), [0.0]])
+    lengths = distances[np.maximum(ends - 1, 0)] - distances[np.maximum(ends - counts, 0)]
     return np.where(counts > 0, lengths, 0.0)
 
 
@@ -172,12 +174,14 @@ def nearest_approach(line: npt.ArrayLike, other: npt.ArrayLike) -> NearestApproa
     for start, end in pairwise(p):
         step = end - start
         fractions_first, fractions_second = _nearest_of_segments(start, step, q[:-1], steps)
-        places = q[:-1] + fractions_second[:, None] * steps
-        gaps = np.linalg.norm(start + fractions_first[:, None] * step - places, axis=1)
+        positions = q[:-1] + fractions_second[:, None] * steps
+        gaps = np.linalg.norm(start + fractions_first[:, None] * step - positions, axis=1)
         i, length = int(np.argmin(gaps)), float(np.linalg.norm(step))
         if nearest is None or gaps[i] < nearest.distance:
             nearest = NearestApproach(
-                places[i] + base, float(gaps[i]), length_so_far + float(fractions_first[i]) * length
+                positions[i] + base,
+                float(gaps[i]),
+                length_so_far + float(fractions_first[i]) * length,
             )
         length_so_far += length
     assert nearest is not None
@@ -216,5 +220,7 @@ def ring_area(points: npt.ArrayLike) -> float:
         Area in squared units of the points.
     """
     xyz = np.asarray(points, dtype=np.float64).reshape(-1, 3)
-    local = xyz - xyz[0]
-    return float(0.5 * np.linalg.norm(np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)))
+    local_points = xyz - xyz[0]
+    return float(
+        0.5 * np.linalg.norm(np.cross(local_points, np.roll(local_points, -1, axis=0)).sum(axis=0))
+    )

@@ -61,22 +61,22 @@ def fit_moments(
         MIN_EXTENT_ROUNDINGS * float(np.finfo(np.float64).eps) * float(np.abs(centroid).max())
     )
     if size <= max(rounding**2, np.finfo(np.float64).tiny):
-        raise GeometryError(degenerate_points_finding(n, coincident=True))
+        raise GeometryError(degenerate_points_finding(n, is_coincident=True))
     values, vectors = np.linalg.eigh(matrix / size)
     values, axes = np.maximum(values[::-1], 0.0), vectors.T[::-1].copy()
     thin = 64.0 * float(np.finfo(np.float64).eps)
     if values[1] <= max(thin, (rounding**2) / size):
-        raise GeometryError(degenerate_points_finding(n, coincident=False))
+        raise GeometryError(degenerate_points_finding(n, is_coincident=False))
     values = np.where(values <= thin, 0.0, values)
     values /= values.sum()
     axes[2] = upward(axes[None, 2])[0]
     floor = max(MIN_TILT, rounding / float(np.sqrt(size * values[1])))
     azimuth, dip, flat = dip_of_normals(axes[None, 2], np.array([min(floor, 1e-3)]))
 
-    known = n > 3
+    is_known = n > 3
     rows = values[None]
-    free = max(min(float(n_effective or n), float(n)) - 3.0, 1.0)
-    q = plane_errors.joint_quantile(np.array([free]))
+    dof = max(min(float(n_effective or n), float(n)) - 3.0, 1.0)
+    q = plane_errors.joint_quantile(np.array([dof]))
     h_max, h_min, overflow = plane_errors.hyperbolic(np.array([max(n, 4)]), rows)
     largest, smallest = plane_errors.confidence_axes_rad(rows, q, q)
     dip_error, azimuth_error, rake = plane_errors.split_rad(
@@ -99,17 +99,17 @@ def fit_moments(
         collinearity=l1 / l2,
         M=float(np.log(l1 / l3)) if l3 > 0.0 else None,
         K=float(np.log(l1 / l2) / np.log(l2 / l3)) if l3 > 0.0 and l2 > l3 else None,
-        max_angular_error_deg=_value_if_known(h_max, known),
-        min_angular_error_deg=_value_if_known(h_min, known),
-        hyperbolic_overflow=bool(overflow[0]) and known,
-        max_confidence95_deg=_value_if_known(np.degrees(largest), known),
-        min_confidence95_deg=_value_if_known(np.degrees(smallest), known),
-        error_rake_deg=_value_if_known(np.degrees(rake), known),
-        dip_error_deg=_value_if_known(np.degrees(dip_error), known),
-        dip_direction_error_deg=_value_if_known(np.degrees(azimuth_error), known),
-        n_effective=free + 3.0 if known else None,
+        max_angular_error_deg=_value_if_known(h_max, is_known),
+        min_angular_error_deg=_value_if_known(h_min, is_known),
+        hyperbolic_overflow=bool(overflow[0]) and is_known,
+        max_confidence95_deg=_value_if_known(np.degrees(largest), is_known),
+        min_confidence95_deg=_value_if_known(np.degrees(smallest), is_known),
+        error_rake_deg=_value_if_known(np.degrees(rake), is_known),
+        dip_error_deg=_value_if_known(np.degrees(dip_error), is_known),
+        dip_direction_error_deg=_value_if_known(np.degrees(azimuth_error), is_known),
+        n_effective=dof + 3.0 if is_known else None,
         long_roughness=False,
-        bow_tilt_deg=0.0 if known else None,
+        bow_tilt_deg=0.0 if is_known else None,
         dip_direction_deg=float(azimuth[0]),
         dip_deg=float(dip[0]),
         undefined=bool(flat[0]),
@@ -119,5 +119,5 @@ def fit_moments(
     )
 
 
-def _value_if_known(value: FloatArray, known: bool) -> float | None:
-    return float(value[0]) if known and np.isfinite(value[0]) else None
+def _value_if_known(value: FloatArray, is_known: bool) -> float | None:
+    return float(value[0]) if is_known and np.isfinite(value[0]) else None

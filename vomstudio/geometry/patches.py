@@ -83,22 +83,22 @@ def moments(
     if not len(xyz):
         zero = (0.0, 0.0, 0.0)
         return Moments(0, zero, (zero, zero, zero), 0.0)
-    weight, places = given_weights, xyz
+    weight, positions = given_weights, xyz
     if not are_distinct:
         place_of_point = weld_points(xyz)
         weight = np.bincount(place_of_point, given_weights).astype(np.float64)
-        places = np.empty((len(weight), 3))
-        places[place_of_point] = xyz
+        positions = np.empty((len(weight), 3))
+        positions[place_of_point] = xyz
     n = len(weight)
     if n > MAX_SORTED_POINTS:
-        return _many_moments(to_read_only_array(places, np.float64), weight)
+        return _many_moments(to_read_only_array(positions, np.float64), weight)
     weight = weight * (n / weight.sum())
-    first = places[0]
-    local = places - first
-    mean = (weight[:, None] * local).sum(axis=0) / n
-    local = local - mean
-    scatter = (weight[:, None] * local).T @ local
-    r, v, u = (local @ np.linalg.eigh(scatter / n)[1]).T
+    first = positions[0]
+    local_points = positions - first
+    mean = (weight[:, None] * local_points).sum(axis=0) / n
+    local_points = local_points - mean
+    scatter = (weight[:, None] * local_points).T @ local_points
+    r, v, u = (local_points @ np.linalg.eigh(scatter / n)[1]).T
     return Moments(
         n,
         _triple(first + mean),
@@ -107,17 +107,17 @@ def moments(
     )
 
 
-def _many_moments(places: FloatArray, weight: FloatArray) -> Moments:
+def _many_moments(positions: FloatArray, weight: FloatArray) -> Moments:
     """Compute the moments of many points with few passes over the data."""
-    n, centre, scatter = len(places), places[0].copy(), np.zeros((3, 3))
+    n, centre, scatter = len(positions), positions[0].copy(), np.zeros((3, 3))
     if float(np.ptp(weight)) == 0.0:
         weight = np.ones(1)
     else:
         weight = to_kernel_array(weight * (n / weight.sum()), np.float64)
-    weighted_spread(places, weight, centre, scatter)
+    weighted_spread(positions, weight, centre, scatter)
     axes = to_kernel_array(np.linalg.eigh(scatter / n)[1].T[::-1], np.float64)
     u, v, r = (np.empty(n) for _ in range(3))
-    rotate_points(places, centre, axes, u, v, r)
+    rotate_points(positions, centre, axes, u, v, r)
     return Moments(
         n,
         _triple(centre),
@@ -142,9 +142,9 @@ def _effective_count(u: FloatArray, v: FloatArray, r: FloatArray) -> float:
     # side of a cell border. Small cells miss more, so sqrt(excess) increases with the cell width.
     fine_root, coarse = (np.sqrt(x / white) for x in _excess_variances(u, v, r, cells_per_side))
     excess = max(float(2.0 * coarse - fine_root), 1.0) ** 2
-    free = cells_per_side * cells_per_side / 4.0 - 3.0
+    free_values = cells_per_side * cells_per_side / 4.0 - 3.0
     # q is 2 F / dof times the variance of one independent point over l3, as in plane_errors.
-    q = float(joint_quantile(np.array([free]))[0]) * free * excess / n
+    q = float(joint_quantile(np.array([free_values]))[0]) * free_values * excess / n
     # The scatter of the means does not reveal steps or a partial layer, in which the pieces of the
     # patch share an attitude that differs from that of the whole.
     sample = slice(None, None, max(1, n // MAX_LEANING_POINTS))
@@ -304,9 +304,9 @@ def outline(points: npt.ArrayLike, normal: npt.ArrayLike) -> tuple[Triple, ...]:
     if len(xyz) < 3:
         return ()
     u = np.cross(n, np.eye(3)[np.argmin(np.abs(n))])
-    local = xyz - xyz.mean(axis=0)
+    local_points = xyz - xyz.mean(axis=0)
     try:
-        hull = ConvexHull(np.stack([local @ u, local @ np.cross(n, u)], axis=1))
+        hull = ConvexHull(np.stack([local_points @ u, local_points @ np.cross(n, u)], axis=1))
     except (QhullError, ValueError):
         return ()
     return tuple(_triple(xyz[i]) for i in hull.vertices)
@@ -329,10 +329,10 @@ def face_points(mesh: Mesh, faces: npt.ArrayLike) -> tuple[FloatArray, FloatArra
         A third of the area of the adjoining faces.
     """
     corners = np.asarray(mesh.faces[np.asarray(faces, dtype=np.int64)], dtype=np.int64)
-    ids, which = np.unique(corners, return_inverse=True)
+    ids, inverse = np.unique(corners, return_inverse=True)
     points = np.asarray(mesh.vertices[ids], dtype=np.float64)
-    share = np.repeat(face_areas(mesh, faces) / 3.0, 3)
-    weight = np.bincount(which.ravel(), share, minlength=len(ids))
+    fraction = np.repeat(face_areas(mesh, faces) / 3.0, 3)
+    weight = np.bincount(inverse.ravel(), fraction, minlength=len(ids))
     # Vertices of faces with zero area also belong to the patch.
     return points, np.maximum(weight, 1e-12 * max(float(weight.sum()), 1e-300))
 

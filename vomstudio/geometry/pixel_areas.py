@@ -44,11 +44,11 @@ def polygon_area(corners: npt.ArrayLike, width: int, height: int) -> PixelArea:
     PixelArea
     """
     points = np.asarray(corners, np.float64).reshape(-1, 2)
-    left, top, wide, high = _box(points, 0.0, width, height)
-    if not wide or not high or len(points) < 3:
-        return PixelArea(left, top, np.zeros((high, wide), np.bool_))
+    left, top, total_width, high = _box(points, 0.0, width, height)
+    if not total_width or not high or len(points) < 3:
+        return PixelArea(left, top, np.zeros((high, total_width), np.bool_))
     # In the rows whose centres it crosses, every edge toggles all pixels to its right.
-    turns = np.zeros((high, wide + 1), np.uint8)
+    turns = np.zeros((high, total_width + 1), np.uint8)
     for (xa, ya), (xb, yb) in zip(points, np.roll(points, -1, axis=0), strict=True):
         low, up = min(ya, yb), max(ya, yb)
         first = max(0, int(np.ceil(low - 0.5)) - top)
@@ -57,9 +57,9 @@ def polygon_area(corners: npt.ArrayLike, width: int, height: int) -> PixelArea:
             continue
         rows = np.arange(first, last)
         x = xa + (rows + top + 0.5 - ya) * (xb - xa) / (yb - ya)
-        columns = np.clip(np.ceil(x - 0.5).astype(np.int64) - left, 0, wide)
+        columns = np.clip(np.ceil(x - 0.5).astype(np.int64) - left, 0, total_width)
         turns[rows, columns] ^= 1
-    inside = np.bitwise_xor.accumulate(turns[:, :wide], axis=1)
+    inside = np.bitwise_xor.accumulate(turns[:, :total_width], axis=1)
     return PixelArea(left, top, inside.astype(np.bool_))
 
 
@@ -80,21 +80,21 @@ def stroke_area(polyline: npt.ArrayLike, radius: float, width: int, height: int)
     PixelArea
     """
     points = np.asarray(polyline, np.float64).reshape(-1, 2)
-    left, top, wide, high = _box(points, radius, width, height)
-    inside = np.zeros((high, wide), np.bool_)
+    left, top, total_width, high = _box(points, radius, width, height)
+    is_inside = np.zeros((high, total_width), np.bool_)
     starts = points[:-1] if len(points) > 1 else points
     ends = points[1:] if len(points) > 1 else points
     for a, b in zip(starts, ends, strict=True):
         x0, y0, w, h = _box(np.array([a, b]), radius, width, height)
         x = np.arange(x0, x0 + w) + 0.5
         y = (np.arange(y0, y0 + h) + 0.5)[:, None]
-        along = b - a
-        square = float(along @ along)
-        share = ((x - a[0]) * along[0] + (y - a[1]) * along[1]) / square if square else 0.0
-        share = np.clip(share, 0.0, 1.0)
-        off = (x - a[0] - share * along[0]) ** 2 + (y - a[1] - share * along[1]) ** 2
-        inside[y0 - top : y0 - top + h, x0 - left : x0 - left + w] |= off <= radius * radius
-    return PixelArea(left, top, inside)
+        segments = b - a
+        square = float(segments @ segments)
+        fraction = ((x - a[0]) * segments[0] + (y - a[1]) * segments[1]) / square if square else 0.0
+        fraction = np.clip(fraction, 0.0, 1.0)
+        offset = (x - a[0] - fraction * segments[0]) ** 2 + (y - a[1] - fraction * segments[1]) ** 2
+        is_inside[y0 - top : y0 - top + h, x0 - left : x0 - left + w] |= offset <= radius * radius
+    return PixelArea(left, top, is_inside)
 
 
 def whole_area(width: int, height: int) -> PixelArea:
@@ -127,19 +127,19 @@ class MaskChange:
             area.left, area.top, changed.shape, zlib.compress(np.packbits(changed).tobytes(), 1)
         )
 
-    def do(self, used: BoolArray) -> None:
+    def do(self, is_used: BoolArray) -> None:
         high, wide = self.shape
         bits = np.frombuffer(zlib.decompress(self.bits), np.uint8)
-        changed = np.unpackbits(bits, count=high * wide).reshape(high, wide).astype(np.bool_)
-        used[self.top : self.top + high, self.left : self.left + wide] ^= changed
+        is_changed = np.unpackbits(bits, count=high * wide).reshape(high, wide).astype(np.bool_)
+        is_used[self.top : self.top + high, self.left : self.left + wide] ^= is_changed
 
 
-def draw_area(used: BoolArray, area: PixelArea, is_masking: bool) -> MaskChange | None:
+def draw_area(is_used: BoolArray, area: PixelArea, is_masking: bool) -> MaskChange | None:
     """Draw a shape into a mask.
 
     Parameters
     ----------
-    used : (height, width) ndarray of bool
+    is_used : (height, width) ndarray of bool
         Mask; changed in place.
     area : PixelArea
     is_masking : bool
@@ -150,7 +150,7 @@ def draw_area(used: BoolArray, area: PixelArea, is_masking: bool) -> MaskChange 
     Change or None
         Change, or None if no pixel changed.
     """
-    region = used[area.window]
+    region = is_used[area.window]
     changed = area.inside & (region if is_masking else ~region)
     if not changed.any():
         return None

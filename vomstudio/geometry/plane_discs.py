@@ -74,8 +74,8 @@ def disc(
     u /= math.sqrt(u.dot(u))
     v = np.array(_cross(n.tolist(), u.tolist()))
     cosine, sine = _circle(corners)
-    around = radius * (cosine * u + sine * v)
-    return np.asarray(np.asarray(centre, dtype=np.float64) + around)
+    circle = radius * (cosine * u + sine * v)
+    return np.asarray(np.asarray(centre, dtype=np.float64) + circle)
 
 
 def _cross(a: list[float], b: list[float]) -> list[float]:

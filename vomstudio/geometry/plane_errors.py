@@ -53,14 +53,14 @@ def hyperbolic(n: IntArray, values: FloatArray) -> tuple[FloatArray, FloatArray,
         Angular errors, degrees.
     overflow : (m,) ndarray of bool
     """
-    scaled = values * (n / (n - 1.0))[:, None]  # the source divides the covariance by n - 1
-    free = (n - 2.0).astype(np.float64)
-    c = joint_quantile(free) * np.sqrt(free)
-    l3 = scaled[:, 2]
+    scaled_values = values * (n / (n - 1.0))[:, None]  # the source divides the covariance by n - 1
+    dof = (n - 2.0).astype(np.float64)
+    c = joint_quantile(dof) * np.sqrt(dof)
+    l3 = scaled_values[:, 2]
     h3 = l3 * (1.0 + c)
     result = []
     for i in (1, 0):
-        h = scaled[:, i] - c * np.sqrt(scaled[:, i] * l3)
+        h = scaled_values[:, i] - c * np.sqrt(scaled_values[:, i] * l3)
         safe = np.where(h > 0.0, h, 1.0)
         result.append(np.where(h > 0.0, np.degrees(np.arctan(np.sqrt(h3 / safe))), 90.0))
         if i == 1:
@@ -97,8 +97,8 @@ def confidence_axes_rad(
         gap = values[:, i] - l3
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             s = 2.0 * np.sqrt(q * values[:, i] * l3) / gap
-        bounded = s < 1.0  # also false for NaN, which results from l3 = l_i
-        axes.append(np.where(bounded, 0.5 * np.arcsin(np.where(bounded, s, 0.0)), np.pi / 2))
+        is_bounded = s < 1.0  # also false for NaN, which results from l3 = l_i
+        axes.append(np.where(is_bounded, 0.5 * np.arcsin(np.where(is_bounded, s, 0.0)), np.pi / 2))
     return np.maximum(axes[0], axes[1]), axes[1]
 
 
@@ -178,9 +178,9 @@ def split_rad(
     e2: FloatArray,
     dip_direction_deg: FloatArray,
     dip_deg: FloatArray,
-    flat: BoolArray,
-    largest: FloatArray,
-    smallest: FloatArray,
+    is_flat: BoolArray,
+    largest_values: FloatArray,
+    smallest_values: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Compute the errors of dip and dip direction, and the rake of the largest tilt.
 
@@ -199,9 +199,9 @@ def split_rad(
     e1, e2 : (m, 3) ndarray
         Directions of the smallest and of the largest semi-axis.
     dip_direction_deg, dip_deg : (m,) ndarray
-    flat : (m,) ndarray of bool
+    is_flat : (m,) ndarray of bool
         Whether the plane has no dip direction.
-    largest, smallest : (m,) ndarray
+    largest_values, smallest_values : (m,) ndarray
         Semi-axes, radians.
 
     Returns
@@ -212,24 +212,28 @@ def split_rad(
         Rake of the direction of the largest tilt.
     """
     strike, down = strike_and_dip_lines(dip_direction_deg, dip_deg)
-    t1 = np.minimum(np.tan(smallest), 1e8)
-    t2 = np.minimum(np.tan(largest), 1e8)
+    t1 = np.minimum(np.tan(smallest_values), 1e8)
+    t2 = np.minimum(np.tan(largest_values), 1e8)
     a1, a2 = t1 * (e1 * down).sum(axis=1), t2 * (e2 * down).sum(axis=1)
     b1, b2 = t1 * (e1 * strike).sum(axis=1), t2 * (e2 * strike).sum(axis=1)
-    along, across, mixed = a1 * a1 + a2 * a2, b1 * b1 + b2 * b2, a1 * b1 + a2 * b2
-    dip_error = np.arctan(np.sqrt(along))
+    along_component, across_component, mixed_values = (
+        a1 * a1 + a2 * a2,
+        b1 * b1 + b2 * b2,
+        a1 * b1 + a2 * b2,
+    )
+    dip_error = np.arctan(np.sqrt(along_component))
 
     # Consider the lines through the horizontal point of the tangent plane that touch the ellipse.
     # Their slope k is the tangent of the azimuth difference:
     # k^2 open + 2 k cos mixed - across = 0.
     dip = np.radians(dip_deg)
     cosine = np.cos(dip)
-    open_ = np.sin(dip) ** 2 - cosine**2 * along
-    bounded = (open_ > 0.0) & ~flat
-    safe = np.where(bounded, open_, 1.0)
-    root = np.sqrt(np.maximum((cosine * mixed) ** 2 + safe * across, 0.0))
-    slope = (np.abs(cosine * mixed) + root) / safe
-    azimuth_error = np.where(bounded, np.arctan(slope), np.nan)
+    open_values = np.sin(dip) ** 2 - cosine**2 * along_component
+    is_bounded = (open_values > 0.0) & ~is_flat
+    safe = np.where(is_bounded, open_values, 1.0)
+    root = np.sqrt(np.maximum((cosine * mixed_values) ** 2 + safe * across_component, 0.0))
+    slope = (np.abs(cosine * mixed_values) + root) / safe
+    azimuth_error = np.where(is_bounded, np.arctan(slope), np.nan)
 
     rake = np.arctan2((e2 * down).sum(axis=1), (e2 * strike).sum(axis=1)) % np.pi
     rake = np.where(rake >= np.pi, 0.0, rake)
@@ -246,7 +250,7 @@ STUDENT_QUANTILES = np.array([1.960, 2.042, 2.306, 2.776, 3.182, 4.303, 12.706])
 
 
 def bow_tilt_rad(
-    along: tuple[FloatArray, FloatArray, FloatArray],
+    along_component: tuple[FloatArray, FloatArray, FloatArray],
     starts: IntArray,
     counts: IntArray,
     values: FloatArray,
@@ -258,14 +262,14 @@ def bow_tilt_rad(
 
     Parameters
     ----------
-    along : three (N,) ndarray
+    along_component : three (N,) ndarray
         Coordinates of the points along e1, e2 and e3, group after group, relative to their mean.
     starts, counts : (m,) ndarray of int
         First point and number of points of each group.
     values : (m, 3) ndarray
         Variances along the axes, in squared units of the coordinates.
     """
-    u, v, r = along
+    u, v, r = along_component
     n = counts.astype(np.float64)
 
     def total(x: FloatArray) -> FloatArray:
@@ -283,9 +287,9 @@ def bow_tilt_rad(
         bow_squares = total(bow * bow) - n * (first**2 * values[:, 0] + second**2 * values[:, 1])
         fitted_bow = total(bow * r) / bow_squares
         residual_squares = np.maximum(n * values[:, 2] - fitted_bow**2 * bow_squares, 0.0)
-        free = np.maximum(n - 4.0, 1.0)
-        student = np.interp(1.0 / free, INVERSE_FREEDOM, STUDENT_QUANTILES)
-        max_bow = np.abs(fitted_bow) + student * np.sqrt(residual_squares / free / bow_squares)
+        dof = np.maximum(n - 4.0, 1.0)
+        student = np.interp(1.0 / dof, INVERSE_FREEDOM, STUDENT_QUANTILES)
+        max_bow = np.abs(fitted_bow) + student * np.sqrt(residual_squares / dof / bow_squares)
     bow_size = MAX_BOW_OVER_EXTENT * length
     is_determined = (counts > 4) & (bow_squares > 1e-6 * n)
     bow_size = np.where(is_determined, np.fmin(bow_size, max_bow), bow_size)

@@ -62,10 +62,10 @@ def figures(
     low, high = np.minimum.reduceat(u, starts), np.maximum.reduceat(u, starts)
     values[:, 2] = np.where(np.sqrt(values[:, 2]) <= rounding, 0.0, values[:, 2])
     errors: list[Finding | None] = [None] * m
-    identical = (np.sqrt(values[:, 0]) <= rounding) | (scale.size <= 1.0 / MAX_COORDINATE)
-    collinear = ~identical & (np.sqrt(values[:, 1]) <= rounding)
-    for i in np.flatnonzero(identical | collinear).tolist():
-        errors[i] = degenerate_points_finding(int(counts[i]), coincident=bool(identical[i]))
+    is_identical = (np.sqrt(values[:, 0]) <= rounding) | (scale.size <= 1.0 / MAX_COORDINATE)
+    collinear = ~is_identical & (np.sqrt(values[:, 1]) <= rounding)
+    for i in np.flatnonzero(is_identical | collinear).tolist():
+        errors[i] = degenerate_points_finding(int(counts[i]), is_coincident=bool(is_identical[i]))
 
     trace = values.sum(axis=1)
     trace = np.where(trace > 0.0, trace, 1.0)
@@ -79,7 +79,7 @@ def figures(
         normal, residual, parallel, leverage = _regress(covariance, axis, rounding)
         parallel |= _parallel_within_scatter(axes[:, 2, axis], values)
         rms = residual * np.abs(normal[:, axis])
-        for i in np.flatnonzero(parallel & ~identical & ~collinear).tolist():
+        for i in np.flatnonzero(parallel & ~is_identical & ~collinear).tolist():
             errors[i] = Finding("plane.parallel-to-axis", axis="xyz"[axis])
 
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -151,19 +151,19 @@ def _centre_and_scale(
     # Subtract the first point first: this difference is exact or nearly so, and the mean of the
     # differences is small.
     first = xyz[starts]
-    local = [xyz[:, i] - spread(first[:, i]) for i in range(3)]
-    mean = [np.add.reduceat(x, starts) / n for x in local]
-    local = [x - spread(c) for x, c in zip(local, mean, strict=True)]
+    local_points = [xyz[:, i] - spread(first[:, i]) for i in range(3)]
+    mean = [np.add.reduceat(x, starts) / n for x in local_points]
+    local_points = [x - spread(c) for x, c in zip(local_points, mean, strict=True)]
     centroid = first + np.stack(mean, axis=1)
     max_coordinate = np.maximum.reduceat(np.abs(xyz).max(axis=1), starts)
 
     # Divide by a common length, so that squares of tiny and huge coordinates do not overflow.
-    size = np.maximum.reduceat(np.maximum.reduce([np.abs(x) for x in local]), starts)
+    size = np.maximum.reduceat(np.maximum.reduce([np.abs(x) for x in local_points]), starts)
     unit = np.where(size > 1.0 / MAX_COORDINATE, size, 1.0)
     per_unit = spread(1.0 / unit)
-    local = [x * per_unit for x in local]
+    local_points = [x * per_unit for x in local_points]
     rounding = MIN_EXTENT_ROUNDINGS * np.finfo(np.float64).eps * max_coordinate / unit
-    return local, _GroupScale(centroid, size, unit, max_coordinate, rounding)
+    return local_points, _GroupScale(centroid, size, unit, max_coordinate, rounding)
 
 
 def _indices(parts: FloatArray) -> dict[str, FloatArray]:
@@ -276,8 +276,8 @@ def _regress(
     determinant = saa * sbb - sab * sab
     # Smaller spread of the two other coordinates, which is zero for a plane parallel to the axis.
     spread = determinant / np.maximum(saa + sbb, np.finfo(np.float64).tiny)
-    parallel = np.sqrt(np.maximum(spread, 0.0)) <= np.maximum(rounding, 1e-7)
-    safe = np.where(parallel, 1.0, determinant)
+    is_parallel = np.sqrt(np.maximum(spread, 0.0)) <= np.maximum(rounding, 1e-7)
+    safe = np.where(is_parallel, 1.0, determinant)
     pa = (sbb * sac - sab * sbc) / safe
     pb = (saa * sbc - sab * sac) / safe
     normal = np.empty((len(pa), 3))
@@ -289,35 +289,37 @@ def _regress(
     inverse = np.zeros((len(pa), 3, 3))
     inverse[:, a, a], inverse[:, b, b] = sbb / safe, saa / safe
     inverse[:, a, b] = inverse[:, b, a] = -sab / safe
-    across = np.eye(3) - normal[:, :, None] * normal[:, None, :]
-    leverage = across @ inverse @ across * (normal[:, axis] ** 2)[:, None, None]
-    return upward(normal), np.sqrt(np.maximum(square, 0.0)), parallel, leverage
+    projector = np.eye(3) - normal[:, :, None] * normal[:, None, :]
+    leverage = projector @ inverse @ projector * (normal[:, axis] ** 2)[:, None, None]
+    return upward(normal), np.sqrt(np.maximum(square, 0.0)), is_parallel, leverage
 
 
 def _errors(
-    along: tuple[FloatArray, FloatArray, FloatArray],
+    along_component: tuple[FloatArray, FloatArray, FloatArray],
     starts: IntArray,
     counts: IntArray,
     values: FloatArray,
     axes: FloatArray,
     attitude: tuple[FloatArray, FloatArray, FloatArray, BoolArray],
-    distinct: IntArray,
+    distinct_indices: IntArray,
     is_ordered: bool,
     regression: FloatArray | None,
 ) -> dict[str, AnyArray]:
     """Compute both angular errors and their components, NaN below 4 distinct points.
 
-    `along` contains the coordinates along the axes. `attitude` contains the normal, the dip
-    direction, the dip and whether the plane is horizontal.
+    `along_component` contains the coordinates along the axes. `attitude` contains the normal, the
+    dip direction, the dip and whether the plane is horizontal.
     """
     normal, dip_direction, dip, flat = attitude
-    known = distinct > 3
-    n = np.where(known, counts, 4)
-    dof = np.where(known, distinct - 3.0, 1.0)
-    q1, q2, effective, long = plane_errors.quantiles(*along, starts, counts, dof, is_ordered)
+    is_known = distinct_indices > 3
+    n = np.where(is_known, counts, 4)
+    dof = np.where(is_known, distinct_indices - 3.0, 1.0)
+    q1, q2, effective, long = plane_errors.quantiles(
+        *along_component, starts, counts, dof, is_ordered
+    )
     # Residuals of points that lie exactly in a plane are rounding errors, not roughness.
-    exact = values[:, 2] == 0.0
-    effective, long = np.where(exact, dof + 3.0, effective), long & ~exact
+    is_exact = values[:, 2] == 0.0
+    effective, long = np.where(is_exact, dof + 3.0, effective), long & ~is_exact
     h_max, h_min, overflow = plane_errors.hyperbolic(n, values)
     if regression is None:
         e1, e2 = axes[:, 0], axes[:, 1]
@@ -329,16 +331,16 @@ def _errors(
     dip_error, azimuth_error, rake = plane_errors.split_rad(
         e1, e2, dip_direction, dip, flat, largest, smallest
     )
-    blank = np.where(known, 1.0, np.nan)
+    blank = np.where(is_known, 1.0, np.nan)
     return {
         "max_angular_error_deg": h_max * blank,
         "min_angular_error_deg": h_min * blank,
-        "hyperbolic_overflow": overflow & known,
+        "hyperbolic_overflow": overflow & is_known,
         "max_confidence95_deg": np.degrees(largest) * blank,
         "min_confidence95_deg": np.degrees(smallest) * blank,
         "error_rake_deg": np.degrees(rake) * blank,
         "dip_error_deg": np.degrees(dip_error) * blank,
         "dip_direction_error_deg": np.degrees(azimuth_error) * blank,
         "n_effective": effective * blank,
-        "long_roughness": long & known,
+        "long_roughness": long & is_known,
     }

@@ -28,18 +28,18 @@ def too_few_points_finding(n: int) -> Finding:
     return Finding("feature.too-few-points", count=MIN_POINTS - n, minimum=MIN_POINTS)
 
 
-def degenerate_points_finding(n: int, *, coincident: bool) -> Finding:
+def degenerate_points_finding(n: int, *, is_coincident: bool) -> Finding:
     """Report that all points coincide or are collinear.
 
     Parameters
     ----------
     n : int
         Number of points.
-    coincident : bool
+    is_coincident : bool
         Whether the points coincide; otherwise they are collinear.
 
     Returns
     -------
     Finding
     """
-    return Finding("points.coincident" if coincident else "points.collinear", n=n)
+    return Finding("points.coincident" if is_coincident else "points.collinear", n=n)

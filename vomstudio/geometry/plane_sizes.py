@@ -72,20 +72,20 @@ def is_width_within_wander(second: float, extent: float, n: int, resolution: flo
     resolution : float
         Resolution of the model, m.
     """
-    free = max(n - 2.0, 1.0)
+    dof = max(n - 2.0, 1.0)
     # The variance of few points may be larger by chance: 95 % of chi squared by Wilson-Hilferty.
-    term = 2.0 / (9.0 * free)
-    max_ratio = free * (1.0 - term + 1.645 * math.sqrt(term)) ** 3 / n
+    term = 2.0 / (9.0 * dof)
+    max_ratio = dof * (1.0 - term + 1.645 * math.sqrt(term)) ** 3 / n
     scale = min(max(2.0 * extent / max(n - 1, 1), 0.5 * resolution), resolution)
     return second <= max_ratio * scale**2
 
 
-def _confidence95_deg(spread: float, noise: float, free: float) -> float:
+def _confidence95_deg(spread: float, noise: float, dof: float) -> float:
     """Return `plane_errors.confidence_axes_rad` of a round plane without its libraries.
 
     The window starts with this module. Arguments are the variances in the plane and across it.
     """
-    quantile = math.expm1(-2.0 / free * math.log(0.05))
+    quantile = math.expm1(-2.0 / dof * math.log(0.05))
     gap = spread - noise
     if gap <= 0.0:
         return 90.0
@@ -161,9 +161,9 @@ class PlaneSizes:
         if not size >= self.least * (1.0 - 1e-9):
             return None
         # One point per square of the resolution; the plane has three parameters.
-        free = math.pi / 4.0 * (size / self.resolution) ** 2 - 3.0
+        free_value = math.pi / 4.0 * (size / self.resolution) ** 2 - 3.0
         # A uniform disc has a variance of (d / 4)^2 along each diameter.
-        fit = _confidence95_deg((size / 4.0) ** 2, self.noise**2, free)
+        fit = _confidence95_deg((size / 4.0) ** 2, self.noise**2, free_value)
         # A strip with the same variance is sqrt(12) d / 4 wide.
         tilt = resolution_tilt_deg(self.resolution, math.sqrt(12.0) * size / 4.0)
         return min(90.0, math.hypot(max(fit, tilt), self.registration_deg))
@@ -184,19 +184,19 @@ class PlaneSizes:
         if high == self.least:
             return high
         for _ in range(60):
-            middle = 0.5 * (low + high)
-            if (self.error_deg(middle) or 0.0) > error_deg:
-                low = middle
+            centre = 0.5 * (low + high)
+            if (self.error_deg(centre) or 0.0) > error_deg:
+                low = centre
             else:
-                high = middle
+                high = centre
         return high
 
-    def curve(self, *, metric: bool = True) -> tuple[PlaneError, ...]:
-        """Return the errors from 10 to 1000 resolutions; `metric` if sizes are in metres."""
+    def curve(self, *, is_metric: bool = True) -> tuple[PlaneError, ...]:
+        """Return the errors from 10 to 1000 resolutions; `is_metric` if sizes are in metres."""
         sizes = [times * self.resolution for times in CURVE_RESOLUTIONS]
         errors = [(size, self.error_deg(size)) for size in sizes]
         return tuple(
-            PlaneError(size, error) if metric else PlaneError(None, error, size)
+            PlaneError(size, error) if is_metric else PlaneError(None, error, size)
             for size, error in errors
             if error is not None
         )

@@ -306,12 +306,12 @@ def _axis_index(axis: Axis) -> int:
 def _along_nearest_axes(xyz: FloatArray, cuts: IntArray, is_ordered: bool) -> PlaneFits:
     """Fit regressions along the axis nearest to the PCA normal of each plane."""
     pca_fits = fit_planes(xyz, cuts, is_ordered=is_ordered)
-    nearest = np.abs(np.nan_to_num(pca_fits.normal)).argmax(axis=1)
+    nearest_values = np.abs(np.nan_to_num(pca_fits.normal)).argmax(axis=1)
     counts = np.diff(cuts)
     result = _blank_figures(counts, "regression", is_ordered)
     reasons: list[Finding | None] = [None] * len(counts)
     for k, axis in enumerate(_AXES):
-        rows = np.flatnonzero(nearest == k)
+        rows = np.flatnonzero(nearest_values == k)
         if not len(rows):
             continue
         offsets = np.concatenate([[0], np.cumsum(counts[rows])])
@@ -346,15 +346,15 @@ def _valid_groups(
 ) -> tuple[list[Finding | None], BoolArray]:
     """Return the reason why each group cannot be fitted, and a mask of the valid groups."""
     has_points = counts >= 3
-    finite = np.ones(len(counts), bool)
+    is_finite = np.ones(len(counts), bool)
     # One maximum suffices in the usual case, in which all points are valid. A comparison with NaN
     # is false.
     if len(xyz) and not np.abs(xyz).max() < MAX_COORDINATE:
         bad_counts = np.concatenate([[0], np.cumsum(~(np.abs(xyz) < MAX_COORDINATE).all(axis=1))])
-        finite = bad_counts[cuts[1:]] == bad_counts[cuts[:-1]]
+        is_finite = bad_counts[cuts[1:]] == bad_counts[cuts[:-1]]
     reasons: list[Finding | None] = [None] * len(counts)
-    for i in np.flatnonzero(~(has_points & finite)).tolist():
+    for i in np.flatnonzero(~(has_points & is_finite)).tolist():
         reasons[i] = (
-            too_few_points_finding(int(counts[i])) if finite[i] else Finding("points.not-finite")
+            too_few_points_finding(int(counts[i])) if is_finite[i] else Finding("points.not-finite")
         )
-    return reasons, has_points & finite
+    return reasons, has_points & is_finite

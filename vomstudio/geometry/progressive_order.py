@@ -141,7 +141,7 @@ def _depth(row_bits: int) -> int:
 _RunBlocks = Callable[[Callable[[slice], None], int], None]
 
 
-def _bounds(points: FloatArray, each: _RunBlocks) -> tuple[FloatArray, FloatArray]:
+def _bounds(points: FloatArray, item: _RunBlocks) -> tuple[FloatArray, FloatArray]:
     """Return the lower and upper bounds, which are not finite if any point is not finite."""
     lows, highs = [np.full(3, np.inf)], [np.full(3, -np.inf)]
 
@@ -150,12 +150,12 @@ def _bounds(points: FloatArray, each: _RunBlocks) -> tuple[FloatArray, FloatArra
         lows.append(np.array([points[part, axis].min() for axis in range(3)]))
         highs.append(np.array([points[part, axis].max() for axis in range(3)]))
 
-    each(reduce_block, len(points))
+    item(reduce_block, len(points))
     return np.min(lows, axis=0), np.max(highs, axis=0)
 
 
 def _keys(
-    points: FloatArray, low: FloatArray, side: float, depth: int, row_bits: int, each: _RunBlocks
+    points: FloatArray, low: FloatArray, side: float, depth: int, row_bits: int, item: _RunBlocks
 ) -> UInt64Array:
     """Pack curve positions and rows into integers, which sort faster than argsort."""
     keys = np.empty(len(points), np.uint64)
@@ -165,13 +165,13 @@ def _keys(
     def encode(part: slice) -> None:
         code = np.zeros(part.stop - part.start, np.uint64)
         for axis in range(3):
-            place = (points[part, axis] - low[axis]) * (cells / side)
-            code |= tables[axis][np.minimum(place.astype(np.int16), cells - 1)]
+            position = (points[part, axis] - low[axis]) * (cells / side)
+            code |= tables[axis][np.minimum(position.astype(np.int16), cells - 1)]
         _shuffle(code, depth)
         rows = np.arange(part.start, part.stop, dtype=np.uint64)
         keys[part] = code << np.uint64(row_bits) | rows
 
-    each(encode, len(points))
+    item(encode, len(points))
     return keys
 
 
@@ -192,41 +192,45 @@ def _shuffle(code: UInt64Array, depth: int) -> None:
     """
     # The golden ratio spreads consecutive numbers (D. E. Knuth, The art of computer programming 3,
     # 6.4).
-    ratio, highest = np.uint64(0x9E3779B97F4A7C15), np.uint64(61)
+    ratio, highest_values = np.uint64(0x9E3779B97F4A7C15), np.uint64(61)
     for level in range(depth, N_UNSHUFFLED_LEVELS, -1):
         parent_code = code >> np.uint64(3 * (depth - level + 1))
         parent_code *= ratio
-        parent_code >>= highest
+        parent_code >>= highest_values
         parent_code <<= np.uint64(3 * (depth - level))
         code ^= parent_code
 
 
 def _levels(
-    codes: UInt64Array, side: float, depth: int, each: _RunBlocks
+    codes: UInt64Array, side: float, depth: int, item: _RunBlocks
 ) -> tuple[ByteArray, FloatArray]:
     """Return the level of each point along the curve, and the spacing of every level."""
     count = len(codes)
     # Number of cubes around a point that also contain the previous point.
-    shared = np.zeros(count, np.uint8)
+    shared_values = np.zeros(count, np.uint8)
 
     def compare(part: slice) -> None:
         first = max(part.start, 1)
         differences = codes[first : part.stop] ^ codes[first - 1 : part.stop - 1]
         for level in range(1, depth + 1):
-            shared[first : part.stop] += differences < np.uint64(1 << 3 * (depth - level))
+            shared_values[first : part.stop] += differences < np.uint64(1 << 3 * (depth - level))
 
-    each(compare, count)
+    item(compare, count)
     # Number of cubes that contain a point, from the outermost level inwards.
-    filled = np.cumsum(np.bincount(shared, minlength=depth + 1))[:depth]
-    filled = np.concatenate([[1], filled])
+    filled_values = np.cumsum(np.bincount(shared_values, minlength=depth + 1))[:depth]
+    filled_values = np.concatenate([[1], filled_values])
     top = depth + 1
     if count > POINTS_PER_NODE:
-        top = max(1, int(np.searchsorted(filled, POINTS_PER_NODE, side="right")) - 1)
-    levels = np.maximum(shared, top - 1) - np.uint8(top - 1)
+        top = max(1, int(np.searchsorted(filled_values, POINTS_PER_NODE, side="right")) - 1)
+    levels = np.maximum(shared_values, top - 1) - np.uint8(top - 1)
     cumulated = np.cumsum(np.bincount(levels, minlength=1))
     # On a surface, the spacing scales with the square root of the number of points per cube.
-    coarser = np.maximum(np.searchsorted(filled, cumulated / 2.0, side="right") - 1, 0)
-    return levels, side / 2.0**coarser * np.sqrt(filled[coarser] / np.maximum(cumulated, 1))
+    coarser_values = np.maximum(
+        np.searchsorted(filled_values, cumulated / 2.0, side="right") - 1, 0
+    )
+    return levels, side / 2.0**coarser_values * np.sqrt(
+        filled_values[coarser_values] / np.maximum(cumulated, 1)
+    )
 
 
 def _cut_into_nodes(keys: UInt64Array, counts: IntegerArray) -> tuple[IntArray, IntArray, IntArray]:

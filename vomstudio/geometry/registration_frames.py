@@ -40,11 +40,11 @@ def change_world(registration: Registration, by: npt.ArrayLike, frame: Frame) ->
         change[:3, :3], change[4:, 4:] = rotation, scale * rotation
         covariance_before = np.array(registration.covariance, np.float64)
         covariance = tuple(map(tuple, (change @ covariance_before @ change.T).tolist()))
-    turns = registration.rotation_error_deg
-    if turns is not None:
-        up, east, north = turns
+    rotations = registration.rotation_error_deg
+    if rotations is not None:
+        up, east, north = rotations
         east, north, up = _rotated_sigma((east, north, up), rotation)
-        turns = (up, east, north)
+        rotations = (up, east, north)
 
     def scale_length(length: float | None) -> float | None:
         return None if length is None else scale * length
@@ -63,7 +63,7 @@ def change_world(registration: Registration, by: npt.ArrayLike, frame: Frame) ->
         registration,
         frame=frame,
         matrix=_matrix(rows @ transform.matrix(registration.matrix)),
-        rotation_error_deg=turns,
+        rotation_error_deg=rotations,
         rms_control_m=scale_length(registration.rms_control_m),
         rms_check_m=scale_length(registration.rms_check_m),
         control=tuple(map(transform_control, registration.control)),

@@ -79,9 +79,9 @@ def _models() -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
             for x in SHORT_LENGTHS
         ]
         rows += [(x, 0.0, smooth, LONG_LENGTH_WEIGHTS[smooth]) for x in LONG_LENGTHS]
-    for share, mixed_weight in zip(MIXED_WHITE_SHARES, MIXED_WEIGHT, strict=True):
+    for fraction, mixed_weight in zip(MIXED_WHITE_SHARES, MIXED_WEIGHT, strict=True):
         rows += [
-            (x, share, False, mixed_weight * (10.0 * x) ** MIXED_WEIGHT_SLOPE)
+            (x, fraction, False, mixed_weight * (10.0 * x) ** MIXED_WEIGHT_SLOPE)
             for x in SHORT_LENGTHS[::2]
         ]
     length, white, smoothness, weight = (np.array(column) for column in zip(*rows, strict=True))
@@ -102,16 +102,16 @@ def _correlations(n: int, points_per_piece: int) -> tuple[FloatArray, FloatArray
     n_fine = min(points_per_piece, MAX_SUBDIVISION)
     # Pairs of positions within two pieces, indexed by the difference of their lags.
     shift = np.arange(1 - n_fine, n_fine)
-    share = (1.0 - np.abs(shift) / n_fine) / n_fine
+    fraction = (1.0 - np.abs(shift) / n_fine) / n_fine
     lag = np.abs(np.arange(n)[:, None] + shift / n_fine) * (
         points_per_piece / (n * points_per_piece - 1.0)
     )
     x = lag / MODEL_LENGTHS[:, None, None]
-    rough = np.exp(np.where(IS_SMOOTH_MODEL[:, None, None], -0.5 * x * x, -x)) @ share
-    rough *= (1.0 - MODEL_WHITE_SHARES)[:, None]
-    variance = rough[:, :1] + (MODEL_WHITE_SHARES / points_per_piece)[:, None]
+    rough_values = np.exp(np.where(IS_SMOOTH_MODEL[:, None, None], -0.5 * x * x, -x)) @ fraction
+    rough_values *= (1.0 - MODEL_WHITE_SHARES)[:, None]
+    variance = rough_values[:, :1] + (MODEL_WHITE_SHARES / points_per_piece)[:, None]
     white = (MODEL_WHITE_SHARES / points_per_piece) / variance[:, 0]
-    return np.vstack([np.zeros(n), rough / variance]), np.concatenate([[1.0], white])
+    return np.vstack([np.zeros(n), rough_values / variance]), np.concatenate([[1.0], white])
 
 
 class _ModelLibrary:
@@ -154,13 +154,17 @@ class _ModelLibrary:
         self.square = s * s
         self.mean = 1.0 + 2.0 * (rho * taper).sum(axis=1)
         # Scale to a variance of 1 after a fit has removed the two lowest coefficients.
-        remaining = np.maximum(n - self.mean - s[:, 0] - s[:, 1], 1e-3 * n)
-        scaled = s[:, :N_FREQUENCIES] * ((n - 3.0) / remaining)[:, None] + MIN_NOISE_SHARE
-        self.log = np.log(scaled)
-        self.inverse = 1.0 / scaled
-        doubled = np.full(n + 1, 2.0)
-        doubled[[0, n]] = 1.0
-        self.toeplitz = ((1.0 - self.white)[:, None] + 2.0 * transform.real) * doubled / (2 * n)
+        remaining_values = np.maximum(n - self.mean - s[:, 0] - s[:, 1], 1e-3 * n)
+        scaled_values = (
+            s[:, :N_FREQUENCIES] * ((n - 3.0) / remaining_values)[:, None] + MIN_NOISE_SHARE
+        )
+        self.log = np.log(scaled_values)
+        self.inverse = 1.0 / scaled_values
+        doubled_values = np.full(n + 1, 2.0)
+        doubled_values[[0, n]] = 1.0
+        self.toeplitz = (
+            ((1.0 - self.white)[:, None] + 2.0 * transform.real) * doubled_values / (2 * n)
+        )
         # A correlation below 1/e at the next point is equivalent to white noise.
         decay_length = np.where(IS_SMOOTH_MODEL, np.sqrt(2.0), 1.0) * MODEL_LENGTHS
         is_resolved = decay_length * (n * points_per_piece - 1.0) > points_per_piece
@@ -204,7 +208,7 @@ def inflate(
         Whether the roughness is as long as the trace.
     """
     q1, q2 = white_share.copy(), white_share.copy()
-    effective = degrees_of_freedom + 3.0
+    effective_values = degrees_of_freedom + 3.0
     long = np.zeros(len(degrees_of_freedom), bool)
     positions = _places(u, v, starts, counts)
     order = np.argsort(counts, kind="stable")
@@ -216,26 +220,26 @@ def inflate(
             continue
         index = starts[rows][:, None] + np.arange(n)
         series = np.stack([u[index], v[index], r[index]])
-        variance_share, free = np.ones(len(rows)), degrees_of_freedom[rows]
+        variance_share, dof = np.ones(len(rows)), degrees_of_freedom[rows]
         models = _library(min(n, MAX_PIECES), max(round(n / MAX_PIECES), 1))
         if n > MAX_PIECES:
             blocks, variance_share = _block_means(series)
-            free = np.minimum(free, MAX_PIECES - 3.0)
-            g, freedom, weight, long[rows] = _compare_models(blocks, free, models)
+            dof = np.minimum(dof, MAX_PIECES - 3.0)
+            g, freedom, weight, long[rows] = _compare_models(blocks, dof, models)
         else:
-            g, freedom, weight, long[rows] = _compare_models(series, free, models)
+            g, freedom, weight, long[rows] = _compare_models(series, dof, models)
         t = positions[index]
         uneven = ((np.diff(t) * (n - 1.0) - 1.0) ** 2).mean(axis=1) > MAX_UNEVENNESS**2
         if uneven.any():
-            placed = _inflation_at_places(series[:2, uneven], t[uneven], free[uneven], models)
+            placed = _inflation_at_places(series[:2, uneven], t[uneven], dof[uneven], models)
             g[:, uneven] = np.maximum(g[:, uneven], placed)
-        q = _mixture_quantile(g, freedom, weight, free) * variance_share
+        q = _mixture_quantile(g, freedom, weight, dof) * variance_share
         q1[rows], q2[rows] = q
         # The number of independent points that would give the same limit.
         with np.errstate(divide="ignore"):  # q is 0 for points exactly on the plane
-            independent = 3.0 - 2.0 * LOG_LEVEL / np.log1p(q[1])
-        effective[rows] = np.minimum(independent, degrees_of_freedom[rows] + 3.0)
-    return q1, q2, effective, long
+            independent_values = 3.0 - 2.0 * LOG_LEVEL / np.log1p(q[1])
+        effective_values[rows] = np.minimum(independent_values, degrees_of_freedom[rows] + 3.0)
+    return q1, q2, effective_values, long
 
 
 def _places(u: FloatArray, v: FloatArray, starts: IntArray, counts: IntArray) -> FloatArray:
@@ -250,27 +254,29 @@ def _places(u: FloatArray, v: FloatArray, starts: IntArray, counts: IntArray) ->
 
 
 def _inflation_at_places(
-    series: FloatArray, place: FloatArray, degrees_of_freedom: FloatArray, models: _ModelLibrary
+    series: FloatArray, position: FloatArray, degrees_of_freedom: FloatArray, models: _ModelLibrary
 ) -> FloatArray:
     """Return the inflation (2, k, models) for the actual positions of the points.
 
     The inflation is defined as in `_compare_models`.
 
-    `series` is (2, k, n), `place` (k, n) from 0 to 1. Points are binned into as many pieces of
+    `series` is (2, k, n), `position` (k, n) from 0 to 1. Points are binned into as many pieces of
     equal length as the models have; the noise of a piece acts on the sum of the coordinates of its
     points.
     """
     _, k, n = series.shape
     m = models.toeplitz.shape[1] - 1
-    piece = np.minimum((place * m).astype(np.int64), m - 1) + np.arange(k)[:, None] * m
+    piece = np.minimum((position * m).astype(np.int64), m - 1) + np.arange(k)[:, None] * m
     sums = np.sqrt(np.maximum((series * series).sum(axis=-1), MIN_FLOAT))
     series = np.stack([series[0], series[1], np.ones((k, n))])
     sums = np.stack([sums[0], sums[1], np.full(k, np.sqrt(n))]) * np.sqrt(n / m)
     piece_sums = [np.bincount(piece.ravel(), x.ravel(), k * m).reshape(k, m) for x in series]
     spectrum = np.fft.rfft(np.stack(piece_sums) / sums[..., None], 2 * m)
     loading = (spectrum.real**2 + spectrum.imag**2) @ models.toeplitz.T + models.white
-    remaining = np.maximum(m - loading.sum(axis=0), 1e-2 * m)
-    return np.asarray(np.maximum(loading[:2] * (degrees_of_freedom[:, None] / remaining), 1.0))
+    remaining_values = np.maximum(m - loading.sum(axis=0), 1e-2 * m)
+    return np.asarray(
+        np.maximum(loading[:2] * (degrees_of_freedom[:, None] / remaining_values), 1.0)
+    )
 
 
 def _block_means(series: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -318,24 +324,24 @@ def _compare_models(
     # and the degrees of freedom of this variance.
     power = (spectrum[:2].real ** 2 + spectrum[:2].imag ** 2) / sums[:2]
     loading = power @ models.toeplitz.T + models.white
-    remaining = np.maximum(n - models.mean - loading[0] - loading[1], 1e-3 * n)
+    remaining_values = np.maximum(n - models.mean - loading[0] - loading[1], 1e-3 * n)
     freedom = np.minimum(
-        FREEDOM_FACTOR * remaining**2 / (remaining_share @ models.square.T), n - 3.0
+        FREEDOM_FACTOR * remaining_values**2 / (remaining_share @ models.square.T), n - 3.0
     )
     freedom[:, 0] = n - 3.0
-    share = degrees_of_freedom / (n - 3.0)
-    inflation = np.maximum(loading * (degrees_of_freedom[:, None] / remaining), 1.0)
+    fraction = degrees_of_freedom / (n - 3.0)
+    inflation = np.maximum(loading * (degrees_of_freedom[:, None] / remaining_values), 1.0)
     # Whittle likelihood with the scale profiled out.
     used_share = remaining_share[:, :N_FREQUENCIES]
     misfit = (
         squares[2, :, :N_FREQUENCIES] * (n - 3.0) + MIN_NOISE_SHARE * used_share
     ) @ models.inverse.T
-    number = used_share.sum(axis=1) * share
+    number = used_share.sum(axis=1) * fraction
     likelihood = -0.5 * (used_share @ models.log.T + number[:, None] * np.log(misfit))
     weight = _normalize(SHARPNESS * (likelihood + models.log_weight))
     plain_weight = _normalize(likelihood) * IS_PURE_MODEL
     long = plain_weight[:, IS_LONG_MODEL].sum(axis=1) > 0.5 * plain_weight.sum(axis=1)
-    return inflation, freedom * share[:, None], weight, long
+    return inflation, freedom * fraction[:, None], weight, long
 
 
 def _normalize(logarithms: FloatArray) -> FloatArray:

@@ -57,14 +57,14 @@ class SmallPointTree:
         self._points, self.n = points, len(points)
 
     def query(self, x: FloatArray, k: int) -> tuple[FloatArray, IntArray]:
-        off = x[:, None] - self._points[None]
-        square = (off * off).sum(axis=2)
+        offset = x[:, None] - self._points[None]
+        square = (offset * offset).sum(axis=2)
         rows = np.argsort(square, axis=1, kind="stable")[:, :k]
         return np.sqrt(np.take_along_axis(square, rows, axis=1)), rows
 
 
 def effective_resolution(
-    points: FloatingArray, tree: NeighbourTree, places: FloatArray
+    points: FloatingArray, tree: NeighbourTree, positions: FloatArray
 ) -> float | None:
     """Return the median resolution around positions on a surface.
 
@@ -73,14 +73,14 @@ def effective_resolution(
     points : (n, 3) ndarray of float
     tree : Tree
         Index of the points.
-    places : (q, 3) ndarray
+    positions : (q, 3) ndarray
 
     Returns
     -------
     float or None
         In the unit of the points; None if the neighbouring points coincide.
     """
-    index = np.asarray(places, np.float64).reshape(-1, 3)
+    index = np.asarray(positions, np.float64).reshape(-1, 3)
 
     def neighbours(count: int) -> FloatArray | None:
         k = min(count, tree.n)
@@ -153,19 +153,23 @@ def neighbour_statistics(near: FloatArray) -> tuple[FloatArray, FloatArray]:
     first = near[:, :1]
     offsets = near - first
     square = np.einsum("qkx,qkx->qk", offsets, offsets)
-    distinct = np.full(len(near), near.shape[1], np.float64)
+    distinct_values = np.full(len(near), near.shape[1], np.float64)
     for row in np.flatnonzero((square[:, 1:] == 0.0).any(axis=1)):
-        distinct[row] = len(np.unique(near[row], axis=0))
-    centred = offsets - offsets.mean(axis=1, keepdims=True)
-    values = np.linalg.eigvalsh(np.einsum("qkx,qky->qxy", centred, centred) / near.shape[1])
+        distinct_values[row] = len(np.unique(near[row], axis=0))
+    centred_values = offsets - offsets.mean(axis=1, keepdims=True)
+    values = np.linalg.eigvalsh(
+        np.einsum("qkx,qky->qxy", centred_values, centred_values) / near.shape[1]
+    )
     values = np.maximum(values, 0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
-        gaps = np.where(distinct > 1, distinct - 1.0, np.nan)
+        gaps = np.where(distinct_values > 1, distinct_values - 1.0, np.nan)
         # Uniform in an ellipse, the variances are a quarter of the squared semi-axes; on a line,
         # a twelfth of the squared length.
-        unbiased = distinct / gaps
+        unbiased = distinct_values / gaps
         ellipse = 4.0 * np.pi * unbiased * np.sqrt(values[:, 1] * values[:, 2]) / gaps
         area = np.maximum(ellipse, 12.0 * values[:, 2] / gaps**2)
-        free = np.where(distinct > 3, distinct / (distinct - 3.0), np.nan)
-        noise = np.sqrt(values[:, 0] * np.where(distinct > 3, free, 0.0))
+        free_values = np.where(
+            distinct_values > 3, distinct_values / (distinct_values - 3.0), np.nan
+        )
+        noise = np.sqrt(values[:, 0] * np.where(distinct_values > 3, free_values, 0.0))
     return area, noise

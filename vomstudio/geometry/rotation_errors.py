@@ -76,8 +76,10 @@ def errors_95_deg(rotation: FloatArray, directions: FloatArray) -> FloatArray:
         Degrees, at most 90.
     """
     spread = direction_covariance(rotation, directions)
-    largest = np.linalg.eigvalsh(spread)[:, -1]
-    return np.asarray(np.minimum(np.degrees(np.sqrt(CHI2_TWO * np.maximum(largest, 0.0))), 90.0))
+    largest_values = np.linalg.eigvalsh(spread)[:, -1]
+    return np.asarray(
+        np.minimum(np.degrees(np.sqrt(CHI2_TWO * np.maximum(largest_values, 0.0))), 90.0)
+    )
 
 
 def enlarged_semi_axes(
@@ -105,14 +107,14 @@ def enlarged_semi_axes(
     largest, smallest : (n,) ndarray or float
         Degrees, at most 90.
     """
-    wide, narrow, total, excluded = (
-        np.asarray(each, np.float64)
-        for each in (largest_deg, smallest_deg, total_deg, excluded_deg)
+    width, narrow, total, excluded = (
+        np.asarray(item, np.float64)
+        for item in (largest_deg, smallest_deg, total_deg, excluded_deg)
     )
     is_free = total >= 90.0
-    added = np.where(is_free, 0.0, np.maximum(total**2 - wide**2 - excluded**2, 0.0))
-    largest = np.where(is_free, 90.0, np.minimum(np.sqrt(wide**2 + added), 90.0))
-    return largest, np.minimum(np.sqrt(narrow**2 + added), 90.0)
+    added_values = np.where(is_free, 0.0, np.maximum(total**2 - width**2 - excluded**2, 0.0))
+    largest_values = np.where(is_free, 90.0, np.minimum(np.sqrt(width**2 + added_values), 90.0))
+    return largest_values, np.minimum(np.sqrt(narrow**2 + added_values), 90.0)
 
 
 def component_error_95(shape: FloatArray, step: FloatArray, direction: FloatArray) -> float:
@@ -154,10 +156,10 @@ def horizontal_error_95(shape: FloatArray, step: FloatArray) -> float:
     float
         In the unit of `step`.
     """
-    flat = np.array([step[0], step[1], 0.0])
-    length = float(np.linalg.norm(flat))
+    flat_values = np.array([step[0], step[1], 0.0])
+    length = float(np.linalg.norm(flat_values))
     if length > 1e-9 * float(np.linalg.norm(step)):
-        return component_error_95(shape, step, flat / length)
+        return component_error_95(shape, step, flat_values / length)
     directions = np.array(
         [[np.cos(t), np.sin(t), 0.0] for t in np.linspace(0.0, np.pi, 180, False)]
     )

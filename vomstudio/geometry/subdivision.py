@@ -53,16 +53,16 @@ def find_undivided(
     used, inverse = np.unique(faces, return_inverse=True)
     number = weld_points(np.asarray(vertices[used], np.float64))
     origin = np.asarray(vertices[used[0]], np.float64)
-    places = np.empty((int(number.max()) + 1, 3))
-    places[number] = vertices[used] - origin
+    positions = np.empty((int(number.max()) + 1, 3))
+    positions[number] = vertices[used] - origin
     face_numbers = number[inverse.reshape(-1, 3)]
-    normals, areas = _normals(places[face_numbers])
+    normals, areas = _normals(positions[face_numbers])
     is_valid = (areas > 0.0) & np.isfinite(areas)
     face_numbers, normals, areas = face_numbers[is_valid], normals[is_valid], areas[is_valid]
     if len(face_numbers) < 8:
         return None
     patch = _flat_patches(face_numbers, normals, bend)
-    outlines, corner = _corners(places, face_numbers, patch, bend)
+    outlines, corner = _corners(positions, face_numbers, patch, bend)
     count = np.bincount(patch)
     area = np.bincount(patch, areas)
     corners = np.bincount(outlines, minlength=len(count))
@@ -81,10 +81,10 @@ def find_undivided(
     independent_faces = np.concatenate(
         [corner[triangle[outlines]].reshape(-1, 3), face_numbers[is_plain[patch]]]
     )
-    is_independent = np.zeros(len(places), np.bool_)
+    is_independent = np.zeros(len(positions), np.bool_)
     is_independent[corner] = is_independent[independent_faces.ravel()] = True
     row = np.cumsum(is_independent) - 1
-    return places[is_independent] + origin, row[independent_faces].astype(np.int32)
+    return positions[is_independent] + origin, row[independent_faces].astype(np.int32)
 
 
 def _normals(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -154,7 +154,7 @@ def _flat_patches(faces: IntArray, normals: FloatArray, max_bend: float) -> IntA
 
 
 def _corners(
-    places: FloatArray, faces: IntArray, patch: IntArray, max_bend: float
+    positions: FloatArray, faces: IntArray, patch: IntArray, max_bend: float
 ) -> tuple[IntArray, IntArray]:
     """Return patch and vertex of each corner of the outlines, in order of patches."""
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
@@ -167,7 +167,7 @@ def _corners(
     is_border = np.ones(len(key), np.bool_)
     is_border[order[:-1][is_inner]] = is_border[order[1:][is_inner]] = False
     start, end, patch_of_side = start[is_border], end[is_border], patch_of_side[is_border]
-    side = places[end] - places[start]
+    side = positions[end] - positions[start]
     side /= np.linalg.norm(side, axis=1, keepdims=True)
     # At a vertex of an outline one side arrives and one leaves.
     arrives = np.argsort(patch_of_side * size + end, kind="stable")
@@ -178,11 +178,11 @@ def _corners(
     )
     if not np.array_equal(arriving, leaving):
         # Faces with different orientation, or outlines that touch themselves.
-        common = np.intersect1d(arriving, leaving)
-        arrives = arrives[np.searchsorted(arriving, common)]
-        leaves = leaves[np.searchsorted(leaving, common)]
-        arriving = common
+        common_values = np.intersect1d(arriving, leaving)
+        arrives = arrives[np.searchsorted(arriving, common_values)]
+        leaves = leaves[np.searchsorted(leaving, common_values)]
+        arriving = common_values
     bend = np.linalg.norm(np.cross(side[arrives], side[leaves]), axis=1)
-    ahead = (side[arrives] * side[leaves]).sum(axis=1)
-    is_corner = (bend > max_bend) | (ahead < 0.0)
+    forward = (side[arrives] * side[leaves]).sum(axis=1)
+    is_corner = (bend > max_bend) | (forward < 0.0)
     return arriving[is_corner] // size, arriving[is_corner] % size

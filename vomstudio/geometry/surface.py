@@ -104,11 +104,11 @@ class VertexSurface:
     def resolution_near(self, points: FloatArray) -> float | None:
         if self._resolving is not self:
             return self._resolving.resolution_near(points)
-        places = [self._nearest(point, 1)[0] for point in _sample(points, N_SAMPLES)]
+        positions = [self._nearest(point, 1)[0] for point in _sample(points, N_SAMPLES)]
 
         def neighbours(count: int) -> FloatArray | None:
             # Use one call for all matrices, because a single 3 x 3 matrix takes as long.
-            neighbourhoods = [self._nearest(place, count) for place in places]
+            neighbourhoods = [self._nearest(position, count) for position in positions]
             return np.stack(neighbourhoods) if neighbourhoods else None
 
         return resolution_from_neighbours(neighbours)
@@ -129,8 +129,8 @@ class VertexSurface:
 
     def _near_box(self, low: FloatArray, high: FloatArray) -> FloatArray:
         """Return vertices (k, 3) in a box that suffice to determine the attitude of the surface."""
-        inside = np.all((self._coarse >= low) & (self._coarse <= high), axis=1)
-        return np.asarray(self._coarse[inside])
+        is_inside = np.all((self._coarse >= low) & (self._coarse <= high), axis=1)
+        return np.asarray(self._coarse[is_inside])
 
     def _ids_in_ball(self, centre: FloatArray, radius: float) -> IntArray:
         """Return the ids of the vertices in a ball, in any order."""
@@ -160,8 +160,8 @@ class VertexSurface:
             near = self._vertices[np.atleast_1d(index)[np.isfinite(np.atleast_1d(distance))]]
         if len(near) < 3:
             return None
-        centred = near - near.mean(axis=0)
-        values, vectors = np.linalg.eigh(centred.T @ centred)
+        centred_values = near - near.mean(axis=0)
+        values, vectors = np.linalg.eigh(centred_values.T @ centred_values)
         return np.asarray(vectors[:, 0]) if values[1] > 1e-12 * values[2] else None
 
     def _nearest(self, point: FloatArray, count: int) -> FloatArray:
@@ -187,8 +187,8 @@ def _fit_face(line: FloatArray, near: FloatArray, radius: float) -> FloatArray |
     near = near[np.isfinite(distance)]
     if len(near) < 3:
         return None
-    centred = near - near.mean(axis=0)
-    values, vectors = np.linalg.eigh(centred.T @ centred)
+    centred_values = near - near.mean(axis=0)
+    values, vectors = np.linalg.eigh(centred_values.T @ centred_values)
     # A line or a blob of points is not a face.
     if values[1] <= 1e-12 * values[2] or values[0] > 0.5 * values[1]:
         return None
@@ -203,9 +203,9 @@ def _plane_within_wander(points: FloatArray, resolution: float) -> FloatArray | 
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     if len(points) < 3 or not resolution > 0.0:
         return None
-    centred = points - points.mean(axis=0)
-    values, vectors = np.linalg.eigh(centred.T @ centred / len(points))
-    extent = float(np.ptp(centred @ vectors[:, 2]))
+    centred_values = points - points.mean(axis=0)
+    values, vectors = np.linalg.eigh(centred_values.T @ centred_values / len(points))
+    extent = float(np.ptp(centred_values @ vectors[:, 2]))
     is_straight = values[1] <= 1e-12 * values[2]
     if is_straight or not is_width_within_wander(float(values[1]), extent, len(points), resolution):
         return None
@@ -224,6 +224,6 @@ def _resample(points: FloatArray, pieces: int = 200) -> FloatArray:
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     if len(points) < 2:
         return points
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    steps = np.linspace(0.0, along[-1], pieces)
-    return np.stack([np.interp(steps, along, points[:, axis]) for axis in range(3)], axis=1)
+    distances = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    steps = np.linspace(0.0, distances[-1], pieces)
+    return np.stack([np.interp(steps, distances, points[:, axis]) for axis in range(3)], axis=1)

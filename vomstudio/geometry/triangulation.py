@@ -33,9 +33,9 @@ def triangulate(views: Sequence[View], pixels: npt.ArrayLike) -> FloatArray:
     normal, right = np.zeros((3, 3)), np.zeros(3)
     for view, mark in zip(views, marks, strict=True):
         ray = view.rays(mark)[0]
-        across = np.eye(3) - np.outer(ray, ray)
-        normal += across
-        right += across @ view.centre
+        projector = np.eye(3) - np.outer(ray, ray)
+        normal += projector
+        right += projector @ view.centre
     if not np.isfinite(normal).all() or np.linalg.cond(normal) > 1e8:
         return np.full(3, np.nan)
     point = np.linalg.solve(normal, right)

@@ -91,21 +91,21 @@ def strip_metric_suffix(name: str, others: Container[str] = ()) -> str:
     return name
 
 
-def table_columns(names: Sequence[str], *, metric: bool) -> list[str]:
-    """Return the column names of a table, whose lengths are in metres if `metric`.
+def table_columns(names: Sequence[str], *, is_metric: bool) -> list[str]:
+    """Return the column names of a table, whose lengths are in metres if `is_metric`.
 
     Parameters
     ----------
     names : sequence of str
         Column names with metric suffixes.
-    metric : bool
+    is_metric : bool
         Whether the lengths are in metres.
 
     Returns
     -------
     list of str
     """
-    return [name if metric else strip_metric_suffix(name, names) for name in names]
+    return [name if is_metric else strip_metric_suffix(name, names) for name in names]
 
 
 UNIT_SUFFIXES = (
@@ -116,7 +116,7 @@ UNIT_SUFFIXES = (
 )
 
 
-def length_text(length_m: float | None, digits: int = 3, *, metric: bool = True) -> str:
+def length_text(length_m: float | None, digits: int = 3, *, is_metric: bool = True) -> str:
     """Format a length with a number of significant digits, at least to whole units.
 
     Parameters
@@ -124,7 +124,7 @@ def length_text(length_m: float | None, digits: int = 3, *, metric: bool = True)
     length_m : float or None
     digits : int, optional
         Number of significant digits.
-    metric : bool, optional
+    is_metric : bool, optional
         Whether lengths are in metres; False for a model of unknown scale, whose lengths are in
         units of its file.
 
@@ -134,7 +134,7 @@ def length_text(length_m: float | None, digits: int = 3, *, metric: bool = True)
     """
     if length_m is None:
         return "–"
-    if not metric:
+    if not is_metric:
         return tr("{length} units", length=_format_rounded(length_m, digits))
     if abs(length_m) < MAX_ROUNDING_M:
         return "0 mm"
@@ -163,20 +163,20 @@ def round_length(max_length: float) -> float:
     )
 
 
-def bar_text(length_m: float, *, metric: bool = True) -> str:
+def bar_text(length_m: float, *, is_metric: bool = True) -> str:
     """Format the round length of a scale bar with as few digits as possible.
 
     Parameters
     ----------
     length_m : float
-    metric : bool, optional
+    is_metric : bool, optional
         See `length_text`.
 
     Returns
     -------
     str
     """
-    if not metric:
+    if not is_metric:
         return tr("{length} units", length=f"{length_m:g}")
     for unit, size in (("km", 1e3), ("m", 1.0), ("cm", 1e-2)):
         if length_m >= size:
@@ -184,7 +184,7 @@ def bar_text(length_m: float, *, metric: bool = True) -> str:
     return f"{length_m * 1e3:g} mm"
 
 
-def area_text(value_m2: float | None, digits: int = 3, *, metric: bool = True) -> str:
+def area_text(value_m2: float | None, digits: int = 3, *, is_metric: bool = True) -> str:
     """Format an area with a number of significant digits, at least to whole units.
 
     Parameters
@@ -192,7 +192,7 @@ def area_text(value_m2: float | None, digits: int = 3, *, metric: bool = True) -
     value_m2 : float or None
     digits : int, optional
         Number of significant digits.
-    metric : bool, optional
+    is_metric : bool, optional
         See `length_text`.
 
     Returns
@@ -201,7 +201,7 @@ def area_text(value_m2: float | None, digits: int = 3, *, metric: bool = True) -
     """
     if value_m2 is None:
         return "–"
-    if not metric:
+    if not is_metric:
         return tr("{area} units²", area=_format_rounded(value_m2, digits))
     if abs(value_m2) < MAX_ROUNDING_M**2:
         return "0 cm²"

@@ -32,8 +32,8 @@ def wrap360(angle_deg: float | FloatArray) -> float | FloatArray:
         # Python's remainder is NumPy's, in a twentieth of the time.
         one = float(angle_deg) % 360.0
         return 0.0 if one >= 360.0 else one + 0.0
-    wrapped = np.mod(angle_deg, 360.0)
-    return np.where(wrapped >= 360.0, 0.0, wrapped) + 0.0
+    wrapped_values = np.mod(angle_deg, 360.0)
+    return np.where(wrapped_values >= 360.0, 0.0, wrapped_values) + 0.0
 
 
 def upward(normals: FloatArray) -> FloatArray:
@@ -78,11 +78,11 @@ def dip_of_normals(
     undefined : (m,) ndarray of bool
     """
     lean = np.hypot(normals[:, 0], normals[:, 1])
-    flat = lean <= min_tilt
+    is_flat = lean <= min_tilt
     azimuth = wrap360(np.degrees(np.arctan2(normals[:, 0], normals[:, 1])))
-    azimuth = np.where(flat, 0.0, azimuth)
-    dip = np.where(flat, 0.0, np.degrees(np.arctan2(lean, normals[:, 2])))
-    return azimuth, dip, flat
+    azimuth = np.where(is_flat, 0.0, azimuth)
+    dip = np.where(is_flat, 0.0, np.degrees(np.arctan2(lean, normals[:, 2])))
+    return azimuth, dip, is_flat
 
 
 def strike_and_dip_lines(

@@ -42,8 +42,8 @@ class ViewFrame:
             raise GeometryError(Finding("vector.invalid", name="view direction"))
         d = d / length + 0.0
         plunge = np.degrees(np.arctan2(-d[2], np.hypot(d[0], d[1])))
-        steep = abs(plunge) >= STEEP_DEG - ROUNDING_DEG
-        up = np.array([0.0, 1.0, 0.0] if steep else [0.0, 0.0, 1.0])
+        is_steep = abs(plunge) >= STEEP_DEG - ROUNDING_DEG
+        up = np.array([0.0, 1.0, 0.0] if is_steep else [0.0, 0.0, 1.0])
         right = np.cross(d, up)
         right = right / np.linalg.norm(right) + 0.0
         down = np.cross(d, right)

@@ -252,17 +252,21 @@ def write_settings(
         Path(part).write_text(text, encoding="utf-8")
 
 
-def _merge(stored: dict[str, Any], base: dict[str, Any], current: dict[str, Any]) -> dict[str, Any]:
+def _merge(
+    stored_items: dict[str, Any], base: dict[str, Any], current: dict[str, Any]
+) -> dict[str, Any]:
     """Return the stored values with the changes of this window since `base`."""
-    merged = {key: stored[key] if value == base[key] else value for key, value in current.items()}
-    added = [text for text in current["unclosed"] if text not in base["unclosed"]]
-    removed = {*added, *base["unclosed"]} - set(current["unclosed"])
-    others = [text for text in stored["unclosed"] if text not in removed.union(added)]
-    merged["unclosed"] = [*others, *added]
+    merged = {
+        key: stored_items[key] if value == base[key] else value for key, value in current.items()
+    }
+    new_texts = [text for text in current["unclosed"] if text not in base["unclosed"]]
+    removed = {*new_texts, *base["unclosed"]} - set(current["unclosed"])
+    others = [text for text in stored_items["unclosed"] if text not in removed.union(new_texts)]
+    merged["unclosed"] = [*others, *new_texts]
     # Files opened since then precede the file that was the newest.
     newest, former = current["recent"], base["recent"][:1]
     opened = newest[: newest.index(former[0])] if former and former[0] in newest else newest
-    merged["recent"] = list(dict.fromkeys([*opened, *stored["recent"]]))[:_MAX_RECENT]
+    merged["recent"] = list(dict.fromkeys([*opened, *stored_items["recent"]]))[:_MAX_RECENT]
     return merged
 
 

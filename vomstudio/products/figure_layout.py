@@ -39,18 +39,18 @@ def set_log_ticks(axis: Axis, font_pt: float) -> None:
     is_horizontal = axis is axis.axes.xaxis
     figure = axis.axes.get_figure(root=True)
     assert figure is not None
-    place = axis.axes.get_position()
-    share, side = (
-        (place.width, figure.get_figwidth())
+    position = axis.axes.get_position()
+    fraction, side = (
+        (position.width, figure.get_figwidth())
         if is_horizontal
-        else (place.height, figure.get_figheight())
+        else (position.height, figure.get_figheight())
     )
-    points_per_decade = 72.0 * share * side / math.log10(high / low)
+    points_per_decade = 72.0 * fraction * side / math.log10(high / low)
     ticks = np.array([low, high])
     for ticks in _log_ticks(low, high):
         letters = max(len(_plain_number(value)) for value in ticks.tolist())
-        needed = font_pt * (_LETTER * letters + 1.0 if is_horizontal else 1.5)
-        if points_per_decade * float(np.diff(np.log10(ticks)).min()) >= needed:
+        needed_values = font_pt * (_LETTER * letters + 1.0 if is_horizontal else 1.5)
+        if points_per_decade * float(np.diff(np.log10(ticks)).min()) >= needed_values:
             break
     axis.set_major_locator(FixedLocator(ticks.tolist()))
     axis.set_major_formatter(FuncFormatter(lambda value, _: _plain_number(value)))
@@ -134,8 +134,8 @@ def _drawn_points(axes: Axes) -> FloatArray:
     for curve in curves:
         points = axes.transAxes.inverted().transform(np.asarray(curve, np.float64))
         points = points[np.isfinite(points).all(axis=1)]
-        shares = np.linspace(0.0, 1.0, 20)[:, None, None]
-        parts.append((points[:-1] + shares * np.diff(points, axis=0)).reshape(-1, 2))
+        fractions = np.linspace(0.0, 1.0, 20)[:, None, None]
+        parts.append((points[:-1] + fractions * np.diff(points, axis=0)).reshape(-1, 2))
     every = np.concatenate(parts)
     return every[((every >= 0.0) & (every <= 1.0)).all(axis=1)]
 
@@ -177,22 +177,22 @@ def name_symbols(
     # The layout of the figure is set when it is drawn.
     figure.draw_without_rendering()
     renderer = FigureCanvasAgg(figure).get_renderer()
-    places = axes.transData.transform(points)
+    positions = axes.transData.transform(points)
     half = 0.5 * symbol_pt * figure.dpi / 72.0
-    occupied = [Bbox([place - half, place + half]) for place in places]
+    occupied = [Bbox([position - half, position + half]) for position in positions]
     occupied += [text.get_window_extent(renderer) for text in axes.texts]
     if (legend := axes.get_legend()) is not None:
         occupied.append(legend.get_window_extent(renderer))
     inside = axes.get_window_extent(renderer)
     # Also keep a distance from the symbol itself.
-    away = 0.5 * symbol_pt + 1.5
+    distances = 0.5 * symbol_pt + 1.5
     for row, name in names.items():
         x, y = points[row].tolist()
         for right, up in _SIDES:
             label = axes.annotate(
                 name,
                 (x, y),
-                xytext=(right * away, up * away),
+                xytext=(right * distances, up * distances),
                 textcoords="offset points",
                 ha=_ACROSS[right],
                 va=_ALONG[up],
@@ -202,8 +202,8 @@ def name_symbols(
                 parse_math=False,
             )
             box = label.get_window_extent(renderer)
-            within = inside.x0 <= box.x0 and box.x1 <= inside.x1
-            if within and not any(box.overlaps(other) for other in occupied):
+            is_within = inside.x0 <= box.x0 and box.x1 <= inside.x1
+            if is_within and not any(box.overlaps(other) for other in occupied):
                 occupied.append(box)
                 break
             label.remove()

@@ -82,12 +82,12 @@ def bed_lines(feature: Any, records: Mapping[str, Record]) -> list[str]:
         return []
     lines = []
     for boundary, lithology, notes in feature.beds:
-        what = ", ".join(filter(None, (lithology, notes)))
+        subject = ", ".join(filter(None, (lithology, notes)))
         if boundary.startswith(POINT):
             number = _number(boundary) + 1
-            lines.append(tr("bed from point {number}: {what}", number=number, what=what))
+            lines.append(tr("bed from point {number}: {what}", number=number, what=subject))
         elif (trace := get_feature(records, boundary)) is not None:
-            lines.append(tr("bed from {trace}: {what}", trace=trace.name, what=what))
+            lines.append(tr("bed from {trace}: {what}", trace=trace.name, what=subject))
     return lines
 
 

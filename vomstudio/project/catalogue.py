@@ -113,18 +113,18 @@ def _quality(s: Subject) -> str | None:
 def _reasons(s: Subject) -> str | None:
     if s.measured.verdict is None:
         return None if s.measured.problem is None else str(s.measured.problem)
-    return " ".join(each.message for each in s.measured.verdict.reasons)
+    return " ".join(item.message for item in s.measured.verdict.reasons)
 
 
 def _reason_codes(s: Subject) -> str | None:
     if s.measured.verdict is None:
         return None if s.measured.problem is None else s.measured.problem.code
-    return " ".join(each.code for each in s.measured.verdict.reasons)
+    return " ".join(item.code for item in s.measured.verdict.reasons)
 
 
 def _quality_notes(s: Subject) -> str | None:
     notes = s.measured.verdict.notes if s.measured.verdict else ()
-    return " ".join(each.message for each in notes) if s.measured.verdict else None
+    return " ".join(item.message for item in notes) if s.measured.verdict else None
 
 
 def _profile(s: Subject) -> str | None:

@@ -84,12 +84,12 @@ def encode(record: Record) -> PlainValues:
     return {"record": _NAMES[type(record)], **_encoded(values)}
 
 
-def decode(plain: Mapping[str, Any], records: Mapping[str, Record] = NO_RECORDS) -> Record:
+def decode(plain_items: Mapping[str, Any], records: Mapping[str, Record] = NO_RECORDS) -> Record:
     """Return the record from its JSON values; `records` contains the records it refers to.
 
     Raises a DocumentError that names the kind or field that cannot be read.
     """
-    values = dict(plain)
+    values = dict(plain_items)
     kind = values.pop("record", None)
     cls = RECORD_TYPES.get(kind) if isinstance(kind, str) else None
     if cls is None:
@@ -139,10 +139,10 @@ def decode_edit(
         if id_ not in models:
             news[id_] = _read(id_, plain, records, records)
     # A model may refer to a registration that the same edit adds.
-    added = {id_: record for id_, record in news.items() if record is not None}
-    known = {**records, **added} if models else records
+    added_records = {id_: record for id_, record in news.items() if record is not None}
+    all_records = {**records, **added_records} if models else records
     for id_ in models:
-        news[id_] = _read(id_, after[id_], records, known)
+        news[id_] = _read(id_, after[id_], records, all_records)
     return Edit(label, olds, {id_: news[id_] for id_ in after})
 
 
@@ -153,25 +153,28 @@ def _is_model(plain: PlainValues | None, record: Record | None) -> bool:
 
 
 def _read(
-    id_: str, plain: PlainValues | None, records: Mapping[str, Record], named: Mapping[str, Record]
+    id_: str,
+    plain: PlainValues | None,
+    records: Mapping[str, Record],
+    named_items: Mapping[str, Record],
 ) -> Record | None:
     if plain is None:
         return None
     if not isinstance(plain, Mapping):
         raise DocumentError(Finding("record.wrong-value"), field=id_)
     if "record" in plain:
-        decoded = decode(plain, named)
+        decoded = decode(plain, named_items)
         if decoded.id != id_:
             raise DocumentError(Finding("record.two-ids"), field="id")
         return decoded
     record = records.get(id_)
     if record is None:
         raise DocumentError(Finding("record.without-base", record=id_))
-    values = _decoded(type(record), _known(type(record), plain), named)
+    values = _decoded(type(record), _known(type(record), plain), named_items)
     if values.get("id", id_) != id_:
         raise DocumentError(Finding("record.two-ids"), field="id")
-    changed: Record = dataclasses.replace(record, **values)
-    return changed
+    changed_record: Record = dataclasses.replace(record, **values)
+    return changed_record
 
 
 def _known(cls: type, values: Mapping[str, Any]) -> PlainValues:
@@ -179,11 +182,11 @@ def _known(cls: type, values: Mapping[str, Any]) -> PlainValues:
 
 
 def _encoded(values: Mapping[str, Any]) -> PlainValues:
-    plain = encode_fields(values, _NESTED)
+    plain_fields = encode_fields(values, _NESTED)
     placement = values.get("placement")
     if isinstance(placement, Registration):
-        plain["placement"] = {"registration": placement.id}
-    return plain
+        plain_fields["placement"] = {"registration": placement.id}
+    return plain_fields
 
 
 def _decoded(cls: type, values: Mapping[str, Any], records: Mapping[str, Record]) -> PlainValues:

@@ -97,13 +97,13 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted
         raise DocumentError(Finding("compaction.in-memory"))
     if session.problems:
         raise DocumentError(Finding("compaction.damaged"))
-    new = folder / NEW_NAME
+    new_values = folder / NEW_NAME
     try:
-        numbers = write_compacted_journal(new, session, journal)
+        numbers = write_compacted_journal(new_values, session, journal)
         journal.copy_to(folder / BACKUP_NAME)
-        replace_journal(new, folder, session, journal, numbers)
+        replace_journal(new_values, folder, session, journal, numbers)
     except TargetError:
-        remove(new)
+        remove(new_values)
         remove(folder / BACKUP_NAME)
         raise
     backup = folder / _ASSETS_BACKUP
@@ -116,7 +116,7 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted
 
 
 def write_compacted_journal(
-    new: Path,
+    new_path: Path,
     session: Session,
     journal: SqliteJournal | None,
     settings: Mapping[str, Any] | None = None,
@@ -125,7 +125,7 @@ def write_compacted_journal(
 
     Parameters
     ----------
-    new : Path
+    new_path : Path
         File to write.
     session : Session
         Session whose reachable rows are written.
@@ -144,13 +144,13 @@ def write_compacted_journal(
     TargetError
         If the journal cannot be written.
     """
-    remove(new)
+    remove(new_path)
     numbers: dict[int, int] = {}
     try:
-        compacted = SqliteJournal(new, create=True)
+        compacted = SqliteJournal(new_path, create=True)
     except VomError as error:
-        remove(new)
-        raise write_error(new, error.__cause__ or error) from error
+        remove(new_path)
+        raise write_error(new_path, error.__cause__ or error) from error
     try:
         originals = {} if journal is None else {row.seq: row for row in journal.rows()}
         for row in _rows(session):
@@ -174,28 +174,32 @@ def write_compacted_journal(
             compacted.copy_views(journal)
     except NotWritten as error:
         compacted.close()
-        remove(new)
-        raise write_error(new, error.__cause__ or error) from error
+        remove(new_path)
+        raise write_error(new_path, error.__cause__ or error) from error
     except BaseException:
         compacted.close()
-        remove(new)
+        remove(new_path)
         raise
     compacted.close()
-    if new.with_name(f"{new.name}-wal").exists():
+    if new_path.with_name(f"{new_path.name}-wal").exists():
         # The write-ahead log could not be merged and would be lost.
-        remove(new)
-        raise write_error(new, OSError(errno.EIO, os.strerror(errno.EIO)))
+        remove(new_path)
+        raise write_error(new_path, OSError(errno.EIO, os.strerror(errno.EIO)))
     return numbers
 
 
 def replace_journal(
-    new: Path, folder: Path, session: Session, journal: SqliteJournal, numbers: Mapping[int, int]
+    new_path: Path,
+    folder: Path,
+    session: Session,
+    journal: SqliteJournal,
+    numbers: Mapping[int, int],
 ) -> None:
-    """Replace the project's journal with the file `new` and continue the session in it.
+    """Replace the project's journal with the file `new_path` and continue the session in it.
 
     Parameters
     ----------
-    new : Path
+    new_path : Path
         File that replaces the journal.
     folder : Path
         Project folder.
@@ -211,13 +215,13 @@ def replace_journal(
         also raised if the new journal cannot be opened immediately; the journal is then opened
         with the next step.
     """
-    head = head_of(new)
+    head = head_of(new_path)
     # From here on, killing the process leaves either of the two journals complete.
     journal.close_file()
     try:
-        new.replace(folder / NAME)
+        new_path.replace(folder / NAME)
     except OSError as error:
-        remove(new)
+        remove(new_path)
         with contextlib.suppress(VomError):
             journal.reopen()
         raise write_error(folder / NAME, error) from error
@@ -241,20 +245,20 @@ def undo_compaction(
         If the project cannot be written. In this case nothing has changed, and the call can be
         repeated.
     """
-    before, new = folder / BACKUP_NAME, folder / NEW_NAME
+    before, new_values = folder / BACKUP_NAME, folder / NEW_NAME
     if not before.is_file():
         raise DocumentError(Finding("compaction.none"))
     # Restore the files first: a superfluous file is harmless, but a missing one is not.
     _restore_assets(folder)
-    remove(new)
+    remove(new_values)
     # Work on a copy so that a second attempt does not append the new rows twice.
     backup = SqliteJournal(before)
     try:
-        backup.copy_to(new)
+        backup.copy_to(new_values)
     finally:
         backup.close()
-    old = SqliteJournal(new)
-    numbers = {new: seq for seq, new in compacted.numbers.items()}
+    old = SqliteJournal(new_values)
+    numbers = {new_values: seq for seq, new_values in compacted.numbers.items()}
     try:
         for row in journal.rows():
             if row.seq > compacted.last:
@@ -262,10 +266,10 @@ def undo_compaction(
                 numbers[row.seq] = old.copy_row(row.kind, of, row.label, row.before, row.after, row)
     except BaseException:
         old.close()
-        remove(new)
+        remove(new_values)
         raise
     old.close()
-    replace_journal(new, folder, session, journal, numbers)
+    replace_journal(new_values, folder, session, journal, numbers)
     remove(before)
 
 
@@ -337,10 +341,12 @@ def _unused(folder: Path, session: Session) -> list[Path]:
     if not assets.is_dir() or special_files(str(folder), [FOLDER]):
         return []
     steps = [edit for _, edit in (*session.done_steps(), *session.undone_steps())]
-    named = {
+    named_paths = {
         asset.path for asset in assets_of(session.records.values(), session.saved.values(), steps)
     }
-    return sorted(p for p in assets.iterdir() if p.relative_to(folder).as_posix() not in named)
+    return sorted(
+        p for p in assets.iterdir() if p.relative_to(folder).as_posix() not in named_paths
+    )
 
 
 def remove(path: Path) -> None:

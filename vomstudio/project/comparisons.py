@@ -131,7 +131,7 @@ def _is_valid(values: Mapping[str, Any]) -> bool:
     Raises KeyError if a value is missing.
     """
     figures, radius = values["figures"], values["radius_m"]
-    text_fields = [each for each in values if each not in (*_MATRICES, "figures", "radius_m")]
+    text_fields = [item for item in values if item not in (*_MATRICES, "figures", "radius_m")]
     return (
         all(isinstance(values[name], str) for name in text_fields)
         and isinstance(figures, dict)

@@ -112,12 +112,12 @@ def point_errors(figures: Mapping[str, float], resolution_m: float | None) -> di
     if not resolution_m or not distance > 0.0:
         return {}
     sigma = float(np.sqrt(2.0)) * POINT_OVER_RESOLUTION * resolution_m
-    across = float(np.sqrt(CHI2_TWO)) * sigma
+    across_component = float(np.sqrt(CHI2_TWO)) * sigma
     return {
         "distance_error95_m": float(
             np.hypot(Z95 * sigma, figures.get("distance_registration95_m", 0.0))
         ),
-        "direction_points95_deg": float(np.degrees(np.arctan2(across, distance))),
+        "direction_points95_deg": float(np.degrees(np.arctan2(across_component, distance))),
     }
 
 
@@ -139,14 +139,14 @@ def thickness_error(
     """
     registration, other = _registration(model), _registration(plane_model)
     shape = None if registration is None else registration.shape_covariance()
-    across = float(step @ normal)
-    variance = 0.0 if shape is None else across**2 * float(shape[3, 3])
+    across_component = float(step @ normal)
+    variance = 0.0 if shape is None else across_component**2 * float(shape[3, 3])
     if (registration is None) != (other is None) or (
         registration and other and registration.id != other.id
     ):
         lever = np.cross(step, normal)
         if shape is not None:
-            gradient = np.append(lever, across)
+            gradient = np.append(lever, across_component)
             variance = float(gradient @ shape @ gradient)
         rotation = None if other is None else other.rotation_covariance()
         if rotation is not None:

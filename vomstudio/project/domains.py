@@ -35,7 +35,9 @@ def domain_names(records: RecordMap) -> list[str]:
 
 
 def split_by_plane(
-    records: Records, id_: str, measured: Callable[[Sequence[str]], Mapping[str, Measurement]]
+    records: Records,
+    id_: str,
+    measured_callback: Callable[[Sequence[str]], Mapping[str, Measurement]],
 ) -> tuple[Edit, int]:
     """Assign the features on the two sides of a feature's plane to two domains.
 
@@ -53,7 +55,7 @@ def split_by_plane(
         If the feature has no plane or nothing would change.
     """
     fault = get(records, id_, Typed)
-    fault_measurement = {} if fault is None else measured([id_])
+    fault_measurement = {} if fault is None else measured_callback([id_])
     if (
         fault is None
         or id_ not in fault_measurement
@@ -72,24 +74,24 @@ def split_by_plane(
             )
             for offset_deg in (0.0, 180.0)
         )
-    normal, middle = plane.normal(), fault_measurement[id_].points.mean(axis=0)
+    normal, centre = plane.normal(), fault_measurement[id_].points.mean(axis=0)
     others = [
         r
         for r in records.values()
         if isinstance(r, Typed) and (r.type_id, r.set_name) != (fault.type_id, fault.set_name)
     ]
-    measurements = measured([r.id for r in others])
+    measurements = measured_callback([r.id for r in others])
     after: dict[str, Record | None] = {}
     crossing = 0
     for feature in others:
         points = measurements[feature.id].points if feature.id in measurements else np.empty((0, 3))
         if not len(points):
             continue
-        share = float(((points - middle) @ normal > 0).mean())
-        if MAX_SHARE_ON_OTHER_SIDE < share < 1.0 - MAX_SHARE_ON_OTHER_SIDE:
+        fraction = float(((points - centre) @ normal > 0).mean())
+        if MAX_SHARE_ON_OTHER_SIDE < fraction < 1.0 - MAX_SHARE_ON_OTHER_SIDE:
             crossing += 1
             continue
-        name = above if share > 0.5 else below
+        name = above if fraction > 0.5 else below
         if feature.domain != name:
             after[feature.id] = replace(feature, domain=name)
     if not after:

@@ -94,9 +94,9 @@ def set_registration(
     The models are those in `models` and those that the registration already places.
     """
     after: dict[str, Record | None] = {registration.id: registration}
-    added = [_get(records, id_, Model) for id_ in models]
+    models_to_place = [_get(records, id_, Model) for id_ in models]
     placed = [r for r in records.values() if isinstance(r, Model) and _placed_by(r, registration)]
-    for model in (*added, *placed):
+    for model in (*models_to_place, *placed):
         after[model.id] = replace(model, placement=registration)
     return change(records, f"Register by {registration.name}", after)
 
@@ -181,22 +181,22 @@ def _remaining_stretches(trace: Trace, vertices: Sequence[Point]) -> tuple[tuple
     return tuple((a, b) for a, b in ends if 0 <= a <= b)
 
 
-def update_surroundings(records: Records, measured: Mapping[str, Mapping[str, Any]]) -> Edit:
+def update_surroundings(records: Records, measured_items: Mapping[str, Mapping[str, Any]]) -> Edit:
     """Store resolution and outcrop normal of features, measured with the current rule.
 
     Parameters
     ----------
     records : Records
-    measured : mapping
+    measured_items : mapping
         Values of "resolution" and, for traces, "outcrop_normal" by feature ID.
 
     Raises
     ------
     DocumentError
-        If `measured` is empty.
+        If `measured_items` is empty.
     """
     after: dict[str, Record | None] = {}
-    for id_, values in measured.items():
+    for id_, values in measured_items.items():
         feature = records.get(id_)
         if not isinstance(feature, Surrounded):
             raise DocumentError(Finding("record.missing", id=id_, kind="trace or patch"))
@@ -266,10 +266,10 @@ def add_readings(
         after |= add_type({**records, **{r.id: r for r in others}}, kind).after
     if not readings:
         raise DocumentError(Finding("edit.empty"))
-    known = {**records, **{kind.id: kind for kind in types}}
+    all_records = {**records, **{kind.id: kind for kind in types}}
     names = NextNames(records)
     for reading in readings:
-        kind = _get(known, reading.type_id, FeatureType)
+        kind = _get(all_records, reading.type_id, FeatureType)
         if reading.id in records or reading.id in after:
             raise DocumentError(Finding("record.exists", name=reading.name))
         if not reading.name:
@@ -300,17 +300,21 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
         if "name" in values and not str(values["name"]).strip():
             raise DocumentError(Finding("name.empty"), field="name")
         for field, value in values.items():
-            known = [a for a in kind_of(feature).attributes if a.field == field]
-            if known and known[0].form == "choice" and value not in dict(known[0].choices):
+            known_kind = [a for a in kind_of(feature).attributes if a.field == field]
+            if (
+                known_kind
+                and known_kind[0].form == "choice"
+                and value not in dict(known_kind[0].choices)
+            ):
                 raise DocumentError(
                     Finding(
                         "option.not-a-choice",
                         value=value,
-                        choices=[word for word, _ in known[0].choices],
+                        choices=[word for word, _ in known_kind[0].choices],
                     ),
                     field=field,
                 )
-            if not known:
+            if not known_kind:
                 raise DocumentError(
                     Finding(
                         "feature.no-attribute",
@@ -433,8 +437,8 @@ def suggest_type(
 ) -> FeatureType:
     """Return a new feature type with an unused colour and symbol, if any are left."""
     kinds = [r for r in records.values() if isinstance(r, FeatureType)]
-    used = {k.color for k in kinds}
-    color = next((c for c in _MORE_COLORS if c not in used), _MORE_COLORS[len(kinds) % 7])
+    used_colors = {k.color for k in kinds}
+    color = next((c for c in _MORE_COLORS if c not in used_colors), _MORE_COLORS[len(kinds) % 7])
     symbols = [k.symbol for k in kinds]
     symbol = min(_SYMBOLS, key=symbols.count)
     return FeatureType(new_id("type"), name.strip(), color, symbol, geometry)
@@ -463,9 +467,13 @@ def _check_type(records: Records, kind: FeatureType) -> None:
         raise DocumentError(Finding("name.empty"), field="name")
     if not re.fullmatch(r"#[0-9a-fA-F]{6}", kind.color):
         raise DocumentError(Finding("type.colour", colour=kind.color), field="color")
-    same = kind.name.strip().casefold()
+    is_same = kind.name.strip().casefold()
     for other in records.values():
-        if isinstance(other, FeatureType) and other.id != kind.id and other.name.casefold() == same:
+        if (
+            isinstance(other, FeatureType)
+            and other.id != kind.id
+            and other.name.casefold() == is_same
+        ):
             raise DocumentError(
                 Finding("name.taken", name=other.name),
                 field="name",

@@ -104,9 +104,9 @@ class Figure:
             case "flag":
                 return "yes" if value else ""
             case "length":
-                return length_text(value, metric=metric)
+                return length_text(value, is_metric=metric)
             case "area":
-                return area_text(value, metric=metric)
+                return area_text(value, is_metric=metric)
             case "count":
                 return "–" if value is None else str(value)
             case "index" | "ratio":

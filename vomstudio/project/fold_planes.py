@@ -100,22 +100,24 @@ def _axis(
 def fold_planes(
     records: Records,
     features: Iterable[Typed],
-    measured: Mapping[str, Measurement],
+    measured_items: Mapping[str, Measurement],
     fold_filter: FoldFilter,
 ) -> FoldPlanes:
     """Select the planes of a fold from the features of one type.
 
     Repeats of other features and features without a plane are excluded.
     """
-    planar = [f for f in first_picks(features, records) if measured[f.id].plane is not None]
-    verdicts = [measured[f.id].verdict for f in planar]
+    planar_first_picks = [
+        f for f in first_picks(features, records) if measured_items[f.id].plane is not None
+    ]
+    verdicts = [measured_items[f.id].verdict for f in planar_first_picks]
     selection = select_planes(
         [None if verdict is None else verdict.quality for verdict in verdicts],
-        [f.set_name for f in planar],
+        [f.set_name for f in planar_first_picks],
         fold_filter,
     )
-    used = [f for f, use in zip(planar, selection.use, strict=True) if use]
-    planes = [plane for f in used if (plane := measured[f.id].plane) is not None]
+    used = [f for f, use in zip(planar_first_picks, selection.use, strict=True) if use]
+    planes = [plane for f in used if (plane := measured_items[f.id].plane) is not None]
     models = models_of(records, used)
     return FoldPlanes(
         tuple(used),

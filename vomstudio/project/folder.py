@@ -164,8 +164,8 @@ class ProjectFolder:
         TargetError
             If the folder cannot be locked.
         """
-        whole = project_folder(folder)
-        return cls._open_locked(whole, settings, create=False, allow_unlocked=allow_unlocked)
+        whole_folder = project_folder(folder)
+        return cls._open_locked(whole_folder, settings, create=False, allow_unlocked=allow_unlocked)
 
     @classmethod
     def _open_locked(
@@ -267,7 +267,7 @@ class ProjectFolder:
             raise TargetError(Finding("folder.not-empty"), file=folder)
         part = folder.with_name(folder.name + ".part")
         owns_folder, old_folder, untitled = self._owns_folder, self.folder, self.untitled
-        failed = self.write_failure is not None
+        is_failed = self.write_failure is not None
         try:
             shutil.rmtree(part, ignore_errors=True)
             part.mkdir(parents=True)
@@ -285,17 +285,17 @@ class ProjectFolder:
             raise TargetError(cause_of(error), file=folder) from error
         lock, journal = _open_saved(folder)
         was_dirty = self.session.dirty
-        old = self.session.use_journal(journal, numbers)
+        old_use_journal = self.session.use_journal(journal, numbers)
         if was_dirty and not untitled and self.write_failure is None:
-            old_session = Session(old)
+            old_session = Session(old_use_journal)
             old_session.discard_unsaved()
-        old.close()
+        old_use_journal.close()
         self._release()
         self._delete_temporary_cache()
         self.folder, self._lock, self._cache = folder, lock, folder / "cache"
         self._use_journal(journal)
         self.session.mark_saved()
-        if self._report_failure is not None and failed:
+        if self._report_failure is not None and is_failed:
             self._report_failure(None)
         if moves:
             move_reconstructions(old_folder, folder)
@@ -306,7 +306,7 @@ class ProjectFolder:
     def _report_missing_files(self) -> list[Finding]:
         """Report the files that could not be copied from a missing or replaced folder."""
         folder = self.folder / RECONSTRUCTIONS
-        missing = [
+        missing_names = [
             *(m.name for m in self.session.of(Model) if self.find_model(m) is None),
             *(m.photo for m in self.session.of(Mask) if not is_regular(self.folder / m.file.path)),
             *(
@@ -315,9 +315,9 @@ class ProjectFolder:
                 if not is_folder(folder / r.folder)
             ),
         ]
-        if not missing:
+        if not missing_names:
             return []
-        return [Finding("project.files-left-behind", names=missing)]
+        return [Finding("project.files-left-behind", names=missing_names)]
 
     def _copy_journal(self, path: Path) -> Mapping[int, int] | None:
         """Write the history to a new file and return the new row numbers if they differ.
@@ -355,9 +355,9 @@ class ProjectFolder:
         photos. Any other project keeps its history, from which discarded work can be restored.
         """
         session = self.session
-        empty = not session.has_ever_contained(Feature) and not session.draft
-        empty = empty and not self.has_reconstructions and not self.has_photo_tables
-        is_disposable = self.untitled and empty
+        is_empty = not session.has_ever_contained(Feature) and not session.draft
+        is_empty = is_empty and not self.has_reconstructions and not self.has_photo_tables
+        is_disposable = self.untitled and is_empty
         owns_folder = self._owns_folder
         self.session.close()
         self.assets.close()
@@ -386,13 +386,13 @@ class ProjectFolder:
         folder and next to the project (in case the project was moved together with its models).
         """
         stored = Path(model.path)
-        places = [self.folder / stored] if not stored.is_absolute() else [stored]
-        places += [
+        positions = [self.folder / stored] if not stored.is_absolute() else [stored]
+        positions += [
             self.folder / stored.name,
             self.folder / MODELS / stored.name,
             self.folder.parent / stored.name,
         ]
-        return next((place for place in places if is_regular(place)), None)
+        return next((position for position in positions if is_regular(position)), None)
 
 
 def _temporary_folder(fallback: Path) -> Path:

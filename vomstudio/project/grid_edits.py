@@ -61,8 +61,8 @@ def mark_cells(records: Records, grid_id: str, cells: Iterable[int], mark: str) 
 def marks_of(grid: FaceGrid) -> str:
     """Return one letter per cell; cells without a valid mark count as not inspected."""
     count = grid.columns * grid.rows
-    known = "".join(mark if mark in MARKS else "-" for mark in grid.marks[:count])
-    return known.ljust(count, "-")
+    known_text = "".join(mark if mark in MARKS else "-" for mark in grid.marks[:count])
+    return known_text.ljust(count, "-")
 
 
 def rename_grid(records: Records, grid_id: str, name: str) -> Edit:
@@ -87,5 +87,7 @@ def _grid(records: Records, grid_id: str) -> FaceGrid:
 
 
 def _next_name(records: Records) -> str:
-    used = {r.name for r in records.values() if isinstance(r, FaceGrid)}
-    return next(name for k in range(1, len(used) + 2) if (name := f"Grid {k}") not in used)
+    used_names = {r.name for r in records.values() if isinstance(r, FaceGrid)}
+    return next(
+        name for k in range(1, len(used_names) + 2) if (name := f"Grid {k}") not in used_names
+    )

@@ -179,7 +179,7 @@ def _nothing(*_: Any) -> list[Any]:
     return []
 
 
-def _no_text(measured: Measurement) -> str | None:
+def _no_text(measurement: Measurement) -> str | None:
     return None
 
 
@@ -361,13 +361,15 @@ def group_and_set(record: Record) -> tuple[str, str, bool] | None:
 def midpoint(line: FloatArray) -> FloatArray:
     """Return the midpoint (3,) of a polyline by length."""
     lengths = np.linalg.norm(np.diff(line, axis=0), axis=1)
-    along = np.concatenate([[0.0], np.cumsum(lengths)])
-    return np.array([np.interp(0.5 * along[-1], along, line[:, i]) for i in range(3)])
+    distances = np.concatenate([[0.0], np.cumsum(lengths)])
+    return np.array([np.interp(0.5 * distances[-1], distances, line[:, i]) for i in range(3)])
 
 
-def centre(measured: Measurement) -> FloatArray:
+def centre(measurement: Measurement) -> FloatArray:
     """Return the centre (3,) of the fitted plane, or of the points if no plane is fitted."""
-    middle = measured.points.mean(axis=0) if measured.fit is None else measured.fit.centroid
+    middle = (
+        measurement.points.mean(axis=0) if measurement.fit is None else measurement.fit.centroid
+    )
     return np.asarray(middle, float)
 
 

@@ -45,12 +45,12 @@ def _error_of(name: str, figures: Mapping[str, float]) -> float | None:
 def _format_with_error(value: float, error: float | None, *, metric: bool) -> str:
     """Format a length with its error, to the place of the last digit of the error."""
     if not error:
-        return length_text(value, metric=metric)
+        return length_text(value, is_metric=metric)
     digits = 3
     if value > 0.0:
         digits = floor(log10(value)) - floor(log10(error)) + 2
-    text = length_text(value, min(max(digits, 3), MAX_LENGTH_DIGITS), metric=metric)
-    return f"{text} ± {length_text(error, 2, metric=metric)}"
+    text = length_text(value, min(max(digits, 3), MAX_LENGTH_DIGITS), is_metric=metric)
+    return f"{text} ± {length_text(error, 2, is_metric=metric)}"
 
 
 def _direction(figures: Mapping[str, float]) -> str:
@@ -62,18 +62,18 @@ def _direction(figures: Mapping[str, float]) -> str:
 
 
 def _area(figures: Mapping[str, float], *, metric: bool) -> str:
-    text = area_text(figures["area_m2"], metric=metric)
+    text = area_text(figures["area_m2"], is_metric=metric)
     error = figures.get(_registration_error_name("area_m2"))
-    return text if error is None else f"{text} ± {area_text(error, metric=metric)}"
+    return text if error is None else f"{text} ± {area_text(error, is_metric=metric)}"
 
 
 # The main figure of a dimension is the first of these that it has.
 _HEADLINE_ORDER: tuple[str, ...] = ("thickness_m", "area_m2", "length_m", "distance_m")
 
 
-def headline(measured: Measurement) -> str | None:
+def headline(measurement: Measurement) -> str | None:
     """Return the main figure of a dimension, with its error if known."""
-    figures, metric = measured.dimension, measured.metric
+    figures, metric = measurement.dimension, measurement.metric
     if not figures:
         return None
     for name in _HEADLINE_ORDER:
@@ -89,7 +89,7 @@ def words(measured: Measurement) -> list[str]:
     figures = measured.dimension or {}
 
     def length(value: float, digits: int = 3) -> str:
-        return length_text(value, digits, metric=measured.metric)
+        return length_text(value, digits, is_metric=measured.metric)
 
     def length_with_error(name: str) -> str:
         error = _error_of(name, figures)

@@ -200,8 +200,8 @@ class MeasurementContext:
 
     def plane(self, feature_id: str) -> UncertainPlane | None:
         """Return the plane of a feature with its error for verdicts, or None if it has no plane."""
-        measured = self.known.get(feature_id)
-        return None if measured is None else plane_with_error(measured)
+        measurement = self.known.get(feature_id)
+        return None if measurement is None else plane_with_error(measurement)
 
 
 def empty_measurement(
@@ -269,8 +269,8 @@ def world_lines(features: Sequence[Picked], models: Sequence[Model | None]) -> l
     for indices in rows.values():
         lines = [features[i].vertices for i in indices]
         numbers = chain.from_iterable(chain.from_iterable(lines))
-        flat = np.fromiter(numbers, np.float64, 3 * sum(map(len, lines)))
-        world = transform.apply(rows_of(models[indices[0]]), flat.reshape(-1, 3))
+        flat_values = np.fromiter(numbers, np.float64, 3 * sum(map(len, lines)))
+        world = transform.apply(rows_of(models[indices[0]]), flat_values.reshape(-1, 3))
         start = 0
         for i, line in zip(indices, lines, strict=True):
             result[i] = world[start : start + len(line)]
@@ -338,9 +338,9 @@ def is_metric(model: Model | None) -> bool:
     return model is None or model.frame.has_metres
 
 
-def note_earlier_rule(verdict: Verdict, rule: int, *, measured: bool) -> Verdict:
+def note_earlier_rule(verdict: Verdict, rule: int, *, is_measured: bool) -> Verdict:
     """Return the verdict, with a note if its inputs were measured with an earlier rule."""
-    if rule >= SURROUNDINGS_RULE or not measured:
+    if rule >= SURROUNDINGS_RULE or not is_measured:
         return verdict
     note = Finding("plane.earlier-rule")
     return Verdict(verdict.quality, verdict.reasons, (*verdict.notes, note), verdict.limits)
@@ -378,14 +378,14 @@ UNIFORM_SIGMA = 1.0 / math.sqrt(12.0)
 """Standard deviation of a uniform distribution of width 1."""
 
 
-def pick_scatter_m(measured: Iterable[Measurement]) -> float:
+def pick_scatter_m(measurements: Iterable[Measurement]) -> float:
     """Return the probable standard deviation of a point picked on these features, in metres.
 
     This is the largest scatter about one of their planes, or the error due to the resolution of
     their models, which is up to half of it to either side; 0 if nothing is known.
     """
     scatters = [0.0]
-    for each in measured:
-        scatters.append((each.resolution_m or 0.0) * UNIFORM_SIGMA)
-        scatters.append((each.fit.rms or 0.0) if each.fit is not None else 0.0)
+    for item in measurements:
+        scatters.append((item.resolution_m or 0.0) * UNIFORM_SIGMA)
+        scatters.append((item.fit.rms or 0.0) if item.fit is not None else 0.0)
     return max(scatters)

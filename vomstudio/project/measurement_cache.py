@@ -62,12 +62,12 @@ class Measurements:
             return self._look_up(records, ids)
         # The window requests thousands of features repeatedly, so skip the dependency check while
         # the revision is unchanged.
-        known, revision = self._current_revision
-        if known is not records or revision != records.revision:
+        known_measurements, revision = self._current_revision
+        if known_measurements is not records or revision != records.revision:
             self._current, self._current_revision = {}, (records, records.revision)
         requested = list(ids)
-        if missing := [id_ for id_ in requested if id_ not in self._current]:
-            self._current |= self._look_up(records, missing)
+        if missing_ids := [id_ for id_ in requested if id_ not in self._current]:
+            self._current |= self._look_up(records, missing_ids)
         return {id_: m for id_ in requested if (m := self._current.get(id_)) is not None}
 
     def _look_up(self, records: Records, ids: Iterable[str]) -> dict[str, Measurement]:
@@ -75,7 +75,7 @@ class Measurements:
         if limits != self._thresholds:
             self._thresholds, self._cache = limits, {}
         # Single pass without generators, for speed.
-        features, new, sources = [], [], {}
+        features, new_items, sources = [], [], {}
         for id_ in ids:
             feature = records.get(id_)
             if not isinstance(feature, Feature):
@@ -84,22 +84,22 @@ class Measurements:
             dependencies = sources_of(records, feature)
             entry = self._cache.get(id_)
             if entry is None or len(entry[0]) != len(dependencies):
-                new.append(feature)
+                new_items.append(feature)
                 sources[id_] = dependencies
             elif any(map(is_not, entry[0], dependencies)):
                 if all(map(is_equal_except, entry[0], dependencies, repeat(LABEL_FIELDS))):
                     self._cache[id_] = (dependencies, entry[1])
                 else:
-                    new.append(feature)
+                    new_items.append(feature)
                     sources[id_] = dependencies
-        for feature, measurement in zip(new, self._measure(records, new), strict=True):
+        for feature, measurement in zip(new_items, self._measure(records, new_items), strict=True):
             self._cache[feature.id] = (sources[feature.id], measurement)
         return {feature.id: self._cache[feature.id][1] for feature in features}
 
     def keep(
         self,
         records: Records,
-        measured: Iterable[tuple[Feature, Measurement]],
+        measured_pairs: Iterable[tuple[Feature, Measurement]],
         judged_by: Thresholds,
     ) -> None:
         """Store measurements of features that are about to be added to the project.
@@ -111,7 +111,7 @@ class Measurements:
             return
         if limits != self._thresholds:
             self._thresholds, self._cache = limits, {}
-        for feature, measurement in measured:
+        for feature, measurement in measured_pairs:
             self._cache[feature.id] = (sources_of(records, feature), measurement)
 
     def measure(self, records: Records, feature: Feature) -> Measurement:
@@ -120,8 +120,8 @@ class Measurements:
 
     def _measure(self, records: Records, features: list[Feature]) -> list[Measurement]:
         # An intersection of sets may depend on thousands of planes, only one of which has changed.
-        below = [each.id for f in features for each in kind_of(f).dependencies(records, f)]
-        known = self.of(records, dict.fromkeys(below)) if below else {}
+        dependency_ids = [item.id for f in features for item in kind_of(f).dependencies(records, f)]
+        known = self.of(records, dict.fromkeys(dependency_ids)) if dependency_ids else {}
         with pause_collection():
             return measure_all(records, features, self._default_thresholds, known)
 
@@ -133,8 +133,8 @@ class Measurements:
         for id_ in ids:
             if id_ not in records:
                 self._cache.pop(id_, None)
-        known, revision = self._current_revision
-        if not isinstance(records, RecordMap) or known is not records:
+        known_measurements, revision = self._current_revision
+        if not isinstance(records, RecordMap) or known_measurements is not records:
             return
         if revision == records.revision - 1:
             for id_ in ids:
@@ -166,10 +166,10 @@ def _compared_values(
 def sources_of(records: Records, feature: Feature) -> tuple[Record | None, ...]:
     """Return the records that a feature's measurement depends on, starting with the feature."""
     model = (get(records, feature.model_id, Model),) if isinstance(feature, OnAModel) else ()
-    below = kind_of(feature).dependencies(records, feature)
-    if not below:
+    dependencies = kind_of(feature).dependencies(records, feature)
+    if not dependencies:
         return (feature, *model)
-    return (feature, *model, *(s for each in below for s in sources_of(records, each)))
+    return (feature, *model, *(s for item in dependencies for s in sources_of(records, item)))
 
 
 def depends_on(records: Records, feature: Feature, ids: Collection[str]) -> bool:
@@ -196,7 +196,7 @@ def measure_all(
     records: Records,
     features: Sequence[Feature],
     default_thresholds: Thresholds | None = None,
-    known: Mapping[str, Measurement] | None = None,
+    known_items: Mapping[str, Measurement] | None = None,
 ) -> list[Measurement]:
     """Measure features in one batch per kind.
 
@@ -206,17 +206,17 @@ def measure_all(
     features : sequence of Feature
     default_thresholds : Thresholds or None
         Thresholds for a project that has no profile.
-    known : mapping of str to Measurement, optional
+    known_items : mapping of str to Measurement, optional
         Measurements of dependencies that have already been computed, by feature ID.
     """
     thresholds = limits_of(records, default_thresholds or Thresholds())
-    known = dict(known or {})
-    below = {each.id: each for f in features for each in kind_of(f).dependencies(records, f)}
-    missing = [each for id_, each in below.items() if id_ not in known]
-    if missing:
-        measurements = measure_all(records, missing, thresholds)
-        known |= {each.id: m for each, m in zip(missing, measurements, strict=True)}
-    inputs = MeasurementContext(records, thresholds, known)
+    known_items = dict(known_items or {})
+    dependencies = {item.id: item for f in features for item in kind_of(f).dependencies(records, f)}
+    missing_ids = [item for id_, item in dependencies.items() if id_ not in known_items]
+    if missing_ids:
+        measurements = measure_all(records, missing_ids, thresholds)
+        known_items |= {item.id: m for item, m in zip(missing_ids, measurements, strict=True)}
+    inputs = MeasurementContext(records, thresholds, known_items)
     features_by_kind: dict[Kind, list[Feature]] = {}
     for feature in features:
         features_by_kind.setdefault(kind_of(feature), []).append(feature)

@@ -100,8 +100,8 @@ def import_sidecar_data(
 ) -> Edit:
     """Replace the points and masks of a photo set with those of its sidecar files."""
     photo_set = _set(records, photo_set_id)
-    known = photo_set.crs if crs is None else crs
-    after: After = {photo_set_id: replace(photo_set, crs=known)}
+    known_crs = photo_set.crs if crs is None else crs
+    after: After = {photo_set_id: replace(photo_set, crs=known_crs)}
     after |= _points_after(records, photo_set_id, points, marks)
     after |= _masks_after(records, photo_set_id, masks)
     return change(records, f"Take in what lies beside the photos {photo_set.name}", after)
@@ -214,26 +214,26 @@ def _points_after(
 
 def _match_renamed_point(
     ids: dict[str, str],
-    old: Mapping[str, MarkedPoint],
+    old_items: Mapping[str, MarkedPoint],
     states: Mapping[str, PointState],
     old_marks: Marks | Mapping[tuple[str, str], ImageMark],
     marks: Marks,
 ) -> None:
     """Assign the ID of a removed label to a new one if exactly one label was replaced."""
-    removed = [label for label in old if label not in states]
-    added = [label for label in states if label not in old]
-    if len(removed) == len(added) == 1:
+    removed = [label for label in old_items if label not in states]
+    added_states = [label for label in states if label not in old_items]
+    if len(removed) == len(added_states) == 1:
         old_photos = {photo for label, photo in old_marks if label == removed[0]}
-        photos = {photo for label, photo in marks if label == added[0]}
+        photos = {photo for label, photo in marks if label == added_states[0]}
         if old_photos == photos:
-            ids[added[0]] = old[removed[0]].id
+            ids[added_states[0]] = old_items[removed[0]].id
 
 
 def _masks_after(records: Records, photo_set_id: str, masks: Mapping[str, Asset | None]) -> After:
-    old = masks_of(records, photo_set_id)
+    old_masks = masks_of(records, photo_set_id)
     after: After = {}
     for photo, file in masks.items():
-        before = old.get(photo)
+        before = old_masks.get(photo)
         if file is None:
             if before is not None:
                 after[before.id] = None

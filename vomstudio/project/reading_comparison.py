@@ -88,14 +88,14 @@ def _picks(
 
 
 def _compare(
-    readings: Sequence[Feature], measured: Mapping[str, Measurement], picks: _Picks
+    readings: Sequence[Feature], measured_items: Mapping[str, Measurement], picks: _Picks
 ) -> dict[str, NearestPick]:
     from scipy.spatial import cKDTree
 
     tree = cKDTree(picks.points)
     result = {}
     for reading in readings:
-        measurement = measured[reading.id]
+        measurement = measured_items[reading.id]
         vector = _vector(measurement)
         if vector is None:
             continue

@@ -40,7 +40,7 @@ class RecordMap(Mapping[str, Record]):
         self.revision += 1
         self._cached = {}
         for id_, new in after.items():
-            old = self._records.get(id_)
+            old_record = self._records.get(id_)
             if new is None:
                 self._records.pop(id_, None)
             else:
@@ -49,21 +49,21 @@ class RecordMap(Mapping[str, Record]):
                 if isinstance(new, cls):
                     # The ID belonged to a record of another class, so its position in the order
                     # differs.
-                    if old is not None and id_ not in members:
+                    if old_record is not None and id_ not in members:
                         self._class_members = {}
                         break
                     members[id_] = new
                 else:
                     members.pop(id_, None)
             for key_of, counts in self._counts.items():
-                for record, step in ((old, -1), (new, 1)):
+                for record, step in ((old_record, -1), (new, 1)):
                     key = None if record is None else key_of(record)
                     if key is not None:
                         counts[key] += step
                         if not counts[key]:
                             del counts[key]
             for prefix, numbers in self._numbers.items():
-                if (number := number_of(prefix, old)) is not None:
+                if (number := number_of(prefix, old_record)) is not None:
                     numbers[number] -= 1
                     if not numbers[number]:
                         del numbers[number]

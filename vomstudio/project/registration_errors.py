@@ -38,23 +38,23 @@ def turns_of(models: Iterable[Model | None]) -> Turns:
 
     Models that were placed by the same registration rotate together.
     """
-    known: dict[int, tuple[object, FloatArray | None]] = {}
+    known_items: dict[int, tuple[object, FloatArray | None]] = {}
     turns = []
     for model in models:
-        if id(model) not in known:
+        if id(model) not in known_items:
             registration = None if model is None else model.registration
             rotation = None if registration is None else registration.rotation_covariance()
-            known[id(model)] = (None if registration is None else registration.id, rotation)
-        turns.append(known[id(model)])
+            known_items[id(model)] = (None if registration is None else registration.id, rotation)
+        turns.append(known_items[id(model)])
     return shared_rotations(turns)
 
 
-def normal_covariance(measured: Measurement, model: Model | None) -> FloatArray | None:
+def normal_covariance(measurement: Measurement, model: Model | None) -> FloatArray | None:
     """Return the covariance of a fitted plane's upward normal, as used in its total error.
 
     Parameters
     ----------
-    measured : Measurement
+    measurement : Measurement
     model : Model or None
         Model on which the plane was measured. The covariance of its registration's rotation is
         added; if it is unknown, the measured registration error applies in all directions.
@@ -65,28 +65,28 @@ def normal_covariance(measured: Measurement, model: Model | None) -> FloatArray 
         Covariance in east, north and up, in radians squared; the 95 % region has the squares of its
         semi-axes times 5.99. None if the error is unknown or is 90 degrees.
     """
-    fit, plane = measured.fit, measured.plane
+    fit, plane = measurement.fit, measurement.plane
     if fit is None or plane is None or fit.error_rake_deg is None or fit.error is not None:
         return None
     largest, smallest = governing_half_angles(
         fit,
-        measured.judged_as,
-        measured.resolution_m,
-        measured.outcrop_normal,
-        measured.stretch_error_deg,
+        measurement.judged_as,
+        measurement.resolution_m,
+        measurement.outcrop_normal,
+        measurement.stretch_error_deg,
     )
     if largest is None or smallest is None or largest >= 90.0:
         return None
     normal = plane.normal()
-    toward = orientation.line_from_rake(plane, fit.error_rake_deg).vector()
+    direction = orientation.line_from_rake(plane, fit.error_rake_deg).vector()
     largest = max(
-        largest, resolution_tilt_deg(fit, measured.resolution_m, measured.judged_as) or 0.0
+        largest, resolution_tilt_deg(fit, measurement.resolution_m, measurement.judged_as) or 0.0
     )
-    covariance = squared_region(normal, largest, smallest, toward) / CHI2_TWO
+    covariance = squared_region(normal, largest, smallest, direction) / CHI2_TWO
     registration = None if model is None else model.registration
     rotation = None if registration is None else registration.rotation_covariance()
-    if rotation is None and measured.registration_error_deg is not None:
-        rotation = np.radians(measured.registration_error_deg) ** 2 / CHI2_TWO * np.eye(3)
+    if rotation is None and measurement.registration_error_deg is not None:
+        rotation = np.radians(measurement.registration_error_deg) ** 2 / CHI2_TWO * np.eye(3)
     if rotation is not None:
         covariance = covariance + direction_covariance(rotation, normal)[0]
     return np.asarray(covariance)

@@ -24,7 +24,7 @@ def read_repeated_picks(path: Path, azimuth: Azimuth | None = None) -> Orientati
     replay = read_replay(path)
     refuse_empty(replay.records, path)
     features = [r for r in replay.records.values() if isinstance(r, Feature)]
-    measured = Measurements(thresholds_of(replay.settings)).of(
+    measurements = Measurements(thresholds_of(replay.settings)).of(
         replay.records, [f.id for f in features]
     )
-    return feature_table(replay.records, features, measured, repeats=True)
+    return feature_table(replay.records, features, measurements, repeats=True)

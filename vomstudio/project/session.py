@@ -219,14 +219,14 @@ class Session:
 
         `numbers` maps row numbers of the previous journal to those of the new one if they differ.
         """
-        old, self._journal = self._journal, journal
+        old_journal, self._journal = self._journal, journal
         if numbers:
             self._done = [(numbers[seq], edit) for seq, edit in self._done]
             self._undone = [(numbers[seq], edit) for seq, edit in self._undone]
             self._saved_top = numbers.get(self._saved_top, self._saved_top)
             if self.draft is not None:
                 self.draft = Draft(numbers[self.draft.seq], self.draft.state)
-        return old
+        return old_journal
 
     def done_steps(self) -> list[tuple[int, Edit]]:
         """Return the row number and edit of each step that can be undone, oldest first."""

@@ -11,23 +11,23 @@ if TYPE_CHECKING:
     from vomstudio.geology.plane_bands import PlaneBand, SetPrior
 
 
-def band_of_measured(measured: Measurement) -> PlaneBand | None:
+def band_of_measured(measurement: Measurement) -> PlaneBand | None:
     """Return the band of planes compatible with a straight trace, or None for other features."""
-    if measured.fit is None or measured.judged_as != "trace" or measured.line is not None:
+    if measurement.fit is None or measurement.judged_as != "trace" or measurement.line is not None:
         return None
     from vomstudio.geology.plane_bands import find_plane_band
 
     return find_plane_band(
-        measured.fit,
-        resolution_m=measured.resolution_m,
-        registration_deg=measured.registration_error_deg,
-        outcrop_normal=measured.outcrop_normal,
+        measurement.fit,
+        resolution_m=measurement.resolution_m,
+        registration_deg=measurement.registration_error_deg,
+        outcrop_normal=measurement.outcrop_normal,
     )
 
 
 def priors_among(
     features: Iterable[Any],
-    measured: Mapping[str, Measurement],
+    measured_items: Mapping[str, Measurement],
     set_name: Callable[[Any], str],
     excluded_id: str,
 ) -> list[SetPrior]:
@@ -39,7 +39,7 @@ def priors_among(
 
     groups: dict[str, list[Any]] = {}
     for feature in features:
-        measurement = measured.get(feature.id)
+        measurement = measured_items.get(feature.id)
         if feature.id == excluded_id or measurement is None or measurement.plane is None:
             continue
         if measurement.verdict is not None and measurement.verdict.quality == "poor":

@@ -69,11 +69,13 @@ def named_assets(played: Replay) -> list[Asset]:
     return assets_of(played.records.values(), played.saved.values(), steps)
 
 
-def assets_of(now: Iterable[Record], saved: Iterable[Record], steps: Iterable[Edit]) -> list[Asset]:
+def assets_of(
+    now: Iterable[Record], saved_records: Iterable[Record], steps: Iterable[Edit]
+) -> list[Asset]:
     """Return the files referenced by records that exist, were saved, or belong to a step."""
     assets: dict[str, Asset] = {}
     changed = (r for edit in steps for r in (*edit.before.values(), *edit.after.values()))
-    for record in (*now, *saved, *changed):
+    for record in (*now, *saved_records, *changed):
         if isinstance(record, Mask):
             assets[record.file.path] = record.file
     return list(assets.values())

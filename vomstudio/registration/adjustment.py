@@ -142,8 +142,8 @@ class _Problem:
 
     def at(self, fit: Similarity) -> tuple[Rows, list[int], FloatArray]:
         """Return the rows for a similarity, the first row of each kind, and the centre (3,)."""
-        place = fit(self.centre)[0]
-        return (*all_rows(self.kinds, fit, place), place)
+        position = fit(self.centre)[0]
+        return (*all_rows(self.kinds, fit, position), position)
 
 
 def adjust(kinds: Sequence[Observed], centre: FloatArray, size: float) -> Adjustment:
@@ -166,8 +166,8 @@ def adjust(kinds: Sequence[Observed], centre: FloatArray, size: float) -> Adjust
         raise GeometryError(Finding("registration.no-observations"))
     offset = _common_origin(kinds)
     kinds = [_shift(kind, offset) for kind in kinds]
-    alone = _variances_alone(kinds, centre, size)
-    problem = _Problem(kinds, centre, size, alone)
+    separate_variances = _variances_alone(kinds, centre, size)
+    problem = _Problem(kinds, centre, size, separate_variances)
     solutions = [
         _iterate(problem, start)
         for start in _supported_by_most(problem, _start_similarities(problem))
@@ -212,8 +212,10 @@ def _add_scale_error(kinds: Sequence[Observed], result: Adjustment) -> Adjustmen
     inverse, _ = invert_determined(moves.T @ moves)
     step = -inverse @ (moves[: len(change)].T @ (change / result.sigma))
     response = error * (step * units)[:7]
-    added = np.outer(response, response)
-    return replace(result, covariance=result.covariance + added, plain=result.plain + added)
+    added_values = np.outer(response, response)
+    return replace(
+        result, covariance=result.covariance + added_values, plain=result.plain + added_values
+    )
 
 
 def _variances_alone(
@@ -235,11 +237,11 @@ def _variances_alone(
             continue
         one = adjust([kind, *fixed_scale], centre, size)
         groups = np.array(one.rows.groups)
-        unknown = ~np.isfinite(one.rows.sigma)
-        for name, free in one.redundancy_of.items():
-            if free >= _MIN_REDUNDANCY_ALONE:
-                sigma = one.sigma[unknown & (groups == name)]
-                variances[name] = float(sigma[0] ** 2), free
+        is_unknown = ~np.isfinite(one.rows.sigma)
+        for name, redundancy in one.redundancy_of.items():
+            if redundancy >= _MIN_REDUNDANCY_ALONE:
+                sigma = one.sigma[is_unknown & (groups == name)]
+                variances[name] = float(sigma[0] ** 2), redundancy
     return variances
 
 
@@ -288,7 +290,7 @@ def _start_similarities(problem: _Problem) -> list[Similarity]:
         else:
             shift = centre.ravel() - scale * turn @ centre.ravel()
         start = Similarity(scale, turn, shift)
-        candidates.append((_cost(problem, start, robust=True), start))
+        candidates.append((_cost(problem, start, is_robust=True), start))
     followed = [candidates[0][1]]
     for _, start in sorted(candidates[1:], key=lambda pair: pair[0]):
         # Similar starts converge to the same solution.
@@ -309,7 +311,7 @@ def _supported_by_most(problem: _Problem, starts: Sequence[Similarity]) -> list[
     """
     if len(starts) < 2:
         return list(starts)
-    ended = [_iterate(problem, start, robust=True) for start in starts]
+    ended = [_iterate(problem, start, is_robust=True) for start in starts]
     least = min(cost for _, cost in ended)
     return [fit for fit, cost in ended if cost <= least + EQUAL_FIT_COST]
 
@@ -317,7 +319,7 @@ def _supported_by_most(problem: _Problem, starts: Sequence[Similarity]) -> list[
 def _starts_of_kind(kind: Observed) -> list[FloatArray]:
     """Return the mean rotation from camera attitudes, or rotations from pairs of directions."""
     if isinstance(kind, Directions):
-        return rotations_by_pairs(kind.model, kind.world, axial=kind.axial)
+        return rotations_by_pairs(kind.model, kind.world, is_axial=kind.axial)
     model, world = getattr(kind, "model", None), getattr(kind, "world", None)
     if model is None or world is None or model.ndim != 3 or not len(model):
         return []
@@ -346,27 +348,27 @@ def _first_scale(kinds: Sequence[Observed], model: FloatArray, world: FloatArray
 
 
 def _initial_errors(
-    rows: Rows, size: float, alone: Mapping[str, tuple[float, float]]
+    rows: Rows, size: float, separate_variances: Mapping[str, tuple[float, float]]
 ) -> FloatArray:
     """Return the initial errors (m,) of rows, which are the stated errors or defaults.
 
     A default does not exceed the largest error that the group alone allows.
     """
     metres = np.array([g in METRES for g in rows.groups])
-    usual = np.where(metres, _DEFAULT_ERROR_SHARE * size, _DEFAULT_ERROR_RAD)
-    for name, (variance, free) in alone.items():
-        which = np.array(rows.groups) == name
-        most = float(np.sqrt(variance * max_variance_ratio(free, free)))
-        usual[which] = np.minimum(usual[which], max(most, 1e-12 * size))
-    return np.where(np.isfinite(rows.sigma), rows.sigma, usual)
+    typical_values = np.where(metres, _DEFAULT_ERROR_SHARE * size, _DEFAULT_ERROR_RAD)
+    for name, (variance, redundancy) in separate_variances.items():
+        mask = np.array(rows.groups) == name
+        maximum = float(np.sqrt(variance * max_variance_ratio(redundancy, redundancy)))
+        typical_values[mask] = np.minimum(typical_values[mask], max(maximum, 1e-12 * size))
+    return np.where(np.isfinite(rows.sigma), rows.sigma, typical_values)
 
 
-def _cost(problem: _Problem, fit: Similarity, *, robust: bool = False) -> float:
+def _cost(problem: _Problem, fit: Similarity, *, is_robust: bool = False) -> float:
     """Return the sum of squares by initial errors, or of Cauchy's function if robust."""
     rows, _, _ = problem.at(fit)
     squares = (rows.misses / _initial_errors(rows, problem.size * fit.scale, problem.alone)) ** 2
     return float(
-        (_CAUCHY_SCALE**2 * np.log1p(squares / _CAUCHY_SCALE**2) if robust else squares).sum()
+        (_CAUCHY_SCALE**2 * np.log1p(squares / _CAUCHY_SCALE**2) if is_robust else squares).sum()
     )
 
 
@@ -377,8 +379,8 @@ def _step(rows: Rows, sigma: FloatArray, size: float, turn_first: FloatArray) ->
     inverse, null = invert_determined(moves.T @ moves)
     step = -inverse @ (moves.T @ misses)
     if null.shape[1]:
-        weighed = turn_first[:, None] * null
-        step = step - null @ np.linalg.lstsq(weighed, turn_first * step, rcond=None)[0]
+        weighed_values = turn_first[:, None] * null
+        step = step - null @ np.linalg.lstsq(weighed_values, turn_first * step, rcond=None)[0]
     return np.asarray((step * units)[:7], np.float64)
 
 
@@ -395,31 +397,31 @@ def apply_step(fit: Similarity, step: FloatArray, centre: FloatArray) -> Similar
     """
     from scipy.spatial.transform import Rotation
 
-    turn = Rotation.from_rotvec(step[:3]).as_matrix()
+    rotation_matrix = Rotation.from_rotvec(step[:3]).as_matrix()
     grow = float(np.exp(np.clip(step[3], -1.0, 1.0)))
-    rotation = turn @ fit.rotation
-    translation = grow * turn @ (fit.translation - centre) + centre + step[4:]
+    rotation = rotation_matrix @ fit.rotation
+    translation = grow * rotation_matrix @ (fit.translation - centre) + centre + step[4:]
     return Similarity(fit.scale * grow, rotation, translation)
 
 
 def _iterate(
-    problem: _Problem, fit: Similarity, *, robust: bool = False
+    problem: _Problem, fit: Similarity, *, is_robust: bool = False
 ) -> tuple[Similarity, float]:
     """Return the solution to which a start converges with initial errors, and its cost."""
     for _ in range(_MAX_ITERATIONS):
-        rows, _, at = problem.at(fit)
+        rows, _, position = problem.at(fit)
         size = problem.size * fit.scale
         sigma = _initial_errors(rows, size, problem.alone)
-        if robust:
+        if is_robust:
             sigma = np.hypot(sigma, rows.misses / _CAUCHY_SCALE)
         step = _step(rows, sigma, size, _preference(rows))
         length = np.linalg.norm(step[:3])
         if length > 0.7:
             step = step * (0.7 / length)
-        fit = apply_step(fit, step, at)
+        fit = apply_step(fit, step, position)
         if np.abs(step[:4]).max() < _START_STEP_TOLERANCE:
             break
-    return fit, _cost(problem, fit, robust=robust)
+    return fit, _cost(problem, fit, is_robust=is_robust)
 
 
 def _preference(rows: Rows) -> FloatArray:
@@ -433,25 +435,25 @@ def _preference(rows: Rows) -> FloatArray:
 def _evaluate(problem: _Problem, fit: Similarity) -> Adjustment:
     from scipy.stats import chi2
 
-    size, alone = problem.size, problem.alone
-    rows, begins, at = problem.at(fit)
-    sigma = _initial_errors(rows, size * fit.scale, alone)
+    size, separate_variances = problem.size, problem.alone
+    rows, begins, position = problem.at(fit)
+    sigma = _initial_errors(rows, size * fit.scale, separate_variances)
     groups = np.array(rows.groups)
     unstated = [str(g) for g in dict.fromkeys(groups[~np.isfinite(rows.sigma)])]
     redundancy_of: dict[str, float] = {}
     groups_kept_alone: set[str] = set()
     for _ in range(_MAX_ITERATIONS):
-        rows, begins, at = problem.at(fit)
+        rows, begins, position = problem.at(fit)
         before = sigma.copy()
         if unstated:
             sigma, redundancy_of = estimate_errors(
-                rows, sigma, size * fit.scale, unstated, alone, groups_kept_alone
+                rows, sigma, size * fit.scale, unstated, separate_variances, groups_kept_alone
             )
         step = _step(rows, sigma, size * fit.scale, _preference(rows))
-        fit = apply_step(fit, step, at)
+        fit = apply_step(fit, step, position)
         if np.abs(step[:4]).max() < _STEP_TOLERANCE and np.allclose(before, sigma, rtol=1e-6):
             break
-    rows, begins, at = problem.at(fit)
+    rows, begins, position = problem.at(fit)
     length = size * fit.scale
     moves, misses, units = weighted_system(rows, sigma, length)
     information = moves.T @ moves
@@ -461,24 +463,24 @@ def _evaluate(problem: _Problem, fit: Similarity) -> Adjustment:
     rows = replace(rows, misses=misses[: len(rows.misses)] * sigma)
     redundancy = float(len(rows.misses) - (7 - null.shape[1]))
     drift = estimate_drift(rows, moves, misses)
-    share, spread, factor = estimate_covariance(rows, moves, misses, inverse, drift)
+    fraction, spread, factor = estimate_covariance(rows, moves, misses, inverse, drift)
     misfit_factor = 1.0
     if np.isfinite(rows.sigma).any() and redundancy > 0:
         squares = float((misses**2).sum())
         if squares > chi2.ppf(_SIGNIFICANCE, redundancy):
             misfit_factor = float(np.sqrt(squares / redundancy))
-    plain = spread * np.outer(units, units) * misfit_factor**2
-    covariance = plain * np.outer(factor, factor)
+    plain_values = spread * np.outer(units, units) * misfit_factor**2
+    covariance = plain_values * np.outer(factor, factor)
     assumed = tuple(name for name in unstated if redundancy_of.get(name, 0.0) < 0.5)
     return Adjustment(
         fit,
-        at,
+        position,
         covariance[:7, :7],
-        plain[:7, :7],
+        plain_values[:7, :7],
         null[:7],
         rows,
         sigma,
-        sigma * share,
+        sigma * fraction,
         tuple(begins),
         assumed,
         misfit_factor,

@@ -56,8 +56,8 @@ def find_outliers(
     no_photos = np.zeros(len(labels), bool)
     if len(labels) < _MIN_PHOTOS:
         return no_photos, no_photos
-    turns = camera_rotations(angles) @ np.swapaxes(model, 1, 2)
-    typical, scatter = _majority_rotation(turns)
+    rotations = camera_rotations(angles) @ np.swapaxes(model, 1, 2)
+    typical, scatter = _majority_rotation(rotations)
     if scatter > _MAX_SCATTER_DEG:
         better = [
             (
@@ -77,7 +77,7 @@ def find_outliers(
                 )
             )
             return no_photos, no_photos
-    angles_off = _rotation_angles(turns, typical)
+    angles_off = _rotation_angles(rotations, typical)
     limit = _outlier_limit_deg(angles_off)
     outliers = np.asarray(angles_off > limit)
     tilted = no_photos.copy()
@@ -92,7 +92,7 @@ def find_vertical_outliers(
     labels: Sequence[str],
     down: FloatArray,
     model: FloatArray,
-    considered: BoolArray,
+    is_considered: BoolArray,
     messages: list[Finding],
 ) -> BoolArray:
     """Find the photos whose verticals do not agree with those of most other photos.
@@ -104,7 +104,7 @@ def find_vertical_outliers(
         Direction of gravity in the frame of each camera.
     model : (n, 3, 3) array
         Rotations from the cameras to the model.
-    considered : (n,) array of bool
+    is_considered : (n,) array of bool
         Photos to check.
     messages : list of Finding
         List to which messages about excluded photos are appended.
@@ -113,17 +113,17 @@ def find_vertical_outliers(
     -------
     (n,) array of bool
     """
-    if len(labels) < _MIN_PHOTOS or not considered.any():
+    if len(labels) < _MIN_PHOTOS or not is_considered.any():
         return np.zeros(len(labels), bool)
     turned = [down]
     for _ in range(3):
         # Rotate the photo clockwise by a quarter turn.
         right, below, ahead = turned[-1].T
         turned.append(np.column_stack([-below, right, ahead]))
-    each = [np.einsum("nij,nj->ni", model, one) for one in turned]
+    each = [np.einsum("nij,nj->ni", model, item) for item in turned]
     usual, scatter = _majority_direction(each[0])
     if scatter > _MAX_SCATTER_DEG:
-        least, quarter = min((_majority_direction(one)[1], k) for k, one in enumerate(each))
+        least, quarter = min((_majority_direction(item)[1], k) for k, item in enumerate(each))
         if quarter and least < min(_MAX_SCATTER_RATIO * scatter, _MAX_SCATTER_CHANGED_DEG):
             messages.append(
                 Finding(
@@ -134,12 +134,12 @@ def find_vertical_outliers(
                 )
             )
             return np.zeros(len(labels), bool)
-    off = _angles_to(each[0], usual)
-    out = np.asarray(considered & (off > _outlier_limit_deg(off)))
+    offset = _angles_to(each[0], usual)
+    out = np.asarray(is_considered & (offset > _outlier_limit_deg(offset)))
     if out.any():
-        away = np.array([_angles_to(one, usual) for one in each])[:, out]
-        close = away.min(axis=0) < _MAX_SCATTER_CHANGED_DEG
-        quarters = np.unique(90 * away.argmin(axis=0)[close]).tolist()
+        angles = np.array([_angles_to(item, usual) for item in each])[:, out]
+        close = angles.min(axis=0) < _MAX_SCATTER_CHANGED_DEG
+        quarters = np.unique(90 * angles.argmin(axis=0)[close]).tolist()
         messages.append(Finding("attitude.verticals-left-out", photos=selected(labels, out)))
         if quarters:
             messages.append(Finding("attitude.verticals-turned", turns_deg=quarters))
@@ -188,7 +188,7 @@ def _describe_outliers(
     labels: Sequence[str],
     angles: FloatArray,
     model: FloatArray,
-    usual: FloatArray,
+    typical_values: FloatArray,
     out: BoolArray,
     limit: float,
     messages: list[Finding],
@@ -200,29 +200,38 @@ def _describe_outliers(
     from scipy.spatial.transform import Rotation
 
     back = np.swapaxes(model, 1, 2)
-    named: dict[tuple[str, Any], list[str]] = {}
-    tilted = []
+    named_items: dict[tuple[str, Any], list[str]] = {}
+    tilted_items = []
     for row in map(int, np.flatnonzero(out)):
         one = angles[row : row + 1]
         fits = [
-            (float(_rotation_angles(camera_rotations(change(one)) @ back[row], usual)[0]), sentence)
+            (
+                float(
+                    _rotation_angles(camera_rotations(change(one)) @ back[row], typical_values)[0]
+                ),
+                sentence,
+            )
             for change, sentence in _quarter_turns()
         ]
         least, sentence = min(fits)
-        between = camera_rotations(one)[0] @ back[row] @ usual.T
-        turn = np.degrees(Rotation.from_matrix(between).as_rotvec())
+        between = camera_rotations(one)[0] @ back[row] @ typical_values.T
+        rotation = np.degrees(Rotation.from_matrix(between).as_rotvec())
         # If a camera looks down, a rotated photo appears to have another yaw.
         quarter = least < limit / 2
-        flat = not quarter and abs(turn[2]) > _MIN_VERTICAL_COMPONENT * np.linalg.norm(turn)
-        tilted.append(not flat)
+        is_flat = not quarter and abs(rotation[2]) > _MIN_VERTICAL_COMPONENT * np.linalg.norm(
+            rotation
+        )
+        tilted_items.append(not is_flat)
         if quarter:
-            named.setdefault(("quarter", sentence), []).append(labels[row])
-        elif flat:
-            named.setdefault(("yaw", round(-float(turn[2]) / 5) * 5), []).append(labels[row])
+            named_items.setdefault(("quarter", sentence), []).append(labels[row])
+        elif is_flat:
+            named_items.setdefault(("yaw", round(-float(rotation[2]) / 5) * 5), []).append(
+                labels[row]
+            )
         else:
-            named.setdefault(("far", limit), []).append(labels[row])
-    messages += [_exclusion_finding(why, what, names) for (why, what), names in named.items()]
-    return tilted
+            named_items.setdefault(("far", limit), []).append(labels[row])
+    messages += [_exclusion_finding(why, what, names) for (why, what), names in named_items.items()]
+    return tilted_items
 
 
 def _exclusion_finding(why: str, what: Any, photos: list[str]) -> Finding:
@@ -233,19 +242,19 @@ def _exclusion_finding(why: str, what: Any, photos: list[str]) -> Finding:
     return Finding("attitude.left-out", limit_deg=what, photos=photos)
 
 
-def _outlier_limit_deg(off: FloatArray) -> float:
-    return max(_OUTLIER_DEG, _OUTLIER_FACTOR * 1.4826 * float(np.median(off)))
+def _outlier_limit_deg(offset: FloatArray) -> float:
+    return max(_OUTLIER_DEG, _OUTLIER_FACTOR * 1.4826 * float(np.median(offset)))
 
 
 def _majority_direction(directions: FloatArray) -> tuple[FloatArray, float]:
     """Return the direction close to most directions (n, 3), and their median angle to it."""
     subset = directions[:: max(1, -(-len(directions) // _MAX_COMPARED))]
     angles = np.degrees(np.arccos(np.clip(subset @ subset.T, -1.0, 1.0)))
-    middle = subset[int(np.argmin(np.median(angles, axis=1)))]
-    near = _angles_to(subset, middle)
+    median = subset[int(np.argmin(np.median(angles, axis=1)))]
+    near = _angles_to(subset, median)
     mean = subset[near <= np.median(near)].sum(axis=0)
-    refined = mean / np.linalg.norm(mean)
-    return refined, float(np.median(_angles_to(directions, refined)))
+    refined_values = mean / np.linalg.norm(mean)
+    return refined_values, float(np.median(_angles_to(directions, refined_values)))
 
 
 def _angles_to(directions: FloatArray, reference: FloatArray) -> FloatArray:
@@ -253,19 +262,21 @@ def _angles_to(directions: FloatArray, reference: FloatArray) -> FloatArray:
     return np.asarray(np.degrees(np.arccos(np.clip(directions @ reference, -1.0, 1.0))), np.float64)
 
 
-def _majority_rotation(turns: FloatArray) -> tuple[FloatArray, float]:
+def _majority_rotation(rotations: FloatArray) -> tuple[FloatArray, float]:
     """Return the rotation close to most rotations (n, 3, 3), and their median angle to it."""
-    some = turns[:: max(1, -(-len(turns) // _MAX_COMPARED))]
-    flat = some.reshape(-1, 9)
-    angles = np.degrees(np.arccos(np.clip((flat @ flat.T - 1.0) / 2.0, -1.0, 1.0)))
-    middle = some[int(np.argmin(np.median(angles, axis=1)))]
-    near = _rotation_angles(some, middle)
+    some = rotations[:: max(1, -(-len(rotations) // _MAX_COMPARED))]
+    flat_matrices = some.reshape(-1, 9)
+    angles = np.degrees(
+        np.arccos(np.clip((flat_matrices @ flat_matrices.T - 1.0) / 2.0, -1.0, 1.0))
+    )
+    median = some[int(np.argmin(np.median(angles, axis=1)))]
+    near = _rotation_angles(some, median)
     u, _, vt = np.linalg.svd(some[near <= np.median(near)].sum(axis=0))
-    better = np.asarray(u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt, np.float64)
-    return better, float(np.median(_rotation_angles(turns, better)))
+    better_values = np.asarray(u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt, np.float64)
+    return better_values, float(np.median(_rotation_angles(rotations, better_values)))
 
 
-def _rotation_angles(turns: FloatArray, usual: FloatArray) -> FloatArray:
+def _rotation_angles(rotations: FloatArray, typical_values: FloatArray) -> FloatArray:
     """Return the angles (n,) between rotations (n, 3, 3) and one rotation, degrees."""
-    trace = np.einsum("nij,ij->n", turns.reshape(-1, 3, 3), usual)
+    trace = np.einsum("nij,ij->n", rotations.reshape(-1, 3, 3), typical_values)
     return np.asarray(np.degrees(np.arccos(np.clip((trace - 1.0) / 2.0, -1.0, 1.0))), np.float64)

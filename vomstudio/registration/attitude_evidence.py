@@ -82,33 +82,37 @@ def match_attitudes(
     model = np.array([np.asarray(view.rotation).T for view in views]).reshape(-1, 3, 3)
     angles, sigma = table.angles[which], np.radians(table.sigma[which])
     down = down_of(table)[which]
-    whole = np.isfinite(angles).all(axis=1)
+    is_whole = np.isfinite(angles).all(axis=1)
     yaw, tilt = np.isfinite(angles[:, 0]), np.isfinite(down[:, 0])
-    phone = yaw & tilt & ~whole
+    phone = yaw & tilt & ~is_whole
     phone &= _has_azimuth(labels, phone, down, messages)
-    both = whole | phone
-    known = np.full_like(angles, np.nan)
-    known[whole] = angles[whole]
+    both = is_whole | phone
+    known_values = np.full_like(angles, np.nan)
+    known_values[is_whole] = angles[is_whole]
     if phone.any():
-        known[phone] = view_angles(rotations_from_vertical(down[phone], angles[phone, 0]))
+        known_values[phone] = view_angles(rotations_from_vertical(down[phone], angles[phone, 0]))
     bad, tilted = np.zeros((2, len(labels)), bool)
     bad[both], tilted[both] = find_outliers(
-        _select_labels(labels, both), known[both], model[both], messages
+        _select_labels(labels, both), known_values[both], model[both], messages
     )
     tilted[tilt] |= find_vertical_outliers(
         _select_labels(labels, tilt), down[tilt], model[tilt], ~both[tilt], messages
     )
-    shared = float(np.radians(north_doubt_deg)) if table.doubted else 0.0
-    unstated = np.isnan(sigma[:, 1:]).any()
-    mount = float(np.radians(MOUNT_DOUBT_DEG)) if unstated else 0.0
+    shared_value = float(np.radians(north_doubt_deg)) if table.doubted else 0.0
+    is_unstated = np.isnan(sigma[:, 1:]).any()
+    mount = float(np.radians(MOUNT_DOUBT_DEG)) if is_unstated else 0.0
     kinds: list[Observed] = [
-        _attitudes(labels, whole & ~bad, angles, model, sigma, shared, mount),
+        _attitudes(labels, is_whole & ~bad, angles, model, sigma, shared_value, mount),
         # The vertical is correct even if the compass is wrong.
-        _verticals(labels, tilt & (~whole | bad) & ~tilted, down, model, sigma, mount),
-        _norths(labels, yaw & ~whole & ~bad & (phone | ~tilt), angles, model, sigma, shared),
+        _verticals(labels, tilt & (~is_whole | bad) & ~tilted, down, model, sigma, mount),
+        _norths(
+            labels, yaw & ~is_whole & ~bad & (phone | ~tilt), angles, model, sigma, shared_value
+        ),
     ]
-    good = both & ~bad
-    return AttitudeEvidence(tuple(k for k in kinds if len(k.labels)), known[good], model[good])
+    is_good = both & ~bad
+    return AttitudeEvidence(
+        tuple(k for k in kinds if len(k.labels)), known_values[is_good], model[is_good]
+    )
 
 
 @dataclass(frozen=True)
@@ -142,16 +146,19 @@ def attitude_differences(
     """
     if not rows:
         return []
-    turns, yaw, tilt = _turns(table, rows, views, rotation)
+    rotations, yaw, tilt = _turns(table, rows, views, rotation)
     differences = np.degrees(
-        np.einsum("nji,nj->ni", error_axes(np.column_stack([yaw, yaw, yaw])), turns)
+        np.einsum("nji,nj->ni", error_axes(np.column_stack([yaw, yaw, yaw])), rotations)
     )
-    stated = table.angles[np.asarray(rows, int)]
-    known = np.column_stack([np.isfinite(stated[:, 0]), tilt, tilt])
+    stated_angles = table.angles[np.asarray(rows, int)]
+    known_values = np.column_stack([np.isfinite(stated_angles[:, 0]), tilt, tilt])
     return [
         AttitudeMiss(
             table.photos[row],
-            *(float(v) if k else None for v, k in zip(differences[i], known[i], strict=True)),
+            *(
+                float(v) if k else None
+                for v, k in zip(differences[i], known_values[i], strict=True)
+            ),
         )
         for i, row in enumerate(rows)
     ]
@@ -161,7 +168,7 @@ def bowing_by_tilts(
     table: AttitudeTable,
     rows: Sequence[int],
     views: Sequence[View],
-    placed: Similarity,
+    placed_similarity: Similarity,
     extent: FloatArray | None,
 ) -> Bowing | None:
     """Estimate the bowing of a placed model from the verticals of photos, without outliers.
@@ -171,7 +178,7 @@ def bowing_by_tilts(
     table : AttitudeTable
     rows : sequence of int
     views : sequence of View
-    placed : Similarity
+    placed_similarity : Similarity
     extent : (m, 3) array or None
         Points of the model in the model frame.
 
@@ -182,16 +189,22 @@ def bowing_by_tilts(
     """
     if not rows:
         return None
-    turns, _, tilt = _turns(table, rows, views, placed.rotation)
-    tilts = turns[:, :2] - np.median(turns[tilt, :2], axis=0) if tilt.any() else turns[:, :2]
+    rotations, _, tilt = _turns(table, rows, views, placed_similarity.rotation)
+    tilts = (
+        rotations[:, :2] - np.median(rotations[tilt, :2], axis=0)
+        if tilt.any()
+        else rotations[:, :2]
+    )
     length = np.hypot(*tilts.T)
     is_inlier = tilt & (
         length <= _OUTLIER_FACTOR * float(np.median(length[tilt])) if tilt.any() else tilt
     )
-    places = placed(np.array([view.centre for view in views]))
-    reach = None if extent is None or not len(extent) else placed(extent)
-    cameras = placed.rotation @ np.array([np.asarray(view.rotation).T for view in views])
-    return fit_bowing_to_turns(places[is_inlier], turns[is_inlier], cameras[is_inlier], reach)
+    positions = placed_similarity(np.array([view.centre for view in views]))
+    max_distance = None if extent is None or not len(extent) else placed_similarity(extent)
+    cameras = placed_similarity.rotation @ np.array([np.asarray(view.rotation).T for view in views])
+    return fit_bowing_to_turns(
+        positions[is_inlier], rotations[is_inlier], cameras[is_inlier], max_distance
+    )
 
 
 def _turns(
@@ -211,70 +224,70 @@ def _turns(
     from scipy.spatial.transform import Rotation
 
     which = np.asarray(rows, int)
-    stated, down = table.angles[which], down_of(table)[which]
-    placed = rotation @ np.array([np.asarray(view.rotation).T for view in views])
-    placed_angles = view_angles(placed)
+    stated_angles, down = table.angles[which], down_of(table)[which]
+    placed_values = rotation @ np.array([np.asarray(view.rotation).T for view in views])
+    placed_angles = view_angles(placed_values)
     has_vertical = np.isfinite(down[:, 0])
-    yaw = np.where(np.isfinite(stated[:, 0]), stated[:, 0], placed_angles[:, 0])
+    yaw = np.where(np.isfinite(stated_angles[:, 0]), stated_angles[:, 0], placed_angles[:, 0])
     stated_rotations = camera_rotations(np.column_stack([yaw, placed_angles[:, 1:]]))
     stated_rotations[has_vertical] = rotations_from_vertical(down[has_vertical], yaw[has_vertical])
-    whole = np.isfinite(stated).all(axis=1)
-    stated_rotations[whole] = camera_rotations(stated[whole])
-    turns: FloatArray = Rotation.from_matrix(
-        placed @ np.swapaxes(stated_rotations, 1, 2)
+    is_whole = np.isfinite(stated_angles).all(axis=1)
+    stated_rotations[is_whole] = camera_rotations(stated_angles[is_whole])
+    rotations: FloatArray = Rotation.from_matrix(
+        placed_values @ np.swapaxes(stated_rotations, 1, 2)
     ).as_rotvec()
-    return turns, yaw, has_vertical
+    return rotations, yaw, has_vertical
 
 
 def _attitudes(
     labels: Sequence[str],
-    which: BoolArray,
+    mask: BoolArray,
     angles: FloatArray,
     model: FloatArray,
     sigma: FloatArray,
-    shared: float,
+    shared_value: float,
     mount: float,
 ) -> Attitudes:
-    world, axes = camera_rotations(angles[which]), error_axes(angles[which])
+    world, axes = camera_rotations(angles[mask]), error_axes(angles[mask])
     return Attitudes(
-        _select_labels(labels, which), model[which], world, axes, sigma[which], shared, mount
+        _select_labels(labels, mask), model[mask], world, axes, sigma[mask], shared_value, mount
     )
 
 
 def _verticals(
     labels: Sequence[str],
-    which: BoolArray,
+    mask: BoolArray,
     down: FloatArray,
     model: FloatArray,
     sigma: FloatArray,
     mount: float,
 ) -> Verticals:
-    directions = np.einsum("nij,nj->ni", model[which], down[which])
-    names = _select_labels(labels, which)
-    return Verticals(names, directions, sigma[which, 1:], model[which], mount)
+    directions = np.einsum("nij,nj->ni", model[mask], down[mask])
+    names = _select_labels(labels, mask)
+    return Verticals(names, directions, sigma[mask, 1:], model[mask], mount)
 
 
 def _norths(
     labels: Sequence[str],
-    which: BoolArray,
+    mask: BoolArray,
     angles: FloatArray,
     model: FloatArray,
     sigma: FloatArray,
-    shared: float,
+    shared_value: float,
 ) -> Azimuths:
-    names = _select_labels(labels, which)
-    azimuths = np.radians(angles[which, 0])
-    return Azimuths(names, model[which][:, :, 2], azimuths, sigma[which, 0], shared)
+    names = _select_labels(labels, mask)
+    azimuths = np.radians(angles[mask, 0])
+    return Azimuths(names, model[mask][:, :, 2], azimuths, sigma[mask, 0], shared_value)
 
 
 def _has_azimuth(
     labels: Sequence[str], phone: BoolArray, down: FloatArray, messages: list[Finding]
 ) -> BoolArray:
-    steep = phone & (np.abs(down[:, 2]) > np.sin(np.radians(_MAX_STEEPNESS_DEG)))
-    if steep.any():
-        messages.append(Finding("attitude.too-steep", photos=_select_labels(labels, steep)))
-    return np.asarray(~steep)
+    is_steep = phone & (np.abs(down[:, 2]) > np.sin(np.radians(_MAX_STEEPNESS_DEG)))
+    if is_steep.any():
+        messages.append(Finding("attitude.too-steep", photos=_select_labels(labels, is_steep)))
+    return np.asarray(~is_steep)
 
 
-def _select_labels(labels: Sequence[str], which: BoolArray) -> list[str]:
-    return [labels[int(i)] for i in np.flatnonzero(which)]
+def _select_labels(labels: Sequence[str], mask: BoolArray) -> list[str]:
+    return [labels[int(i)] for i in np.flatnonzero(mask)]

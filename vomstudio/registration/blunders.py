@@ -191,14 +191,14 @@ def _explain_misfit(
     if fit_of_others.misfit_factor > 1.0 or len(named) == 1:
         return fit_of_others.misfit_factor <= 1.0
     squares = [
-        float(((each.rows.misses / each.sigma) ** 2).sum()) for each in (fit_of_all, fit_of_others)
+        float(((item.rows.misses / item.sigma) ** 2).sum()) for item in (fit_of_all, fit_of_others)
     ]
-    free = fit_of_all.redundancy - fit_of_others.redundancy, fit_of_others.redundancy
-    if min(free) < 1.0:
+    dof = fit_of_all.redundancy - fit_of_others.redundancy, fit_of_others.redundancy
+    if min(dof) < 1.0:
         return False
-    ratio = (squares[0] - squares[1]) / free[0] / max(squares[1] / free[1], 1e-300)
+    ratio = (squares[0] - squares[1]) / dof[0] / max(squares[1] / dof[1], 1e-300)
     subsets = math.comb(len(named) + sum(len(kind.labels) for kind in kinds), len(named))
-    return ratio > float(f.isf(_SIGNIFICANCE / subsets, *free))
+    return ratio > float(f.isf(_SIGNIFICANCE / subsets, *dof))
 
 
 def _find_blunders(
@@ -214,32 +214,38 @@ def _find_blunders(
     trust_stated : compare residuals with the stated errors, not with each other
     """
     total = sum(len(kind.labels) for kind in kinds)
-    excluded: list[Single] = []
-    named: dict[Single, Blunder] = {}
-    while len(named) < total // 3:
-        worst = _worst(_test_all(kinds, excluded, fit_of_all, trust_stated=trust_stated))
+    excluded_items: list[Single] = []
+    named_items: dict[Single, Blunder] = {}
+    while len(named_items) < total // 3:
+        worst = _worst(_test_all(kinds, excluded_items, fit_of_all, trust_stated=trust_stated))
         if worst is None:
             break
-        excluded.append(worst.single)
-        named[worst.single] = worst.blunder
-        fit_of_all = _adjust_without(kinds, excluded, centre, size)
+        excluded_items.append(worst.single)
+        named_items[worst.single] = worst.blunder
+        fit_of_all = _adjust_without(kinds, excluded_items, centre, size)
     else:
         # More than a third of the observations look wrong, so there must be another cause.
         if (
             total // 3
-            and _worst(_test_all(kinds, excluded, fit_of_all, trust_stated=trust_stated))
+            and _worst(_test_all(kinds, excluded_items, fit_of_all, trust_stated=trust_stated))
             is not None
         ):
             return None
-    if not named and (hidden := _hidden_outliers(kinds)):
+    if not named_items and (hidden_outliers := _hidden_outliers(kinds)):
         # The mistakes hide each other, so test each of them against the consistent observations.
-        excluded = hidden
-        named = {one: Blunder(kinds[one[0]].labels[one[1]], None, None) for one in hidden}
-        _clear_consistent(kinds, excluded, named, centre, size, trust_stated=trust_stated)
-        return list(named.values())
-    if len(excluded) > 1:
-        _clear_consistent(kinds, excluded, named, centre, size, trust_stated=trust_stated)
-    return list(named.values())
+        excluded_items = hidden_outliers
+        named_items = {
+            item: Blunder(kinds[item[0]].labels[item[1]], None, None) for item in hidden_outliers
+        }
+        _clear_consistent(
+            kinds, excluded_items, named_items, centre, size, trust_stated=trust_stated
+        )
+        return list(named_items.values())
+    if len(excluded_items) > 1:
+        _clear_consistent(
+            kinds, excluded_items, named_items, centre, size, trust_stated=trust_stated
+        )
+    return list(named_items.values())
 
 
 def _hidden_outliers(kinds: Sequence[Observed]) -> list[Single]:
@@ -261,38 +267,38 @@ def _hidden_outliers(kinds: Sequence[Observed]) -> list[Single]:
 def _far_better(points: Points, fit: Similarity, is_consistent: BoolArray) -> bool:
     """Return whether the consistent points fit far better than all points."""
 
-    def variance(which: BoolArray, by: Similarity) -> float:
-        misses = by(points.model[which]) - points.world[which]
-        return float((misses**2).sum()) / (3 * int(which.sum()) - 7)
+    def variance(mask: BoolArray, by: Similarity) -> float:
+        misses = by(points.model[mask]) - points.world[mask]
+        return float((misses**2).sum()) / (3 * int(mask.sum()) - 7)
 
     every = np.ones(len(is_consistent), np.bool_)
-    whole = fit_similarity(points.model, points.world)
-    return variance(every, whole) > _MIN_VARIANCE_RATIO * variance(is_consistent, fit)
+    whole_similarity = fit_similarity(points.model, points.world)
+    return variance(every, whole_similarity) > _MIN_VARIANCE_RATIO * variance(is_consistent, fit)
 
 
 def _clear_consistent(
     kinds: Sequence[Observed],
     excluded: list[Single],
-    named: dict[Single, Blunder],
+    named_items: dict[Single, Blunder],
     centre: FloatArray,
     size: float,
     *,
     trust_stated: bool,
 ) -> None:
-    """Remove consistent observations from `excluded` and `named`, and update other errors."""
+    """Remove consistent observations from `excluded` and `named_items`, and update other errors."""
     total = sum(len(kind.labels) for kind in kinds)
     for single in [*excluded]:
         others_excluded = [other for other in excluded if other != single]
         fit_of_others = _adjust_without(kinds, others_excluded, centre, size)
         results = _test_all(kinds, others_excluded, fit_of_others, trust_stated=trust_stated)
-        result = next((one for one in results if one.single == single), None)
+        result = next((item for item in results if item.single == single), None)
         if result is None:
             continue
         if result.chance < _SIGNIFICANCE / total:
-            named[single] = result.blunder
+            named_items[single] = result.blunder
         else:
             excluded.remove(single)
-            del named[single]
+            del named_items[single]
 
 
 def _adjust_without(
@@ -306,13 +312,13 @@ def _remaining(
 ) -> list[tuple[int, Observed, list[int]]]:
     """Return the index, observations and remaining rows of each kind that is not empty."""
     excluded = set(out)
-    remaining = []
+    remaining_items = []
     for index, kind in enumerate(kinds):
         rows = [row for row in range(len(kind.labels)) if (index, row) not in excluded]
         if rows:
             keep = [(index, row) not in excluded for row in range(len(kind.labels))]
-            remaining.append((index, select_observations(kind, keep), rows))
-    return remaining
+            remaining_items.append((index, select_observations(kind, keep), rows))
+    return remaining_items
 
 
 def select_observations(kind: Observed, keep: Sequence[bool]) -> Observed:
@@ -345,7 +351,7 @@ def _worst(tests: Sequence[_TestResult]) -> _TestResult | None:
     The p-values of gross mistakes underflow to 0; among these, the one with the largest F ratio is
     returned.
     """
-    wrong = [one for one in tests if one.chance < _SIGNIFICANCE / one.of]
+    wrong = [item for item in tests if item.chance < _SIGNIFICANCE / item.of]
     return min(wrong, key=lambda one: (one.chance, -one.strength)) if wrong else None
 
 
@@ -356,10 +362,10 @@ def _test_all(
     from scipy.stats import chi2, f
 
     rows, sigma = fit_of_all.rows, fit_of_all.sigma
-    stated = np.isfinite(rows.sigma) & trust_stated
+    is_stated = np.isfinite(rows.sigma) & trust_stated
     moves, covariance = weighted_rows(fit_of_all)
     misses = rows.misses / sigma
-    free = fit_of_all.redundancy
+    redundancy = fit_of_all.redundancy
     squares = float((misses**2).sum())
     remaining = _remaining(kinds, out)
     total = sum(len(kind.labels) for _, kind, _ in remaining)
@@ -373,23 +379,25 @@ def _test_all(
         for number, row in enumerate(row_numbers):
             which = slice(first + number * width, first + (number + 1) * width)
             residual_weight = np.eye(width) - moves[which] @ covariance @ moves[which].T
-            if np.linalg.eigvalsh(residual_weight)[0] < 1e-6 or free - width < 1:
+            if np.linalg.eigvalsh(residual_weight)[0] < 1e-6 or redundancy - width < 1:
                 # The other observations do not determine it.
                 continue
-            deleted = np.linalg.solve(residual_weight, misses[which])
-            if np.linalg.norm(deleted * sigma[which]) < _ROUNDING * max(fit_of_all.size, 1.0):
+            deleted_values = np.linalg.solve(residual_weight, misses[which])
+            if np.linalg.norm(deleted_values * sigma[which]) < _ROUNDING * max(
+                fit_of_all.size, 1.0
+            ):
                 continue
-            candidates.append(((index, row), kind, number, deleted * sigma[which]))
-            statistic = float(misses[which] @ deleted)
-            statistics.append((statistic, width, bool(stated[which].all())))
+            candidates.append(((index, row), kind, number, deleted_values * sigma[which]))
+            statistic = float(misses[which] @ deleted_values)
+            statistics.append((statistic, width, bool(is_stated[which].all())))
     if not candidates:
         return []
     squared, widths, known = (np.array(column) for column in zip(*statistics, strict=True))
-    others = np.where(known, 1.0, np.maximum((squares - squared) / (free - widths), 1e-300))
+    others = np.where(known, 1.0, np.maximum((squares - squared) / (redundancy - widths), 1e-300))
     strength = squared / widths / others
     # Use one call for all observations: a SciPy call takes as long as the other steps per point.
     chance = np.where(
-        known, chi2.sf(squared, widths), f.sf(strength, widths, np.maximum(free - widths, 1))
+        known, chi2.sf(squared, widths), f.sf(strength, widths, np.maximum(redundancy - widths, 1))
     )
     return [
         _TestResult(single, float(p), float(s), total, _describe(kind, kind.labels[number], miss))
@@ -452,21 +460,27 @@ def leave_one_out(
         Results for the directions; empty if they agree, or if there are too many directions.
     """
     total = sum(len(kind.labels) for kind in kinds if isinstance(kind, Directions))
-    alone = all(isinstance(k, _DIRECTIONS) for k in kinds)
-    if not alone or not _MIN_DIRECTIONS <= total <= _MAX_DIRECTIONS:
+    is_alone = all(isinstance(k, _DIRECTIONS) for k in kinds)
+    if not is_alone or not _MIN_DIRECTIONS <= total <= _MAX_DIRECTIONS:
         return []
-    usual = np.where(np.isfinite(fit_of_all.rows.sigma), fit_of_all.rows.sigma, _DEFAULT_ERROR_RAD)
-    whole = float(((fit_of_all.rows.misses / usual) ** 2).sum())
-    if fit_of_all.redundancy < 3.0 or whole <= _MIN_MISFIT**2 * fit_of_all.redundancy:
+    typical_values = np.where(
+        np.isfinite(fit_of_all.rows.sigma), fit_of_all.rows.sigma, _DEFAULT_ERROR_RAD
+    )
+    whole_value = float(((fit_of_all.rows.misses / typical_values) ** 2).sum())
+    if fit_of_all.redundancy < 3.0 or whole_value <= _MIN_MISFIT**2 * fit_of_all.redundancy:
         return []
     if fit_of_all.ambiguous:
         # Among equal fits, the one with the smallest tilt was selected, not the best fit.
-        whole -= EQUAL_FIT_COST
-    return _leave_each_out(kinds, fit_of_all, centre, size, whole)
+        whole_value -= EQUAL_FIT_COST
+    return _leave_each_out(kinds, fit_of_all, centre, size, whole_value)
 
 
 def _leave_each_out(
-    kinds: Sequence[Observed], fit_of_all: Adjustment, centre: FloatArray, size: float, whole: float
+    kinds: Sequence[Observed],
+    fit_of_all: Adjustment,
+    centre: FloatArray,
+    size: float,
+    whole_value: float,
 ) -> list[LeaveOneOut]:
     from scipy.spatial.transform import Rotation
     from scipy.stats import chi2, f
@@ -474,8 +488,8 @@ def _leave_each_out(
     stated = bool(np.isfinite(fit_of_all.rows.sigma).all())
     results: list[tuple[float, float, LeaveOneOut]] = []
     singles = [
-        (at, row)
-        for at, kind in enumerate(kinds)
+        (index, row)
+        for index, kind in enumerate(kinds)
         if isinstance(kind, Directions)
         for row in range(len(kind.labels))
     ]
@@ -486,27 +500,29 @@ def _leave_each_out(
             fit_of_others = _adjust_without(kinds, [single], centre, size)
         except GeometryError:
             continue
-        usual = np.where(
+        typical_values = np.where(
             np.isfinite(fit_of_others.rows.sigma), fit_of_others.rows.sigma, _DEFAULT_ERROR_RAD
         )
-        squares = float(((fit_of_others.rows.misses / usual) ** 2).sum())
-        free = fit_of_others.redundancy
-        gain = max(whole - squares, 0.0)
+        squares = float(((fit_of_others.rows.misses / typical_values) ** 2).sum())
+        redundancy = fit_of_others.redundancy
+        gain = max(whole_value - squares, 0.0)
         if stated:
             chance = float(chi2.sf(gain, 2))
         else:
-            pooled = (squares + _DEFAULT_ERROR_WEIGHT) / (free + _DEFAULT_ERROR_WEIGHT)
-            chance = float(f.sf(gain / 2.0 / pooled, 2, free + _DEFAULT_ERROR_WEIGHT))
-        placed = fit_of_others.fit.rotation @ kind.model[single[1]]
+            pooled = (squares + _DEFAULT_ERROR_WEIGHT) / (redundancy + _DEFAULT_ERROR_WEIGHT)
+            chance = float(f.sf(gain / 2.0 / pooled, 2, redundancy + _DEFAULT_ERROR_WEIGHT))
+        placed_values = fit_of_others.fit.rotation @ kind.model[single[1]]
         others = float(np.degrees(np.sqrt((fit_of_others.rows.misses**2).mean())))
-        cosine = float(placed @ kind.world[single[1]])
-        turned = Rotation.from_matrix(
+        cosine = float(placed_values @ kind.world[single[1]])
+        turned_matrix = Rotation.from_matrix(
             fit_of_others.fit.rotation @ fit_of_all.fit.rotation.T
         ).magnitude()
-        worst = 1.96 * float(np.degrees(np.sqrt(np.linalg.eigvalsh(fit_of_others.rotation)[-1])))
+        worst_values = 1.96 * float(
+            np.degrees(np.sqrt(np.linalg.eigvalsh(fit_of_others.rotation)[-1]))
+        )
         # The few other directions determine it poorly.
-        limit = float(np.clip(max(3.0 * others, 2.0 * worst), *_AZIMUTH_LIMITS_DEG))
-        fits = azimuth_that_fits(placed, kind.world[single[1]], limit)
+        limit = float(np.clip(max(3.0 * others, 2.0 * worst_values), *_AZIMUTH_LIMITS_DEG))
+        fits = azimuth_that_fits(placed_values, kind.world[single[1]], limit)
         results.append(
             (
                 squares,
@@ -518,18 +534,18 @@ def _leave_each_out(
                             np.arccos(np.clip(abs(cosine) if kind.axial else cosine, -1.0, 1.0))
                         )
                     ),
-                    float(np.degrees(turned)),
+                    float(np.degrees(turned_matrix)),
                     others,
                     None
                     if fit_of_others.free[:3].size and np.abs(fit_of_others.free[:3]).max() > 1e-6
-                    else worst,
+                    else worst_values,
                     suspect=False,
                     azimuth_off_deg=fits,
                 ),
             )
         )
     results.sort(key=lambda each: each[0])
-    sorted_results = [replace(each, azimuth_off_deg=None) for _, _, each in results]
+    sorted_results = [replace(item, azimuth_off_deg=None) for _, _, item in results]
     if results and results[0][1] < _SIGNIFICANCE / len(results):
         sorted_results[0] = replace(results[0][2], suspect=True)
     return sorted_results

@@ -63,7 +63,7 @@ def positions_in_metres(
     positions = _drop_without_heights(positions, messages)
     if to_grid is None:
         return positions, crs, None
-    places = positions.places.copy()
+    locations = positions.places.copy()
     degrees = _to_degrees(positions, to_grid[1])
     _refuse_exchanged(positions, degrees, crs)
     for row, (longitude, latitude) in enumerate(degrees.tolist()):
@@ -73,11 +73,11 @@ def positions_in_metres(
                 Finding("crs.outside-area", photo=positions.photos[row], crs=crs),
                 file=positions.file,
             )
-        places[row, :2] = grid_place
-    middle = np.median(degrees, axis=0)
-    messages.append(_heights_finding(positions, float(middle[0]), float(middle[1])))
-    converted = replace(positions, places=places, degrees=False, crs=crs)
-    return converted, crs, (float(middle[0]), float(middle[1]))
+        locations[row, :2] = grid_place
+    median = np.median(degrees, axis=0)
+    messages.append(_heights_finding(positions, float(median[0]), float(median[1])))
+    converted_positions = replace(positions, places=locations, degrees=False, crs=crs)
+    return converted_positions, crs, (float(median[0]), float(median[1]))
 
 
 def _source(
@@ -129,8 +129,8 @@ def _source(
 
     def back(x: float, y: float) -> tuple[float, float] | None:
         longitude, latitude = to_degrees.transform(x, y)[:2]
-        good = np.isfinite([longitude, latitude]).all()
-        return (float(longitude), float(latitude)) if good else None
+        is_good = np.isfinite([longitude, latitude]).all()
+        return (float(longitude), float(latitude)) if is_good else None
 
     return positions, crs, (degrees_to_grid(crs), back)
 
@@ -147,16 +147,16 @@ def _to_degrees(positions: Positions, back: ToGrid | None) -> FloatArray:
     """Return longitude and latitude (n, 2). Raises InputError if they are invalid."""
     degrees = positions.places[:, :2].copy()
     for row, (x, y) in enumerate(positions.places[:, :2].tolist()):
-        place = (x, y) if back is None else back(x, y)
+        position = (x, y) if back is None else back(x, y)
         photo = positions.photos[row]
-        if place is None:
+        if position is None:
             finding = Finding("crs.outside-area", photo=photo, crs=positions.crs)
             raise InputError(finding, file=positions.file)
-        if (reason := check_on_earth(*place)) is not None:
+        if (reason := check_on_earth(*position)) is not None:
             if back is None and check_on_earth(y, x) is None:
                 raise _exchanged_error(positions, photo, x, y)
             raise InputError(reason, file=positions.file, field=photo)
-        degrees[row] = place
+        degrees[row] = position
     return degrees
 
 
@@ -170,8 +170,8 @@ def _refuse_exchanged(positions: Positions, degrees: FloatArray, crs: str | None
     west, south, east, north = area.bounds
 
     def inside(longitude: FloatArray, latitude: FloatArray) -> bool:
-        around = (longitude - west) % 360.0 <= (east - west) % 360.0
-        return bool((around & (latitude >= south) & (latitude <= north)).mean() > 0.5)
+        is_around = (longitude - west) % 360.0 <= (east - west) % 360.0
+        return bool((is_around & (latitude >= south) & (latitude <= north)).mean() > 0.5)
 
     if not inside(*degrees.T) and inside(degrees[:, 1], degrees[:, 0]):
         raise _exchanged_error(positions, positions.photos[0], *degrees[0].tolist())
@@ -202,10 +202,10 @@ def _drop_without_heights(positions: Positions, messages: list[Finding]) -> Posi
                 photos=selected(positions.photos, ~keep),
             )
         )
-    above = np.array([_normalise_reference(word) for word in positions.heights])
-    if len(above):
-        usual = Counter(above[keep].tolist()).most_common(1)[0][0]
-        other = keep & (above != usual)
+    references = np.array([_normalise_reference(word) for word in positions.heights])
+    if len(references):
+        usual = Counter(references[keep].tolist()).most_common(1)[0][0]
+        other = keep & (references != usual)
         if other.any():
             messages.append(
                 Finding(
@@ -279,7 +279,7 @@ def select_consistent_cameras(
     world: FloatArray,
     sigma: FloatArray,
     *,
-    alone: bool,
+    is_alone: bool,
     crs: str | None = None,
 ) -> tuple[Points, list[Finding], list[Finding]]:
     """Select the camera positions that are consistent with most other positions.
@@ -288,7 +288,7 @@ def select_consistent_cameras(
     ----------
     labels : sequence of str
     model, world, sigma : (n, 3) array
-    alone : bool
+    is_alone : bool
         Whether no other observations determine the position of the model.
     crs : str, optional
         CRS of the World frame.
@@ -309,23 +309,25 @@ def select_consistent_cameras(
     require_apart(world)
     wrong, far = find_misplaced_points(labels, model, world, crs)
     wrong = [*(missing_height_findings(labels, model, world) or wrong)]
-    used = ~far
-    near = np.flatnonzero(used)
+    is_used = ~far
+    near = np.flatnonzero(is_used)
     one_line = nearly_on_a_line(model[near]) or nearly_on_a_line(world[near])
-    if alone and len(labels) >= 3 and one_line:
+    if is_alone and len(labels) >= 3 and one_line:
         line = Finding("collinear", "error", photos=list(labels), value=None)
         raise GeometryError(wrong[0] if wrong else line)
     if len(near) >= 3:
         findings, whole = _check_all([labels[int(i)] for i in near], model[near], world[near])
         wrong += findings
         if not whole:
-            used[near] = _inliers(model[near], world[near], sigma[near])
+            is_used[near] = _inliers(model[near], world[near], sigma[near])
     exclusions: list[Finding] = []
-    if not used.all():
+    if not is_used.all():
         exclusions.append(
-            Finding("cameras.left-out", count=int((~used).sum()), photos=selected(labels, ~used))
+            Finding(
+                "cameras.left-out", count=int((~is_used).sum()), photos=selected(labels, ~is_used)
+            )
         )
-    rows = np.flatnonzero(used)
+    rows = np.flatnonzero(is_used)
     cameras = Points(
         [labels[int(i)] for i in rows], model[rows], world[rows], sigma[rows], "cameras"
     )
@@ -349,8 +351,8 @@ def _check_all(
 
 
 def _inliers(model: FloatArray, world: FloatArray, sigma: FloatArray) -> BoolArray:
-    known = sigma[np.isfinite(sigma)]
-    floor = 3 * float(known.max()) if len(known) else 0.0
+    known_sigma = sigma[np.isfinite(sigma)]
+    floor = 3 * float(known_sigma.max()) if len(known_sigma) else 0.0
     # Positions on a line are consistent with any rotation about it.
     with suppress(GeometryError):
         return fit_robustly(model, world, min_sigma=floor)[1]

@@ -71,14 +71,14 @@ class Combined:
         return float(np.linalg.norm(numbers[4:])), float(np.degrees(np.linalg.norm(numbers[:3])))
 
 
-def difference(fit: Similarity, other: Similarity, about: FloatArray) -> FloatArray:
+def difference(fit: Similarity, other: Similarity, centre: FloatArray) -> FloatArray:
     """Return the change that transforms one similarity into another.
 
     Parameters
     ----------
     fit, other : Similarity
         The change transforms the result of `other` into that of `fit`.
-    about : (3,) ndarray
+    centre : (3,) ndarray
         Centre of the change in the World frame.
 
     Returns
@@ -88,6 +88,6 @@ def difference(fit: Similarity, other: Similarity, about: FloatArray) -> FloatAr
     """
     from scipy.spatial.transform import Rotation
 
-    turn = Rotation.from_matrix(fit.rotation @ other.rotation.T).as_rotvec()
-    shift = fit(other.inverse(about[None]))[0] - about
-    return np.concatenate([turn, [np.log(fit.scale / other.scale)], shift])
+    rotation = Rotation.from_matrix(fit.rotation @ other.rotation.T).as_rotvec()
+    shift = fit(other.inverse(centre[None]))[0] - centre
+    return np.concatenate([rotation, [np.log(fit.scale / other.scale)], shift])

@@ -43,28 +43,32 @@ def azimuth_findings(labels: Sequence[str], model: FloatArray, world: FloatArray
     rotation = _majority_rotation(model, world)
     if rotation is None:
         return []
-    placed = model @ rotation.T
-    off = _angles_between(placed, world)
-    usual = float(np.median(off))
-    limit = max(_OUTLIER_DEG, _OUTLIER_FACTOR * usual)
-    if usual > _OUTLIER_DEG / 3:
+    placed_values = model @ rotation.T
+    offset = _angles_between(placed_values, world)
+    median = float(np.median(offset))
+    limit = max(_OUTLIER_DEG, _OUTLIER_FACTOR * median)
+    if median > _OUTLIER_DEG / 3:
         # Too few planes agree to assess the others.
         return []
-    named: dict[float, list[str]] = {}
-    for row in map(int, np.flatnonzero(off > limit)):
+    named_items: dict[float, list[str]] = {}
+    for row in map(int, np.flatnonzero(offset > limit)):
         fits = [
             (
-                float(_angles_between(placed[row : row + 1], _turn_azimuth(world[row], turn))[0]),
+                float(
+                    _angles_between(placed_values[row : row + 1], _turn_azimuth(world[row], turn))[
+                        0
+                    ]
+                ),
                 turn,
             )
             for turn in _MISREADINGS_DEG
         ]
         least, turn = min(fits)
         if least < limit / 2:
-            named.setdefault(turn, []).append(labels[row])
+            named_items.setdefault(turn, []).append(labels[row])
     return [
         Finding("compass.other-azimuth", labels=names, turn_deg=turn)
-        for turn, names in named.items()
+        for turn, names in named_items.items()
     ]
 
 
@@ -86,12 +90,14 @@ def radian_findings(azimuth_deg: FloatArray, inclination_deg: FloatArray) -> lis
     return [Finding("compass.radians")]
 
 
-def azimuth_that_fits(placed: FloatArray, world: FloatArray, limit_deg: float) -> float | None:
+def azimuth_that_fits(
+    placed_values: FloatArray, world: FloatArray, limit_deg: float
+) -> float | None:
     """Return the correction of an azimuth that makes a direction agree with the others.
 
     Parameters
     ----------
-    placed : (3,) ndarray
+    placed_values : (3,) ndarray
         Direction predicted by the registration.
     world : (3,) ndarray
         Measured direction.
@@ -105,7 +111,7 @@ def azimuth_that_fits(placed: FloatArray, world: FloatArray, limit_deg: float) -
         direction explains the difference.
     """
     fits = [
-        (float(_angles_between(placed[None], _turn_azimuth(world, turn))[0]), turn)
+        (float(_angles_between(placed_values[None], _turn_azimuth(world, turn))[0]), turn)
         for turn in _MISREADINGS_DEG
     ]
     least, turn = min(fits)
@@ -128,14 +134,14 @@ def _majority_rotation(model: FloatArray, world: FloatArray) -> FloatArray | Non
     """Return the rotation (3, 3) with the least median angle."""
     best: tuple[float, FloatArray] | None = None
     for rotation in rotations_by_pairs(model, world):
-        middle = float(np.median(_angles_between(model @ rotation.T, world)))
-        if best is None or middle < best[0]:
-            best = middle, rotation
+        median = float(np.median(_angles_between(model @ rotation.T, world)))
+        if best is None or median < best[0]:
+            best = median, rotation
     return None if best is None else best[1]
 
 
 def rotations_by_pairs(
-    model: FloatArray, world: FloatArray, *, axial: bool = True
+    model: FloatArray, world: FloatArray, *, is_axial: bool = True
 ) -> list[FloatArray]:
     """Return the rotations (3, 3) that pairs of directions determine.
 
@@ -145,14 +151,14 @@ def rotations_by_pairs(
     ----------
     model, world : (n, 3) array
         Unit vectors.
-    axial : bool
+    is_axial : bool
         Whether a direction and its opposite are the same.
     """
     pairs = list(combinations(range(len(model)), 2))
     if len(pairs) > _MAX_PAIRS:
         selection = np.random.default_rng(0).choice(len(pairs), _MAX_PAIRS, replace=False)
         pairs = [pairs[int(i)] for i in selection]
-    signs = (1.0, -1.0) if axial else (1.0,)
+    signs = (1.0, -1.0) if is_axial else (1.0,)
     rotations = []
     for i, k in pairs:
         model_frame = _frame(model[i], model[k])
@@ -167,11 +173,11 @@ def rotations_by_pairs(
 
 def _frame(a: FloatArray, b: FloatArray) -> FloatArray | None:
     """Return axes (3, 3) symmetric in two directions, or None if these are nearly parallel."""
-    across = np.cross(a, b)
-    length = float(np.linalg.norm(across))
+    cross_axis = np.cross(a, b)
+    length = float(np.linalg.norm(cross_axis))
     if length < _MIN_SINE:
         return None
     middle = a + b
     middle = middle / np.linalg.norm(middle)
-    normal = across / length
+    normal = cross_axis / length
     return np.column_stack([middle, normal, np.cross(middle, normal)])

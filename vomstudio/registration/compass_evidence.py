@@ -81,14 +81,14 @@ def compass_alone(kinds: Sequence[Observed]) -> bool:
     -------
     bool
     """
-    read = any(isinstance(kind, Azimuths | Directions) for kind in kinds)
+    is_read = any(isinstance(kind, Azimuths | Directions) for kind in kinds)
     others = any(
         isinstance(kind, Attitudes | Combined)
         # A single point does not determine a direction.
         or (isinstance(kind, Points) and len(kind.labels) > 1)
         for kind in kinds
     )
-    return read and not others
+    return is_read and not others
 
 
 def compass_directions(

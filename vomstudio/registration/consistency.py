@@ -96,20 +96,20 @@ def check_fixed_scale(
     fixed_scale = next((kind for kind in kinds if isinstance(kind, KeptScale)), None)
     if fixed_scale is None or not others:
         return None, list(kinds)
-    free = adjust(others, centre, size)
-    if np.abs(free.free[3]).sum() > 0:
+    free_fit = adjust(others, centre, size)
+    if np.abs(free_fit.free[3]).sum() > 0:
         return None, list(kinds)
     metres = float(fixed_scale.length[0] / np.linalg.norm(fixed_scale.second - fixed_scale.first))
-    times, error = free.fit.scale / metres, float(np.sqrt(free.covariance[3, 3]))
+    times, error = free_fit.fit.scale / metres, float(np.sqrt(free_fit.covariance[3, 3]))
     contradiction = None
     if abs(np.log(times)) >= float(norm.isf(_SIGNIFICANCE / 2.0)) * error:
         contradiction = ScaleContradiction(times, error)
     elif abs(np.log(times)) < _MAX_LOG_SCALE:
         return None, list(kinds)
     point_sets = [kind.world for kind in kinds if isinstance(kind, Points)]
-    middle = np.concatenate(point_sets).mean(axis=0) if point_sets else np.zeros(3)
+    midpoint = np.concatenate(point_sets).mean(axis=0) if point_sets else np.zeros(3)
     return contradiction, [
-        replace(kind, world=middle + (kind.world - middle) / times, sigma=kind.sigma / times)
+        replace(kind, world=midpoint + (kind.world - midpoint) / times, sigma=kind.sigma / times)
         if isinstance(kind, Points)
         else kind
         for kind in kinds
@@ -133,7 +133,7 @@ def disagreement_findings(
     from scipy.spatial.transform import Rotation
     from scipy.stats import chi2
 
-    alone = [
+    single_fits = [
         adjust([kind], centre, size)
         for kind in kinds
         if isinstance(kind, Points)
@@ -141,19 +141,19 @@ def disagreement_findings(
         and not nearly_on_a_line(kind.model)
         and not nearly_on_a_line(kind.world)
     ]
-    if len(alone) != 2 or any(one.free.shape[1] for one in alone):
+    if len(single_fits) != 2 or any(item.free.shape[1] for item in single_fits):
         return []
-    first, second = (one.fit for one in alone)
-    turn = Rotation.from_matrix(first.rotation @ second.rotation.T).as_rotvec()
+    first, second = (item.fit for item in single_fits)
+    rotation = Rotation.from_matrix(first.rotation @ second.rotation.T).as_rotvec()
     grow = float(np.log(first.scale / second.scale))
-    off = np.array([*turn, grow])
-    errors = _rotation_scale_covariance(alone[0]) + _rotation_scale_covariance(alone[1])
-    if float(chi2.sf(off @ np.linalg.solve(errors, off), 4)) > _SIGNIFICANCE:
+    offset = np.array([*rotation, grow])
+    errors = _rotation_scale_covariance(single_fits[0]) + _rotation_scale_covariance(single_fits[1])
+    if float(chi2.sf(offset @ np.linalg.solve(errors, offset), 4)) > _SIGNIFICANCE:
         return []
     return [
         Finding(
             "registration.points-and-cameras",
-            turn_deg=float(np.degrees(np.linalg.norm(turn))),
+            turn_deg=float(np.degrees(np.linalg.norm(rotation))),
             scale_percent=100.0 * float(np.expm1(grow)),
         )
     ]

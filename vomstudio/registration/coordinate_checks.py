@@ -87,10 +87,10 @@ def point_findings(
     if degrees := degree_findings(world):
         return [*alike, *degrees]
     every = control.model if model is None else model
-    if missing := missing_height_findings(labels, every, world):
-        return [*alike, *missing]
-    if apart := find_misplaced_points(labels, every, world, crs)[0]:
-        return [*alike, *apart]
+    if missing_names := missing_height_findings(labels, every, world):
+        return [*alike, *missing_names]
+    if misplaced_points := find_misplaced_points(labels, every, world, crs)[0]:
+        return [*alike, *misplaced_points]
     if level := constant_height_findings(control.model, control.world):
         return [*alike, *level]
     if fits_as_mirror(control.model, control.world):
@@ -119,9 +119,13 @@ def far_from_others(world: FloatArray) -> BoolArray:
     """
     if len(world) < 4:
         return np.zeros(len(world), bool)
-    away = np.linalg.norm(world - np.median(world, axis=0), axis=1)
-    usual = float(np.median(away))
-    return np.asarray(away > _OUTLIER_FACTOR * usual) if usual > 0 else np.zeros(len(world), bool)
+    distances = np.linalg.norm(world - np.median(world, axis=0), axis=1)
+    median = float(np.median(distances))
+    return (
+        np.asarray(distances > _OUTLIER_FACTOR * median)
+        if median > 0
+        else np.zeros(len(world), bool)
+    )
 
 
 def find_misplaced_points(
@@ -173,42 +177,42 @@ def far_point_findings(labels: Sequence[str], world: FloatArray, far: BoolArray)
     """
     if not far.any():
         return []
-    middle = np.median(world[~far], axis=0)
-    reach = float(np.linalg.norm(world[~far] - middle, axis=1).max())
-    near = _OUTLIER_FACTOR * max(reach, 1.0)
-    exchanged: list[int] = []
-    lost: list[int] = []
-    scaled: dict[str, list[int]] = {}
+    median = np.median(world[~far], axis=0)
+    max_distance = float(np.linalg.norm(world[~far] - median, axis=1).max())
+    near = _OUTLIER_FACTOR * max(max_distance, 1.0)
+    exchanged_items: list[int] = []
+    lost_items: list[int] = []
+    scaled_items: dict[str, list[int]] = {}
     for row in np.flatnonzero(far):
         # Near the origin of local coordinates, divided values are always close to the others.
-        mapped = np.linalg.norm(middle) > near
+        is_mapped = np.linalg.norm(median) > near
         units = [
             unit
             for unit in _UNITS
-            if mapped and np.linalg.norm(world[row] / unit[0] - middle) <= near
+            if is_mapped and np.linalg.norm(world[row] / unit[0] - median) <= near
         ]
-        if np.linalg.norm(world[row, [1, 0, 2]] - middle) <= near:
-            exchanged.append(int(row))
+        if np.linalg.norm(world[row, [1, 0, 2]] - median) <= near:
+            exchanged_items.append(int(row))
         elif units:
-            scaled.setdefault(units[0][1], []).append(int(row))
+            scaled_items.setdefault(units[0][1], []).append(int(row))
         else:
-            lost.append(int(row))
+            lost_items.append(int(row))
     metres = {tr(unit): 1.0 / times for times, unit in _UNITS}
     findings: list[Finding] = [
         other_unit(", ".join(labels[row] for row in rows), tr(unit), metres[tr(unit)])
-        for unit, rows in scaled.items()
+        for unit, rows in scaled_items.items()
     ]
-    if exchanged:
-        names = [labels[row] for row in exchanged]
+    if exchanged_items:
+        names = [labels[row] for row in exchanged_items]
         findings.append(Finding("control.swapped-columns", labels=names))
-    if lost:
-        distance = float(np.linalg.norm(world[lost] - middle, axis=1).min())
+    if lost_items:
+        distance = float(np.linalg.norm(world[lost_items] - median, axis=1).min())
         findings.append(
             Finding(
                 "control.far-away",
-                labels=[labels[row] for row in lost],
+                labels=[labels[row] for row in lost_items],
                 distance_m=distance,
-                extent_m=reach,
+                extent_m=max_distance,
             )
         )
     return findings
@@ -243,8 +247,8 @@ def swapped_label_findings(
     if best is None or best[0] > _MAX_SWAPPED_RATIO * rms:
         return []
     # If only one point is wrong, excluding it explains the misfit as well.
-    for alone in best[1:]:
-        others = np.arange(len(labels)) != alone
+    for runner_up in best[1:]:
+        others = np.arange(len(labels)) != runner_up
         miss = _rms(model[others], world[others])
         if miss is not None and miss < 2.0 * best[0]:
             return []
@@ -275,16 +279,19 @@ def degree_findings(world: FloatArray, *, apart_m: float = 0.0) -> list[Finding]
     """
     if len(world) < 3:
         return []
-    reach = np.ptp(world, axis=0)
-    across = float(max(reach[:2]))
+    max_distance = np.ptp(world, axis=0)
+    across_component = float(max(max_distance[:2]))
     for x, y, exchanged in ((0, 1, False), (1, 0, True)):
-        inside = (np.abs(world[:, x]) <= 180).all() and (np.abs(world[:, y]) <= 90).all()
-        if inside and (0.0 < across < apart_m or (across < 1.0 and reach[2] > 100 * across)):
+        is_inside = (np.abs(world[:, x]) <= 180).all() and (np.abs(world[:, y]) <= 90).all()
+        if is_inside and (
+            0.0 < across_component < apart_m
+            or (across_component < 1.0 and max_distance[2] > 100 * across_component)
+        ):
             return [
                 Finding(
                     "frame.maybe-degrees",
-                    span=across,
-                    height=float(reach[2]),
+                    span=across_component,
+                    height=float(max_distance[2]),
                     latitude_first=exchanged,
                 )
             ]
@@ -328,8 +335,8 @@ def misreading_findings(
         readings.append((world[:, [1, 0, 2]], Finding("control.swapped-columns", labels=())))
     better = [
         (miss, finding)
-        for changed, finding in readings
-        if (miss := _miss(model, changed)) is not None and miss < _MAX_RESIDUAL_RATIO * rms
+        for changed_reading, finding in readings
+        if (miss := _miss(model, changed_reading)) is not None and miss < _MAX_RESIDUAL_RATIO * rms
     ]
     return [min(better, key=lambda each: each[0])[1]] if better else []
 
@@ -385,7 +392,7 @@ def scale_unit_findings(scale: float, scale_error_95: float | None) -> list[Find
     return []
 
 
-def check_area(world: FloatArray, crs: str | None, *, converted: bool = False) -> list[Finding]:
+def check_area(world: FloatArray, crs: str | None, *, is_converted: bool = False) -> list[Finding]:
     """Check that a projected CRS is metric at the control points or cameras.
 
     Parameters
@@ -394,7 +401,7 @@ def check_area(world: FloatArray, crs: str | None, *, converted: bool = False) -
         Coordinates in `crs`.
     crs : str or None
         Projected CRS in metres.
-    converted : bool
+    is_converted : bool
         Whether the coordinates were converted from longitude and latitude, so that their unit is
         correct.
 
@@ -413,7 +420,7 @@ def check_area(world: FloatArray, crs: str | None, *, converted: bool = False) -
     if crs is None or not len(world):
         return []
     x, y = np.median(world, axis=0)[:2].tolist()
-    hint = None if converted else _unit_of_another_place(x, y, crs)
+    hint = None if is_converted else _unit_of_another_place(x, y, crs)
     try:
         findings = check_metric(crs, np.array([[x, y], [x, y]]), field="--crs")
     except InputError as error:
@@ -460,9 +467,12 @@ def require_on_model(model: FloatArray, extent: FloatArray | None) -> None:
     if extent is None or not len(extent) or not len(model):
         return
     low, high = extent.min(axis=0), extent.max(axis=0)
-    reach = float(np.linalg.norm(high - low))
-    off = np.maximum(np.maximum(low - model, model - high), 0.0)
-    if reach > 0 and float(np.median(np.linalg.norm(off, axis=1))) > _MAX_OFFSET_FACTOR * reach:
+    max_distance = float(np.linalg.norm(high - low))
+    offset = np.maximum(np.maximum(low - model, model - high), 0.0)
+    if (
+        max_distance > 0
+        and float(np.median(np.linalg.norm(offset, axis=1))) > _MAX_OFFSET_FACTOR * max_distance
+    ):
         points_middle, model_middle = np.median(model, axis=0), (low + high) / 2
         raise GeometryError(
             Finding(
@@ -477,12 +487,12 @@ def require_on_model(model: FloatArray, extent: FloatArray | None) -> None:
         )
 
 
-def relocation_findings(extent: FloatArray, placed: FloatArray, crs: str) -> list[Finding]:
+def relocation_findings(extent: FloatArray, placed_values: FloatArray, crs: str) -> list[Finding]:
     """Return a finding if a registration moves or rotates a georeferenced model considerably.
 
     Parameters
     ----------
-    extent, placed : (n, 3) ndarray
+    extent, placed_values : (n, 3) ndarray
         Points of the model before and after the registration.
     crs : str
         CRS of both sets of points.
@@ -495,14 +505,14 @@ def relocation_findings(extent: FloatArray, placed: FloatArray, crs: str) -> lis
 
     if not len(extent):
         return []
-    distance_m = float(np.linalg.norm(placed.mean(axis=0) - extent.mean(axis=0)))
+    distance_m = float(np.linalg.norm(placed_values.mean(axis=0) - extent.mean(axis=0)))
     extent_m = float(np.linalg.norm(np.ptp(extent, axis=0)))
     if distance_m <= max(_MAX_OFFSET_FACTOR * extent_m, 1000.0):
-        turn = _turn_deg(extent, placed)
+        angle = _turn_deg(extent, placed_values)
         return (
             []
-            if turn <= _MAX_TURN_DEG
-            else [Finding("registration.turned", turn_deg=turn, crs=crs_name(crs))]
+            if angle <= _MAX_TURN_DEG
+            else [Finding("registration.turned", turn_deg=angle, crs=crs_name(crs))]
         )
     return [Finding("registration.moved", distance_km=distance_m / 1000.0, crs=crs_name(crs))]
 
@@ -534,23 +544,23 @@ def view_direction_findings(forward: FloatArray) -> list[Finding]:
     return [Finding("cameras.look-up", count=len(forward))]
 
 
-def position_noise_findings(world: FloatArray, placed: FloatArray) -> list[Finding]:
+def position_noise_findings(world: FloatArray, placed_values: FloatArray) -> list[Finding]:
     """Return a finding if the errors of camera positions are as large as their spacing.
 
     Parameters
     ----------
-    world, placed : (n, 3) ndarray
+    world, placed_values : (n, 3) ndarray
         Stated positions, and positions after the registration.
 
     Returns
     -------
     list of Finding
     """
-    miss = float(np.sqrt(((placed - world) ** 2).sum(axis=1).mean())) if len(world) else 0.0
-    apart = _reach(placed) if len(world) else 0.0
-    if not miss > 0.5 * apart > 0:
+    miss = float(np.sqrt(((placed_values - world) ** 2).sum(axis=1).mean())) if len(world) else 0.0
+    position_noise = _reach(placed_values) if len(world) else 0.0
+    if not miss > 0.5 * position_noise > 0:
         return []
-    return [Finding("cameras.noise", error_m=miss, extent_m=apart)]
+    return [Finding("cameras.noise", error_m=miss, extent_m=position_noise)]
 
 
 # --- common functions -------------------------------------------------------------------------
@@ -559,20 +569,20 @@ def _reach(points: FloatArray) -> float:
 
 
 def _rms(model: FloatArray, world: FloatArray) -> float | None:
-    local = world - world.mean(axis=0)
+    local_points = world - world.mean(axis=0)
     try:
-        fit = fit_similarity(model, local)
+        fit = fit_similarity(model, local_points)
     except GeometryError:
         return None
-    return float(np.sqrt(((fit(model) - local) ** 2).sum(axis=1).mean()))
+    return float(np.sqrt(((fit(model) - local_points) ** 2).sum(axis=1).mean()))
 
 
 def _miss(model: FloatArray, world: FloatArray) -> float | None:
     """Return the median residual of a similarity as a share of the extent of the points."""
-    local = world - world.mean(axis=0)
+    local_points = world - world.mean(axis=0)
     try:
-        fit, _ = fit_robustly(model, local)
+        fit, _ = fit_robustly(model, local_points)
     except GeometryError:
         return None
-    miss = float(np.median(np.linalg.norm(fit(model) - local, axis=1)))
-    return miss / max(_reach(local), 1e-300)
+    miss = float(np.median(np.linalg.norm(fit(model) - local_points, axis=1)))
+    return miss / max(_reach(local_points), 1e-300)

@@ -162,7 +162,7 @@ class Evidence:
     def too_few_alone(self) -> bool:
         """Whether there are only points, and too few of them to place a model."""
         others = (self.positions, self.attitudes, self.level, self.compass)
-        if self.pairs is None or any(one is not None for one in others):
+        if self.pairs is None or any(item is not None for item in others):
             return False
         if self.bars or self.lengths or self.azimuths or self.level_lines or self.plumb_lines:
             return False
@@ -262,8 +262,8 @@ def _add_pixel_residuals(placed: Placed, evidence: Evidence) -> Placed:
     """Add the RMS residual of each control point in the photos, pixels."""
     if not evidence.marks or evidence.pairs is None:
         return placed
-    places = transform.apply(transform.invert(placed.matrix), evidence.pairs.world)
-    known = dict(zip(evidence.pairs.labels, places, strict=True))
+    positions = transform.apply(transform.invert(placed.matrix), evidence.pairs.world)
+    known = dict(zip(evidence.pairs.labels, positions, strict=True))
     squares: dict[str, list[float]] = {}
     for label, photo, x, y in evidence.marks:
         view = _view(evidence, photo, "--marks")
@@ -286,15 +286,15 @@ def _add_pixel_residuals(placed: Placed, evidence: Evidence) -> Placed:
 def _pairs(evidence: Evidence) -> tuple[Points, Points]:
     pairs = evidence.pairs
     assert pairs is not None
-    clicked = pairs.is_clicked
+    is_clicked = pairs.is_clicked
     click_m, click = _click_errors(evidence)
-    sigma_m = np.where(clicked, click_m, 0.0)
-    covariance = np.tile(click**2 * np.eye(3), (len(clicked), 1, 1))
+    sigma_m = np.where(is_clicked, click_m, 0.0)
+    covariance = np.tile(click**2 * np.eye(3), (len(is_clicked), 1, 1))
     if pairs.covariance is not None:
-        covariance[~clicked] = pairs.covariance[~clicked]
+        covariance[~is_clicked] = pairs.covariance[~is_clicked]
 
-    def those(which: BoolArray) -> Points:
-        rows = np.flatnonzero(which)
+    def those(mask: BoolArray) -> Points:
+        rows = np.flatnonzero(mask)
         labels = [pairs.labels[i] for i in rows]
         return Points(
             labels,
@@ -324,8 +324,8 @@ def _add_control_errors(placed: Placed, evidence: Evidence) -> Placed:
         click_m = evidence.click_sigma_m
         if click_m is None:
             click_m = 0.5 * placed.scale * (evidence.resolution or 0.0)
-            stated = np.isfinite(pairs.sigma[pairs.is_clicked]).all()
-            if evidence.resolution is None and stated:
+            is_stated = np.isfinite(pairs.sigma[pairs.is_clicked]).all()
+            if evidence.resolution is None and is_stated:
                 findings.append(Finding("control.click-error-unknown"))
         placed = replace(placed, click_sigma_m=click_m)
     return prepend_warnings(placed, findings)
@@ -333,18 +333,18 @@ def _add_control_errors(placed: Placed, evidence: Evidence) -> Placed:
 
 # --- cameras ----------------------------------------------------------------------------------
 def _camera_finder(
-    evidence: Evidence, known: Mapping[str, Any], field_: str
+    evidence: Evidence, known_items: Mapping[str, Any], field_: str
 ) -> Callable[[str], str | None]:
     """Return a function that finds the camera of a photo by its name.
 
     Raises UsageError if no cameras are known.
     """
-    if not known:
+    if not known_items:
         raise UsageError(
             Finding("cameras.no-poses") if evidence.centres else Finding("cameras.missing"),
             field=field_,
         )
-    return finder(list(known))
+    return finder(list(known_items))
 
 
 def _view(evidence: Evidence, photo: str, field_: str) -> View | None:
@@ -355,31 +355,36 @@ def _view(evidence: Evidence, photo: str, field_: str) -> View | None:
 
 def _match_photos(
     evidence: Evidence,
-    known: Mapping[str, Any],
+    known_items: Mapping[str, Any],
     photos: Sequence[str],
     field_: str,
     messages: list[Finding],
 ) -> tuple[list[int], list[str]]:
     """Return the rows of photos that match cameras of the model, and the camera names."""
     rows, names = [], []
-    unknown = []
-    find = _camera_finder(evidence, known, field_)
+    unknown_items = []
+    find = _camera_finder(evidence, known_items, field_)
     for row, photo in enumerate(photos):
         name = find(photo)
         if name is None:
-            unknown.append(photo)
+            unknown_items.append(photo)
         else:
             rows.append(row)
             names.append(name)
     if not rows:
         raise UsageError(
             Finding(
-                "cameras.none-known", photos=len(photos), first=photos[0], known=next(iter(known))
+                "cameras.none-known",
+                photos=len(photos),
+                first=photos[0],
+                known=next(iter(known_items)),
             ),
             field=field_,
         )
-    if unknown:
-        messages.append(Finding("cameras.unknown-photos", count=len(unknown), photos=unknown))
+    if unknown_items:
+        messages.append(
+            Finding("cameras.unknown-photos", count=len(unknown_items), photos=unknown_items)
+        )
     return rows, names
 
 
@@ -400,9 +405,9 @@ def _cameras(evidence: Evidence, messages: list[Finding], suspicions: list[Findi
     labels = [positions.photos[row] for row in rows]
     model = np.array([centres[name] for name in names])
     sigma = positions.sigma[rows]
-    alone = evidence.pairs is None and evidence.attitudes is None and evidence.compass is None
+    is_alone = evidence.pairs is None and evidence.attitudes is None and evidence.compass is None
     cameras, suspicious, exclusions = select_consistent_cameras(
-        labels, model, world, sigma, alone=alone, crs=evidence.crs
+        labels, model, world, sigma, is_alone=is_alone, crs=evidence.crs
     )
     suspicions += suspicious
     messages += [*suspicious, *exclusions]
@@ -493,29 +498,29 @@ def marked_places(
     }
     mark_px = mark_error_px(list(points.values()))
     evidence.mark_scatter_px = mark_px if points else None
-    triangulated, contradictory = {}, []
-    for label, each in points.items():
-        rows, wrong_marks = find_agreeing(label, each, agreement_px(mark_px))
+    triangulated_items, contradictory = {}, []
+    for label, point in points.items():
+        rows, wrong_marks = find_agreeing(label, point, agreement_px(mark_px))
         collected += [mark.finding for mark in wrong_marks]
-        right = each.select(rows)
+        right = point.select(rows)
         if len(rows) < 2:
             continue
         if not meet(right, agreement_px(mark_px)):
             contradictory.append(label)
             continue
         place = triangulate(*right)
-        triangulated[label] = place, place_covariance(right, place, mark_px)
+        triangulated_items[label] = place, place_covariance(right, place, mark_px)
     if contradictory:
         collected.append(marks_disagree(contradictory))
     # Points that are marked only once are reported when the labels are compared.
     few = [
         k
         for k in mark_counts
-        if mark_counts[k] > 1 and k not in triangulated and k not in contradictory
+        if mark_counts[k] > 1 and k not in triangulated_items and k not in contradictory
     ]
     if few:
         collected.append(Finding("control.few-marks", labels=few))
-    return triangulated
+    return triangulated_items
 
 
 def _attitudes(
@@ -568,8 +573,8 @@ def _level(
     )
     directions = []
     for row, view in zip(rows, views, strict=True):
-        flat = view.intrinsics.rays(table.ends[row])
-        directions.append((flat[1] - flat[0]) @ view.rotation)
+        flat_rays = view.intrinsics.rays(table.ends[row])
+        directions.append((flat_rays[1] - flat_rays[0]) @ view.rotation)
     model = np.array(directions)
     model /= np.linalg.norm(model, axis=1, keepdims=True)
     return LevelLines([table.photos[r] for r in rows], model, np.full(len(model), np.nan))

@@ -56,13 +56,13 @@ def lengths_of(
         If a point of a scale bar is missing, or both ends of a length coincide.
     """
     labels, first, second, length, sigma = [], [], [], [], []
-    places = {} if pairs is None else dict(zip(pairs.labels, pairs.model, strict=True))
+    positions = {} if pairs is None else dict(zip(pairs.labels, pairs.model, strict=True))
     is_clicked = {} if pairs is None else dict(zip(pairs.labels, pairs.is_clicked, strict=True))
     clicks = list[int]()
     for bar in bars:
         for label in (bar.first, bar.second):
-            if label not in places:
-                near = nearest(label, list(places))
+            if label not in positions:
+                near = nearest(label, list(positions))
                 raise UsageError(
                     Finding(
                         "length.unknown-point",
@@ -76,8 +76,8 @@ def lengths_of(
             continue
         labels.append(f"{bar.first} - {bar.second}")
         clicks.append(int(is_clicked[bar.first]) + int(is_clicked[bar.second]))
-        first.append(places[bar.first])
-        second.append(places[bar.second])
+        first.append(positions[bar.first])
+        second.append(positions[bar.second])
         length.append(bar.length_m)
         sigma.append(np.nan if bar.sigma_m is None else bar.sigma_m)
     for number, line in enumerate(segments, 1):
@@ -93,13 +93,13 @@ def lengths_of(
     short = ~(np.linalg.norm(ends[1] - ends[0], axis=1) > 0)
     if short.any():
         number = int(np.argmax(short))
-        used = [bar for bar in bars if not bar.check]
-        at = used[number] if number < len(used) else None
+        used_bars = [bar for bar in bars if not bar.check]
+        position = used_bars[number] if number < len(used_bars) else None
         raise UsageError(
             Finding("line.one-place"),
-            file=None if at is None else at.file,
-            line=None if at is None else at.line,
-            field="--scale" if at is None else "--scale-bars",
+            file=None if position is None else position.file,
+            line=None if position is None else position.line,
+            field="--scale" if position is None else "--scale-bars",
         )
     both = np.sqrt(clicks)
     return [
@@ -134,21 +134,21 @@ def fixed_scale(
     scale_error : float, optional
         Relative one-sigma error of the scale.
     """
-    places = [] if extent is None or not len(extent) else [extent]
-    places = places or [kind.model for kind in kinds if isinstance(kind, Points)]
-    middle, size = np.zeros(3), 1.0
-    if places:
-        every = np.concatenate(places)
-        middle = every.mean(axis=0)
+    positions = [] if extent is None or not len(extent) else [extent]
+    positions = positions or [kind.model for kind in kinds if isinstance(kind, Points)]
+    centre, size = np.zeros(3), 1.0
+    if positions:
+        every = np.concatenate(positions)
+        centre = every.mean(axis=0)
         size = float(np.linalg.norm(np.ptp(every, axis=0))) or 1.0
-    end = middle + [size, 0.0, 0.0]
+    end = centre + [size, 0.0, 0.0]
     # The scale is uniform, so any length can be used.
     length = np.array([scale * size])
     label = tr("the fixed scale")
     error = float(np.hypot(FIXED_SCALE_ERROR, scale_error or 0.0))
     return [
         KeptScale(
-            [label], middle[None], end[None], length, _FIT_SCALE_ERROR * length, scale_error=error
+            [label], centre[None], end[None], length, _FIT_SCALE_ERROR * length, scale_error=error
         )
     ]
 
@@ -176,19 +176,19 @@ def length_findings(
     """
     if pairs is None or not (bars or segments):
         return []
-    known = np.array([label not in apart for label in pairs.labels], bool) & ~pairs.check
-    points_fit = _points_alone(pairs.model[known], pairs.world[known], pairs.sigma[known])
+    is_known = np.array([label not in apart for label in pairs.labels], bool) & ~pairs.check
+    points_fit = _points_alone(pairs.model[is_known], pairs.world[is_known], pairs.sigma[is_known])
     if points_fit is None:
         return []
     scale, scale_error, sigma, times = points_fit
-    places = dict(zip(pairs.labels, pairs.model, strict=True))
-    wrong: list[Finding] = []
+    positions = dict(zip(pairs.labels, pairs.model, strict=True))
+    wrong_items: list[Finding] = []
     units: dict[str, list[str]] = {}
     lengths = [
         (
             f"{b.first} - {b.second}",
-            places[b.first],
-            places[b.second],
+            positions[b.first],
+            positions[b.second],
             b.length_m,
             b.sigma_m,
             b.check,
@@ -199,23 +199,23 @@ def length_findings(
         label = line.label or tr("length {number}", number=number)
         ends = np.asarray(line.first), np.asarray(line.second)
         lengths.append((label, *ends, line.value, line.sigma, False))
-    for label, first, second, stated, length_sigma, check in lengths:
+    for label, first, second, stated_length, length_sigma, check in lengths:
         length_by_points = scale * float(np.linalg.norm(second - first))
         length_sigma = _DEFAULT_ERROR * length_by_points if length_sigma is None else length_sigma
         error = times(len(lengths)) * float(
             np.sqrt((scale_error * length_by_points) ** 2 + 2.0 * sigma**2 + length_sigma**2)
         )
-        if not abs(stated - length_by_points) > error or not length_by_points > 0:
+        if not abs(stated_length - length_by_points) > error or not length_by_points > 0:
             continue
-        unit = _unit(stated / length_by_points, error / length_by_points)
+        unit = _unit(stated_length / length_by_points, error / length_by_points)
         if unit is not None:
             units.setdefault(unit, []).append(label)
         elif not check and label not in apart:
-            wrong.append(
+            wrong_items.append(
                 Finding(
                     "length.contradicted",
                     label=label,
-                    stated_m=stated,
+                    stated_m=stated_length,
                     by_points_m=length_by_points,
                     error_m=error,
                 )
@@ -223,11 +223,11 @@ def length_findings(
     findings = [
         Finding("length.other-unit", labels=labels, unit=tr(unit)) for unit, labels in units.items()
     ]
-    return [*findings, *wrong[:_MAX_NAMED]]
+    return [*findings, *wrong_items[:_MAX_NAMED]]
 
 
 def _points_alone(
-    model: FloatArray, world: FloatArray, stated: FloatArray
+    model: FloatArray, world: FloatArray, stated_values: FloatArray
 ) -> tuple[float, float, float, Callable[[int], float]] | None:
     """Estimate the scale from the points alone, or return None if they do not determine it.
 
@@ -249,15 +249,17 @@ def _points_alone(
         fit = fit_similarity(model, world)
     except GeometryError:
         return None
-    free = 3 * n - 7
-    residual_sigma = float(np.sqrt(((fit(model) - world) ** 2).sum() / free))
-    known = bool(n) and bool(np.isfinite(stated).all())
-    sigma = max(residual_sigma, float(np.sqrt((stated**2).mean()))) if known else residual_sigma
+    dof = 3 * n - 7
+    residual_sigma = float(np.sqrt(((fit(model) - world) ** 2).sum() / dof))
+    known = bool(n) and bool(np.isfinite(stated_values).all())
+    sigma = (
+        max(residual_sigma, float(np.sqrt((stated_values**2).mean()))) if known else residual_sigma
+    )
     size = float(np.linalg.norm(world - world.mean(axis=0)))
 
     def significance_limit(count: int) -> float:
         chance = 1.0 - _SIGNIFICANCE / 2.0 / count
-        return float(norm.ppf(chance) if known else t.ppf(chance, free))
+        return float(norm.ppf(chance) if known else t.ppf(chance, dof))
 
     return fit.scale, sigma / size, sigma, significance_limit
 

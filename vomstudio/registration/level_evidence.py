@@ -122,14 +122,14 @@ def plumb_lines_of(lines: Sequence[KnownDirection]) -> PlumbLines:
 def _unit_vectors(lines: Sequence[KnownDirection], option: str) -> FloatArray:
     """Return the directions (n, 3) from first to second ends. Raises UsageError."""
     ends = np.array([(line.first, line.second) for line in lines], np.float64)
-    along = ends[:, 1] - ends[:, 0]
-    length = np.linalg.norm(along, axis=1)
+    segments = ends[:, 1] - ends[:, 0]
+    length = np.linalg.norm(segments, axis=1)
     if not (length > 0).all():
         raise UsageError(
             Finding("line.one-place"),
             field=option,
         )
-    return np.asarray(along / length[:, None])
+    return np.asarray(segments / length[:, None])
 
 
 def photo_upright_of(up: FloatArray) -> PhotoUpright:
@@ -209,15 +209,15 @@ def away_deg(view: View, ends: FloatArray, extent: FloatArray) -> float | None:
     limit = _END_TOLERANCE * max(view.intrinsics.width, view.intrinsics.height)
     line_ends = []
     for end in ends:
-        near = is_visible & (
+        is_near = is_visible & (
             np.linalg.norm(np.nan_to_num(pixels, nan=np.inf) - end, axis=1) < limit
         )
-        if not near.any():
+        if not is_near.any():
             return None
         # Visible points are in front of hidden ones.
         ray = view.rays(end)[0]
-        along = float(np.quantile(depth[near], 0.25)) / float(ray @ view.rotation[2])
-        line_ends.append(view.centre + along * ray)
+        projections = float(np.quantile(depth[is_near], 0.25)) / float(ray @ view.rotation[2])
+        line_ends.append(view.centre + projections * ray)
     line = line_ends[1] - line_ends[0]
     length = float(np.linalg.norm(line))
     if not length > 0:
@@ -251,19 +251,19 @@ def level_line_findings(
     findings = _upright_line_findings(photos, views, ends)
     if extent is None or not len(extent):
         return findings
-    named, most = [], 0.0
+    named_items, maximum = [], 0.0
     for photo, view, line in zip(photos, views, ends, strict=True):
         if (line[0] == line[1]).any():
             continue
-        away = away_deg(view, line, extent)
-        if away is not None and away > _MAX_AWAY_DEG:
-            named.append(photo)
-            most = max(most, away)
-    if not named:
+        angles = away_deg(view, line, extent)
+        if angles is not None and angles > _MAX_AWAY_DEG:
+            named_items.append(photo)
+            maximum = max(maximum, angles)
+    if not named_items:
         return findings
     return [
         *findings,
-        Finding("level.away", photos=named, away_deg=most),
+        Finding("level.away", photos=named_items, away_deg=maximum),
     ]
 
 
@@ -297,27 +297,27 @@ def _upright_line_findings(
     rotate with the photos, whereas vertical lines are parallel.
     """
     steps = np.asarray(ends[:, 1] - ends[:, 0])
-    upright = np.abs(steps[:, 1]) > np.abs(steps[:, 0])
-    if not upright.any():
+    is_upright = np.abs(steps[:, 1]) > np.abs(steps[:, 0])
+    if not is_upright.any():
         return []
-    flat = [view.rays(line) for view, line in zip(views, ends, strict=True)]
-    lines = np.array([rays[1] - rays[0] for rays in flat])
+    view_rays = [view.rays(line) for view, line in zip(views, ends, strict=True)]
+    lines = np.array([rays[1] - rays[0] for rays in view_rays])
     lines /= np.linalg.norm(lines, axis=1, keepdims=True)
     _, _, axes = np.linalg.svd(lines)
-    apart = _range_deg(np.arctan2(lines @ axes[1], lines @ axes[0]), 180.0)
-    off = np.degrees(np.arcsin(np.minimum(np.abs(lines @ axes[2]), 1.0)))
-    if apart > _TURNED_DEG and off.max() <= _LEVEL_TOLERANCE_DEG:
+    angle_range = _range_deg(np.arctan2(lines @ axes[1], lines @ axes[0]), 180.0)
+    distance = np.degrees(np.arcsin(np.minimum(np.abs(lines @ axes[2]), 1.0)))
+    if angle_range > _TURNED_DEG and distance.max() <= _LEVEL_TOLERANCE_DEG:
         return []
-    names = [photo for photo, up in zip(photos, upright, strict=True) if up]
-    ahead = np.array([view.direction for view in views])
-    turned = _range_deg(np.arctan2(ahead @ axes[2], ahead @ axes[1]), 360.0)
-    if upright.all() and turned > _TURNED_DEG and apart < turned / 2.0:
+    names = [photo for photo, up in zip(photos, is_upright, strict=True) if up]
+    forward = np.array([view.direction for view in views])
+    turned = _range_deg(np.arctan2(forward @ axes[2], forward @ axes[1]), 360.0)
+    if is_upright.all() and turned > _TURNED_DEG and angle_range < turned / 2.0:
         return [Finding("level.upright", photos=names)]
     return [Finding("level.portrait", photos=names)]
 
 
-def _range_deg(angles_rad: FloatArray, whole: float) -> float:
-    """Return the smallest arc that contains all angles, with a period of `whole` degrees."""
-    turns = np.sort(np.degrees(angles_rad) % whole)
-    gaps = np.diff(np.append(turns, turns[0] + whole))
-    return float(whole - gaps.max())
+def _range_deg(angles_rad: FloatArray, whole_value: float) -> float:
+    """Return the smallest arc that contains all angles, with a period of `whole_value` degrees."""
+    turns = np.sort(np.degrees(angles_rad) % whole_value)
+    gaps = np.diff(np.append(turns, turns[0] + whole_value))
+    return float(whole_value - gaps.max())

@@ -50,20 +50,20 @@ def widen_by_likelihood(
         return result
     _, inverse = weighted_rows(result)
     values, axes = np.linalg.eigh(inverse[:3, :3])
-    linear = _Z95 * float(np.sqrt(max(values[-1], 0.0)))
-    if not linear > _MAX_LINEAR_RAD:
+    linear_values = _Z95 * float(np.sqrt(max(values[-1], 0.0)))
+    if not linear_values > _MAX_LINEAR_RAD:
         return result
     axis = axes[:, -1]
     turn = max(_turn_to(kinds, result, centre, side * axis) for side in (1.0, -1.0))
-    times = turn / linear
+    times = turn / linear_values
     if not times > 1.0:
         return result
-    wider = np.eye(7)
-    wider[:3, :3] += (times - 1.0) * np.outer(axis, axis)
+    wider_values = np.eye(7)
+    wider_values[:3, :3] += (times - 1.0) * np.outer(axis, axis)
     return replace(
         result,
-        covariance=wider @ result.covariance @ wider.T,
-        plain=wider @ result.plain @ wider.T,
+        covariance=wider_values @ result.covariance @ wider_values.T,
+        plain=wider_values @ result.plain @ wider_values.T,
     )
 
 
@@ -81,8 +81,8 @@ def _turn_to(
         fit, squares = _adjust_others(kinds, fit, result, centre, axis)
         after = float(np.sqrt(max(squares - min_squares, 0.0)))
         if after > _Z95:
-            share = (_Z95 - before) / (after - before)
-            return float((number + np.clip(share, 0.0, 1.0)) * _STEP_RAD)
+            fraction = (_Z95 - before) / (after - before)
+            return float((number + np.clip(fraction, 0.0, 1.0)) * _STEP_RAD)
         before = after
     return float(np.pi)
 
@@ -100,10 +100,10 @@ def _adjust_others(
     basis[3:, 2:] = np.eye(4)
     basis[4:] *= result.size
     for _ in range(_ITERATIONS):
-        at = fit(centre)[0]
-        rows, _ = all_rows(kinds, fit, at)
+        position = fit(centre)[0]
+        rows, _ = all_rows(kinds, fit, position)
         system = rows.moves @ basis / result.sigma[:, None]
         step = -np.linalg.lstsq(system, rows.misses / result.sigma, rcond=None)[0]
-        fit = apply_step(fit, basis @ step, at)
+        fit = apply_step(fit, basis @ step, position)
     rows, _ = all_rows(kinds, fit, fit(centre)[0])
     return fit, float(((rows.misses / result.sigma) ** 2).sum())

@@ -158,9 +158,9 @@ class North:
             if place is None or day is None:
                 return None
             declination = declination_deg(*place, day)
-        stated = self.declination_deg is not None
+        is_stated = self.declination_deg is not None
         deg = declination - (convergence or 0.0)
-        return NorthCorrection("magnetic", deg, declination, stated, convergence, day)
+        return NorthCorrection("magnetic", deg, declination, is_stated, convergence, day)
 
     def required_correction(self, north: str, option: str = "") -> NorthCorrection:
         """Return the correction of azimuths.
@@ -239,9 +239,9 @@ def convert_to_grid_north(
     InputError
     """
     angles = table.angles.copy()
-    added: dict[str, list[float]] = {}
-    lacking = 0
-    known: dict[object, NorthCorrection | None] = {}
+    added_items: dict[str, list[float]] = {}
+    lacking_count = 0
+    known_items: dict[object, NorthCorrection | None] = {}
     for row, word in enumerate(table.norths):
         if not np.isfinite(angles[row, 0]):
             continue
@@ -249,21 +249,21 @@ def convert_to_grid_north(
         place = (longitude, latitude) if np.isfinite([longitude, latitude]).all() else None
         # The field is practically constant within a hundredth of a degree.
         key = (word, table.days[row], place and tuple(np.round(place, 2)))
-        if key not in known:
-            known[key] = north.correction(word, table.days[row], place)
-        correction = known[key]
+        if key not in known_items:
+            known_items[key] = north.correction(word, table.days[row], place)
+        correction = known_items[key]
         if correction is None:
-            lacking += 1
+            lacking_count += 1
         else:
             angles[row, 0] += correction.deg
-            added.setdefault(word, []).append(correction.deg)
+            added_items.setdefault(word, []).append(correction.deg)
     messages += [
         Finding(_YAWS_CORRECTED[word], minimum_deg=min(turns), maximum_deg=max(turns))
-        for word, turns in added.items()
+        for word, turns in added_items.items()
         if any(turns)
     ]
-    if lacking:
-        messages.append(Finding("north.not-corrected", photos=lacking))
+    if lacking_count:
+        messages.append(Finding("north.not-corrected", photos=lacking_count))
     return replace(table, angles=angles, norths=("grid",) * len(table.photos))
 
 
@@ -334,6 +334,6 @@ def place_of(crs: str, world: FloatArray) -> tuple[float, float] | None:
     """
     from vomstudio.io.gis.crs import to_degrees
 
-    middle = np.median(world, axis=0)
-    place = to_degrees(crs, middle[:1], middle[1:2])
+    median = np.median(world, axis=0)
+    place = to_degrees(crs, median[:1], median[1:2])
     return None if place is None else (float(place[0][0]), float(place[1][0]))

@@ -127,16 +127,16 @@ class Points:
         axes = np.tile(np.eye(3), (len(sigma), 1, 1))
         if self.covariance is None:
             return sigma, axes
-        turn = fit.scale * fit.rotation
-        total = turn @ self.covariance @ turn.T + sigma[:, :, None] ** 2 * np.eye(3)
+        rotation = fit.scale * fit.rotation
+        total = rotation @ self.covariance @ rotation.T + sigma[:, :, None] ** 2 * np.eye(3)
         diagonal = np.einsum("nii->ni", total)
         off_axes = np.abs(total - diagonal[:, :, None] * np.eye(3)).max(axis=(1, 2))
         sigma = np.sqrt(diagonal)
-        inclined = np.isfinite(off_axes) & (off_axes > _ON_AXES * diagonal.max(axis=1))
-        if inclined.any():
-            values, vectors = np.linalg.eigh(total[inclined])
-            sigma[inclined] = np.sqrt(np.maximum(values, 0.0))
-            axes[inclined] = np.swapaxes(vectors, 1, 2)
+        is_inclined = np.isfinite(off_axes) & (off_axes > _ON_AXES * diagonal.max(axis=1))
+        if is_inclined.any():
+            values, vectors = np.linalg.eigh(total[is_inclined])
+            sigma[is_inclined] = np.sqrt(np.maximum(values, 0.0))
+            axes[is_inclined] = np.swapaxes(vectors, 1, 2)
         return sigma, axes
 
     def total_sigma(self, fit: Similarity) -> FloatArray:
@@ -194,15 +194,15 @@ class Lengths:
     click: FloatArray | None = None
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
-        placed = fit.scale * np.linalg.norm(self.second - self.first, axis=1)
-        moves = np.zeros((len(placed), 7))
-        moves[:, 3] = placed
+        placed_values = fit.scale * np.linalg.norm(self.second - self.first, axis=1)
+        moves = np.zeros((len(placed_values), 7))
+        moves[:, 3] = placed_values
         sigma = self.sigma
         if self.click_m is not None:
             sigma = np.hypot(sigma, self.click_m)
         if self.click is not None:
             sigma = np.hypot(sigma, fit.scale * self.click)
-        return _rows(placed - self.length, moves, sigma, ("lengths",))
+        return _rows(placed_values - self.length, moves, sigma, ("lengths",))
 
     def exact_on_model(self) -> Lengths:
         """Return the lengths, assuming that their end points on the model are exact."""
@@ -254,23 +254,23 @@ class Directions:
     north_sigma: float = 0.0
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
-        placed = self.model @ fit.rotation.T
+        placed_values = self.model @ fit.rotation.T
         observed = self.world
         if self.axial:
-            signs = np.where((placed * observed).sum(axis=1) < 0, -1.0, 1.0)
+            signs = np.where((placed_values * observed).sum(axis=1) < 0, -1.0, 1.0)
             observed = observed * signs[:, None]
-        down, across = _tangents(observed)
-        moves = np.zeros((len(placed), 2, 7))
-        misses = np.zeros((len(placed), 2))
-        shared = np.zeros((len(placed), 2, 1))
-        for row, tangent in enumerate((down, across)):
-            misses[:, row] = _angle(placed, observed, tangent)
+        down, across_component = _tangents(observed)
+        moves = np.zeros((len(placed_values), 2, 7))
+        misses = np.zeros((len(placed_values), 2))
+        shared_values = np.zeros((len(placed_values), 2, 1))
+        for row, tangent in enumerate((down, across_component)):
+            misses[:, row] = _angle(placed_values, observed, tangent)
             # A rotation w moves the direction u by w x u; its component along e is w . (u x e).
-            turns = _cross(placed, tangent)
+            turns = _cross(placed_values, tangent)
             moves[:, row, :3] = turns
-            shared[:, row, 0] = turns[:, 2]
+            shared_values[:, row, 0] = turns[:, 2]
         rows = _rows(misses.ravel(), moves.reshape(-1, 7), self.sigma, ("directions",))
-        return _sharing(rows, shared.reshape(-1, 1), self.north_sigma, COMPASS)
+        return _sharing(rows, shared_values.reshape(-1, 1), self.north_sigma, COMPASS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -296,10 +296,10 @@ class Verticals:
     mount_sigma: float = 0.0
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
-        placed = self.model @ fit.rotation.T
-        rows = _downward_rows(placed, self.sigma, "verticals")
+        placed_values = self.model @ fit.rotation.T
+        rows = _downward_rows(placed_values, self.sigma, "verticals")
         axes = fit.rotation @ self.cameras
-        aside_by = np.cross(axes, placed[:, :, None], axisa=1, axisb=1, axisc=1)[:, :2, :]
+        aside_by = np.cross(axes, placed_values[:, :, None], axisa=1, axisb=1, axisc=1)[:, :2, :]
         return _sharing(rows, aside_by.reshape(-1, 3), self.mount_sigma)
 
 
@@ -320,8 +320,8 @@ class PlumbLines:
     sigma: FloatArray
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
-        placed = self.model @ fit.rotation.T
-        down = np.where(placed[:, 2:] > 0, -placed, placed)
+        placed_values = self.model @ fit.rotation.T
+        down = np.where(placed_values[:, 2:] > 0, -placed_values, placed_values)
         return _downward_rows(down, self.sigma, "plumb lines")
 
 
@@ -379,13 +379,13 @@ class LevelLines:
         return len(self.labels) > 1 and self.apart < self.min_apart
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
-        placed = self.model @ fit.rotation.T
+        placed_values = self.model @ fit.rotation.T
         if self.count_as_one:
-            along = np.linalg.svd(placed / self.sigma[:, None])[2][0]
-            placed = np.sign(placed @ along)[:, None] * along
-        moves = np.zeros((len(placed), 7))
-        moves[:, :3] = _cross(placed, np.array([0.0, 0.0, 1.0]))
-        return _rows(placed[:, 2], moves, self.sigma, ("level lines",))
+            along_component = np.linalg.svd(placed_values / self.sigma[:, None])[2][0]
+            placed_values = np.sign(placed_values @ along_component)[:, None] * along_component
+        moves = np.zeros((len(placed_values), 7))
+        moves[:, :3] = _cross(placed_values, np.array([0.0, 0.0, 1.0]))
+        return _rows(placed_values[:, 2], moves, self.sigma, ("level lines",))
 
 
 @dataclass(frozen=True, eq=False)
@@ -411,14 +411,16 @@ class Azimuths:
     north_sigma: float = 0.0
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
-        placed = self.model @ fit.rotation.T
-        east, north = placed[:, 0], placed[:, 1]
-        flat = np.maximum(east**2 + north**2, 1e-12)
+        placed_values = self.model @ fit.rotation.T
+        east, north = placed_values[:, 0], placed_values[:, 1]
+        flat_values = np.maximum(east**2 + north**2, 1e-12)
         misses = np.arctan2(east, north) - self.azimuth
         misses = (misses + np.pi) % (2 * np.pi) - np.pi
-        slope = np.column_stack([north / flat, -east / flat, np.zeros(len(flat))])
-        moves = np.zeros((len(flat), 7))
-        moves[:, :3] = _cross(placed, slope)
+        slope = np.column_stack(
+            [north / flat_values, -east / flat_values, np.zeros(len(flat_values))]
+        )
+        moves = np.zeros((len(flat_values), 7))
+        moves[:, :3] = _cross(placed_values, slope)
         rows = _rows(misses, moves, self.sigma, ("azimuths",))
         # A north error rotates all azimuths about the vertical.
         return _sharing(rows, moves[:, 2:3], self.north_sigma, COMPASS)
@@ -454,19 +456,19 @@ class Attitudes:
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
         from scipy.spatial.transform import Rotation
 
-        placed = fit.rotation @ self.model
-        between = placed @ np.swapaxes(self.world, 1, 2)
-        turns = Rotation.from_matrix(between).as_rotvec()
+        placed_values = fit.rotation @ self.model
+        between = placed_values @ np.swapaxes(self.world, 1, 2)
+        rotations = Rotation.from_matrix(between).as_rotvec()
         # Rotation = axes @ (yaw, pitch, roll).
         inverse = np.swapaxes(self.axes, 1, 2)
-        misses = np.einsum("nij,nj->ni", inverse, turns)
+        misses = np.einsum("nij,nj->ni", inverse, rotations)
         n = len(misses)
         moves = np.zeros((n, 3, 7))
         moves[:, :, :3] = inverse
         rows = _rows(misses.ravel(), moves.reshape(-1, 7), self.sigma, ("yaw", "pitch", "roll"))
         # Express the common rotation caused by a north error as yaw, pitch and roll of each camera.
         rows = _sharing(rows, inverse[:, :, 2].reshape(-1, 1), self.north_sigma, YAW)
-        return _sharing(rows, (inverse @ placed).reshape(-1, 3), self.mount_sigma)
+        return _sharing(rows, (inverse @ placed_values).reshape(-1, 3), self.mount_sigma)
 
 
 _KIND_NAMES: tuple[tuple[type, str], ...] = (
@@ -498,7 +500,9 @@ def kind_name(kind: Observed) -> str:
     return next((name for cls, name in _KIND_NAMES if isinstance(kind, cls)), "reference")
 
 
-def all_rows(kinds: Sequence[Observed], fit: Similarity, at: FloatArray) -> tuple[Rows, list[int]]:
+def all_rows(
+    kinds: Sequence[Observed], fit: Similarity, position: FloatArray
+) -> tuple[Rows, list[int]]:
     """Concatenate the rows of all kinds, about a point in the World frame.
 
     Common errors with the same name are merged into one column.
@@ -509,7 +513,7 @@ def all_rows(kinds: Sequence[Observed], fit: Similarity, at: FloatArray) -> tupl
     begins : list of int
         First row of each kind, and the end of the last kind.
     """
-    each = [kind.rows(fit, at) for kind in kinds if len(kind.labels)]
+    each = [kind.rows(fit, position) for kind in kinds if len(kind.labels)]
     begins = [0]
     for rows in each:
         begins.append(begins[-1] + len(rows.misses))
@@ -518,9 +522,9 @@ def all_rows(kinds: Sequence[Observed], fit: Similarity, at: FloatArray) -> tupl
     for number, rows in enumerate(each):
         column_keys = [name or (number, k) for k, name in enumerate(rows.shared_names)]
         columns_of_kinds.append([columns.setdefault(key, len(columns)) for key in column_keys])
-    shared, sizes = np.zeros((begins[-1], len(columns))), np.zeros(len(columns))
+    shared_values, sizes = np.zeros((begins[-1], len(columns))), np.zeros(len(columns))
     for first, rows, selected_columns in zip(begins, each, columns_of_kinds, strict=False):
-        shared[first : first + len(rows.misses), selected_columns] = rows.shared
+        shared_values[first : first + len(rows.misses), selected_columns] = rows.shared
         sizes[selected_columns] = rows.shared_sigma
     whole = Rows(
         np.concatenate([rows.misses for rows in each]),
@@ -528,7 +532,7 @@ def all_rows(kinds: Sequence[Observed], fit: Similarity, at: FloatArray) -> tupl
         np.concatenate([rows.sigma for rows in each]),
         tuple(name for rows in each for name in rows.groups),
         tuple(name for rows in each for name in rows.parts),
-        shared,
+        shared_values,
         sizes,
         tuple(key if isinstance(key, str) else "" for key in columns),
         np.concatenate(
@@ -565,32 +569,32 @@ def _rows(
     )
 
 
-def _sharing(rows: Rows, shared: FloatArray, sigma: float, name: str = "") -> Rows:
+def _sharing(rows: Rows, shared_values: FloatArray, sigma: float, name: str = "") -> Rows:
     """Add errors that are common to all rows.
 
-    `shared` (m, k) contains the derivatives. `name` identifies errors that are common to several
-    kinds.
+    `shared_values` (m, k) contains the derivatives. `name` identifies errors that are common to
+    several kinds.
     """
     if not sigma > 0:
         return rows
-    k = shared.shape[1]
+    k = shared_values.shape[1]
     return replace(
         rows,
-        shared=np.hstack([rows.shared, shared]),
+        shared=np.hstack([rows.shared, shared_values]),
         shared_sigma=np.concatenate([rows.shared_sigma, np.full(k, sigma)]),
         shared_names=(*rows.shared_names, *(name,) * k),
     )
 
 
-def _downward_rows(placed: FloatArray, sigma: FloatArray, name: str) -> Rows:
+def _downward_rows(placed_values: FloatArray, sigma: FloatArray, name: str) -> Rows:
     """Return the rows of World directions (n, 3) that are observed to point straight down."""
-    horizontal = np.hypot(placed[:, 0], placed[:, 1])
+    horizontal_values = np.hypot(placed_values[:, 0], placed_values[:, 1])
     # Use the full angle, which may exceed 90 degrees; its direction is undefined straight up.
-    angle = np.arctan2(horizontal, -placed[:, 2])
-    factor = np.where(horizontal > 1e-12, angle / np.maximum(horizontal, 1e-12), 1.0)
-    misses = placed[:, :2] * factor[:, None]
-    misses[(horizontal <= 1e-12) & (placed[:, 2] > 0), 0] = np.pi
-    moves = np.zeros((len(placed), 2, 7))
+    angle = np.arctan2(horizontal_values, -placed_values[:, 2])
+    factor = np.where(horizontal_values > 1e-12, angle / np.maximum(horizontal_values, 1e-12), 1.0)
+    misses = placed_values[:, :2] * factor[:, None]
+    misses[(horizontal_values <= 1e-12) & (placed_values[:, 2] > 0), 0] = np.pi
+    moves = np.zeros((len(placed_values), 2, 7))
     # Rotations about east and north move a direction along the horizontal axes; rotations about the
     # direction itself do not.
     moves[:, 0, 1] = -1.0
@@ -608,19 +612,28 @@ def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
 def _tangents(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the tangents (n, 3) of unit vectors in their vertical plane and horizontally."""
     up = np.array([0.0, 0.0, 1.0])
-    across = _cross(up, directions)
-    size = np.linalg.norm(across, axis=1, keepdims=True)
-    across = np.where(size > 1e-9, across / np.maximum(size, 1e-12), [[1.0, 0.0, 0.0]])
-    return _cross(across, directions), across
+    across_component = _cross(up, directions)
+    size = np.linalg.norm(across_component, axis=1, keepdims=True)
+    across_component = np.where(
+        size > 1e-9, across_component / np.maximum(size, 1e-12), [[1.0, 0.0, 0.0]]
+    )
+    return _cross(across_component, directions), across_component
 
 
-def _angle(placed: FloatArray, observed: FloatArray, tangent: FloatArray) -> FloatArray:
+def _angle(
+    placed_values: FloatArray, observed_values: FloatArray, tangent: FloatArray
+) -> FloatArray:
     """Return the component (n,) along a tangent of the angle between directions, rad.
 
     The component is scaled to the angle instead of its sine, so that distant directions also
     converge.
     """
-    part = (placed * tangent).sum(axis=1)
-    across = np.linalg.norm(placed - (placed * observed).sum(axis=1)[:, None] * observed, axis=1)
-    angle = np.arctan2(across, (placed * observed).sum(axis=1))
-    return np.asarray(np.where(across > 1e-12, part / np.maximum(across, 1e-12) * angle, part))
+    part = (placed_values * tangent).sum(axis=1)
+    across_component = np.linalg.norm(
+        placed_values - (placed_values * observed_values).sum(axis=1)[:, None] * observed_values,
+        axis=1,
+    )
+    angle = np.arctan2(across_component, (placed_values * observed_values).sum(axis=1))
+    return np.asarray(
+        np.where(across_component > 1e-12, part / np.maximum(across_component, 1e-12) * angle, part)
+    )

@@ -77,10 +77,12 @@ def require_overlap(first: FloatArray, second: FloatArray, names: tuple[str, str
         If the boxes are farther apart.
     """
     gap = np.maximum(np.maximum(first[0] - second[1], second[0] - first[1]), 0.0)
-    apart = float(np.linalg.norm(gap))
+    gap_length = float(np.linalg.norm(gap))
     size = max(float(np.linalg.norm(box[1] - box[0])) for box in (first, second))
-    if not np.isfinite(apart) or apart <= size:
+    if not np.isfinite(gap_length) or gap_length <= size:
         return
     raise GeometryError(
-        Finding("reference.no-overlap", first=names[0], second=names[1], apart_m=apart, size_m=size)
+        Finding(
+            "reference.no-overlap", first=names[0], second=names[1], apart_m=gap_length, size_m=size
+        )
     )

@@ -38,26 +38,26 @@ def read_photo_positions(photos: Mapping[str, Path]) -> Positions:
     UsageError
         If no photo has a position.
     """
-    names, places, heights = list[str](), list[tuple[float, float, float]](), list[str]()
+    names, positions, heights = list[str](), list[tuple[float, float, float]](), list[str]()
     metadata = [read_photo(path) for path in photos.values()]
     for name, photo in zip(photos, metadata, strict=True):
         if photo.longitude_deg is None or photo.latitude_deg is None:
             continue
         names.append(name)
         height = float("nan") if photo.altitude_m is None else photo.altitude_m
-        places.append((photo.longitude_deg, photo.latitude_deg, height))
+        positions.append((photo.longitude_deg, photo.latitude_deg, height))
         heights.append(photo.altitude_reference or "")
     if not names:
         raise UsageError(
             Finding("no-gps", "error", photos=(), value=0),
             field="--cameras",
         )
-    unstated = np.full((len(names), 3), np.nan)
+    unstated_values = np.full((len(names), 3), np.nan)
     return Positions(
         tuple(names),
-        np.array(places),
+        np.array(positions),
         True,
-        unstated,
+        unstated_values,
         heights=tuple(heights),
         notes=tuple(altitude_findings(metadata)),
     )
@@ -84,8 +84,8 @@ def read_photo_attitudes(photos: Mapping[str, Path], views: Mapping[str, View]) 
         If no photo has an attitude.
     """
     names, angles, down, norths = list[str](), list[FloatArray](), list[FloatArray](), list[str]()
-    days, places = list[date | None](), list[FloatArray]()
-    drones = unnamed = 0
+    days, positions = list[date | None](), list[FloatArray]()
+    drones = unnamed_count = 0
     metadata, findings = drop_unmeasured_angles([read_photo(path) for path in photos.values()])
     for name, photo in zip(photos, metadata, strict=True):
         turns = _quarter_turns(photo, views.get(name))
@@ -100,7 +100,7 @@ def read_photo_attitudes(photos: Mapping[str, Path], views: Mapping[str, View]) 
             if photo.direction_deg is not None:
                 angles_deg[0] = photo.direction_deg
                 north = photo.direction_north or "magnetic"
-                unnamed += photo.direction_north is None
+                unnamed_count += photo.direction_north is None
         if not (np.isfinite(angles_deg[0]) or np.isfinite(fall[0])):
             continue
         names.append(name)
@@ -110,7 +110,7 @@ def read_photo_attitudes(photos: Mapping[str, Path], views: Mapping[str, View]) 
         days.append(None if photo.taken_at is None else photo.taken_at.date())
         longitude, latitude = photo.longitude_deg, photo.latitude_deg
         place = (np.nan, np.nan) if longitude is None or latitude is None else (longitude, latitude)
-        places.append(np.array(place))
+        positions.append(np.array(place))
     if not names and findings:
         return empty_attitude_table(findings)
     if not names:
@@ -123,20 +123,20 @@ def read_photo_attitudes(photos: Mapping[str, Path], views: Mapping[str, View]) 
         np.array(angles),
         None,
         tuple(norths),
-        doubted=True,
+        is_doubted=True,
         down=np.array(down),
         days=tuple(days),
-        places=np.array(places),
-        notes=(*findings, *_notes(drones, unnamed)),
+        positions=np.array(positions),
+        notes=(*findings, *_notes(drones, unnamed_count)),
     )
 
 
-def _notes(drones: int, unnamed: int) -> tuple[Finding, ...]:
+def _notes(drones: int, unnamed_count: int) -> tuple[Finding, ...]:
     notes = []
     if drones:
         notes.append(Finding("attitude.from-drone", photos=drones))
-    if unnamed:
-        notes.append(Finding("attitude.north-assumed", photos=unnamed))
+    if unnamed_count:
+        notes.append(Finding("attitude.north-assumed", photos=unnamed_count))
     return tuple(notes)
 
 

@@ -118,14 +118,18 @@ def place(
     norths, judged = estimate_norths(consistent, centre, size)
     result = widen_by_likelihood(judged, adjust(judged, centre, size), centre)
     result = add_rounding(judged, result, centre, size)
-    known = _determined_parameters(result, judged)
+    known_determined_parameters = _determined_parameters(result, judged)
     mirrors = mirror_findings(points)
-    blunders, without = _find_outliers(judged, result, centre, size, mirrored=bool(mirrors))
+    blunders, without = _find_outliers(judged, result, centre, size, is_mirrored=bool(mirrors))
     control = _residuals(points, result.fit)
-    share = _residual_share(points, control)
-    checked = _residuals(check, result.fit)
-    rotation, rotation95 = _rotation_errors(result, known)
-    scale95 = _Z95 * float(np.sqrt(result.covariance[3, 3])) if known.scale else None
+    fraction = _residual_share(points, control)
+    checked_residuals = _residuals(check, result.fit)
+    rotation, rotation95 = _rotation_errors(result, known_determined_parameters)
+    scale95 = (
+        _Z95 * float(np.sqrt(result.covariance[3, 3]))
+        if known_determined_parameters.scale
+        else None
+    )
     named = [
         *(suspect_findings(without) or blunder_findings(judged, blunders, result, centre, size)),
         *mirrors,
@@ -138,8 +142,15 @@ def place(
         *([] if contradiction is None else [contradiction.finding]),
         *disagreement_findings(judged, centre, size),
         *(north.finding for north in norths),
-        *redundancy_findings(control, checked, points),
-        *error_findings(rotation, scale95, known, points, named=doubted, share=share),
+        *redundancy_findings(control, checked_residuals, points),
+        *error_findings(
+            rotation,
+            scale95,
+            known_determined_parameters,
+            points,
+            is_named=doubted,
+            fraction=fraction,
+        ),
         *turn_findings(result.rotation),
         *bowing_findings(_bowing(points, check, {b.label for b in blunders}, result.fit, extent)),
     ]
@@ -148,14 +159,14 @@ def place(
         matrix=_matrix(result.fit),
         scale=result.fit.scale,
         control=control,
-        check=checked,
+        check=checked_residuals,
         rms_control_m=_rms(control),
-        rms_check_m=_rms(checked),
+        rms_check_m=_rms(checked_residuals),
         rotation_error_deg=rotation,
         rotation_error_95_deg=rotation95,
         scale_error_95=scale95,
-        worth_adding=_worth_adding(result, points, extent, known),
-        known=known,
+        worth_adding=_worth_adding(result, points, extent, known_determined_parameters),
+        known=known_determined_parameters,
         blunders=tuple(blunders),
         without=tuple(without),
         warnings=tuple(warnings),
@@ -175,7 +186,7 @@ def place_robustly(
     extent: FloatArray | None = None,
     *,
     up: FloatArray | None = None,
-    doubted: bool = False,
+    is_doubted: bool = False,
 ) -> Placed:
     """Register a model without outliers, and report them.
 
@@ -188,7 +199,7 @@ def place_robustly(
         Points of the model.
     up : (3,) ndarray, optional
         Up direction derived from the photos, in the frame of the model.
-    doubted : bool, optional
+    is_doubted : bool, optional
         See `place`.
 
     Returns
@@ -200,12 +211,12 @@ def place_robustly(
     GeometryError
         See `place`.
     """
-    first = place(kinds, check, extent, up=up, doubted=doubted)
+    first = place(kinds, check, extent, up=up, doubted=is_doubted)
     if not first.blunders:
         return first
     labels = [blunder.label for blunder in first.blunders]
     inlier_kinds, inlier_check = exclude_labels(kinds, check, labels)
-    placed = place(inlier_kinds, inlier_check, extent, up=up, doubted=doubted)
+    placed = place(inlier_kinds, inlier_check, extent, up=up, doubted=is_doubted)
     finding = Finding(
         "registration.left-out", labels=[blunder.text() for blunder in first.blunders]
     )
@@ -222,11 +233,11 @@ def _find_outliers(
     centre: FloatArray,
     size: float,
     *,
-    mirrored: bool,
+    is_mirrored: bool,
 ) -> tuple[list[Blunder], list[LeaveOneOut]]:
     """Return the blunders and, for few directions, the placement without each direction."""
     # Mirrored points do not fit at all, but no single point is wrong.
-    blunders = [] if mirrored else find_blunders(kinds, result, centre, size)
+    blunders = [] if is_mirrored else find_blunders(kinds, result, centre, size)
     without = leave_one_out(kinds, result, centre, size)
     if without and without[0].suspect:
         blunders = [Blunder(without[0].label, None, None, without[0].error_deg)]
@@ -263,15 +274,15 @@ def _require_values(kinds: Sequence[Observed]) -> None:
     """Raise GeometryError if all points are equal, or if errors are out of range."""
     for kind in kinds:
         if isinstance(kind, Points) and len(kind.labels) > 1:
-            for places in (kind.world, kind.model):
-                if float(np.ptp(places, axis=0).max()) <= 1e-12 * float(np.abs(places).max()):
+            for positions in (kind.world, kind.model):
+                if float(np.ptp(positions, axis=0).max()) <= 1e-12 * float(np.abs(positions).max()):
                     raise GeometryError(Finding("control.one-place"))
         sigma = np.asarray(getattr(kind, "sigma", ()), np.float64)
-        wrong = np.isfinite(sigma) & ~((sigma >= _ERROR_LIMITS[0]) & (sigma <= _ERROR_LIMITS[1]))
-        if wrong.any() and not isinstance(kind, Combined | KeptScale):
-            finding = check_error(float(sigma[wrong][0]))
+        is_wrong = np.isfinite(sigma) & ~((sigma >= _ERROR_LIMITS[0]) & (sigma <= _ERROR_LIMITS[1]))
+        if is_wrong.any() and not isinstance(kind, Combined | KeptScale):
+            finding = check_error(float(sigma[is_wrong][0]))
             assert finding is not None
-            raise GeometryError(finding, field=kind.labels[int(np.argwhere(wrong)[0, 0])])
+            raise GeometryError(finding, field=kind.labels[int(np.argwhere(is_wrong)[0, 0])])
 
 
 def _determine_turn(points: Points) -> bool:
@@ -289,40 +300,40 @@ def _determine_turn(points: Points) -> bool:
         min_distance = _OFF_LINE_ESTIMATED * float(np.sqrt(squares / (3 * n - 7)))
     else:
         return False
-    off = [
+    distance = [
         float(np.linalg.svd(p - p.mean(axis=0), compute_uv=False)[1]) / np.sqrt(n)
         for p in (points.world, fit(points.model))
     ]
-    return bool(min(off) > min_distance)
+    return bool(min(distance) > min_distance)
 
 
 def _extent(kinds: Sequence[Observed], extent: FloatArray | None) -> tuple[FloatArray, float]:
     """Return the centre (1, 3) of the model, and the typical distance of the model from it."""
-    places = [extent] if extent is not None and len(extent) else []
-    if not places:
+    positions = [extent] if extent is not None and len(extent) else []
+    if not positions:
         for kind in kinds:
-            places += [
+            positions += [
                 value
                 for name in ("model", "first", "second")
                 if isinstance(value := getattr(kind, name, None), np.ndarray)
                 and value.ndim == 2
                 and (isinstance(kind, Points) or name != "model")
             ]
-    fitted = [kind for kind in kinds if isinstance(kind, Combined)]
-    if not places and fitted:
-        start = fitted[0].start
-        return start.inverse(fitted[0].about[None]), fitted[0].size / start.scale
-    if not places:
+    fitted_kinds = [kind for kind in kinds if isinstance(kind, Combined)]
+    if not positions and fitted_kinds:
+        start = fitted_kinds[0].start
+        return start.inverse(fitted_kinds[0].about[None]), fitted_kinds[0].size / start.scale
+    if not positions:
         return np.zeros((1, 3)), 1.0
-    every = np.concatenate(places)
-    middle = every.mean(axis=0, keepdims=True)
-    size = float(np.sqrt(((every - middle) ** 2).sum(axis=1).mean()))
-    return middle, size if size > 0 else 1.0
+    every = np.concatenate(positions)
+    centre = every.mean(axis=0, keepdims=True)
+    size = float(np.sqrt(((every - centre) ** 2).sum(axis=1).mean()))
+    return centre, size if size > 0 else 1.0
 
 
 # --- determined parameters --------------------------------------------------------------------
 def _determined_parameters(result: Adjustment, kinds: Sequence[Observed]) -> Known:
-    free = result.free
+    free_parameters = result.free
     sigma = np.sqrt(np.maximum(np.diag(result.covariance), 0.0))
     tilt = float(np.sqrt(max(np.linalg.eigvalsh(result.covariance[:2, :2])[-1], 0.0)))
     # The prior from upright photos does not determine the vertical; other observations must do so.
@@ -330,8 +341,8 @@ def _determined_parameters(result: Adjustment, kinds: Sequence[Observed]) -> Kno
     unknown_tilt = sum(sigma_rad**-2 for sigma_rad in (_UNKNOWN_RAD, *priors)) ** -0.5
 
     def is_determined(*rows: int) -> bool:
-        return not free.shape[1] or bool(
-            np.linalg.norm(free[list(rows)], axis=1).max() < _MIN_COMPONENT
+        return not free_parameters.shape[1] or bool(
+            np.linalg.norm(free_parameters[list(rows)], axis=1).max() < _MIN_COMPONENT
         )
 
     # The azimuth of an inclined line determines north if the vertical is known.
@@ -344,12 +355,16 @@ def _determined_parameters(result: Adjustment, kinds: Sequence[Observed]) -> Kno
     )
 
 
-def _rotation_errors(result: Adjustment, known: Known) -> tuple[RotationError, RotationError95]:
-    free = result.free[:3]
+def _rotation_errors(
+    result: Adjustment, known_parameters: Known
+) -> tuple[RotationError, RotationError95]:
+    free_axes = result.free[:3]
     is_undetermined = (
-        np.linalg.norm(free, axis=1) > _MIN_COMPONENT if free.shape[1] else np.zeros(3, bool)
+        np.linalg.norm(free_axes, axis=1) > _MIN_COMPONENT
+        if free_axes.shape[1]
+        else np.zeros(3, bool)
     )
-    if known.north:
+    if known_parameters.north:
         is_undetermined[2] = False
 
     def axis_errors(covariance: FloatArray, scale_factor: float) -> list[float | None]:
@@ -359,7 +374,7 @@ def _rotation_errors(result: Adjustment, known: Known) -> tuple[RotationError, R
             for s, is_missing in zip(sigma, is_undetermined, strict=True)
         ]
 
-    if is_undetermined.any() or not (known.north and known.vertical):
+    if is_undetermined.any() or not (known_parameters.north and known_parameters.vertical):
         axis, worst = _free_axis(result), None
     else:
         values, axes = np.linalg.eigh(result.rotation)
@@ -373,26 +388,26 @@ def _rotation_errors(result: Adjustment, known: Known) -> tuple[RotationError, R
 
 def _free_axis(result: Adjustment) -> FloatArray:
     """Return the axis (3,) about which the rotation is least determined."""
-    free = result.free[:3]
-    if free.shape[1]:
-        u, s, _ = np.linalg.svd(free)
+    free_axes = result.free[:3]
+    if free_axes.shape[1]:
+        u, s, _ = np.linalg.svd(free_axes)
         if s[0] > _MIN_COMPONENT:
             return np.asarray(u[:, 0], np.float64)
     return np.asarray(np.linalg.eigh(result.rotation)[1][:, -1], np.float64)
 
 
 def _worth_adding(
-    result: Adjustment, points: Points | None, extent: FloatArray | None, known: Known
+    result: Adjustment, points: Points | None, extent: FloatArray | None, known_parameters: Known
 ) -> WorthAdding | None:
     """Return the best position for one more, equally accurate point at the edge of the model."""
-    if points is None or not known.all:
+    if points is None or not known_parameters.all:
         return None
     extent_points = points.model if extent is None or not len(extent) else extent
     low, high = result.fit(extent_points).min(axis=0), result.fit(extent_points).max(axis=0)
-    middle = (low + high) / 2
+    centre = (low + high) / 2
     corners = [np.where(which, high, low) for which in np.ndindex(2, 2, 2)]
     for axis in range(3):
-        corners += [np.where(np.arange(3) == axis, end, middle) for end in (low, high)]
+        corners += [np.where(np.arange(3) == axis, end, centre) for end in (low, high)]
     rows_of_points = slice(3 * len(points.labels))
     squares = result.error[rows_of_points].reshape(-1, 3) ** 2
     if result.rows.axes is not None:
@@ -420,8 +435,8 @@ def _worth_adding(
 
 def _worst(rotation: FloatArray) -> float:
     """Return the 95 % error about the weakest axis, degrees."""
-    worst = float(np.linalg.eigvalsh(rotation)[-1])
-    return _Z95 * float(np.degrees(np.sqrt(max(worst, 0.0))))
+    worst_value = float(np.linalg.eigvalsh(rotation)[-1])
+    return _Z95 * float(np.degrees(np.sqrt(max(worst_value, 0.0))))
 
 
 # --- residuals --------------------------------------------------------------------------------
@@ -455,11 +470,11 @@ def _bowing(
     model, world, sigma = (
         np.concatenate(arrays)[is_inlier]
         for arrays in zip(
-            *((each.model, each.world, each.total_sigma(fit)) for each in point_sets), strict=True
+            *((item.model, item.world, item.total_sigma(fit)) for item in point_sets), strict=True
         )
     )
-    reach = None if extent is None or not len(extent) else fit(extent)
-    return fit_bowing(world, fit(model) - world, sigma, reach)
+    max_distance = None if extent is None or not len(extent) else fit(extent)
+    return fit_bowing(world, fit(model) - world, sigma, max_distance)
 
 
 def _rms(points: Sequence[PointResidual]) -> float | None:
@@ -471,8 +486,10 @@ def _residual_share(points: Points | None, residuals: Sequence[PointResidual]) -
     rms = _rms(residuals)
     if points is None or rms is None:
         return 0.0
-    reach = float(np.sqrt(((points.world - points.world.mean(axis=0)) ** 2).sum(axis=1).mean()))
-    return rms / reach if reach > 0.0 else 0.0
+    max_distance = float(
+        np.sqrt(((points.world - points.world.mean(axis=0)) ** 2).sum(axis=1).mean())
+    )
+    return rms / max_distance if max_distance > 0.0 else 0.0
 
 
 def pairs(
@@ -518,7 +535,7 @@ def register_points(
     *,
     click_sigma_m: float | None = None,
     scale: float | None = None,
-    robust: bool = False,
+    is_robust: bool = False,
 ) -> Placed:
     """Register a model by pairs of points.
 
@@ -537,7 +554,7 @@ def register_points(
         `sigma_m`. If None, 0 is assumed, which is reported in a finding.
     scale : float, optional
         Fixed scale, metres per unit of the model.
-    robust : bool
+    is_robust : bool
         Whether to exclude outliers.
 
     Raises
@@ -555,7 +572,7 @@ def register_points(
     kinds: list[Observed] = [control]
     if scale is not None:
         kinds += fixed_scale(scale, kinds, None)
-    placed = (place_robustly if robust else place)(kinds, judges)
+    placed = (place_robustly if is_robust else place)(kinds, judges)
     placed = replace(placed, click_sigma_m=click_sigma_m or 0.0)
     if click_sigma_m is not None or sigma_m is None:
         return placed

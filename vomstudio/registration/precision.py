@@ -36,20 +36,20 @@ def last_digit(values: npt.ArrayLike) -> float:
         the spacing of float32.
     """
     x = np.asarray(values, np.float64)
-    largest = float(np.abs(x).max(initial=0.0))
-    finest = float(np.spacing(largest))
+    largest_value = float(np.abs(x).max(initial=0.0))
+    finest_value = float(np.spacing(largest_value))
     if (x == np.round(x)).all():
-        return max(10.0**-_MIN_DECIMALS, finest)
-    step = finest
+        return max(10.0**-_MIN_DECIMALS, finest_value)
+    step = finest_value
     for decimals in range(_MIN_DECIMALS, _MAX_DECIMALS + 1):
         # Any number is close to a decimal that is only slightly coarser than its spacing.
-        near = np.abs(x - np.round(x, decimals)).max(initial=0.0) <= finest
-        if near and 10.0**-decimals > _MIN_SPACING_RATIO * finest:
+        is_near = np.abs(x - np.round(x, decimals)).max(initial=0.0) <= finest_value
+        if is_near and 10.0**-decimals > _MIN_SPACING_RATIO * finest_value:
             step = 10.0**-decimals
             break
     if (x.astype(np.float32) == x).all():
-        step = max(step, float(np.spacing(np.float32(largest))))
-    return max(step, finest)
+        step = max(step, float(np.spacing(np.float32(largest_value))))
+    return max(step, finest_value)
 
 
 def add_rounding(
@@ -71,20 +71,20 @@ def add_rounding(
         Result with the errors of points that are as accurate as their coordinates.
     """
     groups = np.array(result.rows.groups)
-    rounded: list[Observed] = []
+    rounded_items: list[Observed] = []
     for kind in kinds:
         if isinstance(kind, Points) and not np.isfinite(kind.sigma).all():
             step = np.hypot(last_digit(kind.world), result.fit.scale * last_digit(kind.model))
             sigma = _ROUNDING * float(step)
             estimated_errors = result.error[(groups == kind.name) & ~np.isfinite(result.rows.sigma)]
             if len(estimated_errors) and float(estimated_errors.max()) < sigma:
-                stated = np.where(np.isfinite(kind.sigma), kind.sigma, sigma)
-                kind = replace(kind, sigma=stated)
-        rounded.append(kind)
-    if all(new is old for new, old in zip(rounded, kinds, strict=True)):
+                stated_values = np.where(np.isfinite(kind.sigma), kind.sigma, sigma)
+                kind = replace(kind, sigma=stated_values)
+        rounded_items.append(kind)
+    if all(new is old_kind for new, old_kind in zip(rounded_items, kinds, strict=True)):
         return result
     try:
-        rounded_result = adjust(rounded, centre, size)
+        rounded_result = adjust(rounded_items, centre, size)
     except GeometryError:
         return result
     if _worst(rounded_result) < _worst(result):

@@ -44,7 +44,7 @@ class RegisterOptions(Options):
         None,
         metavar="FILE",
         help=to_translate("marks of the control points in the photos"),
-        automatic=to_translate("in the control point file, or marks.csv next to it"),
+        automatic_text=to_translate("in the control point file, or marks.csv next to it"),
     )
     model_cameras: str | None = option(
         None,
@@ -53,7 +53,7 @@ class RegisterOptions(Options):
             "cameras of the model: cameras.json, COLMAP sparse model, Metashape XML,"
             " reconstruction.json or shots.geojson"
         ),
-        automatic=to_translate("next to the model"),
+        automatic_text=to_translate("next to the model"),
     )
     cameras: str | None = option(
         None,
@@ -143,14 +143,16 @@ class RegisterOptions(Options):
         minimum=-180.0,
         maximum=180.0,
         help=to_translate("declination of magnetic north, degrees, east positive"),
-        automatic=to_translate("IGRF"),
+        automatic_text=to_translate("IGRF"),
     )
     north_sigma_deg: float | None = option(
         None,
         minimum=0.0,
         maximum=180.0,
         help=to_translate("common offset of all compass readings, standard deviation, degrees"),
-        automatic=to_translate("10 for photos, 2 for other azimuths from magnetic north, else 0"),
+        automatic_text=to_translate(
+            "10 for photos, 2 for other azimuths from magnetic north, else 0"
+        ),
     )
     click_sigma_m: float | None = option(
         None,
@@ -160,7 +162,7 @@ class RegisterOptions(Options):
             "standard deviation of each coordinate of a point picked on the model, in addition to"
             " the control accuracy, m"
         ),
-        automatic=to_translate("half the resolution of the model; 0 without a model"),
+        automatic_text=to_translate("half the resolution of the model; 0 without a model"),
     )
     crs: str | None = option(
         None,
@@ -176,13 +178,13 @@ class RegisterOptions(Options):
         None,
         choices=("y", "z"),
         help=to_translate("up axis of the model file"),
-        automatic=to_translate("as defined by its format"),
+        automatic_text=to_translate("as defined by its format"),
     )
     unit: str | None = option(
         None,
         choices=tuple(METRES),
         help=to_translate("unit of the model file, which fixes the scale"),
-        automatic=to_translate("the observations determine the scale"),
+        automatic_text=to_translate("the observations determine the scale"),
     )
     without: tuple[str, ...] = option(
         (),

@@ -158,16 +158,16 @@ class Placed(PrintableResult):
         """Transform model points (n, 3) or (3,) to the World frame. Raises InputError."""
         m = self.matrix
         try:
-            places = np.asarray(points, np.float64)
+            positions = np.asarray(points, np.float64)
         except (TypeError, ValueError, OverflowError):
-            places = np.empty(0)
+            positions = np.empty(0)
         if (
-            not places.ndim
-            or places.shape[-1] != 3
-            or not (np.abs(places) <= MAX_COORDINATE_M).all()
+            not positions.ndim
+            or positions.shape[-1] != 3
+            or not (np.abs(positions) <= MAX_COORDINATE_M).all()
         ):
             raise InputError(
                 Finding("points.invalid"),
                 field="points",
             )
-        return np.asarray(places @ m[:3, :3].T + m[:3, 3])
+        return np.asarray(positions @ m[:3, :3].T + m[:3, 3])

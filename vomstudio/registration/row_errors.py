@@ -102,12 +102,12 @@ def invert_determined(information: FloatArray) -> tuple[FloatArray, FloatArray]:
     return inverse, null
 
 
-def max_variance_ratio(free: float, free_alone: float) -> float:
+def max_variance_ratio(dof: float, free_alone: float) -> float:
     """Return the maximum chance ratio of a group's joint variance to its variance alone.
 
     Parameters
     ----------
-    free, free_alone : float
+    dof, free_alone : float
         Degrees of freedom of both variances.
 
     Returns
@@ -116,15 +116,15 @@ def max_variance_ratio(free: float, free_alone: float) -> float:
     """
     from scipy.stats import f
 
-    return float(f.isf(_SIGNIFICANCE, free, free_alone))
+    return float(f.isf(_SIGNIFICANCE, dof, free_alone))
 
 
 def estimate_errors(
     rows: Rows,
     sigma: FloatArray,
     size: float,
-    unstated: Sequence[str],
-    alone: Mapping[str, tuple[float, float]],
+    unstated_names: Sequence[str],
+    separate_variances: Mapping[str, tuple[float, float]],
     kept_alone: set[str],
 ) -> tuple[FloatArray, dict[str, float]]:
     """Estimate the errors of groups whose errors are not stated.
@@ -136,9 +136,9 @@ def estimate_errors(
         Current errors.
     size : float
         Size of the model, metres.
-    unstated : sequence of str
+    unstated_names : sequence of str
         Groups whose errors are estimated.
-    alone : mapping
+    separate_variances : mapping
         Variance and redundancy of each group, estimated from the group alone.
     kept_alone : set of str
         Groups that keep the error estimated from the group alone. Groups whose joint estimate
@@ -155,23 +155,23 @@ def estimate_errors(
     misses = remove_shared_errors(moves, misses, inverse, len(sigma))
     hat = np.einsum("ij,jk,ik->i", moves, inverse, moves)[: len(sigma)]
     groups = np.array(rows.groups)
-    unknown = ~np.isfinite(rows.sigma)
+    is_unknown = ~np.isfinite(rows.sigma)
     errors, redundancy_of = sigma.copy(), {}
-    for name in unstated:
-        which = unknown & (groups == name)
-        free = float(which.sum() - hat[which].sum())
-        redundancy_of[name] = free
-        if free >= 0.5:
-            squares = float((misses[: len(sigma)][which] ** 2).sum())
-            variance = float(sigma[which][0] ** 2) * squares / free
-            doubted = rows.shared.shape[1] and name not in METRES
-            min_error = _MIN_ANGLE_ERROR_RAD if doubted else 1e-12 * size
-            variance_alone, redundancy_alone = alone.get(name, (np.inf, free))
-            if variance > variance_alone * max_variance_ratio(free, redundancy_alone):
+    for name in unstated_names:
+        mask = is_unknown & (groups == name)
+        dof = float(mask.sum() - hat[mask].sum())
+        redundancy_of[name] = dof
+        if dof >= 0.5:
+            squares = float((misses[: len(sigma)][mask] ** 2).sum())
+            variance = float(sigma[mask][0] ** 2) * squares / dof
+            doubted_shape = rows.shared.shape[1] and name not in METRES
+            min_error = _MIN_ANGLE_ERROR_RAD if doubted_shape else 1e-12 * size
+            variance_alone, redundancy_alone = separate_variances.get(name, (np.inf, dof))
+            if variance > variance_alone * max_variance_ratio(dof, redundancy_alone):
                 kept_alone.add(name)
             if name in kept_alone:
                 variance, redundancy_of[name] = variance_alone, redundancy_alone
-            errors[which] = np.sqrt(max(variance, min_error**2))
+            errors[mask] = np.sqrt(max(variance, min_error**2))
     return errors, redundancy_of
 
 
@@ -200,8 +200,8 @@ def remove_shared_errors(
     if not k:
         return misses
     shared = (inverse @ (moves.T @ misses))[-k:]
-    remaining = misses - moves[:, -k:] @ shared
-    return np.asarray(remaining, np.float64)
+    remaining_values = misses - moves[:, -k:] @ shared
+    return np.asarray(remaining_values, np.float64)
 
 
 def estimate_drift(rows: Rows, moves: FloatArray, misses: FloatArray) -> dict[str, float]:
@@ -227,11 +227,11 @@ def estimate_drift(rows: Rows, moves: FloatArray, misses: FloatArray) -> dict[st
     for group in RECEIVERS:
         rows_of_group = np.flatnonzero(np.array(rows.groups) == group)
         if len(rows_of_group):
-            along = (
+            along_component = (
                 _along_axes(rows, rows_of_group, moves),
                 _along_axes(rows, rows_of_group, misses),
             )
-            correlations[group] = fit_serial_correlation(*along)
+            correlations[group] = fit_serial_correlation(*along_component)
     return {group: rho for group, rho in correlations.items() if rho > 0.0}
 
 
@@ -282,30 +282,32 @@ def estimate_covariance(
     from scipy.stats import norm, t
 
     m = len(rows.misses)
-    unknown = np.concatenate([~np.isfinite(rows.sigma), np.zeros(len(misses) - m, bool)])
+    unknown_values = np.concatenate([~np.isfinite(rows.sigma), np.zeros(len(misses) - m, bool)])
     names = np.array([*rows.parts, *[""] * (len(misses) - m)])
-    parts = [np.flatnonzero(unknown & (names == g)) for g in dict.fromkeys(names[unknown])]
+    parts = [
+        np.flatnonzero(unknown_values & (names == g)) for g in dict.fromkeys(names[unknown_values])
+    ]
     follow = _correlated_moves(rows, moves, drift)
-    fixed = inverse @ (moves[~unknown].T @ moves[~unknown])
+    fixed_values = inverse @ (moves[~unknown_values].T @ moves[~unknown_values])
     responses = [inverse @ (moves[g].T @ moves[g]) for g in parts]
-    free = np.array([len(g) - np.trace(o) for g, o in zip(parts, responses, strict=True)])
-    share = np.ones(m)
-    spread = inverse @ (moves[~unknown].T @ follow[~unknown]) @ inverse
+    dof = np.array([len(g) - np.trace(o) for g, o in zip(parts, responses, strict=True)])
+    fraction = np.ones(m)
+    spread = inverse @ (moves[~unknown_values].T @ follow[~unknown_values]) @ inverse
     variance_of_variances = np.zeros(len(inverse))
     variances = np.ones(len(parts))
-    if parts and (free > 0.1).all():
+    if parts and (dof > 0.1).all():
         system = expected_squares(responses, [len(g) for g in parts])
         squares = np.array([float((misses[g] ** 2).sum()) for g in parts])
-        squares -= [float(np.trace(o @ fixed)) for o in responses]
+        squares -= [float(np.trace(o @ fixed_values)) for o in responses]
         variances = np.linalg.lstsq(system, squares, rcond=None)[0]
         for which in _same_group(rows, parts).values():
-            pooled = max(float(squares[which].sum() / free[which].sum()), 0.0)
-            variances[which] = np.maximum(variances[which], min_variance(pooled, free[which]))
+            pooled = max(float(squares[which].sum() / dof[which].sum()), 0.0)
+            variances[which] = np.maximum(variances[which], min_variance(pooled, dof[which]))
     doubt = np.ones(m) if rows.doubt is None else rows.doubt
-    for g, o, v, f in zip(parts, responses, variances, free, strict=True):
+    for g, o, v, f in zip(parts, responses, variances, dof, strict=True):
         independent_part = independent_share(drift.get(rows.groups[g[0]], 0.0))
         variance = v * variance_inflation(o, inverse @ (moves[g].T @ follow[g]), len(g))
-        share[g] = np.sqrt(variance) * doubt[g]
+        fraction[g] = np.sqrt(variance) * doubt[g]
         worse = doubt[g][:, None] ** 2
         part = variance * (inverse @ ((moves[g] * worse).T @ follow[g]) @ inverse)
         spread = spread + part
@@ -313,7 +315,7 @@ def estimate_covariance(
     # Degrees of freedom of a sum of estimated variances (Satterthwaite).
     total = np.maximum(np.diag(spread), 1e-300)
     each = np.clip(total**2 / np.maximum(variance_of_variances, 1e-300), 1.0, 1e9)
-    return share, spread, t.ppf(0.975, each) / norm.ppf(0.975)
+    return fraction, spread, t.ppf(0.975, each) / norm.ppf(0.975)
 
 
 def _same_group(rows: Rows, parts: Sequence[IntArray]) -> dict[str, FloatArray]:

@@ -77,9 +77,9 @@ class Scatter:
 
 
 def scatter_of(
-    places: FloatArray,
+    positions: FloatArray,
     residuals: FloatArray,
-    stated: float | FloatArray | None = None,
+    stated_value: float | FloatArray | None = None,
     *,
     is_ordered: bool = False,
 ) -> Scatter:
@@ -87,9 +87,9 @@ def scatter_of(
 
     Parameters
     ----------
-    places, residuals : (n, 3) array
+    positions, residuals : (n, 3) array
         Points and their residuals in the target frame, with n of at least 3.
-    stated : float, (3,) or (n, 3, 3) array, optional
+    stated_value : float, (3,) or (n, 3, 3) array, optional
         One-sigma errors of the coordinates, or covariances of the points. They are replaced by
         estimates from the residuals if these are significantly larger.
     is_ordered : bool
@@ -98,59 +98,61 @@ def scatter_of(
     """
     from scipy.stats import chi2, norm, t
 
-    n = len(places)
-    moves = np.array([jacobian(p) for p in places - places.mean(axis=0)])
+    n = len(positions)
+    moves = np.array([jacobian(p) for p in positions - positions.mean(axis=0)])
     # The equations are well conditioned in units of the spread of the points.
-    size = float(np.sqrt(((places - places.mean(axis=0)) ** 2).sum(axis=1).mean()))
+    size = float(np.sqrt(((positions - positions.mean(axis=0)) ** 2).sum(axis=1).mean()))
     units = np.array([size, size, size, size, 1.0, 1.0, 1.0])
     moves = moves / units
     inverse = np.linalg.pinv(np.einsum("nik,nil->kl", moves, moves), hermitian=True)
     information = _information(moves, 0.0)
-    known = _covariances(stated, n)
+    known_covariances = _covariances(stated_value, n)
     freedom = float(3 * n - 7)
-    if known is not None:
-        roots, weights = _matrix_roots(known)
+    if known_covariances is not None:
+        roots, weights = _matrix_roots(known_covariances)
         white = np.einsum("nij,nj->ni", weights, residuals)
-        if (white**2).sum() * freedom / _expected_square(moves, inverse, known) <= chi2.ppf(
-            _CONFIDENCE, freedom
-        ):
+        if (white**2).sum() * freedom / _expected_square(
+            moves, inverse, known_covariances
+        ) <= chi2.ppf(_CONFIDENCE, freedom):
             rho = fit_serial_correlation(weights @ moves, white) if is_ordered else 0.0
             spread = roots @ moves
             middle = np.einsum("nik,nil->kl", spread, correlate(spread, rho))
             covariance = inverse @ middle @ inverse / np.outer(units, units)
-            sigma = np.sqrt(np.einsum("nii->i", known) / n)
+            sigma = np.sqrt(np.einsum("nii->i", known_covariances) / n)
             return Scatter(sigma, covariance, rho)
     groups = _groups(n)
     variances, free = _variances(groups, n, inverse, information, (residuals**2).sum(axis=0))
-    if known is not None:
-        variances = np.maximum(variances, np.einsum("nii->i", known) / n)
-    usable = is_ordered and (variances > 0.0).all()
-    rho = fit_serial_correlation(moves, residuals / np.sqrt(variances)) if usable else 0.0
+    if known_covariances is not None:
+        variances = np.maximum(variances, np.einsum("nii->i", known_covariances) / n)
+    is_usable = is_ordered and (variances > 0.0).all()
+    rho = fit_serial_correlation(moves, residuals / np.sqrt(variances)) if is_usable else 0.0
     following = information if rho == 0.0 else _information(moves, rho)
     for g in groups if rho > 0.0 else ():
         response, correlated_response = (
-            inverse @ each[list(g)].sum(axis=0) for each in (information, following)
+            inverse @ item[list(g)].sum(axis=0) for item in (information, following)
         )
         variances[list(g)] *= variance_inflation(response, correlated_response, n * len(g))
     free = free * independent_share(rho)
-    shares = np.array(
+    fractions = np.array(
         [
             np.diag(inverse @ following[list(g)].sum(axis=0) @ inverse) * variances[g[0]]
             for g in groups
         ]
     )
     # Degrees of freedom of a sum of estimated variances (Satterthwaite).
-    total = shares.sum(axis=0)
-    each = total**2 / np.maximum((shares**2 / np.maximum(free, 1.0)[:, None]).sum(axis=0), 1e-300)
-    factor = t.ppf(0.975, np.clip(each, 1.0, None)) / norm.ppf(0.975)
+    total = fractions.sum(axis=0)
+    item = total**2 / np.maximum(
+        (fractions**2 / np.maximum(free, 1.0)[:, None]).sum(axis=0), 1e-300
+    )
+    factor = t.ppf(0.975, np.clip(item, 1.0, None)) / norm.ppf(0.975)
     return _result(np.sqrt(variances), inverse, following, units, factor, drift=rho)
 
 
-def _covariances(stated: float | FloatArray | None, n: int) -> FloatArray | None:
+def _covariances(stated_value: float | FloatArray | None, n: int) -> FloatArray | None:
     """Convert stated errors to covariances (n, 3, 3), or None if an error is unknown."""
-    if stated is None:
+    if stated_value is None:
         return None
-    values = np.asarray(stated, np.float64)
+    values = np.asarray(stated_value, np.float64)
     if values.ndim < 3:
         values = np.tile(np.diag(np.broadcast_to(values, 3) ** 2), (n, 1, 1))
     return values if (np.einsum("nii->ni", values) > 0.0).all() else None
@@ -164,18 +166,20 @@ def _matrix_roots(covariances: FloatArray) -> tuple[FloatArray, FloatArray]:
     return (vectors * sizes) @ back, (vectors / sizes) @ back
 
 
-def _expected_square(moves: FloatArray, inverse: FloatArray, known: FloatArray) -> float:
+def _expected_square(moves: FloatArray, inverse: FloatArray, known_values: FloatArray) -> float:
     """Return the expected weighted sum of squares of the residuals of a fit.
 
     With equal weights, the residuals of accurate points exceed their own errors. `moves` (n, 3, 7)
-    contains the derivatives, `inverse` (7, 7) the inverse of their normal matrix, and `known`
-    (n, 3, 3) the covariances.
+    contains the derivatives, `inverse` (7, 7) the inverse of their normal matrix, and
+    `known_values` (n, 3, 3) the covariances.
     """
-    weighted = np.einsum("nik,nij,njl->kl", moves, np.linalg.inv(known), moves)
-    spread = np.einsum("nik,nij,njl->kl", moves, known, moves)
+    weighted_values = np.einsum("nik,nij,njl->kl", moves, np.linalg.inv(known_values), moves)
+    spread = np.einsum("nik,nij,njl->kl", moves, known_values, moves)
     through = inverse @ np.einsum("nik,nil->kl", moves, moves)
     return float(
-        3 * len(moves) - 2.0 * np.trace(through) + np.trace(inverse @ spread @ inverse @ weighted)
+        3 * len(moves)
+        - 2.0 * np.trace(through)
+        + np.trace(inverse @ spread @ inverse @ weighted_values)
     )
 
 
@@ -234,25 +238,27 @@ def expected_squares(parts: Sequence[FloatArray], counts: Sequence[int]) -> Floa
         Number of residuals of each part.
     """
     system = np.array([[np.trace(a @ b) for b in parts] for a in parts])
-    alone = [n - 2.0 * np.trace(a) for n, a in zip(counts, parts, strict=True)]
-    return np.asarray(system + np.diag(alone), np.float64)
+    separate_squares = [n - 2.0 * np.trace(a) for n, a in zip(counts, parts, strict=True)]
+    return np.asarray(system + np.diag(separate_squares), np.float64)
 
 
-def min_variance(pooled: float, free: FloatArray) -> FloatArray:
+def min_variance(pooled_value: float, free_values: FloatArray) -> FloatArray:
     """Return the lower limits of variances estimated with few degrees of freedom.
 
     Parameters
     ----------
-    pooled : float
+    pooled_value : float
         Variance of all groups together.
-    free : (k,) ndarray
+    free_values : (k,) ndarray
         Degrees of freedom of each variance.
 
     Returns
     -------
     (k,) ndarray
     """
-    return np.asarray(_MIN_VARIANCE_SHARE * pooled / np.maximum(free / 10.0, 1.0), np.float64)
+    return np.asarray(
+        _MIN_VARIANCE_SHARE * pooled_value / np.maximum(free_values / 10.0, 1.0), np.float64
+    )
 
 
 def _expected(
@@ -273,18 +279,18 @@ def _variances(
     """Return the variances (3,) of the axes, and the degrees of freedom of each group."""
     system = _expected(groups, n, inverse, information)
     sums = np.array([squares[list(g)].sum() for g in groups])
-    free = np.array(
+    dof = np.array(
         [n * len(g) - np.trace(inverse @ information[list(g)].sum(axis=0)) for g in groups]
     )
-    pooled = float(squares.sum()) / (3 * n - 7)
-    estimates = np.linalg.solve(system, sums) if len(groups) > 1 else np.array([pooled])
-    estimates = np.maximum(estimates, min_variance(pooled, free))
+    pooled_value = float(squares.sum()) / (3 * n - 7)
+    estimates = np.linalg.solve(system, sums) if len(groups) > 1 else np.array([pooled_value])
+    estimates = np.maximum(estimates, min_variance(pooled_value, dof))
     variances = np.empty(3)
     for group, value in zip(groups, estimates, strict=True):
         variances[list(group)] = value
     if n < MIN_POINTS_HEIGHTS:
         variances[2] *= UNSEEN_HEIGHTS**2
-    return variances, np.maximum(free, 1.0)
+    return variances, np.maximum(dof, 1.0)
 
 
 def _result(

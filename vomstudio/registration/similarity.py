@@ -123,30 +123,30 @@ def fit_robustly(
     best = fit_similarity(a, b)
     if n < _MIN_POINTS_ROBUST:
         return best, np.ones(n, np.bool_)
-    least = float(np.median(_squares(best, a, b)))
+    least_value = float(np.median(_squares(best, a, b)))
     for triple in _triples(n, seed):
         try:
             trial = fit_similarity(a[triple], b[triple])
         except GeometryError:
             continue
-        middle = float(np.median(_squares(trial, a, b)))
-        if middle < least:
-            best, least = trial, middle
-    used = np.zeros(n, np.bool_)
-    used[np.argsort(_squares(best, a, b), kind="stable")[: max(4, n // 2 + 1)]] = True
+        median = float(np.median(_squares(trial, a, b)))
+        if median < least_value:
+            best, least_value = trial, median
+    is_used = np.zeros(n, np.bool_)
+    is_used[np.argsort(_squares(best, a, b), kind="stable")[: max(4, n // 2 + 1)]] = True
     while True:
         try:
-            best = fit_similarity(a[used], b[used])
+            best = fit_similarity(a[is_used], b[is_used])
         except GeometryError:  # the best half is collinear
             return fit_similarity(a, b), np.ones(n, np.bool_)
-        near = ~used & (_squares(best, a, b) <= min_sigma**2)
-        if near.any():
-            used |= near
+        is_near = ~is_used & (_squares(best, a, b) <= min_sigma**2)
+        if is_near.any():
+            is_used |= is_near
             continue
-        joining = _next(best, a, b, used)
+        joining = _next(best, a, b, is_used)
         if not len(joining):
-            return best, used
-        used[joining] = True
+            return best, is_used
+        is_used[joining] = True
 
 
 def _triples(n: int, seed: int) -> IntArray:
@@ -157,26 +157,26 @@ def _triples(n: int, seed: int) -> IntArray:
     return np.array([rng.choice(n, 3, replace=False) for _ in range(_MAX_TRIPLES)])
 
 
-def _next(fit: Similarity, a: FloatArray, b: FloatArray, used: BoolArray) -> IntArray:
+def _next(fit: Similarity, a: FloatArray, b: FloatArray, is_used: BoolArray) -> IntArray:
     """Return the unused point that fits best, if it fits.
 
     If there are many points, several that fit well are returned.
     """
     from scipy.stats import chi2, f
 
-    outside = np.flatnonzero(~used)
+    outside = np.flatnonzero(~is_used)
     if not len(outside):
         return np.empty(0, np.int64)
-    count = int(used.sum())
+    count = int(is_used.sum())
     freedom = 3 * count - 7
-    share = count / len(a)
+    fraction = count / len(a)
     # The used points are those with the smallest residuals, so their scatter must be corrected.
-    cut = chi2.ppf(share, 3)
-    variance = float(_squares(fit, a[used], b[used]).sum()) / freedom
-    variance /= float(chi2.cdf(cut, 5) / share)
+    cut = chi2.ppf(fraction, 3)
+    variance = float(_squares(fit, a[is_used], b[is_used]).sum()) / freedom
+    variance /= float(chi2.cdf(cut, 5) / fraction)
     placed = fit(a)
-    moves = jacobians(placed - placed[used].mean(axis=0))
-    information_rows = moves[used].reshape(-1, 7)
+    moves = jacobians(placed - placed[is_used].mean(axis=0))
+    information_rows = moves[is_used].reshape(-1, 7)
     inverse = np.linalg.pinv(information_rows.T @ information_rows)
     outside_moves = moves[outside]
     misses = (b - placed)[outside]

@@ -162,8 +162,8 @@ def summary_of(registration: Registration) -> Summary:
         weakest = weakest_axis_finding(worst, axis.trend_deg, axis.plunge_deg)
         facts.append(_fact("weakest-axis", f"{where} ± {worst:.2g}°", **weakest.values))
     if registration.scale_error is not None:
-        share = 100.0 * _Z95 * registration.scale_error
-        facts.append(_fact("scale", f"± {share:.2g} %", error95_percent=share))
+        fraction = 100.0 * _Z95 * registration.scale_error
+        facts.append(_fact("scale", f"± {fraction:.2g} %", error95_percent=fraction))
     facts += [
         *_north(registration.read_north),
         *_bowing(bowing_of_registration(registration)),
@@ -200,8 +200,8 @@ def placement_facts(model: Model, resolution: float | None = None) -> list[tuple
         north = tr("known") if frame.has_north else tr("unknown")
     facts = [(tr("Scale"), scale), (tr("North"), north)]
     if resolution:
-        shown = length_text(resolution * metres, metric=frame.has_metres)
-        facts.append((tr("Resolution"), shown))
+        shown_length_text = length_text(resolution * metres, is_metric=frame.has_metres)
+        facts.append((tr("Resolution"), shown_length_text))
     return facts
 
 
@@ -247,8 +247,10 @@ def _lenses(registration: Registration) -> list[Fact]:
         text = tr("dips at the edge wrong by up to {side:.2g}° relative to the centre", side=side)
         facts.append(_fact("lens-bowing", text, side_deg=side))
     if registration.lens_stretch95:
-        share = 100.0 * registration.lens_stretch95
-        facts.append(_fact("lens-stretch", tr("up to {share:.2g} %", share=share), percent=share))
+        fraction = 100.0 * registration.lens_stretch95
+        facts.append(
+            _fact("lens-stretch", tr("up to {share:.2g} %", share=fraction), percent=fraction)
+        )
     return facts
 
 
@@ -256,10 +258,14 @@ def _north(read: ReadNorth | None) -> list[Fact]:
     """Return the north reference of azimuths and their common error."""
     if read is None:
         return []
-    counted = tr(_NORTHS[read.north])
+    counted_text = tr(_NORTHS[read.north])
     if read.north != "grid":
-        counted = tr("{north}, {turned:+.2f}° added", north=counted, turned=read.turned_deg)
-    facts = [_fact("azimuths-read-from", counted, north=read.north, turned_deg=read.turned_deg)]
+        counted_text = tr(
+            "{north}, {turned:+.2f}° added", north=counted_text, turned=read.turned_deg
+        )
+    facts = [
+        _fact("azimuths-read-from", counted_text, north=read.north, turned_deg=read.turned_deg)
+    ]
     if read.declination_deg is not None:
         angle = f"{read.declination_deg:+.2f}°"
         source = tr("stated") if read.stated else tr("IGRF-14, {day}", day=read.day)

@@ -87,30 +87,32 @@ def surface_points(
     added : int
         Number of points added on faces.
     """
-    places = np.asarray(points_of(data), np.float64)
+    positions = np.asarray(points_of(data), np.float64)
     if not isinstance(data, Mesh) or not len(data.faces):
-        return places[np.isfinite(places).all(axis=1)], 0
-    corners = [places[data.faces[:, k]] for k in range(3)]
+        return positions[np.isfinite(positions).all(axis=1)], 0
+    corners = [positions[data.faces[:, k]] for k in range(3)]
     area = np.linalg.norm(np.cross(corners[1] - corners[0], corners[2] - corners[0]), axis=1) / 2
-    number = weld_points(places)
-    is_first = np.zeros(len(places), bool)
+    number = weld_points(positions)
+    is_first = np.zeros(len(positions), bool)
     is_first[np.unique(number, return_index=True)[1]] = True
-    is_first &= np.isfinite(places).all(axis=1)
+    is_first &= np.isfinite(positions).all(axis=1)
     # Exclude vertices that no face uses.
-    used = np.zeros(int(number.max(initial=-1)) + 1, bool)
-    used[number[data.faces.ravel()]] = True
-    is_first &= used[number]
-    large = np.where(np.isfinite(area) & (area > spacing**2), area / spacing**2, 0.0)
-    if large.sum() > _MAX_ADDED_POINTS:
-        large *= _MAX_ADDED_POINTS / large.sum()
+    is_used = np.zeros(int(number.max(initial=-1)) + 1, bool)
+    is_used[number[data.faces.ravel()]] = True
+    is_first &= is_used[number]
+    large_values = np.where(np.isfinite(area) & (area > spacing**2), area / spacing**2, 0.0)
+    if large_values.sum() > _MAX_ADDED_POINTS:
+        large_values *= _MAX_ADDED_POINTS / large_values.sum()
     rng = np.random.default_rng(seed)
-    counts = np.floor(large + rng.random(len(large))).astype(np.int64) * (large > 0)
-    face = np.repeat(np.arange(len(large)), counts)
+    counts = np.floor(large_values + rng.random(len(large_values))).astype(np.int64) * (
+        large_values > 0
+    )
+    face = np.repeat(np.arange(len(large_values)), counts)
     # Osada et al. 2002, ACM Transactions on Graphics 21, 807.
-    root, share = np.sqrt(rng.random(len(face)))[:, None], rng.random(len(face))[:, None]
+    root, fraction = np.sqrt(rng.random(len(face)))[:, None], rng.random(len(face))[:, None]
     a, b, c = (corner[face] for corner in corners)
-    inside = (1.0 - root) * a + root * (1.0 - share) * b + root * share * c
-    return np.concatenate([places[is_first], inside]), len(inside)
+    inside = (1.0 - root) * a + root * (1.0 - fraction) * b + root * fraction * c
+    return np.concatenate([positions[is_first], inside]), len(inside)
 
 
 @dataclass(frozen=True, eq=False)

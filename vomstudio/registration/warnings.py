@@ -79,10 +79,14 @@ def _error_ratio(result: Adjustment, kinds: Sequence[Observed]) -> float | None:
     exact = [
         kind.exact_on_model() if isinstance(kind, Points | Lengths) else kind for kind in kinds
     ]
-    stated = all_rows(exact, result.fit, result.centre)[0].sigma
-    if not len(stated) or not np.isfinite(stated).all() or result.redundancy < _MIN_REDUNDANCY:
+    stated_rows = all_rows(exact, result.fit, result.centre)[0].sigma
+    if (
+        not len(stated_rows)
+        or not np.isfinite(stated_rows).all()
+        or result.redundancy < _MIN_REDUNDANCY
+    ):
         return None
-    squares = float(((result.rows.misses / stated) ** 2).sum())
+    squares = float(((result.rows.misses / stated_rows) ** 2).sum())
     if not squares > 0.0 or chi2.cdf(squares, result.redundancy) > _MIN_P_VALUE:
         return None
     return float(np.sqrt(result.redundancy / squares))
@@ -220,11 +224,11 @@ def reference_fit_finding(
 def error_findings(
     error: RotationError,
     scale95: float | None,
-    known: Known,
+    known_parameters: Known,
     points: Points | None,
     *,
-    named: bool = False,
-    share: float = 0.0,
+    is_named: bool = False,
+    fraction: float = 0.0,
 ) -> list[Finding]:
     """Return findings about the errors of a registration.
 
@@ -232,22 +236,22 @@ def error_findings(
     ----------
     error : RotationError
     scale95 : float or None
-    known : Known
+    known_parameters : Known
     points : Points or None
         Points of the fit.
-    named : bool
+    is_named : bool
         Whether an error was reported that must be corrected before more is measured.
-    share : float
+    fraction : float
         RMS residual of the points as a share of their extent.
     """
     findings = []
     lacking = [
         tr(word)
         for word, is_known in (
-            ("north", known.north),
-            ("the vertical", known.vertical),
-            ("the scale", known.scale),
-            ("the position", known.position),
+            ("north", known_parameters.north),
+            ("the vertical", known_parameters.vertical),
+            ("the scale", known_parameters.scale),
+            ("the position", known_parameters.position),
         )
         if not is_known
     ]
@@ -266,10 +270,10 @@ def error_findings(
     if scale95 is not None:
         weak += scale_findings(scale95 / _Z95)
     has_wrong_values = (
-        points is not None and points.name != "cameras" and share >= _MAX_RESIDUAL_SHARE
+        points is not None and points.name != "cameras" and fraction >= _MAX_RESIDUAL_SHARE
     )
-    if weak and has_wrong_values and not named:
-        findings.append(Finding("registration.points-nowhere", share_percent=100.0 * share))
+    if weak and has_wrong_values and not is_named:
+        findings.append(Finding("registration.points-nowhere", share_percent=100.0 * fraction))
     findings += weak
     return findings
 
@@ -299,20 +303,23 @@ def blunder_findings(
 
     if not blunders:
         return []
-    named = {b.label for b in blunders}
+    named_labels = {b.label for b in blunders}
     other_kinds = [
-        select_observations(kind, [label not in named for label in kind.labels]) for kind in kinds
+        select_observations(kind, [label not in named_labels for label in kind.labels])
+        for kind in kinds
     ]
     fit_of_others = adjust([kind for kind in other_kinds if len(kind.labels)], centre, size)
-    turned = Rotation.from_matrix(fit_of_others.fit.rotation @ result.fit.rotation.T).magnitude()
+    turned_matrix = Rotation.from_matrix(
+        fit_of_others.fit.rotation @ result.fit.rotation.T
+    ).magnitude()
     return [
         Finding(
             "registration.blunder",
             labels=[blunder.text() for blunder in blunders],
-            turned_deg=float(np.degrees(turned)),
+            turned_deg=float(np.degrees(turned_matrix)),
             scale_percent=100.0 * (fit_of_others.fit.scale / result.fit.scale - 1.0),
         ),
-        *_other_azimuth_findings(kinds, named, fit_of_others),
+        *_other_azimuth_findings(kinds, named_labels, fit_of_others),
     ]
 
 
@@ -350,22 +357,24 @@ def _misread_azimuth_finding(label: str, turn_deg: float) -> Finding:
 
 
 def _other_azimuth_findings(
-    kinds: Sequence[Observed], named: set[str], fit_of_others: Adjustment
+    kinds: Sequence[Observed], named_names: set[str], fit_of_others: Adjustment
 ) -> list[Finding]:
     """Return findings about outliers whose azimuth was misread.
 
     Only for few readings; `azimuth_findings` checks more planes.
     """
     findings = []
-    worst = float(np.degrees(np.sqrt(max(np.linalg.eigvalsh(fit_of_others.rotation)[-1], 0.0))))
-    limit = float(np.clip(2.0 * _Z95 * worst, *_AZIMUTH_LIMITS_DEG))
+    worst_value = float(
+        np.degrees(np.sqrt(max(np.linalg.eigvalsh(fit_of_others.rotation)[-1], 0.0)))
+    )
+    limit = float(np.clip(2.0 * _Z95 * worst_value, *_AZIMUTH_LIMITS_DEG))
     for kind in kinds:
         if not isinstance(kind, Directions) or len(kind.labels) >= MIN_PLANES:
             continue
         for label, model, world in zip(kind.labels, kind.model, kind.world, strict=True):
-            if label in named:
-                turn = azimuth_that_fits(fit_of_others.fit.rotation @ model, world, limit)
-                findings += [] if turn is None else [_misread_azimuth_finding(label, turn)]
+            if label in named_names:
+                rotation = azimuth_that_fits(fit_of_others.fit.rotation @ model, world, limit)
+                findings += [] if rotation is None else [_misread_azimuth_finding(label, rotation)]
     return findings
 
 
@@ -417,13 +426,13 @@ def describe_edges(bowing: Bowing) -> str:
     -------
     str
     """
-    toward = bowing.edges_toward
-    if abs(float(toward[2])) < _MIN_UPWARD:
+    direction = bowing.edges_toward
+    if abs(float(direction[2])) < _MIN_UPWARD:
         return tr(
             "on its side towards {azimuth}",
-            azimuth=format_azimuth(Line.from_vector(toward, directed=True).trend_deg),
+            azimuth=format_azimuth(Line.from_vector(direction, is_directed=True).trend_deg),
         )
-    return tr("above it (a dish)") if toward[2] > 0.0 else tr("below it (a dome)")
+    return tr("above it (a dish)") if direction[2] > 0.0 else tr("below it (a dome)")
 
 
 def lens_findings(bend: LensBend | None, bowing: Bowing | None) -> list[Finding]:
@@ -461,13 +470,15 @@ def lens_bend_findings(
     list of Finding
     """
     findings = []
-    across = bowing_deg(across95_deg, bowing)
-    bent = bowing is not None and bowing.significant
-    if across is not None and not bent and across > _MIN_POSSIBLE_BOWING_DEG:
-        findings.append(Finding("lens.bowing", side_deg=across / 2.0, across_deg=across))
-    turn = float(np.degrees((stretch95 or 0.0) / 2.0))
-    if turn > _MIN_POSSIBLE_BOWING_DEG / 2.0:
+    across_component = bowing_deg(across95_deg, bowing)
+    is_bent = bowing is not None and bowing.significant
+    if across_component is not None and not is_bent and across_component > _MIN_POSSIBLE_BOWING_DEG:
         findings.append(
-            Finding("lens.stretch", share_percent=100.0 * (stretch95 or 0.0), turn_deg=turn)
+            Finding("lens.bowing", side_deg=across_component / 2.0, across_deg=across_component)
+        )
+    angle = float(np.degrees((stretch95 or 0.0) / 2.0))
+    if angle > _MIN_POSSIBLE_BOWING_DEG / 2.0:
+        findings.append(
+            Finding("lens.stretch", share_percent=100.0 * (stretch95 or 0.0), turn_deg=angle)
         )
     return findings

@@ -37,12 +37,12 @@ class Request(Generic[Result]):
         work: Callable[[Request[Result]], Result],
         on_result: Callable[[Result], object],
         on_error: Callable[[VomError], object] | None,
-        expected: tuple[type[Exception], ...],
+        expected_types: tuple[type[Exception], ...],
         post: Post,
     ) -> None:
         self.is_stale = False
         self.key, self.work = key, work
-        self.on_result, self.on_error, self.expected = on_result, on_error, expected
+        self.on_result, self.on_error, self.expected = on_result, on_error, expected_types
         self._post = post
 
     def check(self) -> None:
@@ -139,7 +139,7 @@ class Background:
             reported as uncaught and delivered as a `VomError`. Without `on_error`, every error
             is reported.
         """
-        self.run_request(lambda _: work(), on_result, on_error, key=key, expected=expected)
+        self.run_request(lambda _: work(), on_result, on_error, key=key, expected_types=expected)
 
     def run_request(
         self,
@@ -148,8 +148,8 @@ class Background:
         on_error: Callable[[VomError], object] | None = None,
         *,
         key: Hashable = None,
-        expected: tuple[type[Exception], ...] = (),
-        first: bool = False,
+        expected_types: tuple[type[Exception], ...] = (),
+        is_first: bool = False,
     ) -> None:
         """Run a function that can stop early or emit partial results through its request.
 
@@ -161,19 +161,19 @@ class Background:
             See `run`.
         key : Hashable, optional
             See `run`.
-        expected : tuple of type, optional
+        expected_types : tuple of type, optional
             See `run`.
-        first : bool
+        is_first : bool
             Whether to run it before all pending requests.
         """
         key = object() if key is None else key
         self.cancel(key)
         if self.is_stopped:
             return
-        request = Request(key, work, on_result, on_error, expected, self._post)
+        request = Request(key, work, on_result, on_error, expected_types, self._post)
         with self._lock:
             self._newest[key] = request
-            self._queue.insert(0 if first else len(self._queue), request)
+            self._queue.insert(0 if is_first else len(self._queue), request)
             if key not in self._running and len(self._threads) < self._max_threads:
                 self._threads.add(start_thread(self._work, name=self._name, daemon=self._daemon))
 
@@ -224,10 +224,10 @@ class Background:
             self._answer(request)
             request = self._next(request)
 
-    def _next(self, last: Request[Any] | None) -> Request[Any] | None:
+    def _next(self, last_request: Request[Any] | None) -> Request[Any] | None:
         with self._lock:
-            if last is not None:
-                self._running.discard(last.key)
+            if last_request is not None:
+                self._running.discard(last_request.key)
             for request in self._queue:
                 if request.key not in self._running:
                     self._queue.remove(request)

@@ -61,9 +61,9 @@ class BlindRepeats:
             if kind_of(f).orientations and kind_of(f).tool
         ]
 
-    def begin(self, share: float = DEFAULT_SHARE, interpreter: str = "", seed: str = "") -> None:
+    def begin(self, fraction: float = DEFAULT_SHARE, interpreter: str = "", seed: str = "") -> None:
         """Start a round with a random share of the picks. Raises UsageError if it is invalid."""
-        self.chosen = select_repeats(self.available(), share, seed)
+        self.chosen = select_repeats(self.available(), fraction, seed)
         self.interpreter = interpreter
         self._skipped.clear()
         if not self.chosen:
@@ -75,9 +75,9 @@ class BlindRepeats:
     def stop(self) -> None:
         """End the round and restore the previous visibility."""
         if self._hidden_before is not None:
-            hidden, hidden_before = self._visibility.hidden, self._hidden_before
+            hidden_ids, hidden_before = self._visibility.hidden, self._hidden_before
             self._hidden_before = None
-            self._visibility.set_visible(hidden - hidden_before, True)
+            self._visibility.set_visible(hidden_ids - hidden_before, True)
         self.chosen = ()
         self._offered = None
         self.changed.emit()

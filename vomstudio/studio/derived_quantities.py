@@ -45,10 +45,10 @@ class DerivedQuantities:
         return self.measurements.of(self._projects.records, ids)
 
     def foresee(
-        self, measured: Iterable[tuple[Feature, Measurement]], thresholds: Thresholds
+        self, measured_pairs: Iterable[tuple[Feature, Measurement]], thresholds: Thresholds
     ) -> None:
         """Store measurements in advance for features that are about to be added."""
-        self.measurements.keep(self._projects.records, measured, thresholds)
+        self.measurements.keep(self._projects.records, measured_pairs, thresholds)
 
     def measure(self, feature: Feature) -> Measurement:
         """Measure a feature that is not part of the project."""

@@ -60,8 +60,8 @@ def list_discarded_works() -> list[DiscardedWork]:
             played = read_replay(folder)
         except InputError:
             continue
-        discarded = played.done[-1][1].before.values() if played.done else ()
-        records = [r for r in (*played.records.values(), *discarded) if r is not None]
+        discarded_work = played.done[-1][1].before.values() if played.done else ()
+        records = [r for r in (*played.records.values(), *discarded_work) if r is not None]
         features = {r.id for r in records if isinstance(r, Feature)}
         models = {r.id: r.name for r in records if isinstance(r, Model)}
         time = datetime.fromtimestamp((folder / "journal.sqlite").stat().st_mtime)

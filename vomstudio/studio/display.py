@@ -66,18 +66,18 @@ class Display:
         self.handles = True
 
     # --- changes -----------------------------------------------------------------------------
-    def _tell(self, what: str) -> None:
+    def _tell(self, subject: str) -> None:
         self._timer.start()
-        self.changed.emit(what)
+        self.changed.emit(subject)
 
     def set_mode(self, mode: str) -> None:
         """Set the display mode, a key of MODES."""
         self.mode = mode
         self._tell("mode")
 
-    def set_lit(self, mode: str, lit: bool) -> None:
+    def set_lit(self, mode: str, is_lit: bool) -> None:
         """Set whether models are lit in a mode."""
-        self.lit[mode] = lit
+        self.lit[mode] = is_lit
         self._tell("lit")
 
     def set_point_size(self, pixels: float | None) -> None:
@@ -155,9 +155,9 @@ class Display:
         mode = state.get("mode")
         if isinstance(mode, str) and mode in MODES:
             self.mode = mode
-        lit = state.get("lit")
-        if isinstance(lit, Mapping):
-            self.lit.update({k: bool(v) for k, v in lit.items() if k in MODES})
+        lit_state = state.get("lit")
+        if isinstance(lit_state, Mapping):
+            self.lit.update({k: bool(v) for k, v in lit_state.items() if k in MODES})
         size = state.get("point_size")
         if isinstance(size, int | float) and 0.5 <= size <= 50.0:
             self.point_size = float(size)
@@ -167,9 +167,9 @@ class Display:
         for model_id, values in fields.items() if isinstance(fields, Mapping) else ():
             with contextlib.suppress(ValueError, TypeError, KeyError, AttributeError):
                 self.styles[str(model_id)] = FieldStyle.from_dict(values)
-        computed = state.get("computed")
-        if isinstance(computed, Mapping):
-            self.computed = {str(key): value for key, value in computed.items()}
+        computed_state = state.get("computed")
+        if isinstance(computed_state, Mapping):
+            self.computed = {str(key): value for key, value in computed_state.items()}
         with contextlib.suppress(ValueError, TypeError, KeyError, AttributeError):
             self.box = ClipBox.from_dict(state.get("box"))
         self.clipping = bool(state.get("clipping")) and self.box is not None
@@ -201,10 +201,10 @@ def why_not_mode(mode: str, models: list[Data]) -> Finding | None:
     """Return why a display mode is unavailable, or None if any of the models supports it."""
     if not models:
         return Finding("action.no-model")
-    textured = any(has_textures(m) for m in models)
-    if mode == "textured" and not textured:
+    is_textured = any(has_textures(m) for m in models)
+    if mode == "textured" and not is_textured:
         return Finding("display.no-textures")
-    if mode == "vertex_colors" and not (textured or any(m.colors is not None for m in models)):
+    if mode == "vertex_colors" and not (is_textured or any(m.colors is not None for m in models)):
         return Finding("display.no-colours")
     if mode == "wireframe" and not any(isinstance(m, Mesh) for m in models):
         return Finding("display.cloud-without-faces")

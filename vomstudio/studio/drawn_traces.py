@@ -120,7 +120,9 @@ def create_trace(
     return replace(trace, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE)
 
 
-def update_traces(records: Mapping[str, Record], edited: Sequence[Trace], drawing: str) -> Edit:
+def update_traces(
+    records: Mapping[str, Record], edited_traces: Sequence[Trace], drawing: str
+) -> Edit:
     """Create the edit that replaces the vertices of traces by those of a drawing.
 
     Raises
@@ -131,11 +133,11 @@ def update_traces(records: Mapping[str, Record], edited: Sequence[Trace], drawin
     label = tr_n(
         "Update {count} trace from {drawing}",
         "Update {count} traces from {drawing}",
-        len(edited),
+        len(edited_traces),
         drawing=drawing,
     )
     records_after: dict[str, Record | None] = {}
-    for trace in edited:
+    for trace in edited_traces:
         current = get(records, trace.id, Trace)
         if current is None:
             raise DocumentError(Finding("record.missing", id=trace.id, kind="trace"))
@@ -184,9 +186,9 @@ def create_drawn_traces(
         drawing=drawing.name,
     )
     traces: list[Trace] = []
-    edited: list[Trace] = []
-    unchanged: list[str] = []
-    skipped: list[tuple[str, Finding]] = []
+    edited_items: list[Trace] = []
+    unchanged_items: list[str] = []
+    skipped_items: list[tuple[str, Finding]] = []
     off_surface = 0
     comparisons = compare_drawing(lines, records)
     types = iter(
@@ -202,11 +204,13 @@ def create_drawn_traces(
     )
     for line, comparison in zip(lines.lines, comparisons, strict=True):
         if comparison.state == "unchanged":
-            unchanged.append(comparison.id)
+            unchanged_items.append(comparison.id)
             continue
         try:
             if comparison.state == "edited":
-                edited.append(_edited_trace(line, comparison.id, lines.picture, target, records))
+                edited_items.append(
+                    _edited_trace(line, comparison.id, lines.picture, target, records)
+                )
                 continue
             type_id = next(types)
             # A line without a name was named by its number; the project has its own scheme of
@@ -221,18 +225,22 @@ def create_drawn_traces(
             edits.add_trace(records, trace)
             traces.append(trace)
         except GeometryError as error:
-            skipped.append((line.name, cause_of(error)))
-    if skipped and not traces and not edited and not unchanged:
-        name, reason = skipped[0]
+            skipped_items.append((line.name, cause_of(error)))
+    if skipped_items and not traces and not edited_items and not unchanged_items:
+        name, reason = skipped_items[0]
         raise GeometryError(
             Finding("drawing.no-plane", name=name, reason=reason),
             file=drawing,
         )
     warnings += off_surface_findings(off_surface, 0)
-    if unchanged:
-        warnings.append(Finding("drawing.unchanged", count=len(unchanged)))
+    if unchanged_items:
+        warnings.append(Finding("drawing.unchanged", count=len(unchanged_items)))
     return DrawnTraces(
-        tuple(traces), tuple(edited), tuple(unchanged), tuple(skipped), tuple(warnings)
+        tuple(traces),
+        tuple(edited_items),
+        tuple(unchanged_items),
+        tuple(skipped_items),
+        tuple(warnings),
     )
 
 
@@ -243,12 +251,16 @@ def _types_of(
     types = [record for record in records.values() if isinstance(record, FeatureType)]
     type_ids = []
     for line in lines:
-        named = find_layer_type(line.kind, types) or find_layer_type(line.layer, types)
-        is_named = named is not None and not target.is_type_fixed
-        type_ids.append(named.id if named is not None and is_named else target.type_id)
-    missing = [line.layer for line, type_id in zip(lines, type_ids, strict=True) if type_id is None]
-    if missing:
-        layers = ", ".join(layer or "0" for layer in list(dict.fromkeys(missing))[:MAX_NAMED])
+        named_layer_type = find_layer_type(line.kind, types) or find_layer_type(line.layer, types)
+        is_named = named_layer_type is not None and not target.is_type_fixed
+        type_ids.append(
+            named_layer_type.id if named_layer_type is not None and is_named else target.type_id
+        )
+    missing_names = [
+        line.layer for line, type_id in zip(lines, type_ids, strict=True) if type_id is None
+    ]
+    if missing_names:
+        layers = ", ".join(layer or "0" for layer in list(dict.fromkeys(missing_names))[:MAX_NAMED])
         raise UsageError(
             Finding("drawing.unknown-type", layers=layers),
             field="--type",
@@ -270,14 +282,16 @@ def _edited_trace(
         raise GeometryError(Finding("drawing.not-a-trace"))
     if trace.model_id != model.id:
         raise GeometryError(Finding("feature.on-other-model", model=model.name, feature=trace.name))
-    stored = np.array(trace.vertices, np.float64)
-    stored_world = transform.apply(transform.matrix(model.to_world), stored)
+    stored_values = np.array(trace.vertices, np.float64)
+    stored_world = transform.apply(transform.matrix(model.to_world), stored_values)
     vertices = merge_vertices(
         np.array(line.pixels),
         [None if point is None else np.array(point) for point in line.points],
         project_to_pixels(stored_world, picture),
-        stored,
+        stored_values,
     )
-    drawn = create_trace(trace.name, vertices, model, trace.type_id, trace.set_name, target.surface)
-    edits.add_trace(records, drawn)
-    return replace(drawn, id=trace.id)
+    drawn_trace = create_trace(
+        trace.name, vertices, model, trace.type_id, trace.set_name, target.surface
+    )
+    edits.add_trace(records, drawn_trace)
+    return replace(drawn_trace, id=trace.id)

@@ -44,12 +44,12 @@ class FoldChoice:
 
     def begin(self) -> None:
         """Reset the filter to all planes, for another project."""
-        self.choose(FoldFilter(), selected=False)
+        self.choose(FoldFilter(), is_selected=False)
 
-    def choose(self, which: FoldFilter, *, selected: bool) -> None:
+    def choose(self, which: FoldFilter, *, is_selected: bool) -> None:
         """Change the filter of the planes, and whether only selected planes are used."""
-        if (which, selected) != (self.which, self.selected):
-            self.which, self.selected = which, selected
+        if (which, is_selected) != (self.which, self.selected):
+            self.which, self.selected = which, is_selected
             self.changed.emit()
 
     def features(self) -> list[Typed]:
@@ -71,8 +71,8 @@ class FoldChoice:
             from vomstudio.project.fold_planes import fold_planes
 
             features = self.features()
-            measured = self._derived.measured(f.id for f in features)
-            self._planes = fold_planes(records, features, measured, self.which)
+            measurements = self._derived.measured(f.id for f in features)
+            self._planes = fold_planes(records, features, measurements, self.which)
             # The owners are stored, so that no other object can have their identity.
             self._inputs = (*owners, *inputs)
         return self._planes

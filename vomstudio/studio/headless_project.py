@@ -283,7 +283,7 @@ class HeadlessProject:
         """Return the features with these ids or names. Raises InputError if one is missing."""
         records = self.session.records
         ids = matching_ids(records.values(), names, self.project.folder)
-        return [each for each in self.session.of(Typed) if each.id in ids]
+        return [item for item in self.session.of(Typed) if item.id in ids]
 
     # --- changes -----------------------------------------------------------------------------
     def set_values(self, names: Sequence[str], values: FeatureValues) -> list[Typed]:
@@ -303,14 +303,14 @@ class HeadlessProject:
         if values.type is not None:
             fields["type_id"] = self.find_type(values.type).id
         new_values = {field: value for field, value in fields.items() if value is not None}
-        ids = [each.id for each in features]
+        ids = [feature.id for feature in features]
         self.session.apply(edits.set_attributes(self.session.records, ids, **new_values))
         return self.find_features(ids)
 
     def delete(self, names: Sequence[str]) -> list[Typed]:
         """Delete features in one edit, and return them. Raises InputError if one is missing."""
         features = self.find_features(names)
-        self.session.apply(edits.delete(self.session.records, [each.id for each in features]))
+        self.session.apply(edits.delete(self.session.records, [feature.id for feature in features]))
         return features
 
     def add_model(self, path: Path, options: FrameOptions = DEFAULT_FRAME) -> AddedModel:
@@ -330,15 +330,15 @@ class HeadlessProject:
             converted, findings = write_converted(
                 path, self.project.folder / MODELS, options, self._progress
             )
-            added = self.add_model(converted)
-            return replace(added, warnings=(*findings, *added.warnings))
+            added_model = self.add_model(converted)
+            return replace(added_model, warnings=(*findings, *added_model.warnings))
         folder = model_cache.folder_of(path, self.project.cache)
-        loaded = model_cache.load(path, folder, self._progress)
+        loaded_model = model_cache.load(path, folder, self._progress)
         models = self.session.of(Model)
         # Checked first, because an invalid frame is an error even if the project contains the
         # file.
-        established = establish_frame(replace(loaded, path=path), options)
-        same_file = [m for m in models if m.content_hash == loaded.content_hash]
+        established = establish_frame(replace(loaded_model, path=path), options)
+        same_file = [m for m in models if m.content_hash == loaded_model.content_hash]
         if same_file:
             warning = Finding("model.already-added", model=same_file[0].name)
             return AddedModel(same_file[0], False, (warning,))
@@ -348,13 +348,13 @@ class HeadlessProject:
         model = new_model(
             name_of(path),
             self.project.model_path(path),
-            loaded.kind,
-            loaded.content_hash or "",
+            loaded_model.kind,
+            loaded_model.content_hash or "",
             placement,
         )
         self.session.apply(edits.add_model(self.session.records, model))
-        self._model_data[model.id] = _ModelData.from_data(loaded.data)
-        return AddedModel(model, True, (*loaded.warnings, *established.findings))
+        self._model_data[model.id] = _ModelData.from_data(loaded_model.data)
+        return AddedModel(model, True, (*loaded_model.warnings, *established.findings))
 
     def add_picks(
         self, picks: Sequence[Picks], model: Model, kind: FeatureType, set_name: str = ""
@@ -368,14 +368,14 @@ class HeadlessProject:
         """
         surface, warnings = self._surface_for_planes(model)
         records = self.session.records
-        added: dict[str, Record] = {}
+        added_items: dict[str, Record] = {}
         names = edits.NextNames(records)
         traces: list[Trace] = []
-        skipped: list[tuple[str, Finding]] = []
+        skipped_items: list[tuple[str, Finding]] = []
         for pick in picks:
             points = transform.apply(_to_file(model), pick.points)
             if (reason := self._why_not_on(model, points)) is not None:
-                skipped.append((pick.name, reason))
+                skipped_items.append((pick.name, reason))
                 continue
             feature_type = pick.kind or kind
             trace = create_trace(pick.name, points, model, feature_type.id, set_name, surface)
@@ -385,24 +385,24 @@ class HeadlessProject:
             try:
                 edit = edits.add_trace(records, trace)
             except GeometryError as error:
-                skipped.append((pick.name, cause_of(error)))
+                skipped_items.append((pick.name, cause_of(error)))
                 continue
             named = get(edit.after, trace.id, Trace)
             assert named is not None
-            added[trace.id] = named
+            added_items[trace.id] = named
             names.reserve(named)
             traces.append(named)
         if not traces:
-            example = ": ".join(map(str, skipped[0])) if skipped else ""
+            example = ": ".join(map(str, skipped_items[0])) if skipped_items else ""
             raise GeometryError(Finding("picks.no-plane", count=len(picks), first=example))
         records_after: dict[str, Record | None] = {trace.id: trace for trace in traces}
-        what = traces[0].name if len(traces) == 1 else f"{len(traces)} traces"
-        self.session.apply(change(self.session.records, f"Add {what}", records_after))
-        return AddedPicks(tuple(traces), tuple(skipped), warnings)
+        subject = traces[0].name if len(traces) == 1 else f"{len(traces)} traces"
+        self.session.apply(change(self.session.records, f"Add {subject}", records_after))
+        return AddedPicks(tuple(traces), tuple(skipped_items), warnings)
 
     def add_drawing(
         self,
-        brought: ProjectedLines,
+        brought_projected_lines: ProjectedLines,
         names: Iterable[str],
         sidecar: Sidecar,
         drawing: Path,
@@ -416,7 +416,7 @@ class HeadlessProject:
 
         Parameters
         ----------
-        brought : ProjectedLines
+        brought_projected_lines : ProjectedLines
             Lines projected onto the surface, in the World frame.
         names : iterable of str
             Names of the lines as stated by the drawing.
@@ -435,7 +435,7 @@ class HeadlessProject:
             As `create_drawn_traces`.
         """
         surface, messages = self._surface_for_planes(model)
-        lines = collect_lines(brought, names, sidecar, messages, _to_file(model))
+        lines = collect_lines(brought_projected_lines, names, sidecar, messages, _to_file(model))
         reason = {
             line.name: why
             for line in lines.lines
@@ -482,8 +482,10 @@ class HeadlessProject:
         )
         edit = edits.add_features(self.session.records, features.features)
         self.session.apply(edit)
-        added = tuple(r for r in edit.after.values() if isinstance(r, Feature))
-        return replace(features, features=added, warnings=(*model_data.why_not, *features.warnings))
+        added_features = tuple(r for r in edit.after.values() if isinstance(r, Feature))
+        return replace(
+            features, features=added_features, warnings=(*model_data.why_not, *features.warnings)
+        )
 
     def _why_not_on(self, model: Model, points: FloatArray) -> Finding | None:
         """Return why points (n, 3) in a model's file frame cannot lie on the model, or None."""
@@ -491,9 +493,9 @@ class HeadlessProject:
         if bounds is None or not len(points):
             return None
         low, high = bounds
-        off = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1)
+        distance = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1)
         # It is enough to test the farthest point; a non-finite point counts as the farthest.
-        return check_near_model(points[int(np.argmax(off))], bounds)
+        return check_near_model(points[int(np.argmax(distance))], bounds)
 
     def register(
         self, model: Model, pairs: Pairs, crs: str | None, click_sigma_m: float | None = None
@@ -525,7 +527,7 @@ class HeadlessProject:
         GeometryError
         """
         model_data = self._read(model)
-        placed = place_by_points(
+        placed_points = place_by_points(
             pairs,
             model_data.bounds,
             model,
@@ -534,7 +536,9 @@ class HeadlessProject:
             click_sigma_m=click_sigma_m,
             resolution=model_data.resolution(),
         )
-        return self._placed(model, placed, create_registration(placed, pairs, model, crs))
+        return self._placed(
+            model, placed_points, create_registration(placed_points, pairs, model, crs)
+        )
 
     def fit_to_reference(
         self,
@@ -579,24 +583,28 @@ class HeadlessProject:
         evidence = Evidence(pairs=pairs, click_sigma_m=click_sigma_m, resolution=resolution)
         frame, registration = model.frame, model.registration
         scale_error = None if registration is None else registration.scale_error
-        fitted = fit_model(
+        fitted_model = fit_model(
             self.read_model(model),
             reference,
             near=None if pairs is None else register(evidence),
             crs=crs,
-            stable=stable,
+            stable_text=stable,
             initial=InitialPlacement(model.to_world, frame.crs, frame.has_metres, scale_error),
             progress=self._progress,
         )
-        evidence.reference = fitted.fitted.observation
-        placed = prepend_warnings(register(evidence), fitted.warnings)
+        evidence.reference = fitted_model.fitted.observation
+        placed = prepend_warnings(register(evidence), fitted_model.warnings)
         if not placed.known.all:
-            raise GeometryError(Finding("registration.undetermined", parameters=fitted.fitted.free))
-        record = create_registration(placed, pairs, model, fitted.crs, Path(reference).name)
-        if fitted.reference is not None:
-            record = add_reference_error(record, fitted.reference, scale_fitted=fitted.scale_fitted)
+            raise GeometryError(
+                Finding("registration.undetermined", parameters=fitted_model.fitted.free)
+            )
+        record = create_registration(placed, pairs, model, fitted_model.crs, Path(reference).name)
+        if fitted_model.reference is not None:
+            record = add_reference_error(
+                record, fitted_model.reference, scale_fitted=fitted_model.scale_fitted
+            )
             placed = replace(placed, warnings=(*placed.warnings, *reference_findings(record)))
-        return *self._placed(model, placed, record), fitted
+        return *self._placed(model, placed, record), fitted_model
 
     def _placed(
         self, model: Model, placed: Placed, record: Registration
@@ -643,22 +651,22 @@ class HeadlessProject:
         DocumentError
             If every feature was measured by the present rule.
         """
-        measured: dict[str, dict[str, Any]] = {}
+        measured_items: dict[str, dict[str, Any]] = {}
         findings: list[Finding] = []
         records = self.session.records
         features = features_of_earlier_rules(records)
         for model in self.session.of(Model):
-            outdated = [f for f in features if f.model_id == model.id]
-            if not outdated:
+            outdated_features = [f for f in features if f.model_id == model.id]
+            if not outdated_features:
                 continue
             data = self._read(model)
             findings += data.why_not
             if data.surface is not None:
-                measured |= {f.id: remeasure(data.surface, f) for f in outdated}
-        if features and not measured:
+                measured_items |= {f.id: remeasure(data.surface, f) for f in outdated_features}
+        if features and not measured_items:
             return 0, tuple(findings)
-        self.session.apply(edits.update_surroundings(records, measured))
-        return len(measured), tuple(findings)
+        self.session.apply(edits.update_surroundings(records, measured_items))
+        return len(measured_items), tuple(findings)
 
     def undo(self) -> str:
         """Undo the last edit and return its label. Raises DocumentError if no edit is left."""
@@ -692,13 +700,13 @@ class HeadlessProject:
                 file=model.path,
             )
         folder = model_cache.folder_of(path, self.project.cache)
-        loaded = model_cache.load(path, folder, self._progress)
-        if loaded.content_hash != model.content_hash:
+        loaded_model = model_cache.load(path, folder, self._progress)
+        if loaded_model.content_hash != model.content_hash:
             raise InputError(
                 Finding("model.changed", model=model.name),
                 file=path,
             )
-        return loaded
+        return loaded_model
 
     def _surface_for_planes(self, model: Model) -> tuple[PaintSurface | None, tuple[Finding, ...]]:
         """Return the surface of a model, with findings about new planes if it is unavailable."""
@@ -716,8 +724,8 @@ class HeadlessProject:
 
 
 def _matching(records: Sequence[Named], name: str) -> list[Named]:
-    exact = [record for record in records if record.id == name]
-    return exact or [r for r in records if r.name.casefold() == name.casefold()]
+    exact_records = [record for record in records if record.id == name]
+    return exact_records or [r for r in records if r.name.casefold() == name.casefold()]
 
 
 def _to_file(model: Model) -> FloatArray:

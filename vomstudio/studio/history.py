@@ -40,9 +40,9 @@ class History:
         self._discarded.clear()
         self._brought_back = self._emptied = None
 
-    def _store_discarded(self, discarded: Discarded) -> None:
-        top = self._top if discarded.after is None else discarded.after
-        self._discarded = [*self._discarded[1 - MAX_DISCARDED :], (top, discarded)]
+    def _store_discarded(self, discarded_work: Discarded) -> None:
+        top = self._top if discarded_work.after is None else discarded_work.after
+        self._discarded = [*self._discarded[1 - MAX_DISCARDED :], (top, discarded_work)]
         self._brought_back = self._emptied = None
 
     @property
@@ -53,14 +53,14 @@ class History:
         """Return the feature discarded last if no edit followed and no feature is unfinished."""
         if self._tools.open_tool is not None or not self._discarded:
             return None
-        top, discarded = self._discarded[-1]
-        return discarded if top == self._top else None
+        top, discarded_work = self._discarded[-1]
+        return discarded_work if top == self._top else None
 
     def _discardable(self) -> Discarded | None:
         if self._brought_back is None:
             return None
-        top, discarded = self._brought_back
-        return discarded if top == self._top and discarded.untouched() else None
+        top, discarded_work = self._brought_back
+        return discarded_work if top == self._top and discarded_work.untouched() else None
 
     # --- undo ---------------------------------------------------------------------------------
     @property
@@ -73,13 +73,13 @@ class History:
             # A stroke that is being painted is not a step yet; it must be kept or discarded
             # first.
             return tool.undo_label
-        if (discarded := self._restorable()) is not None:
-            return discarded.label
+        if (discarded_work := self._restorable()) is not None:
+            return discarded_work.label
         return self._projects.session.undo_label
 
     def undo(self) -> None:
         """Undo the last action: a step of the unfinished feature, a discard or an edit."""
-        label, discarded = self.undo_label, self._restorable()
+        label, discarded_work = self.undo_label, self._restorable()
         tool = self._tools.open_tool
         if label is None:
             return
@@ -93,8 +93,8 @@ class History:
                 # Another tool may have been activated in the meantime.
                 self._tools.activate(tool.name)
             self._emptied = None if tool.open else (self._top, tool)
-        elif discarded is not None:
-            is_undone = self._bring_back(discarded)
+        elif discarded_work is not None:
+            is_undone = self._bring_back(discarded_work)
         else:
             self.undo_edit()
             return
@@ -116,10 +116,10 @@ class History:
         if label is not None and self._editing.redo():
             self._notices.info(Finding("edit.redone", edit=step_title(label)))
 
-    def _bring_back(self, discarded: Discarded) -> bool:
+    def _bring_back(self, discarded_work: Discarded) -> bool:
         entry = self._discarded.pop()
-        self._tools.activate(discarded.tool)
-        if not discarded.bring_back():
+        self._tools.activate(discarded_work.tool)
+        if not discarded_work.bring_back():
             self._discarded.append(entry)
             return False
         self._brought_back = entry
@@ -138,8 +138,8 @@ class History:
         """Label of the action that `redo` would redo, or None if nothing can be redone."""
         if (stepping := self._steppable_tool()) is not None:
             return stepping.redo_label
-        if (discarded := self._discardable()) is not None:
-            return discarded.label
+        if (discarded_work := self._discardable()) is not None:
+            return discarded_work.label
         tool = self._tools.open_tool
         if tool is not None and (tool.paints or tool.undo_label is not None):
             return None

@@ -93,5 +93,5 @@ class GisLayers:
             title=tr("Writing GIS layers"),
             on_done=lambda _: self.written.emit(str(path)),
             on_failed=failed,
-            quiet=True,
+            is_quiet=True,
         )

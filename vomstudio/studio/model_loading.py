@@ -221,7 +221,7 @@ class ModelLoader:
             title=tr("Previewing {file}", file=path.name),
             on_done=ready,
             on_failed=lambda _: out.unlink(missing_ok=True),
-            quiet=True,
+            is_quiet=True,
         )
 
     def _show_preview(self, key: str, cloud: PointCloud) -> None:
@@ -241,24 +241,24 @@ class ModelLoader:
                 self._jobs.cancel(job)
         self._running.clear()
 
-    def _fetch(self, key: str, path: Path, cached: CachedModel, then: Then) -> None:
+    def _fetch(self, key: str, path: Path, cached_model: CachedModel, then: Then) -> None:
         if key not in self._running:
             return
         # Runs in a thread, because reading a large cache takes long.
         self._running[key] = None
 
         def read() -> OpenModel:
-            data = model_cache.read_transferred(cached.folder).data
+            data = model_cache.read_transferred(cached_model.folder).data
             # Computed here because the owner's thread needs the bounds often, and they take 0.1
             # s for ten million points.
             _ = data.bounds
             return OpenModel(
                 data,
                 create_surface(data),
-                cached.warnings,
-                cached.resolution,
-                cached.crs,
-                cached.content_hash,
+                cached_model.warnings,
+                cached_model.resolution,
+                cached_model.crs,
+                cached_model.content_hash,
             )
 
         def refuse(error: VomError) -> None:
@@ -269,10 +269,10 @@ class ModelLoader:
 
         self._background.run(read, partial(self._hand_over, key, then), refuse)
 
-    def _hand_over(self, key: str, then: Then, opened: OpenModel) -> None:
+    def _hand_over(self, key: str, then: Then, opened_model: OpenModel) -> None:
         del self._running[key]
-        then(opened)
-        self._unbuilt.append(opened.surface)
+        then(opened_model)
+        self._unbuilt.append(opened_model.surface)
         self._building.start()
         self.ended.emit(key)
 

@@ -86,8 +86,8 @@ class Models:
 
     def surface(self, model_id: str) -> PaintSurface | None:
         """Return the surface of a model, or None while the model is not loaded."""
-        opened = self.open.get(model_id)
-        return opened.surface if opened else None
+        open_model = self.open.get(model_id)
+        return open_model.surface if open_model else None
 
     def open_path(self, path: Path) -> None:
         """Open a project folder or a model file, or show why that is not possible."""
@@ -140,23 +140,25 @@ class Models:
             self._notices.post(Notice(finding, "warning", "locate"))
             return
 
-        def arrived(opened: OpenModel) -> None:
+        def arrived(opened_model: OpenModel) -> None:
             if model.id not in self._projects.records:
                 return
-            if opened.content_hash != model.content_hash:
+            if opened_model.content_hash != model.content_hash:
                 self._notices.warn(Finding("model.changed", file=path, model=model.name))
                 return
-            self._attach(model.id, path, opened)
+            self._attach(model.id, path, opened_model)
 
         self._loader.load(model.id, path, self._projects.project.cache, arrived)
 
     def locate(self, model_id: str, path: Path) -> None:
         """Read a model from a file that the user has selected, because its file was moved."""
 
-        def arrived(opened: OpenModel) -> None:
-            stored = self._projects.project.model_path(path)
-            if self._editing.attempt(edits.relocate_model, model_id, stored, opened.content_hash):
-                self._attach(model_id, path, opened)
+        def arrived(opened_model: OpenModel) -> None:
+            stored_model_path = self._projects.project.model_path(path)
+            if self._editing.attempt(
+                edits.relocate_model, model_id, stored_model_path, opened_model.content_hash
+            ):
+                self._attach(model_id, path, opened_model)
 
         self._loader.load(model_id, path, self._projects.project.cache, arrived)
 
@@ -189,8 +191,10 @@ class Models:
             if self._projects.project is not project:
                 return
             then()
-            stored = project.model_path(copy.path)
-            if self._editing.attempt(edits.relocate_model, model_id, stored, model.content_hash):
+            stored_model_path = project.model_path(copy.path)
+            if self._editing.attempt(
+                edits.relocate_model, model_id, stored_model_path, model.content_hash
+            ):
                 self._notices.info(Finding("model.copied", model=model.name))
 
         self._jobs.submit(
@@ -230,27 +234,27 @@ class Models:
     def _add(
         self,
         path: Path,
-        opened: OpenModel,
+        opened_model: OpenModel,
         name: str,
         like: str | None,
         then: Callable[[str], None],
         label: str,
     ) -> None:
         models = self._projects.of(Model)
-        same_file = [m for m in models if m.content_hash == opened.content_hash]
+        same_file = [m for m in models if m.content_hash == opened_model.content_hash]
         if same_file:
             if same_file[0].id not in self.open:
-                self._attach(same_file[0].id, path, opened)
+                self._attach(same_file[0].id, path, opened_model)
             self._notices.info(Finding("model.already-open", file=path.name))
             return
-        stored = self._projects.project.model_path(path)
+        stored_model_path = self._projects.project.model_path(path)
         similar = self._projects.records.get(like or "")
         findings: tuple[Finding, ...] = ()
         try:
             if isinstance(similar, Model):
                 placement = similar.placement
             else:
-                placement, findings = self._placement(path, stored, opened)
+                placement, findings = self._placement(path, stored_model_path, opened_model)
         except InputError as error:
             if crs := error.values.get("suggested_crs"):
                 self._offer_conversion(path, str(crs), error)
@@ -258,49 +262,53 @@ class Models:
                 self._notices.fail(error)
             return
         is_frame_known = placement != Frame() or has_known_scale(path) is not None
-        if not is_frame_known and (frame := self._frame_of_project(opened)) is not None:
+        if not is_frame_known and (frame := self._frame_of_project(opened_model)) is not None:
             placement, is_frame_known = frame, True
             finding = Finding("frame.of-project", crs=crs_label(frame.crs or ""))
             self._notices.post(Notice(finding.with_file(path.name), action=DECLARE_FRAME))
         self._warn_of(path, findings)
-        model = new_model(name, stored, opened.kind, opened.content_hash, placement)
+        model = new_model(
+            name, stored_model_path, opened_model.kind, opened_model.content_hash, placement
+        )
         # Store the data first, because an edit that adds a model without data would read the
         # file again.
-        self.open[model.id] = opened
+        self.open[model.id] = opened_model
         if not self._editing.attempt(edits.add_model, model, label):
             del self.open[model.id]
             return
         self._preferences.remember(path)
-        self._attach(model.id, path, opened)
+        self._attach(model.id, path, opened_model)
         if not is_frame_known and not isinstance(similar, Model):
             self.frame_wanted.emit(model.id)
         then(model.id)
 
     def _placement(
-        self, path: Path, stored: str, opened: OpenModel
+        self, path: Path, stored_text: str, opened_model: OpenModel
     ) -> tuple[Frame | Registration, tuple[Finding, ...]]:
         """Return the placement of a file that is added to the project.
 
         This is the registration of the reconstruction that contains the file, the registration
         beside the file, or the frame stated in the file, in this order. Raises InputError.
         """
-        records, bounds = self._projects.records, opened.data.bounds
-        made_here = registration_of_file(records, stored)
+        records, bounds = self._projects.records, opened_model.data.bounds
+        made_here = registration_of_file(records, stored_text)
         if made_here is not None:
             return made_here, check_frame(
                 made_here.frame, world_bounds(bounds, made_here.matrix), file=path.name
             )
-        stored_registration = registration_beside(path, opened.content_hash, opened.crs)
+        stored_registration = registration_beside(path, opened_model.content_hash, opened_model.crs)
         if stored_registration.registration is not None:
             registration = registration_in_project(records, stored_registration.registration)
-            placed = world_bounds(bounds, registration.matrix)
-            return registration, check_frame(registration.frame, placed, file=path.name)
-        frame = frame_of_file(path, opened.crs)
+            placed_world_bounds = world_bounds(bounds, registration.matrix)
+            return registration, check_frame(
+                registration.frame, placed_world_bounds, file=path.name
+            )
+        frame = frame_of_file(path, opened_model.crs)
         return frame, (*stored_registration.findings, *check_frame(frame, bounds, file=path.name))
 
-    def _frame_of_project(self, opened: OpenModel) -> Frame | None:
+    def _frame_of_project(self, opened_model: OpenModel) -> Frame | None:
         """Return the frame of a model of the project near the coordinates of a file, or None."""
-        low, high = opened.data.bounds
+        low, high = opened_model.data.bounds
         for model in reversed(self._projects.of(Model)):
             other = self.open.get(model.id)
             if model.frame.crs is None or other is None:
@@ -312,27 +320,27 @@ class Models:
                 return Frame("crs", model.frame.crs, unit_m)
         return None
 
-    def _attach(self, model_id: str, path: Path, opened: OpenModel) -> None:
-        self.open[model_id] = opened
-        self._warn_of(path, opened.warnings)
+    def _attach(self, model_id: str, path: Path, opened_model: OpenModel) -> None:
+        self.open[model_id] = opened_model
+        self._warn_of(path, opened_model.warnings)
         self.loaded.emit(model_id)
 
     def _warn_of(self, path: Path, findings: Sequence[Finding]) -> None:
         """Show the findings about a file in one notice."""
         if findings:
-            first_finding, *other_findings = (each.with_file(path.name) for each in findings)
+            first_finding, *other_findings = (finding.with_file(path.name) for finding in findings)
             self._notices.post(Notice(first_finding, "warning", more=tuple(other_findings)))
 
 
 def new_model(
     name: str,
-    stored: str,
+    stored_text: str,
     kind: Literal["mesh", "cloud"],
     content_hash: str,
     placement: Frame | Registration,
 ) -> Model:
-    """Create the record of a new model; `stored` is its path as stored in the project."""
-    return Model(new_id("model"), name, stored, kind, content_hash, placement)
+    """Create the record of a new model; `stored_text` is its path as stored in the project."""
+    return Model(new_id("model"), name, stored_text, kind, content_hash, placement)
 
 
 def find_placed_model(projects: Projects, model_id: str) -> PlacedModel | None:
@@ -361,9 +369,9 @@ def placed_model(record: Model, path: Path, cache: Path) -> PlacedModel:
     return PlacedModel(record.name, path, cache, record.to_world, crs, record.registration)
 
 
-def registration_of_file(records: Mapping[str, Record], stored: str) -> Registration | None:
+def registration_of_file(records: Mapping[str, Record], stored_text: str) -> Registration | None:
     """Return the registration of the reconstruction that contains a model."""
-    parts = Path(stored).parts
+    parts = Path(stored_text).parts
     if len(parts) != 3 or parts[0] != RECONSTRUCTIONS:
         return None
     reconstruction = reconstruction_in(records, parts[1])

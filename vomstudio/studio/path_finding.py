@@ -57,9 +57,9 @@ class PathFinding:
 
     def costs(self, model_id: str) -> tuple[str, ...]:
         """Return the names of the available costs; see `studio.tools.followed_line.PathFinder`."""
-        opened = self._models.open.get(model_id)
-        data = None if opened is None else opened.data
-        coloured = data is not None and (
+        open_model = self._models.open.get(model_id)
+        data = None if open_model is None else open_model.data
+        is_coloured = data is not None and (
             data.colors is not None
             or (
                 isinstance(data, Mesh)
@@ -69,7 +69,7 @@ class PathFinding:
         )
         return (
             COST_NAMES
-            if coloured
+            if is_coloured
             else tuple(cost for cost in COST_NAMES if cost not in COLOUR_COSTS)
         )
 
@@ -84,9 +84,9 @@ class PathFinding:
         answer: Answer,
     ) -> None:
         """Request a path; see `studio.tools.followed_line.PathFinder`."""
-        opened = self._models.open.get(model_id)
+        open_model = self._models.open.get(model_id)
         photos = self._photos_of(model_id) if photo else None
-        data = None if opened is None else opened.data
+        data = None if open_model is None else open_model.data
         search = _Search(data, cost, ends, live, photo, photos)
         # A new search for the cursor replaces the one for its previous position.
         self._background.run(
@@ -111,7 +111,7 @@ class PathFinding:
         ends = np.asarray(search.ends)
         try:
             return self._photo_paths.find_path(
-                search.photos, search.photo, search.cost, ends, live=search.live
+                search.photos, search.photo, search.cost, ends, is_live=search.live
             )
         except VomError as error:
             # If the photo gives no path, the path over the surface is returned with the reason.

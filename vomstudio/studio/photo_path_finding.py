@@ -31,7 +31,7 @@ class PhotoPaths:
         self._photos = self._opened = self._follower = None
 
     def find_path(
-        self, photos: ModelPhotos, photo: str, cost: str, ends: FloatArray, *, live: bool
+        self, photos: ModelPhotos, photo: str, cost: str, ends: FloatArray, *, is_live: bool
     ) -> FollowedPath:
         """Find the path between two points (2, 3) on a model.
 
@@ -44,7 +44,7 @@ class PhotoPaths:
             Name of the cost.
         ends : (2, 3) ndarray
             End points of the path, in the file frame of the model.
-        live : bool
+        is_live : bool
             Whether to skip the check against other photos.
 
         Raises
@@ -59,7 +59,7 @@ class PhotoPaths:
         # Points that are hidden by a small amount lie at the edge that was clicked.
         if not views.shows(row, world, 4.0 * views.resolution).all():
             raise GeometryError(Finding("photo.not-showing", photo=photo.rpartition("/")[2]))
-        path = follower.follow(views.pixels(row, world), alone=live)
+        path = follower.follow(views.pixels(row, world), is_alone=is_live)
         points = transform.apply(transform.invert(views.to_world), path.points)
         return FollowedPath(
             points,
@@ -67,8 +67,8 @@ class PhotoPaths:
             path.voters,
             path.judged,
             path.confirmed,
-            () if live else path.warnings,
-            final=not live,
+            () if is_live else path.warnings,
+            final=not is_live,
             costs=path.costs,
         )
 

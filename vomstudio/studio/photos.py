@@ -130,35 +130,44 @@ class PhotoLinks:
         record = self._projects.records.get(model_id)
         if not isinstance(record, Model):
             return None
-        if (selected := self._selected_path(model_id, "cameras")) is not None:
-            return selected
+        if (selected_path := self._selected_path(model_id, "cameras")) is not None:
+            return selected_path
         file = self._projects.project.find_model(record)
         return None if file is None else find_own_cameras(file)
 
-    def _selected_path(self, model_id: str, what: str) -> Path | None:
+    def _selected_path(self, model_id: str, subject: str) -> Path | None:
         """Resolve a stored path; paths within the project are relative, as it can be moved."""
         choices = self._projects.view(VIEW_KEY, {}).get(model_id)
-        choice = choices.get(what) if isinstance(choices, dict) else None
+        choice = choices.get(subject) if isinstance(choices, dict) else None
         if not isinstance(choice, str) or not choice or "\0" in choice:
             return None
         return self._projects.project.folder / choice
 
     def look(self, model_id: str) -> None:
         """Read the photos of a model that was opened or whose file or cameras have changed."""
-        opened, path = self._models.open.get(model_id), self.cameras_path(model_id)
+        open_model, path = self._models.open.get(model_id), self.cameras_path(model_id)
         record = self._projects.records.get(model_id)
-        if not self._is_enabled or opened is None or path is None or not isinstance(record, Model):
+        if (
+            not self._is_enabled
+            or open_model is None
+            or path is None
+            or not isinstance(record, Model)
+        ):
             return
-        if isinstance(opened.data, StreamedCloud):
+        if isinstance(open_model.data, StreamedCloud):
             self._problems[model_id] = Finding("model.cloud-too-large", model=record.name)
             return
         self._problems.pop(model_id, None)
         cached_tree = self._trees.get(model_id)
-        tree = cached_tree[1] if cached_tree is not None and cached_tree[0] is opened.data else None
-        selected = self._selected_path(model_id, "photos")
+        tree = (
+            cached_tree[1]
+            if cached_tree is not None and cached_tree[0] is open_model.data
+            else None
+        )
+        selected_path = self._selected_path(model_id, "photos")
         # The project was moved together with its photos.
-        around = self._projects.project.folder.parent
-        data, resolution = opened.data, opened.resolution or 0.0
+        folder = self._projects.project.folder.parent
+        data, resolution = open_model.data, open_model.resolution or 0.0
 
         def refuse(error: VomError) -> None:
             self._ready.pop(model_id, None)
@@ -166,7 +175,7 @@ class PhotoLinks:
             self.changed.emit(model_id)
 
         self._background.run(
-            lambda: _read_photos(record, path, selected, around, data, resolution, tree),
+            lambda: _read_photos(record, path, selected_path, folder, data, resolution, tree),
             partial(self._store, data),
             refuse,
             key=model_id,
@@ -205,8 +214,8 @@ class PhotoLinks:
 def _read_photos(
     record: Model,
     path: Path,
-    selected: Path | None,
-    around: Path,
+    selected_path: Path | None,
+    project_folder: Path,
     data: Mesh | PointCloud,
     resolution: float,
     tree: RayTree | None,
@@ -222,6 +231,6 @@ def _read_photos(
     # Runs in a thread, because the first ray loads the kernels.
     tree.cast(np.zeros(3), np.ones((1, 3)))
     views = PhotoViews(cameras, tree, np.asarray(record.to_world), resolution)
-    folders = [folder for folder in (selected, cameras_of_model.photos) if folder is not None]
-    files = find_photos(path, list(cameras_of_model.views), (*folders, around))
+    folders = [folder for folder in (selected_path, cameras_of_model.photos) if folder is not None]
+    files = find_photos(path, list(cameras_of_model.views), (*folders, project_folder))
     return ModelPhotos(record.id, record.name, views, files)

@@ -28,7 +28,7 @@ class ModelChoice(Options):
         None,
         metavar="MODEL",
         help=to_translate("name or id of the model"),
-        automatic=to_translate("the only model"),
+        automatic_text=to_translate("the only model"),
     )
 
 
@@ -56,7 +56,7 @@ class PlacementOptions(ModelChoice):
         None,
         metavar="EPSG",
         help=to_translate("projected coordinate reference system of the points"),
-        automatic=to_translate("local metres, x east, y north"),
+        automatic_text=to_translate("local metres, x east, y north"),
     )
     click_sigma_m: float | None = option(
         None,
@@ -65,7 +65,7 @@ class PlacementOptions(ModelChoice):
         help=to_translate(
             "standard deviation of each coordinate of a point picked on the model, m"
         ),
-        automatic=to_translate("half the resolution of the model"),
+        automatic_text=to_translate("half the resolution of the model"),
     )
 
     def __post_init__(self) -> None:
@@ -82,7 +82,7 @@ class PickOptions(ModelChoice):
         None,
         metavar="COLUMN",
         help=to_translate("name or number of the column with the trace names"),
-        automatic=to_translate("one trace"),
+        automatic_text=to_translate("one trace"),
     )
     set: str | None = option(None, metavar="SET", help=to_translate("set of the traces"))
     domain: str | None = option(
@@ -127,7 +127,7 @@ class FeatureValues(Options):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not given_options(self):
-            flags = [each.flag for each in declarations(type(self))]
+            flags = [item.flag for item in declarations(type(self))]
             raise UsageError(Finding("option.none-given", options=flags), field=flags[0])
 
 

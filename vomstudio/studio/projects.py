@@ -58,7 +58,7 @@ class Projects:
         """Measurements of a project that has just been opened, or None if they are not
         computed."""
         self._preferences, self._notices, self._run_blocking = preferences, notices, run_blocking
-        self._opening = False
+        self._is_opening = False
         self._project: ProjectFolder | None = None
         self._has_warned = False
 
@@ -118,14 +118,14 @@ class Projects:
         present = self._project
         if present is not None and folder.resolve() == present.folder.resolve():
             return
-        if self._opening:
+        if self._is_opening:
             self._notices.warn(Finding("project.opening"))
             return
-        self._opening = True
+        self._is_opening = True
         try:
             project, measurements = self._read(folder)
         finally:
-            self._opening = False
+            self._is_opening = False
         self._adopt(project, measurements)
         if not self.project.untitled:
             self._preferences.remember(self.project.folder)

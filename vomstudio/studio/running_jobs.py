@@ -84,11 +84,11 @@ class _Newest:
             self._waiting = passed if isinstance(event, Step) else None
         self._post(partial(self._pass_on, passed))
 
-    def _pass_on(self, passed: list[Event]) -> None:
+    def _pass_on(self, passed_events: list[Event]) -> None:
         with self._lock:
-            if self._waiting is passed:
+            if self._waiting is passed_events:
                 self._waiting = None
-        self._deliver(passed[0])
+        self._deliver(passed_events[0])
 
 
 class Jobs:
@@ -101,7 +101,7 @@ class Jobs:
         self.workers = {lane: Worker(partial(self._hand_over, lane)) for lane in Lane}
         self.jobs: dict[tuple[Lane, int], RunningJob] = {}
         self._next_refused_number = 0
-        self._closed = False
+        self._is_closed = False
 
     def submit(
         self,
@@ -111,7 +111,7 @@ class Jobs:
         title: str,
         on_done: Callable[[Result], None],
         on_failed: Callable[[Failed], None],
-        quiet: bool = False,
+        is_quiet: bool = False,
         resumable: bool = False,
     ) -> RunningJob:
         """Start a job.
@@ -127,7 +127,7 @@ class Jobs:
             Name of the job for the user.
         on_done, on_failed : callable
             Called when the job has succeeded or failed.
-        quiet : bool
+        is_quiet : bool
             Whether to hide the job from the user.
         resumable : bool
             Whether the next job of this kind continues where this job was stopped.
@@ -140,13 +140,13 @@ class Jobs:
             # Reported like every other failure, after the caller has received the job.
             self._next_refused_number -= 1
             number = self._next_refused_number
-            failed = Failed(number, error.to_dict(), error.exit_code)
-            self._post(lambda: self._deliver(lane, failed))
-        begun = RunningJob(number, title, worker, on_done, on_failed, quiet, resumable)
-        if not self._closed:
-            self.jobs[lane, number] = begun
+            failure = Failed(number, error.to_dict(), error.exit_code)
+            self._post(lambda: self._deliver(lane, failure))
+        running_job = RunningJob(number, title, worker, on_done, on_failed, is_quiet, resumable)
+        if not self._is_closed:
+            self.jobs[lane, number] = running_job
             self.changed.emit()
-        return begun
+        return running_job
 
     def cancel(self, job: RunningJob) -> None:
         """Request that a job stops; `on_failed` is called when it has stopped."""
@@ -161,7 +161,7 @@ class Jobs:
 
     def _deliver(self, lane: Lane, event: Event | Fault) -> None:
         job = self.jobs.get((lane, event.job))
-        if self._closed:
+        if self._is_closed:
             return
         if job is None:
             if isinstance(event, Fault):
@@ -197,7 +197,7 @@ class Jobs:
 
     def close(self) -> None:
         """Stop all workers; no callback is called afterwards."""
-        self._closed = True
+        self._is_closed = True
         with ExitStack() as steps:
             steps.callback(self.closed.emit)
             for worker in self.workers.values():

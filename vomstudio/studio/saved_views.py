@@ -37,10 +37,10 @@ class SavedViews:
         """Return all readable views."""
         stored = self._read(VIEW_KEY)
         views: dict[str, SavedView] = {}
-        for each in stored if isinstance(stored, list) else []:
-            if not isinstance(each, Mapping):
+        for item in stored if isinstance(stored, list) else []:
+            if not isinstance(item, Mapping):
                 continue
-            name, camera, box = each.get("name"), each.get("camera"), each.get("box")
+            name, camera, box = item.get("name"), item.get("camera"), item.get("box")
             if isinstance(name, str) and name and isinstance(camera, dict):
                 views[name] = SavedView(name, camera, box if isinstance(box, dict) else None)
         return list(views.values())[:MAX_VIEWS]
@@ -59,7 +59,7 @@ class SavedViews:
                 Finding("view.name-length", maximum=MAX_NAME_LENGTH),
                 field=tr("name"),
             )
-        other_views = [each for each in self.all() if each.name != name]
+        other_views = [item for item in self.all() if item.name != name]
         if len(other_views) >= MAX_VIEWS:
             raise UsageError(
                 Finding("view.too-many", maximum=MAX_VIEWS),
@@ -68,7 +68,7 @@ class SavedViews:
         self._write([*other_views, SavedView(name, view.camera, view.box)])
 
     def delete(self, name: str) -> None:
-        self._write([each for each in self.all() if each.name != name])
+        self._write([item for item in self.all() if item.name != name])
 
     def _write(self, views: list[SavedView]) -> None:
         self._keep(VIEW_KEY, [{"name": v.name, "camera": v.camera, "box": v.box} for v in views])

@@ -328,9 +328,9 @@ class ToolHost:
     def feature_places(self) -> dict[str, FloatArray]:
         visible = self._visibility.visible
         features = [f for f in self.session.features() if visible(f.id) and visible(group_of(f))]
-        measured = self._derived.measured(f.id for f in features)
-        points = {f.id: np.asarray(measured[f.id].points).reshape(-1, 3) for f in features}
-        return {id_: each.mean(axis=0) for id_, each in points.items() if len(each)}
+        measurements = self._derived.measured(f.id for f in features)
+        points = {f.id: np.asarray(measurements[f.id].points).reshape(-1, 3) for f in features}
+        return {id_: point.mean(axis=0) for id_, point in points.items() if len(point)}
 
     def select(self, feature_ids: Sequence[str], how: Combine) -> None:
         current, others = self._selection.ids, set(feature_ids)
@@ -346,10 +346,10 @@ class ToolHost:
         hits = [event.hit for event in self._waiting if event is not None and event.hit]
         if hits:
             preview = preview or Preview(np.zeros((0, 3)))
-            places = self.world_places(hits)
+            positions = self.world_places(hits)
             if preview.pending is not None:
-                places = np.concatenate([preview.pending, places])
-            preview = replace(preview, pending=places)
+                positions = np.concatenate([preview.pending, positions])
+            preview = replace(preview, pending=positions)
         self.preview.emit(preview)
 
     def report(self, message: Finding | VomError) -> None:
@@ -366,8 +366,8 @@ class ToolHost:
             # The tool may still be finishing its feature.
             self._post(self._pass_waiting)
 
-    def discarded(self, discarded: Discarded) -> None:
-        self.let_go.emit(discarded)
+    def discarded(self, discarded_work: Discarded) -> None:
+        self.let_go.emit(discarded_work)
         self.undo_changed.emit()
 
     def created(self, feature_id: str) -> None:

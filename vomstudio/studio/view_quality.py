@@ -33,33 +33,33 @@ class AxialDirection:
     error95_deg: float | None
 
 
-def direction_across_slip(slipped: Measurement) -> AxialDirection | Finding:
+def direction_across_slip(slipped_measurement: Measurement) -> AxialDirection | Finding:
     """Return the line in a fault perpendicular to its slip, or why it is undefined.
 
     The error of the direction is that of the slip line, or of the plane if the slip line has no
     error estimate.
     """
-    if slipped.on_plane is None or slipped.line is None:
+    if slipped_measurement.on_plane is None or slipped_measurement.line is None:
         return Finding("selection.no-slip")
-    normal = slipped.on_plane.normal()
-    across = np.cross(normal, slipped.line.vector())
-    size = float(np.linalg.norm(across))
+    normal = slipped_measurement.on_plane.normal()
+    cross_axis = np.cross(normal, slipped_measurement.line.vector())
+    size = float(np.linalg.norm(cross_axis))
     if size < np.sin(np.radians(1.0)):
         return Finding("slip.across-plane")
-    return AxialDirection(Line.from_vector(across / size), slipped.total95_deg)
+    return AxialDirection(Line.from_vector(cross_axis / size), slipped_measurement.total95_deg)
 
 
 def intersection_direction(planes: Iterable[Measurement]) -> AxialDirection | Finding:
     """Return the intersection of two planes, or why it is undefined."""
-    uncertain = [
+    uncertain_planes = [
         uncertain_plane
-        for each in planes
-        if (uncertain_plane := plane_with_error(each)) is not None
+        for plane in planes
+        if (uncertain_plane := plane_with_error(plane)) is not None
     ]
-    if len(uncertain) != 2:
+    if len(uncertain_planes) != 2:
         return Finding("selection.not-two-planes")
     try:
-        met = intersection_line(*uncertain)
+        met = intersection_line(*uncertain_planes)
     except GeometryError as error:
         return finding_of(error)
     return AxialDirection(met.line, met.max_confidence95_deg)
@@ -84,14 +84,14 @@ def depth_along(
     bool
         Whether the depth is in metres.
     """
-    along, metric = [], True
-    for model_id, opened in models.items():
+    along_component, is_metric = [], True
+    for model_id, open_model in models.items():
         model = records.get(model_id)
         if not isinstance(model, Model):
             continue
-        low, high = np.asarray(opened.data.bounds, np.float64)
+        low, high = np.asarray(open_model.data.bounds, np.float64)
         grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
         corners = transform.apply(model.to_world, np.where(grid == 1, high, low))
-        along.append(corners @ np.asarray(direction, np.float64))
-        metric = metric and model.frame.has_metres
-    return (float(np.ptp(np.concatenate(along))) if along else 0.0), metric
+        along_component.append(corners @ np.asarray(direction, np.float64))
+        is_metric = is_metric and model.frame.has_metres
+    return (float(np.ptp(np.concatenate(along_component))) if along_component else 0.0), is_metric

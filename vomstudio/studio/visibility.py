@@ -32,21 +32,21 @@ class Visibility:
         ids = set(ids)
         features = self._projects.session.features()
         groups = {group_of(f) for f in features if f.id in ids}
-        hidden = {f.id for f in features if f.id not in ids}
-        changed = (self.hidden & (ids | groups)) | (hidden - self.hidden)
-        self._set((self.hidden - ids - groups) | hidden, changed)
+        hidden_ids = {f.id for f in features if f.id not in ids}
+        changed = (self.hidden & (ids | groups)) | (hidden_ids - self.hidden)
+        self._set((self.hidden - ids - groups) | hidden_ids, changed)
 
     def show_all(self) -> None:
         """Show everything."""
         self._set(set(), set(self.hidden))
 
-    def set_visible(self, ids: Iterable[str], visible: bool) -> None:
+    def set_visible(self, ids: Iterable[str], is_visible: bool) -> None:
         """Show or hide records, feature types or groups."""
         ids = set(ids)
-        self._set(self.hidden - ids if visible else self.hidden | ids, ids)
+        self._set(self.hidden - ids if is_visible else self.hidden | ids, ids)
 
-    def _set(self, hidden: set[str], changed: set[str]) -> None:
-        if changed:
-            self.hidden = hidden
-            self._projects.keep_view(VIEW_KEY, sorted(hidden))
-            self.changed.emit(tuple(changed))
+    def _set(self, hidden_names: set[str], changed_names: set[str]) -> None:
+        if changed_names:
+            self.hidden = hidden_names
+            self._projects.keep_view(VIEW_KEY, sorted(hidden_names))
+            self.changed.emit(tuple(changed_names))

@@ -74,11 +74,11 @@ class Workspace:
         self.recovery_found: Signal[list[Path]] = Signal()
         self.settings = settings
         self.notices = Notices()
-        self._closed = False
+        self._is_closed = False
 
         def hand_over(call: Call) -> None:
             # The receiver may have been deleted by the time of the call.
-            post(lambda: None if self._closed else call())
+            post(lambda: None if self._is_closed else call())
 
         def background(name: str, **options: Any) -> Background:
             created = Background(post, name, **options)
@@ -251,7 +251,7 @@ class Workspace:
 
     def close(self) -> None:
         """Close the project and stop all workers despite errors when the program ends."""
-        self._closed = True
+        self._is_closed = True
         for background in self._backgrounds:
             background.stop()
         with ExitStack() as steps:
@@ -282,15 +282,15 @@ class Workspace:
     def _show_hidden_types(self, edit: Edit) -> None:
         """Show the types of new features, which would otherwise vanish when they are added."""
         new = [r for i, r in edit.after.items() if isinstance(r, Feature) and not edit.before[i]]
-        hidden = {group for f in new if not self.visibility.visible(group := group_of(f))}
-        if hidden:
-            self.visibility.set_visible(hidden, True)
-            names = sorted(self._group_name(group) for group in hidden)
+        hidden_groups = {group for f in new if not self.visibility.visible(group := group_of(f))}
+        if hidden_groups:
+            self.visibility.set_visible(hidden_groups, True)
+            names = sorted(self._group_name(group) for group in hidden_groups)
             self.notices.info(Finding("type.shown-again", types=", ".join(names)))
 
     def _group_name(self, group: str) -> str:
         record = self.projects.records.get(group)
-        titles = {each.id: tr(each.title) for each in GROUPS}
+        titles = {item.id: tr(item.title) for item in GROUPS}
         return titles.get(group, group) if record is None else record.name
 
     def _warn_of_namesakes(self, edit: Edit) -> None:
@@ -306,8 +306,8 @@ class Workspace:
             for i, r in old_records.items()
             if isinstance(r, Feature) and r.name != new_records[i].name
         }
-        added = {i for i, r in old_records.items() if r is None}
-        renamed_or_added = renamed | (added if len(added) > 1 else set())
+        added_ids = {i for i, r in old_records.items() if r is None}
+        renamed_or_added = renamed | (added_ids if len(added_ids) > 1 else set())
         if not renamed_or_added:
             return
         count = Counter(feature.name for feature in self.projects.session.features())

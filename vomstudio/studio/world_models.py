@@ -118,21 +118,23 @@ def read_in_world(
     progress = progress or SilentProgress()
     # Readers start their own stage after importing the libraries of the format.
     progress.stage(tr("Reading {file}", file=Path(path).name))
-    loaded = read_model(path, progress, options)
+    loaded_model = read_model(path, progress, options)
     progress.stage(tr("Preparing the model"))
     if project is not None:
-        return place_as_in_project(loaded, find_project_model(project, loaded))
-    established = establish_frame(loaded, options)
+        return place_as_in_project(loaded_model, find_project_model(project, loaded_model))
+    established = establish_frame(loaded_model, options)
     frame = established.frame
     crs = None if frame.crs is None else world_crs(frame.crs, frame.unit_m)
     registration = established.registration
-    metric = loaded.unit_m is not None or frame.crs is not None or options.unit is not None
+    is_metric = loaded_model.unit_m is not None or frame.crs is not None or options.unit is not None
     if registration is not None:
-        metric = frame.has_metres
+        is_metric = frame.has_metres
     matrix = np.asarray(established.to_world(), np.float64)
-    data = transform_model(loaded.data, matrix)
-    warnings = (*loaded.warnings, *established.findings)
-    return WorldModel(data, crs, metric, warnings, loaded, matrix, registration=registration)
+    data = transform_model(loaded_model.data, matrix)
+    warnings = (*loaded_model.warnings, *established.findings)
+    return WorldModel(
+        data, crs, is_metric, warnings, loaded_model, matrix, registration=registration
+    )
 
 
 def read_comparison_model(
@@ -149,11 +151,11 @@ def read_comparison_model(
         return read_in_world(path, progress, options)
     progress = progress or SilentProgress()
     progress.stage(tr("Reading {file}", file=Path(path).name))
-    loaded = read_model(path, progress)
+    loaded_model = read_model(path, progress)
     progress.stage(tr("Preparing the model"))
     models = _models_of(project)
-    if any(model.content_hash == loaded.content_hash for model in models):
-        return place_as_in_project(loaded, find_project_model(project, loaded))
+    if any(model.content_hash == loaded_model.content_hash for model in models):
+        return place_as_in_project(loaded_model, find_project_model(project, loaded_model))
     return read_in_world(path, progress)
 
 
@@ -168,7 +170,7 @@ def check_place(options: FrameOptions, project: str | Path | None) -> None:
     )
 
 
-def find_project_model(project: str | Path, loaded: LoadedModel) -> Model:
+def find_project_model(project: str | Path, loaded_model: LoadedModel) -> Model:
     """Return the record of a loaded model in a project, which may be open in a window.
 
     Raises
@@ -179,7 +181,7 @@ def find_project_model(project: str | Path, loaded: LoadedModel) -> Model:
         If the project does not contain the model.
     """
     models = _models_of(project)
-    same_file = [model for model in models if model.content_hash == loaded.content_hash]
+    same_file = [model for model in models if model.content_hash == loaded_model.content_hash]
     if not same_file:
         names = [f"{model.name} ({model.path})" for model in models]
         raise UsageError(
@@ -187,8 +189,10 @@ def find_project_model(project: str | Path, loaded: LoadedModel) -> Model:
             file=Path(project),
             field="--project",
         )
-    named = [model for model in same_file if Path(model.path).name == loaded.path.name]
-    return (named or same_file)[0]
+    named_same_file = [
+        model for model in same_file if Path(model.path).name == loaded_model.path.name
+    ]
+    return (named_same_file or same_file)[0]
 
 
 def _models_of(project: str | Path) -> list[Model]:
@@ -199,12 +203,19 @@ def _models_of(project: str | Path) -> list[Model]:
     return [record for record in records.values() if isinstance(record, Model)]
 
 
-def place_as_in_project(loaded: LoadedModel, model: Model) -> WorldModel:
+def place_as_in_project(loaded_model: LoadedModel, model: Model) -> WorldModel:
     """Transform a loaded model to the World frame with the placement of its record."""
     frame = model.frame
     crs = None if frame.crs is None else world_crs(frame.crs, frame.unit_m)
     matrix = np.asarray(model.to_world, np.float64)
-    data = transform_model(loaded.data, matrix)
+    data = transform_model(loaded_model.data, matrix)
     return WorldModel(
-        data, crs, frame.has_metres, loaded.warnings, loaded, matrix, model, model.registration
+        data,
+        crs,
+        frame.has_metres,
+        loaded_model.warnings,
+        loaded_model,
+        matrix,
+        model,
+        model.registration,
     )

@@ -34,8 +34,8 @@ def test_of_zones_of_one_number_that_of_wgs_84_is_first(typed: str, code: str) -
 def test_the_typed_code_and_the_preferred_systems_are_first() -> None:
     assert search_systems("nad27 utm 15n")[0].code == "EPSG:26715"
     assert search_systems("25832")[0].code == "EPSG:25832"
-    assert search_systems("utm", preferred=["EPSG:25832"])[0].code == "EPSG:25832"
-    assert search_systems("utm 15n", preferred=["EPSG:26915"])[0].code == "EPSG:26915"
+    assert search_systems("utm", preferred_names=["EPSG:25832"])[0].code == "EPSG:25832"
+    assert search_systems("utm 15n", preferred_names=["EPSG:26915"])[0].code == "EPSG:26915"
 
 
 def test_names_are_those_of_proj_and_all_are_projected() -> None:

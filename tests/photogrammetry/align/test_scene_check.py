@@ -160,13 +160,13 @@ def test_turns_on_the_spot_and_zooms_are_named() -> None:
 def test_what_was_not_placed_and_fell_apart_is_said() -> None:
     views = good_views()
     report = check_scene(
-        scene(views[:12]), unregistered=["x.jpg"], other_parts=[scene(views[13:16])]
+        scene(views[:12]), unregistered_names=["x.jpg"], other_parts=[scene(views[13:16])]
     )
     by_code = {f.code: f for f in report.findings}
     assert by_code["unregistered"].values["photos"] == ("x.jpg",)
     assert by_code["unregistered"].values["total"] == 16
     assert by_code["parts"].values["value"] == 2
-    lost = check_scene(scene(views[:2]), unregistered=[f"{i}.jpg" for i in range(9)])
+    lost = check_scene(scene(views[:2]), unregistered_names=[f"{i}.jpg" for i in range(9)])
     assert any(f.severity == "error" for f in lost.findings)
 
 
@@ -192,7 +192,7 @@ def test_a_scene_of_nothing_is_an_answer() -> None:
         np.empty(0, np.int32),
         np.empty((0, 2), np.float32),
     )
-    report = check_scene(empty, unregistered=["a.jpg", "b.jpg"])
+    report = check_scene(empty, unregistered_names=["a.jpg", "b.jpg"])
     assert report.assessment[0].code == "survey.incomplete"
     # Placed, but without a single point.
     alone = SparseScene(

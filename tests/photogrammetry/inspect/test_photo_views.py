@@ -138,7 +138,7 @@ def test_the_sharper_and_straighter_view_comes_first() -> None:
 def test_a_cloud_is_picked_at_its_points() -> None:
     mesh, photos = sheet_and_photos()
     points = mesh.vertices * [1, 1, 0] + [0, 0, CORNER[2]]
-    cloud = PhotoViews(photos.cameras, RayTree(PointCloud(points), reach=0.7))
+    cloud = PhotoViews(photos.cameras, RayTree(PointCloud(points), max_distance=0.7))
     for row in (700, 820, 905):
         seen = cloud.pick(0, cloud.pixels(0, points[row])[0])
         assert seen is not None

@@ -435,8 +435,8 @@ def test_sizes_of_planes_are_written_as_every_other_length(pixel: float) -> None
     _, covered, expected = assess([], pixel)
     assert covered == Finding("survey.pixel-size", pixel=length_text(pixel, 2))
     assert expected == expected_planes(planes)
-    unscaled = expected_planes(planes, metric=False)
-    assert unscaled.values["textbook_size"] == length_text(1000 * pixel, 2, metric=False)
+    unscaled = expected_planes(planes, is_metric=False)
+    assert unscaled.values["textbook_size"] == length_text(1000 * pixel, 2, is_metric=False)
 
 
 def test_the_verdict_never_states_the_size_of_a_plane_without_its_angle() -> None:

@@ -52,8 +52,8 @@ class Parser(argparse.ArgumentParser):
     def _get_values(self, action: argparse.Action, arg_strings: list[str]) -> Any:
         # An empty word results from an unset variable in a script. As a path, it would mean the
         # current folder with all its contents.
-        named = action.dest == "output" or not action.option_strings
-        if named and action.nargs != argparse.PARSER and "" in arg_strings:
+        is_named = action.dest == "output" or not action.option_strings
+        if is_named and action.nargs != argparse.PARSER and "" in arg_strings:
             raise UsageError(Finding("name.empty"), field=_name_of(action))
         # Users who write - mean standard output and not a file with that name.
         if action.dest == "output" and arg_strings == ["-"]:
@@ -134,8 +134,8 @@ class Parser(argparse.ArgumentParser):
         finding = Finding("command.invalid", problem=problem, program=self.prog)
         raise UsageError(finding, field=None if field is None else _long_name(field))
 
-    def _misspelt(self, value: str, nearest: str, field: str | None) -> UsageError:
-        finding = Finding("command.misspelt", value=value, nearest=nearest, program=self.prog)
+    def _misspelt(self, value: str, nearest_text: str, field: str | None) -> UsageError:
+        finding = Finding("command.misspelt", value=value, nearest=nearest_text, program=self.prog)
         return UsageError(finding, field=field)
 
     def _unknown_argument(self, value: str) -> UsageError:
@@ -181,9 +181,9 @@ def add_shared_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_output(parser: Parser, description: str, *, required: bool = False) -> None:
+def add_output(parser: Parser, description: str, *, is_required: bool = False) -> None:
     """Add ``--output`` and ``--force``."""
-    parser.add_argument("-o", "--output", metavar="FILE", required=required, help=description)
+    parser.add_argument("-o", "--output", metavar="FILE", required=is_required, help=description)
     parser.add_argument("--force", action="store_true", help=tr("replace an existing FILE"))
 
 

@@ -17,27 +17,27 @@ def add_options(parser: Parser, options: type[Any]) -> None:
 
     Options that the parser already has, from a class with the same base, are not added again.
     """
-    for each in declarations(options):
-        if each.flag in parser._option_string_actions:
+    for item in declarations(options):
+        if item.flag in parser._option_string_actions:
             continue
-        words: dict[str, Any] = {"dest": each.name, "help": help_text(each).replace("%", "%%")}
-        if each.kind is bool:
+        words: dict[str, Any] = {"dest": item.name, "help": help_text(item).replace("%", "%%")}
+        if item.kind is bool:
             words["action"] = (
-                "store_true" if each.default is False else argparse.BooleanOptionalAction
+                "store_true" if item.default is False else argparse.BooleanOptionalAction
             )
-        elif each.choices is not None:
-            words["choices"] = list(each.choices)
+        elif item.choices is not None:
+            words["choices"] = list(item.choices)
         else:
-            words["metavar"] = metavar(each)
-            if each.is_repeated:
+            words["metavar"] = metavar(item)
+            if item.is_repeated:
                 words["action"] = "append"
-            if each.flag_value is not None:
-                words |= {"nargs": "?", "const": each.flag_value}
-            if each.kind is not str:
-                words["type"] = each.kind
-        if each.is_required:
+            if item.flag_value is not None:
+                words |= {"nargs": "?", "const": item.flag_value}
+            if item.kind is not str:
+                words["type"] = item.kind
+        if item.is_required:
             words["required"] = True
-        parser.add_argument(each.flag, **words)
+        parser.add_argument(item.flag, **words)
 
 
 def help_text(declaration: Declaration) -> str:
@@ -64,11 +64,11 @@ def metavar(declaration: Declaration) -> str:
 
 def parse_options(args: argparse.Namespace, options: type[Options]) -> Options:
     """Return the options object for the parsed command. Raises UsageError."""
-    values = {each: getattr(args, each.name, None) for each in declarations(options)}
+    values = {item: getattr(args, item.name, None) for item in declarations(options)}
     return options(
         **{
-            each.name: tuple(value) if each.is_repeated else value
-            for each, value in values.items()
+            item.name: tuple(value) if item.is_repeated else value
+            for item, value in values.items()
             if value is not None
         }
     )

@@ -79,7 +79,7 @@ def _run(words: list[str], channel: Channel) -> int:
             stop_requests.check()
             output.quiet = args.quiet
             with reporting(
-                quiet=args.quiet, json_events=output.writes_events, start_time_s=begun_s
+                is_quiet=args.quiet, json_events=output.writes_events, start_time_s=begun_s
             ) as args.reporter:
                 args.run(args, output)
             stop_requests.check()

@@ -182,19 +182,19 @@ def choose_painter(stream: TextIO) -> Painter:
 
 
 @contextlib.contextmanager
-def reporting(*, quiet: bool, json_events: bool, start_time_s: float) -> Iterator[Reporter]:
+def reporting(*, is_quiet: bool, json_events: bool, start_time_s: float) -> Iterator[Reporter]:
     """Yield the reporter of a command and end its display afterwards.
 
     Parameters
     ----------
-    quiet : bool
+    is_quiet : bool
         Whether to show nothing and suppress the output of libraries.
     json_events : bool
         Whether to write JSON lines.
     start_time_s : float
         Start time of the command (`time.monotonic`).
     """
-    if quiet:
+    if is_quiet:
         with silence_output():
             yield NoReport()
     elif json_events:

@@ -103,7 +103,7 @@ def band_lines(band: BandFigures) -> list[str]:
         else text_tables.plane_with_error(vars(likely), "max_confidence95_deg")
     )
     line = _angles(band.trend_deg, band.plunge_deg)
-    return [each.message for each in band_findings(band, line, plane)]
+    return [item.message for item in band_findings(band, line, plane)]
 
 
 def _angles(azimuth: float, inclination: float) -> str:

@@ -82,8 +82,8 @@ class TerminalLine:
         options = self._console.options.update(width=cells)
         segments = [s for s in self._console.render(bar, options) if s.text != "\n"]
         # Without colours, or in ASCII, the remaining part of the bar is omitted.
-        missing = cells - sum(segment.cell_length for segment in segments)
-        return [*segments, Segment(" " * missing)]
+        missing_values = cells - sum(segment.cell_length for segment in segments)
+        return [*segments, Segment(" " * missing_values)]
 
     def _columns(self) -> int:
         try:

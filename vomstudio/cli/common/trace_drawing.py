@@ -54,28 +54,34 @@ def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> No
     )
     model = read_in_world(args.model, progress_reporter(args), frame_options(args), args.project)
     try:
-        brought = back_projection.project_lines(lines, sidecar, model.data, options.step_m)
+        brought_lines = back_projection.project_lines(lines, sidecar, model.data, options.step_m)
     except InputError as error:
         raise error.with_file(args.from_ortho) from error
-    warnings = [*model.warnings, *messages, *brought.warnings]
+    warnings = [*model.warnings, *messages, *brought_lines.warnings]
     if sidecar.content_hash not in (None, model.loaded.content_hash):
         model_name = Path(args.model).name
         warnings.append(Finding("drawing.orthophoto-of-other-file", model=model_name))
-    result: dict[str, Any] = {**back_projection.facts_of(brought, args.output)}
+    result: dict[str, Any] = {**back_projection.facts_of(brought_lines, args.output)}
     if options.into is not None:
         result |= _add(
-            args, options, options.into, brought, (line.name for line in lines), sidecar, warnings
+            args,
+            options,
+            options.into,
+            brought_lines,
+            (line.name for line in lines),
+            sidecar,
+            warnings,
         )
     write_line_table(
         args.output,
-        [(line.name, line.points) for line in brought.lines],
+        [(line.name, line.points) for line in brought_lines.lines],
         crs=model.crs,
         north_known=model.placed,
         source=Path(args.from_ortho).name,
         force=args.force,
     )
     result["warnings"] = warnings
-    out.result(add_unitless_names(result, metric=model.has_metric_unit))
+    out.result(add_unitless_names(result, is_metric=model.has_metric_unit))
     out.warn(warnings)
     out.text(
         tr_n(
@@ -92,7 +98,7 @@ def _add(
     args: argparse.Namespace,
     options: DrawnTraceOptions,
     project: str,
-    brought: ProjectedLines,
+    brought_projected_lines: ProjectedLines,
     names: Iterable[str],
     sidecar: Sidecar,
     warnings: list[Finding],
@@ -104,20 +110,20 @@ def _add(
     from vomstudio.project.records import get_feature
     from vomstudio.studio.headless_project import HeadlessProject
 
-    with HeadlessProject.open(Path(project), progress_reporter(args)) as desk:
-        traces = desk.add_drawing(
-            brought,
+    with HeadlessProject.open(Path(project), progress_reporter(args)) as headless_project:
+        traces = headless_project.add_drawing(
+            brought_projected_lines,
             names,
             sidecar,
             Path(args.from_ortho),
-            desk.find_model(options.on),
-            None if options.type is None else desk.find_type(options.type),
+            headless_project.find_model(options.on),
+            None if options.type is None else headless_project.find_type(options.type),
             options.set or "",
             update=options.update,
         )
-        messages = (*desk.warnings, *traces.messages, *desk.save())
-        records = desk.session.records
-    warnings += [each for each in messages if each not in warnings]
+        messages = (*headless_project.warnings, *traces.messages, *headless_project.save())
+        records = headless_project.session.records
+    warnings += [item for item in messages if item not in warnings]
     ids = {
         "added": [trace.id for trace in traces.traces],
         "updated": [trace.id for trace in traces.edited] if options.update else [],

@@ -44,7 +44,7 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
     model = read_in_world(args.model, progress, frame_options(args), args.project)
     data, spacing = model.data, resolution(model.data)
     with open_edge_finder(options.onnx_model, progress) as edges, name_input_in_errors(args.model):
-        proposed = propose_traces(
+        proposed_traces = propose_traces(
             SurfaceGraph(data if edges is None else colour_by_edges(data, spacing, *edges)),
             options,
             resolution=spacing,
@@ -54,21 +54,21 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
         )
     write_line_table(
         args.output,
-        [(proposal.line, proposal.points) for proposal in proposed.proposals],
+        [(proposal.line, proposal.points) for proposal in proposed_traces.proposals],
         crs=model.crs,
         north_known=model.placed,
         source=tr("{model}, proposed and not reviewed", model=Path(args.model).name),
         force=args.force,
     )
-    result: dict[str, Any] = {**proposed.to_dict(), "table": args.output}
-    result["warnings"] = [*model.warnings, *proposed.warnings]
-    out.result(add_unitless_names(result, metric=model.has_metric_unit))
+    result: dict[str, Any] = {**proposed_traces.to_dict(), "table": args.output}
+    result["warnings"] = [*model.warnings, *proposed_traces.warnings]
+    out.result(add_unitless_names(result, is_metric=model.has_metric_unit))
     out.warn(result["warnings"])
     lines = [
         tr_n(
             "{count} line is proposed and not reviewed.",
             "{count} lines are proposed and not reviewed.",
-            len(proposed.proposals),
+            len(proposed_traces.proposals),
         )
     ]
     lines += [
@@ -80,6 +80,6 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
             evidence=proposal.evidence,
             doubt=proposal.doubt,
         )
-        for proposal in proposed.proposals
+        for proposal in proposed_traces.proposals
     ]
     out.text("\n".join(lines))

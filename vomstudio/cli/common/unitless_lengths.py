@@ -16,28 +16,28 @@ from vomstudio.geometry.units import strip_metric_suffix
 ROW_KEYS = {"pole_trend_deg", "n_points", "extent_m"}
 
 
-def add_unitless_names(result: Mapping[str, Any], *, metric: bool) -> dict[str, Any]:
+def add_unitless_names(result: Mapping[str, Any], *, is_metric: bool) -> dict[str, Any]:
     """Return a result in which lengths not in metres also have a name without a unit.
 
     `NAME` is added for each `NAME_m` and `NAME_m2`, or `NAME_units` if `NAME` has another meaning.
     """
-    return dict(result) if metric else _add_names(result)
+    return dict(result) if is_metric else _add_names(result)
 
 
-def unit_of(metric: bool) -> str:
+def unit_of(is_metric: bool) -> str:
     """Return the unit of lengths for use in sentences."""
-    return "m" if metric else tr("units")
+    return "m" if is_metric else tr("units")
 
 
 def _add_names(value: Any) -> Any:
     if isinstance(value, list | tuple):
-        return [_add_names(each) for each in value]
+        return [_add_names(item) for item in value]
     if not isinstance(value, Mapping) or value.keys() >= ROW_KEYS:
         return value
-    renamed: dict[str, Any] = {}
-    for name, each in value.items():
+    renamed_items: dict[str, Any] = {}
+    for name, item in value.items():
         plain_name = strip_metric_suffix(name, value)
-        renamed[name] = _add_names(each)
+        renamed_items[name] = _add_names(item)
         if plain_name != name:
-            renamed[plain_name] = renamed[name]
-    return renamed
+            renamed_items[plain_name] = renamed_items[name]
+    return renamed_items

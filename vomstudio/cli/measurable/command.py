@@ -112,7 +112,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         args.labels = args.output
         warnings += write_labelled(args, model, mapped.as_fields())
     result["warnings"] = warnings
-    out.result(add_unitless_names(result, metric=model.has_metric_unit))
+    out.result(add_unitless_names(result, is_metric=model.has_metric_unit))
     out.warn(warnings)
     out.text(_result_text(mapped))
 

@@ -114,7 +114,7 @@ def _result_text(repeats: TableRepeats) -> str:
         for interpreter in repeats.interpreters
     ]
     left_out = [
-        Finding("feature.left-out", feature=each.id, reason=each.reason)
-        for each in repeats.left_out
+        Finding("feature.left-out", feature=item.id, reason=item.reason)
+        for item in repeats.left_out
     ]
     return "\n".join([*lines, *map(str, left_out), *map(str, repeats.reasons)])

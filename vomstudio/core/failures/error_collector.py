@@ -84,15 +84,15 @@ class ErrorCollector:
         bool
             Whether the error was forwarded; False if it repeats within `MIN_REPEAT_INTERVAL_S`.
         """
-        what, finding = "an unknown error", Finding("program.internal-error", error="unknown")
+        subject, finding = "an unknown error", Finding("program.internal-error", error="unknown")
         with contextlib.suppress(Exception):
-            what = error_location(error)
-            finding = _error_finding(error, what)
+            subject = error_location(error)
+            finding = _error_finding(error, subject)
 
         def details() -> str:
             return f"{context}\n{''.join(traceback.format_exception(error))}".strip()
 
-        return self.report_finding(finding, what, details)
+        return self.report_finding(finding, subject, details)
 
     def report_finding(
         self, finding: Finding, error_key: str, details: Callable[[], str] = str

@@ -61,7 +61,7 @@ def _redact_path(path: str) -> str:
 def _program_folders() -> list[tuple[str, str]]:
     """Return the folders of the program and of Python, whose paths are not private."""
     package = Path(__file__).resolve().parents[2]
-    places = {str(package): "<program>"}
+    positions = {str(package): "<program>"}
     for key, name in (("purelib", "<packages>"), ("platlib", "<packages>"), ("stdlib", "<python>")):
-        places.setdefault(sysconfig.get_path(key), name)
-    return sorted(places.items(), key=lambda place: len(place[0]), reverse=True)
+        positions.setdefault(sysconfig.get_path(key), name)
+    return sorted(positions.items(), key=lambda place: len(place[0]), reverse=True)

@@ -72,10 +72,10 @@ def open_arrays(path: str | Path) -> Iterator[Arrays]:
         If the file cannot be read.
     """
     try:
-        opened = open_regular(path)
+        open_model = open_regular(path)
     except InputError as error:
         raise ValueError(error.message) from error
-    with opened as file:
+    with open_model as file:
         try:
             archive = zipfile.ZipFile(file)
         except Exception as error:

@@ -225,9 +225,9 @@ def _disk_error(
 def _replace_temporary_names(value: object, displayed_paths: Mapping[Path, Path]) -> object:
     """Replace the names of temporary files in a text by the names of their targets."""
     if isinstance(value, str):
-        for temporary, target in displayed_paths.items():
-            value = value.replace(str(temporary), str(target))
-            value = value.replace(temporary.name, target.name)
+        for temporary_displayed_path, target in displayed_paths.items():
+            value = value.replace(str(temporary_displayed_path), str(target))
+            value = value.replace(temporary_displayed_path.name, target.name)
     return value
 
 
@@ -246,25 +246,25 @@ def _rename_all(temporary_paths: list[Path], targets: list[Path], key: str) -> N
         os.replace(temporary_paths[0], targets[0])
         return
     backups: dict[Path, Path] = {}
-    renamed: list[Path] = []
+    renamed_items: list[Path] = []
     try:
         for i, target in enumerate(targets):
             if target.exists():
                 backups[target] = _link_or_rename(
                     target, target.with_name(f".vom-{key}-{i}{_BACKUP_SUFFIX}")
                 )
-        for temporary, target in zip(temporary_paths, targets, strict=True):
-            os.replace(temporary, target)
-            renamed.append(target)
+        for temporary_path, target in zip(temporary_paths, targets, strict=True):
+            os.replace(temporary_path, target)
+            renamed_items.append(target)
     except BaseException:
-        for target in renamed:
+        for target in renamed_items:
             if target not in backups:
                 with contextlib.suppress(OSError):
                     target.unlink()
         for target, backup in backups.items():
             # If this fails too, the previous file is still available under its backup name.
             with contextlib.suppress(OSError):
-                if target in renamed or not target.exists():
+                if target in renamed_items or not target.exists():
                     os.replace(backup, target)
                 else:
                     backup.unlink()

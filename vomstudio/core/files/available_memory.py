@@ -30,12 +30,16 @@ def machine_bytes() -> int | None:
 
 def free_bytes() -> int | None:
     """Return the memory in bytes that this process can still allocate, or None if unknown."""
-    available = _proc_bytes(Path("/proc/meminfo"), "MemAvailable")
-    if available is None:
+    available_proc_bytes = _proc_bytes(Path("/proc/meminfo"), "MemAvailable")
+    if available_proc_bytes is None:
         return None
     swap = _proc_bytes(Path("/proc/meminfo"), "SwapFree") or 0
-    remaining = group_bytes()
-    return available + swap if remaining is None else min(available + swap, remaining)
+    remaining_group_bytes = group_bytes()
+    return (
+        available_proc_bytes + swap
+        if remaining_group_bytes is None
+        else min(available_proc_bytes + swap, remaining_group_bytes)
+    )
 
 
 def group_bytes(groups: Path = _GROUPS, membership: Path = Path("/proc/self/cgroup")) -> int | None:
@@ -48,14 +52,14 @@ def group_bytes(groups: Path = _GROUPS, membership: Path = Path("/proc/self/cgro
     membership : Path
         File that lists the groups of this process.
     """
-    remaining = [
-        limit - used
+    remaining_values = [
+        limit - used_bytes
         for folder, limit_name, used_name, files in _control_groups(groups, membership)
         if (limit := _number(folder / limit_name)) is not None
         and limit < _UNLIMITED
-        and (used := _used_bytes(folder, used_name, files)) is not None
+        and (used_bytes := _used_bytes(folder, used_name, files)) is not None
     ]
-    return max(min(remaining), 0) if remaining else None
+    return max(min(remaining_values), 0) if remaining_values else None
 
 
 def _control_groups(
@@ -74,10 +78,14 @@ def _control_groups(
         number, _, group = line.partition(":")
         controllers, _, name = group.partition(":")
         if number == "0" and not controllers:
-            root, limit, used = groups, "memory.max", "memory.current"
+            root, limit, used_text = groups, "memory.max", "memory.current"
             files = ("inactive_file", "active_file")
         elif "memory" in controllers.split(","):
-            root, limit, used = groups / "memory", "memory.limit_in_bytes", "memory.usage_in_bytes"
+            root, limit, used_text = (
+                groups / "memory",
+                "memory.limit_in_bytes",
+                "memory.usage_in_bytes",
+            )
             files = ("total_inactive_file", "total_active_file")
         else:
             continue
@@ -85,12 +93,12 @@ def _control_groups(
         # In a container, the mounted group is the container's own group, whatever its name is
         # outside.
         for count in range(len(parts) + 1):
-            yield root.joinpath(*parts[:count]), limit, used, files
+            yield root.joinpath(*parts[:count]), limit, used_text, files
 
 
 def _used_bytes(folder: Path, name: str, files: tuple[str, str]) -> int | None:
-    used = _number(folder / name)
-    if used is None:
+    used_number = _number(folder / name)
+    if used_number is None:
         return None
     cache = dict[str, int]()
     try:
@@ -100,7 +108,7 @@ def _used_bytes(folder: Path, name: str, files: tuple[str, str]) -> int | None:
                 cache[word] = int(value)
     except (InputError, OSError, ValueError):
         pass
-    return max(used - sum(cache.values()), 0)
+    return max(used_number - sum(cache.values()), 0)
 
 
 def _number(path: Path) -> int | None:

@@ -78,7 +78,7 @@ def uninstall() -> list[Path]:
     TargetError
         If a file cannot be removed.
     """
-    removed = []
+    removed_items = []
     for path in _installed_paths():
         try:
             path.unlink()
@@ -88,10 +88,10 @@ def uninstall() -> list[Path]:
             raise TargetError(
                 Finding("file.not-removed", reason=error.strerror), file=path
             ) from error
-        removed.append(path)
-    if removed:
+        removed_items.append(path)
+    if removed_items:
         _refresh_indexes()
-    return removed
+    return removed_items
 
 
 def _data_folder() -> Path:
@@ -162,5 +162,5 @@ def _quote(word: str) -> str:
     In double quotes, special characters are escaped by a backslash and % is doubled. Then all
     backslashes are doubled because the result is the value of a key.
     """
-    escaped = "".join(f"\\{c}" if c in '"`$\\' else c for c in word).replace("%", "%%")
-    return '"' + escaped.replace("\\", "\\\\") + '"'
+    escaped_text = "".join(f"\\{c}" if c in '"`$\\' else c for c in word).replace("%", "%%")
+    return '"' + escaped_text.replace("\\", "\\\\") + '"'

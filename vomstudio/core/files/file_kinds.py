@@ -268,13 +268,13 @@ def kind_of(path: str | Path) -> FileKind | None:
         return None
 
 
-def refuse_other_kind(path: str | Path, accepted: Collection[str] = ()) -> None:
+def refuse_other_kind(path: str | Path, accepted_names: Collection[str] = ()) -> None:
     """Reject a file that is recognised as a kind other than a text table.
 
     Parameters
     ----------
     path : str or Path
-    accepted : collection of str
+    accepted_names : collection of str
         Keys of kinds that the caller can read.
 
     Raises
@@ -283,7 +283,7 @@ def refuse_other_kind(path: str | Path, accepted: Collection[str] = ()) -> None:
         With the code ``file.other-kind`` and the values ``kind``, ``title`` and ``remedy``.
     """
     kind = kind_of(path)
-    if kind is not None and kind.key not in accepted:
+    if kind is not None and kind.key not in accepted_names:
         raise other_kind(path, kind)
 
 
@@ -295,7 +295,7 @@ def other_kind(path: str | Path, kind: FileKind) -> InputError:
     return InputError(finding, file=path)
 
 
-def require_text(path: str | Path, data: bytes, accepted: Collection[str] = ()) -> None:
+def require_text(path: str | Path, data: bytes, accepted_names: Collection[str] = ()) -> None:
     """Reject content that is not text or is of a kind other than a text table.
 
     Parameters
@@ -304,7 +304,7 @@ def require_text(path: str | Path, data: bytes, accepted: Collection[str] = ()) 
         Path of the file, for the error.
     data : bytes
         Complete content of the file.
-    accepted : collection of str
+    accepted_names : collection of str
         As for `refuse_other_kind`.
 
     Raises
@@ -313,7 +313,7 @@ def require_text(path: str | Path, data: bytes, accepted: Collection[str] = ()) 
         As for `refuse_other_kind`; the kind of unknown content is ``binary``.
     """
     kind = recognise_kind(data)
-    if kind is not None and kind.key not in accepted:
+    if kind is not None and kind.key not in accepted_names:
         raise other_kind(path, kind)
     if data[:2] in _BYTE_ORDER_MARKS or len(data.translate(None, _CONTROL_BYTES)) == len(data):
         return

@@ -60,12 +60,12 @@ def limit_to_free_memory() -> Iterator[None]:
     Otherwise the operating system would end this or another process. Reading a file inside the
     block may lower the limit.
     """
-    used, free = private_bytes(), free_bytes()
-    if not _is_enabled or used is None or free is None:
+    used_private_bytes, free = private_bytes(), free_bytes()
+    if not _is_enabled or used_private_bytes is None or free is None:
         yield
         return
     with _limit_private_memory(
-        used + free + _ALLOWANCE_BYTES + _BYTES_PER_PROCESSOR * (os.cpu_count() or 1)
+        used_private_bytes + free + _ALLOWANCE_BYTES + _BYTES_PER_PROCESSOR * (os.cpu_count() or 1)
     ):
         yield
 
@@ -113,8 +113,8 @@ def _limit_private_memory(limit: int) -> Iterator[None]:
 
 def _file_limit(path: Path) -> int | None:
     """Return the limit of private memory in bytes, or None if the system does not support it."""
-    used, total = private_bytes(), machine_bytes()
-    if used is None or total is None:
+    used_private_bytes, total = private_bytes(), machine_bytes()
+    if used_private_bytes is None or total is None:
         return None
     try:
         size = path.stat().st_size
@@ -123,7 +123,7 @@ def _file_limit(path: Path) -> int | None:
             size = sum(entry.stat().st_size for entry in os.scandir(path.parent))
     except OSError:
         return None
-    needed = _ALLOWANCE_BYTES + size * _BYTES_PER_FILE_BYTE_BY_SUFFIX.get(
+    needed_values = _ALLOWANCE_BYTES + size * _BYTES_PER_FILE_BYTE_BY_SUFFIX.get(
         path.suffix.lower(), _BYTES_PER_FILE_BYTE
     )
-    return used + min(needed, total)
+    return used_private_bytes + min(needed_values, total)

@@ -26,13 +26,13 @@ def escape_foreign_cell(cell: str) -> str:
     return cell if _NUMBER.fullmatch(cell) else escape_formula(cell)
 
 
-def comment_line(words: str) -> str:
+def comment_line(text: str) -> str:
     """Return a line of the `#` comment block above a table, including the line ending.
 
     The line contains names of files and models, and a spreadsheet splits it into cells like any
     other line.
     """
-    line = _QUOTED_FORMULA.sub(r'\1 "', replace_control_characters(" ".join(words.split())))
+    line = _QUOTED_FORMULA.sub(r'\1 "', replace_control_characters(" ".join(text.split())))
     return f"# {_INNER_FORMULA.sub(_escape_match, line)}\n"
 
 

@@ -52,8 +52,8 @@ def sort_into_cells(plane_coordinates, x, y, cells_per_unit, columns, cell_start
         c = cell[i]
         # Filled from the end, so that each end becomes the start of its cell.
         cell_starts[c + 1] -= 1
-        at = cell_starts[c + 1]
-        out[at, 0], out[at, 1] = plane_coordinates[i, 0], plane_coordinates[i, 1]
+        position = cell_starts[c + 1]
+        out[position, 0], out[position, 1] = plane_coordinates[i, 0], plane_coordinates[i, 1]
     for c in range(len(cell_starts) - 1):
         cell_starts[c] = cell_starts[c + 1]
     cell_starts[len(cell_starts) - 1] = len(plane_coordinates)
@@ -69,14 +69,14 @@ def thin_cells(points, cell_starts, x, y, cells_per_unit, columns, max_points, i
     squares, total, first = len(is_occupied), 0, 0
     for c in range(len(cell_starts) - 1):
         last = cell_starts[c + 1]
-        crowded = last - first > max_points
-        if crowded:
+        is_crowded = last - first > max_points
+        if is_crowded:
             is_occupied[:] = False
         u, v = c % columns, c // columns
         cell_starts[c] = total
         for p in range(first, last):
             a, b = points[p, 0], points[p, 1]
-            if crowded:
+            if is_crowded:
                 i = min(max(int(((a - x) * cells_per_unit - u) * squares), 0), squares - 1)
                 j = min(max(int(((b - y) * cells_per_unit - v) * squares), 0), squares - 1)
                 if is_occupied[i, j]:
@@ -94,8 +94,8 @@ def _is_interior(cell_starts, columns, c):  # type: ignore[no-untyped-def]
     """Return whether a cell and its eight neighbours all contain points."""
     for row in range(-1, 2):
         for column in range(-1, 2):
-            at = c + row * columns + column
-            if cell_starts[at] == cell_starts[at + 1]:
+            position = c + row * columns + column
+            if cell_starts[position] == cell_starts[position + 1]:
                 return False
     return True
 

@@ -70,8 +70,8 @@ def enclose_faces(
     nodes = weld_points(corners.reshape(-1, 3)).reshape(-1, 3)
     ends = np.stack([nodes, np.roll(nodes, -1, axis=1)], axis=2).reshape(-1, 2)
     axes = plane_axes(normal)
-    flat = ((corners.reshape(-1, 3) - centre) @ axes.T).reshape(-1, 3, 2)
-    lines = np.stack([flat, np.roll(flat, -1, axis=1)], axis=2).reshape(-1, 2, 2)
+    plane_corners = ((corners.reshape(-1, 3) - centre) @ axes.T).reshape(-1, 3, 2)
+    lines = np.stack([plane_corners, np.roll(plane_corners, -1, axis=1)], axis=2).reshape(-1, 2, 2)
     pieces = _pieces(nodes)
     if not pieces.any():
         return _polygonize(lines[_find_free_edges(ends)]), axes
@@ -125,13 +125,19 @@ def enclose_points(
         Axes of these coordinates.
     """
     axes = plane_axes(normal)
-    flat, ends = np.empty((len(points), 2)), np.zeros((2, 2))
+    flat_values, ends = np.empty((len(points), 2)), np.zeros((2, 2))
     flatten_points(
-        to_kernel_array(points, np.float64), axes, to_kernel_array(centre, np.float64), flat, ends
+        to_kernel_array(points, np.float64),
+        axes,
+        to_kernel_array(centre, np.float64),
+        flat_values,
+        ends,
     )
     radius = _gap_radius(len(points)) * spacing
-    lines = _trace_boundary_lines(flat, ends, spacing, radius)
-    return _polygonize(_triangulated_boundary_lines(flat, radius) if lines is None else lines), axes
+    lines = _trace_boundary_lines(flat_values, ends, spacing, radius)
+    return _polygonize(
+        _triangulated_boundary_lines(flat_values, radius) if lines is None else lines
+    ), axes
 
 
 def _trace_boundary_lines(
@@ -146,9 +152,13 @@ def _trace_boundary_lines(
     side = max(_CELL_SPACINGS * spacing, float(np.sqrt(size[0] * size[1] / _MAX_CELLS)))
     if side <= 0.0 or not (size < 1e4 * side).all():
         return None
-    n, reach = len(plane_coordinates), int(2.0 * radius / side) + 1
-    columns, rows = ((size / side).astype(np.int64) + 2 * reach + 4).tolist()
-    grid = float(low[0]) - (reach + 1) * side, float(low[1]) - (reach + 1) * side, 1.0 / side
+    n, max_distance = len(plane_coordinates), int(2.0 * radius / side) + 1
+    columns, rows = ((size / side).astype(np.int64) + 2 * max_distance + 4).tolist()
+    grid = (
+        float(low[0]) - (max_distance + 1) * side,
+        float(low[1]) - (max_distance + 1) * side,
+        1.0 / side,
+    )
     begins, sorted_points = np.zeros(columns * rows + 1, np.int64), np.empty((n, 2))
     sort_into_cells(plane_coordinates, *grid, columns, begins, np.empty(n, np.int64), sorted_points)
     squares = np.zeros((_CELL_SQUARES, _CELL_SQUARES), np.bool_)
@@ -161,7 +171,7 @@ def _trace_boundary_lines(
         *grid,
         columns,
         begins,
-        reach,
+        max_distance,
         radius,
         n > _MIN_POINTS_FOR_CELLS,
         _sectors(),
@@ -262,8 +272,10 @@ def to_wkt(polygon: Any, axes: FloatArray, centre: FloatArray, tolerance: float)
     for _ in range(12):
         thin = shapely.simplify(polygon, tolerance, preserve_topology=True)
         if not thin.is_empty:
-            flat = shapely.get_coordinates(thin)
-            world = shapely.set_coordinates(shapely.force_3d(thin), centre + flat @ axes)
+            flat_coordinates = shapely.get_coordinates(thin)
+            world = shapely.set_coordinates(
+                shapely.force_3d(thin), centre + flat_coordinates @ axes
+            )
             text = shapely.to_wkt(world, rounding_precision=4)
             if len(text) <= _MAX_TEXT_LENGTH:
                 break
@@ -275,9 +287,9 @@ def _find_free_edges(ends: IntArray) -> BoolArray:
     """Return which edges (k, 2) belong to an odd number of faces, each edge once."""
     key = ends.min(axis=1) * (int(ends.max()) + 1) + ends.max(axis=1)
     _, edge_of, count = np.unique(key, return_inverse=True, return_counts=True)
-    first = np.zeros(len(key), np.bool_)
-    first[np.unique(edge_of, return_index=True)[1]] = True
-    return np.asarray((count[edge_of] % 2 == 1) & first)
+    is_first = np.zeros(len(key), np.bool_)
+    is_first[np.unique(edge_of, return_index=True)[1]] = True
+    return np.asarray((count[edge_of] % 2 == 1) & is_first)
 
 
 def _polygonize(lines: FloatArray) -> Any:

@@ -41,30 +41,30 @@ def assign_points(  # type: ignore[no-untyped-def]
     """
     for c in range(len(cell_starts) - 1):
         own_label = labels[c]
-        mixed = own_label < 0
-        known = not mixed
-        for at in range(starts[c], starts[c + 1]):
-            other_label = labels[neighbours[at]]
+        is_mixed = own_label < 0
+        is_known = not is_mixed
+        for k in range(starts[c], starts[c + 1]):
+            other_label = labels[neighbours[k]]
             if other_label >= 0:
-                known = True
+                is_known = True
             elif (
-                _CLUTTER_RATIO * (cell_starts[neighbours[at] + 1] - cell_starts[neighbours[at]])
+                _CLUTTER_RATIO * (cell_starts[neighbours[k] + 1] - cell_starts[neighbours[k]])
                 < cell_starts[c + 1] - cell_starts[c]
             ):
                 continue
             if other_label != own_label:
-                mixed = True
+                is_mixed = True
         for p in range(cell_starts[c], cell_starts[c + 1]):
             out[p] = -1
             open_rows[p] = True
-            if not known:
+            if not is_known:
                 continue
-            best, least = -1, math.inf
-            for at in range(starts[c] - 1, starts[c + 1]):
-                f = own_label if at < starts[c] else labels[neighbours[at]]
+            best, min_value = -1, math.inf
+            for k in range(starts[c] - 1, starts[c + 1]):
+                f = own_label if k < starts[c] else labels[neighbours[k]]
                 if f < 0 or f == best:
                     continue
-                off = abs(
+                distance = abs(
                     (points[p, 0] - centres[f, 0]) * facing_normals[f, 0]
                     + (points[p, 1] - centres[f, 1]) * facing_normals[f, 1]
                     + (points[p, 2] - centres[f, 2]) * facing_normals[f, 2]
@@ -78,10 +78,10 @@ def assign_points(  # type: ignore[no-untyped-def]
                     )
                     if not cosine >= least_cosine:
                         limit *= 0.5
-                if off <= limit and off < least:
-                    best, least = f, off
+                if distance <= limit and distance < min_value:
+                    best, min_value = f, distance
             out[p] = best
-            open_rows[p] = mixed or best < 0
+            open_rows[p] = is_mixed or best < 0
 
 
 @kernel("void(i8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1])")
@@ -91,10 +91,10 @@ def copy_to_points(  # type: ignore[no-untyped-def]
     """Copy the values of each cell to its points, dividing the area equally."""
     for c in range(len(cell_starts) - 1):
         x, y, z = normals[c, 0], normals[c, 1], normals[c, 2]
-        share = areas[c] / (cell_starts[c + 1] - cell_starts[c])
+        fraction = areas[c] / (cell_starts[c + 1] - cell_starts[c])
         for p in range(cell_starts[c], cell_starts[c + 1]):
             own_normals[p, 0], own_normals[p, 1], own_normals[p, 2] = x, y, z
-            own_variation[p], own_areas[p], own_noise[p] = variation[c], share, noise[c]
+            own_variation[p], own_areas[p], own_noise[p] = variation[c], fraction, noise[c]
 
 
 @kernel(

@@ -48,7 +48,7 @@ _BLOCK_CELLS = 10_000
 
 
 def find_cell_planes(
-    local: FloatArray,
+    local_points: FloatArray,
     angle_deg: float,
     max_distance: float | None,
     min_points: int,
@@ -60,7 +60,7 @@ def find_cell_planes(
 
     Parameters
     ----------
-    local : (n, 3) array
+    local_points : (n, 3) array
         Points relative to their minimum.
     angle_deg : float
     max_distance : float or None
@@ -86,45 +86,45 @@ def find_cell_planes(
         None
         if is_noisy
         else _find_flat_cells(
-            local, _POINTS_PER_CELL, _CELL_GROWTH, _MAX_TYPICAL_VARIATION, progress
+            local_points, _POINTS_PER_CELL, _CELL_GROWTH, _MAX_TYPICAL_VARIATION, progress
         )
     )
-    min_cells, max_variation, wide = _MIN_CELLS, _MAX_CELL_VARIATION, 0.0
+    min_cells, max_variation, width = _MIN_CELLS, _MAX_CELL_VARIATION, 0.0
     if search is None or (
         search.typical_variation > _MAX_TYPICAL_VARIATION and is_noise_dominated(search.grid.places)
     ):
         search = _find_flat_cells(
-            local,
+            local_points,
             _NOISY_POINTS_PER_CELL,
             _NOISY_CELL_GROWTH,
             _NOISY_MAX_TYPICAL_VARIATION,
             progress,
         )
         min_cells, max_variation = _NOISY_MIN_CELLS, _NOISY_MAX_CELL_VARIATION
-        wide = search.width if search.typical_variation <= _NOISY_MAX_TYPICAL_VARIATION else np.inf
+        width = search.width if search.typical_variation <= _NOISY_MAX_TYPICAL_VARIATION else np.inf
     grid, cells = search.grid, search.cells
     # If the cells of a cloud have no normals, every point is analysed individually.
-    if wide > search.width or (not wide and search.typical_variation > _MAX_TYPICAL_VARIATION):
+    if width > search.width or (not width and search.typical_variation > _MAX_TYPICAL_VARIATION):
         max_variation = -1.0
     cells.normals[(search.count < MIN_POINTS_AROUND) | (cells.variation > max_variation)] = np.nan
-    reach = element_tolerances(cells, max_distance)
-    typical_reach = approximate_median(reach)
+    extent_radius = element_tolerances(cells, max_distance)
+    typical_reach = approximate_median(extent_radius)
     labels = grow_facets(
         cells,
         angle_deg=angle_deg,
-        reach=reach,
+        reach=extent_radius,
         min_count=min_cells,
         min_area=np.inf,
         typical_tolerance=typical_reach,
         progress=progress,
     )
     planes = facet_planes(cells, labels)
-    inside = labels >= 0
-    points = np.bincount(labels[inside], np.diff(grid.begins)[inside], len(planes.area))
+    is_inside = labels >= 0
+    points = np.bincount(labels[is_inside], np.diff(grid.begins)[is_inside], len(planes.area))
     is_small = np.append((points < min_points) | (planes.area < min_area), False)
     labels[is_small[labels]] = -1
     n = len(grid.places)
-    point_labels, open_ = np.empty(n, np.int32), np.empty(n, np.bool_)
+    point_labels, is_open = np.empty(n, np.int32), np.empty(n, np.bool_)
     assign_points(
         grid.places,
         grid.begins,
@@ -132,13 +132,13 @@ def find_cell_planes(
         cells.near,
         labels,
         to_kernel_array(cells.normals, np.float64),
-        reach,
+        extent_radius,
         float(np.cos(np.radians(angle_deg))),
         to_kernel_array(planes.centre, np.float64),
         to_kernel_array(planes.normal, np.float64),
         facet_limits(planes, typical_reach),
         point_labels,
-        open_,
+        is_open,
     )
     point_values = np.empty((n, 3)), np.empty(n), np.empty(n), np.empty(n)
     copy_to_points(
@@ -149,7 +149,7 @@ def find_cell_planes(
         cells.noise,
         *point_values,
     )
-    return grid, CellPlanes(point_labels, open_, *point_values, wide)
+    return grid, CellPlanes(point_labels, is_open, *point_values, width)
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +168,7 @@ class _CellSearch:
 
 
 def _find_flat_cells(
-    local: FloatArray,
+    local_points: FloatArray,
     points_per_cell: float,
     growth: float,
     max_variation: float,
@@ -177,18 +177,18 @@ def _find_flat_cells(
     """Find the smallest cells with flat neighbourhoods, up to ten times the number of points."""
     max_per_cell, min_noise = 10.0 * points_per_cell, np.inf
     while True:
-        grid = create_cell_grid(local, points_per_cell)
+        grid = create_cell_grid(local_points, points_per_cell)
         points_per_cell *= growth
-        described = _cell_elements(
+        described_cell_elements = _cell_elements(
             grid,
             max_variation
             if max_variation <= _MAX_TYPICAL_VARIATION and points_per_cell <= max_per_cell
             else np.inf,
             progress,
         )
-        if described is None:
+        if described_cell_elements is None:
             continue
-        cells, count = described
+        cells, count = described_cell_elements
         points = np.diff(grid.begins)
         typical_variation = approximate_median(np.repeat(cells.variation, points))
         noise = approximate_median(np.repeat(cells.noise, points))
@@ -209,8 +209,8 @@ def _cell_elements(
     """
     m = len(grid.keys)
     starts, near = grid.around()
-    means, inner = np.empty((m, 3)), np.empty((m, 6))
-    cell_moments(grid.places, grid.begins, means, inner)
+    means, inner_values = np.empty((m, 3)), np.empty((m, 6))
+    cell_moments(grid.places, grid.begins, means, inner_values)
     count, normals, spreads = np.empty(m, np.int64), np.empty((m, 3)), np.empty((m, 3))
 
     def work(block: slice) -> None:
@@ -219,7 +219,7 @@ def _cell_elements(
             block.stop,
             grid.begins,
             means,
-            inner,
+            inner_values,
             starts,
             near,
             count,
@@ -233,15 +233,18 @@ def _cell_elements(
         for first in runs.tolist():
             work(slice(first, first + _SAMPLE_RUN_CELLS))
         sampled = (runs[:, None] + np.arange(_SAMPLE_RUN_CELLS)).ravel()
-        flat = spreads[sampled, 0] / np.maximum(spreads[sampled].sum(axis=1), 1e-300)
-        if float(np.median(np.repeat(flat, points[sampled]))) > _SAMPLE_MARGIN * max_variation:
+        flat_values = spreads[sampled, 0] / np.maximum(spreads[sampled].sum(axis=1), 1e-300)
+        if (
+            float(np.median(np.repeat(flat_values, points[sampled])))
+            > _SAMPLE_MARGIN * max_variation
+        ):
             return None
     run_in_blocks(work, m, progress, _BLOCK_CELLS)
     area, variation, noise = np.empty(m), np.empty(m), np.empty(m)
     describe_cells(
         grid.begins,
         count,
-        inner,
+        inner_values,
         spreads,
         _MIN_POINTS_WITHIN,
         _MAX_THIN_VARIATION,
@@ -256,7 +259,7 @@ def _cell_elements(
         means,
         normals,
         area * points,
-        inner,
+        inner_values,
         variation,
         np.sqrt(area),
         noise,

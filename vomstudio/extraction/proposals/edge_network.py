@@ -76,18 +76,21 @@ class EdgeNetwork:
         Cancelled
         """
         height, width = picture.shape[:2]
-        tall, wide = self._tile(0, height), self._tile(1, width)
-        up, left = _margin(tall, height), _margin(wide, width)
+        total_height, total_width = self._tile(0, height), self._tile(1, width)
+        up, left = _margin(total_height, height), _margin(total_width, width)
         probabilities = np.empty((height, width), np.float32)
-        rows, columns = _tile_starts(height, tall, up), _tile_starts(width, wide, left)
+        rows, columns = (
+            _tile_starts(height, total_height, up),
+            _tile_starts(width, total_width, left),
+        )
         done = 0
         progress.stage(tr("Detecting edges"), len(rows) * len(columns))
         for row in rows:
             for column in columns:
                 progress.step(done)
                 done += 1
-                part = picture[row : row + tall, column : column + wide]
-                answer = self._run(part, tall, wide)
+                part = picture[row : row + total_height, column : column + total_width]
+                answer = self._run(part, total_height, total_width)
                 # Within the margin, the adjacent tile is more reliable.
                 first = 0 if row == 0 else up
                 begin = 0 if column == 0 else left
@@ -98,17 +101,17 @@ class EdgeNetwork:
         return probabilities
 
     # --- the file ----------------------------------------------------------------------------
-    def _check_shapes(self, head: NetworkShapes) -> tuple[int, tuple[int | None, int | None]]:
+    def _check_shapes(self, header: NetworkShapes) -> tuple[int, tuple[int | None, int | None]]:
         """Return the number of channels, and the height and width if they are fixed."""
-        if len(head.inputs) != 1 or len(head.outputs) != 1:
+        if len(header.inputs) != 1 or len(header.outputs) != 1:
             raise self._error(
                 Finding(
                     "network.inputs-outputs",
-                    inputs=len(head.inputs),
-                    outputs=len(head.outputs),
+                    inputs=len(header.inputs),
+                    outputs=len(header.outputs),
                 )
             )
-        (shape,) = head.inputs
+        (shape,) = header.inputs
         if len(shape) != 4 or shape[0] not in (1, None) or shape[1] not in (1, 3, None):
             raise self._error(
                 Finding(
@@ -128,12 +131,12 @@ class EdgeNetwork:
                 )
         return shape[1] or 3, (shape[2], shape[3])
 
-    def _load(self, raw: bytes) -> object:
+    def _load(self, raw_bytes: bytes) -> object:
         import cv2
 
         try:
             with limit_for_file(self.path):
-                net = cv2.dnn.readNetFromONNX(np.frombuffer(raw, np.uint8))
+                net = cv2.dnn.readNetFromONNX(np.frombuffer(raw_bytes, np.uint8))
         except (cv2.error, MemoryError) as error:
             raise self._error(Finding("network.not-loaded", reason=_reason(error))) from error
         return net

@@ -127,29 +127,33 @@ def _edges_of_points(
     from scipy.ndimage import distance_transform_edt
 
     finite_rows = np.flatnonzero(np.isfinite(points).all(axis=1))
-    local = points[finite_rows] - points[finite_rows].mean(axis=0)
-    axes = np.linalg.svd(local[:: max(1, len(local) // 20_000)], full_matrices=False)[2]
-    across, normal = axes[:2], axes[2] if axes[2][2] >= 0.0 else -axes[2]
-    flat, depth = local @ across.T, local @ normal
-    low = flat.min(axis=0)
-    pixel = max(_PIXEL_SPACINGS * spacing, float(np.ptp(flat, axis=0).max()) / (_MAX_SIDE_PX - 1))
-    column, row = np.floor((flat - low) / pixel).astype(np.int64).T
+    local_points = points[finite_rows] - points[finite_rows].mean(axis=0)
+    axes = np.linalg.svd(local_points[:: max(1, len(local_points) // 20_000)], full_matrices=False)[
+        2
+    ]
+    cross_axes, normal = axes[:2], axes[2] if axes[2][2] >= 0.0 else -axes[2]
+    flat_values, depth = local_points @ cross_axes.T, local_points @ normal
+    low = flat_values.min(axis=0)
+    pixel = max(
+        _PIXEL_SPACINGS * spacing, float(np.ptp(flat_values, axis=0).max()) / (_MAX_SIDE_PX - 1)
+    )
+    column, row = np.floor((flat_values - low) / pixel).astype(np.int64).T
     shape = int(row.max()) + 1, int(column.max()) + 1
     order = np.argsort(depth, kind="stable")
     picture = np.zeros((*shape, 3), np.uint8)
-    nearest = np.full(shape, -np.inf)
+    nearest_values = np.full(shape, -np.inf)
     # Write points from back to front, so that the nearest point remains.
     picture[row[order], column[order]] = colours[finite_rows[order]]
-    nearest[row[order], column[order]] = depth[order]
-    gaps = ~np.isfinite(nearest)
-    at = distance_transform_edt(gaps, return_distances=False, return_indices=True)
+    nearest_values[row[order], column[order]] = depth[order]
+    gaps = ~np.isfinite(nearest_values)
+    position = distance_transform_edt(gaps, return_distances=False, return_indices=True)
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / "points.png"
-    Image.fromarray(np.asarray(picture[tuple(at)])).save(file)
+    Image.fromarray(np.asarray(picture[tuple(position)])).save(file)
     (edge_picture,) = find([file], folder)
     with open_picture(edge_picture) as image:
         edges = np.asarray(image.convert("L"))
     values = np.full(len(points), 255, np.uint8)
-    visible = depth >= nearest[row, column] - _DEPTH_SPACINGS * spacing
-    values[finite_rows[visible]] = edges[row[visible], column[visible]]
+    is_visible = depth >= nearest_values[row, column] - _DEPTH_SPACINGS * spacing
+    values[finite_rows[is_visible]] = edges[row[is_visible], column[is_visible]]
     return values

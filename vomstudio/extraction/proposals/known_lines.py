@@ -14,14 +14,14 @@ _MIN_SHARED_LENGTH = 0.5
 
 
 def are_along_known_lines(
-    lines: Sequence[FloatArray], known: Sequence[FloatArray], reach: float
+    lines: Sequence[FloatArray], known_arrays: Sequence[FloatArray], max_distance: float
 ) -> list[bool]:
     """Return which lines run along known lines.
 
     Parameters
     ----------
-    lines, known : sequences of (n, 3) arrays
-    reach : float
+    lines, known_arrays : sequences of (n, 3) arrays
+    max_distance : float
         Maximum distance in the unit of the lines.
 
     Returns
@@ -31,26 +31,29 @@ def are_along_known_lines(
     """
     from scipy.spatial import cKDTree
 
-    dense = [_densify_line(line, reach) for line in known if len(line)]
+    dense = [_densify_line(line, max_distance) for line in known_arrays if len(line)]
     if not dense:
         return [False] * len(lines)
     tree = cKDTree(np.concatenate(dense))
     return [
         bool(
-            (tree.query(_densify_line(line, reach), distance_upper_bound=reach)[0] <= reach).mean()
+            (
+                tree.query(_densify_line(line, max_distance), distance_upper_bound=max_distance)[0]
+                <= max_distance
+            ).mean()
             >= _MIN_SHARED_LENGTH
         )
         for line in lines
     ]
 
 
-def simplify_line(line: FloatArray, reach: float, max_points: int) -> IntArray:
+def simplify_line(line: FloatArray, max_distance: float, max_points: int) -> IntArray:
     """Select vertices to simplify a line (Douglas & Peucker 1973, Cartographica 10, 112).
 
     Parameters
     ----------
     line : (n, 3) array
-    reach : float
+    max_distance : float
         Maximum distance of a vertex from the simplified line.
     max_points : int
         Maximum number of vertices.
@@ -64,7 +67,7 @@ def simplify_line(line: FloatArray, reach: float, max_points: int) -> IntArray:
     while len(rows) < max_points:
         deviations = [_find_farthest_vertex(line, one, other) for one, other in pairwise(rows)]
         off, row = max(deviations, default=(0.0, 0))
-        if off <= reach:
+        if off <= max_distance:
             break
         rows = sorted({*rows, row})
     return np.array(sorted(set(rows)), np.int64)
@@ -75,17 +78,17 @@ def _find_farthest_vertex(line: FloatArray, first: int, last: int) -> tuple[floa
     if last - first < 2:
         return 0.0, first
     start, step = line[first], line[last] - line[first]
-    inner = line[first + 1 : last] - start
-    along = np.clip(inner @ step / max(float(step @ step), 1e-300), 0.0, 1.0)
-    off = np.linalg.norm(inner - along[:, None] * step, axis=1)
-    row = int(off.argmax())
-    return float(off[row]), first + 1 + row
+    inner_line = line[first + 1 : last] - start
+    projections = np.clip(inner_line @ step / max(float(step @ step), 1e-300), 0.0, 1.0)
+    distance = np.linalg.norm(inner_line - projections[:, None] * step, axis=1)
+    row = int(distance.argmax())
+    return float(distance[row]), first + 1 + row
 
 
-def _densify_line(line: FloatArray, reach: float) -> FloatArray:
-    """Add points between vertices, at most half of `reach` apart, up to a maximum number."""
+def _densify_line(line: FloatArray, max_distance: float) -> FloatArray:
+    """Add points between vertices, at most half of `max_distance` apart, up to a maximum number."""
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
     far = np.concatenate([[0.0], np.cumsum(steps)])
-    count = int(np.clip(np.ceil(2.0 * far[-1] / reach), 1, 100_000)) + 1
-    at = np.linspace(0.0, far[-1], count)
-    return np.column_stack([np.interp(at, far, axis) for axis in line.T])
+    count = int(np.clip(np.ceil(2.0 * far[-1] / max_distance), 1, 100_000)) + 1
+    position = np.linspace(0.0, far[-1], count)
+    return np.column_stack([np.interp(position, far, axis) for axis in line.T])

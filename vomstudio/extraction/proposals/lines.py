@@ -73,8 +73,8 @@ def compute_evidence(graph: Graph, cost: str) -> FloatArray:
         Evidence in standard deviations of the local noise.
     """
     raw = -contact_values(graph, cost)
-    unknown = ~np.isfinite(raw)
-    raw[unknown] = np.median(raw[~unknown]) if not unknown.all() else 0.0
+    is_unknown = ~np.isfinite(raw)
+    raw[is_unknown] = np.median(raw[~is_unknown]) if not is_unknown.all() else 0.0
     fine = smooth_values(graph, raw, _EVIDENCE_SMOOTHINGS)
     deviation = fine - smooth_values(graph, fine, _BACKGROUND_SMOOTHINGS)
     spread = 1.4826 * float(np.median(np.abs(deviation)))
@@ -83,12 +83,14 @@ def compute_evidence(graph: Graph, cost: str) -> FloatArray:
         spread = float(deviation.std())
     if spread <= 1e-9 * float(np.abs(raw).max(initial=0.0)):
         return np.zeros(len(raw))
-    local = smooth_values(
+    local_points = smooth_values(
         graph, np.minimum(np.abs(deviation), _MAX_NOISE * spread), _BACKGROUND_SMOOTHINGS
     )
-    noise = spread * np.maximum(local / max(float(np.median(local)), 1e-300), _MIN_NOISE)
+    noise = spread * np.maximum(
+        local_points / max(float(np.median(local_points)), 1e-300), _MIN_NOISE
+    )
     evidence = deviation / noise
-    evidence[unknown] = 0.0
+    evidence[is_unknown] = 0.0
     return np.asarray(evidence)
 
 
@@ -140,31 +142,31 @@ def simulate_strengths(
     pool = np.sort(evidence)
     if cost in ("dark", "light") or cost not in (*COLOUR_COSTS, "curvature", ONNX):
         # Contacts are on one side of the median; the other side represents the noise.
-        middle = np.median(pool)
-        low = pool[pool <= middle]
-        pool = np.concatenate([low, (2.0 * middle - low)[::-1]])
-    random = np.random.default_rng(_SEED)
-    times = _match_smoothing(graph, evidence, random)
-    shares = (np.arange(len(evidence)) + 0.5) / max(len(evidence), 1)
-    values = np.interp(shares, (np.arange(len(pool)) + 0.5) / len(pool), pool)
-    strongest = np.zeros(N_SURROGATES)
+        median = np.median(pool)
+        low = pool[pool <= median]
+        pool = np.concatenate([low, (2.0 * median - low)[::-1]])
+    random_values = np.random.default_rng(_SEED)
+    times = _match_smoothing(graph, evidence, random_values)
+    fractions = (np.arange(len(evidence)) + 0.5) / max(len(evidence), 1)
+    values = np.interp(fractions, (np.arange(len(pool)) + 0.5) / len(pool), pool)
+    strongest_values = np.zeros(N_SURROGATES)
     for i in range(N_SURROGATES):
         check(i)
-        noise = smooth_values(graph, random.standard_normal(len(evidence)), times)
+        noise = smooth_values(graph, random_values.standard_normal(len(evidence)), times)
         surrogate = np.empty(len(noise))
         surrogate[np.argsort(noise)] = values
         lines = find_lines(graph, surrogate, min_length, 1)
-        strongest[i] = lines[0].strength if lines else 0.0
-    return np.sort(strongest)
+        strongest_values[i] = lines[0].strength if lines else 0.0
+    return np.sort(strongest_values)
 
 
-def line_p_value(strength: float, strongest: FloatArray) -> float:
+def line_p_value(strength: float, strongest_values: FloatArray) -> float:
     """Return the p-value of a line, the probability that noise contains one as strong.
 
     Parameters
     ----------
     strength : float
-    strongest : (k,) ndarray
+    strongest_values : (k,) ndarray
         Sorted strengths of the strongest lines in the noise surrogates.
 
     Returns
@@ -172,8 +174,10 @@ def line_p_value(strength: float, strongest: FloatArray) -> float:
     float
         p-value between 1 / (k + 1) and 1.
     """
-    reached = len(strongest) - int(np.searchsorted(strongest, strength, side="left"))
-    return (1 + reached) / (1 + len(strongest))
+    reached_count = len(strongest_values) - int(
+        np.searchsorted(strongest_values, strength, side="left")
+    )
+    return (1 + reached_count) / (1 + len(strongest_values))
 
 
 def _match_smoothing(graph: Graph, evidence: FloatArray, random: np.random.Generator) -> int:
@@ -211,11 +215,11 @@ def _pieces(graph: Graph, nodes: IntArray, min_arcs: float) -> Iterator[tuple[In
     number = np.full(n, -1, np.int64)
     number[nodes] = np.arange(len(nodes))
     count = np.diff(graph.starts)[nodes]
-    at = np.repeat(graph.starts[nodes] - (np.cumsum(count) - count), count)
+    index = np.repeat(graph.starts[nodes] - (np.cumsum(count) - count), count)
     one = np.repeat(np.arange(len(nodes)), count)
-    other = number[graph.near[at + np.arange(len(at))]]
-    inside = other >= 0
-    one, other = one[inside], other[inside]
+    other = number[graph.near[index + np.arange(len(index))]]
+    is_inside = other >= 0
+    one, other = one[is_inside], other[is_inside]
     arcs = csr_array((np.ones(len(one), np.int8), (one, other)), shape=(len(nodes),) * 2)
     pieces, label = connected_components(arcs, directed=False)
     order = np.argsort(label, kind="stable")
@@ -275,8 +279,8 @@ def _trace_lines(
                 mean = float(evidence[part_nodes[nodes_on]].mean())
                 strength = mean * float(np.sqrt(length_on / arc))
                 lines.append(LineCandidate(part_nodes[nodes_on], length_on, mean, strength))
-        wide = max(3.0 * arc, 1.5 * len(part_nodes) * arc / len(path))
-        far = cKDTree(part.places[path]).query(part.places)[0] > wide
+        width = max(3.0 * arc, 1.5 * len(part_nodes) * arc / len(path))
+        far = cKDTree(part.places[path]).query(part.places)[0] > width
         branch_nodes = np.flatnonzero(far)
         remaining += [
             (part_nodes[rows], branch)
@@ -285,29 +289,29 @@ def _trace_lines(
     return lines
 
 
-def _cut_turns(places: FloatArray, path: IntArray) -> list[IntArray]:
+def _cut_turns(positions: FloatArray, path: IntArray) -> list[IntArray]:
     """Cut a path where it turns back, and return the parts that are straight enough."""
-    straight, remaining = [], [path]
+    straight_items, remaining = [], [path]
     while remaining:
         part = remaining.pop()
         if len(part) < 3:
             continue
-        line = places[part]
+        line = positions[part]
         chord = line[-1] - line[0]
         chord_length = float(np.linalg.norm(chord))
         if chord_length >= _MIN_STRAIGHTNESS * _length(line):
-            straight.append(part)
+            straight_items.append(part)
             continue
         offsets = line - line[0]
         if chord_length > 0.0:
             offsets = offsets - np.outer(offsets @ chord / chord_length**2, chord)
         turn = 1 + int(np.linalg.norm(offsets, axis=1)[1:-1].argmax())
         remaining += [part[: turn + 1], part[turn:]]
-    return straight
+    return straight_items
 
 
-def _length(places: FloatArray) -> float:
-    return float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
+def _length(positions: FloatArray) -> float:
+    return float(np.linalg.norm(np.diff(positions, axis=0), axis=1).sum())
 
 
 def _longest_path(piece: Graph, evidence: FloatArray) -> IntArray:

@@ -25,7 +25,7 @@ class NetworkShapes:
     outputs: tuple[tuple[int | None, ...], ...]
 
 
-def read_shapes(raw: bytes) -> NetworkShapes:
+def read_shapes(raw_bytes: bytes) -> NetworkShapes:
     """Read the shapes of the inputs and outputs of an ONNX file.
 
     Raises
@@ -33,7 +33,7 @@ def read_shapes(raw: bytes) -> NetworkShapes:
     ValueError
         If the bytes do not represent an ONNX file.
     """
-    graphs = [value for field, value in _fields(raw) if field == _GRAPH_FIELD]
+    graphs = [value for field, value in _fields(raw_bytes) if field == _GRAPH_FIELD]
     if len(graphs) != 1 or not isinstance(graphs[0], memoryview):
         raise ValueError("no graph")
     initialized = set[bytes]()
@@ -59,13 +59,13 @@ def read_shapes(raw: bytes) -> NetworkShapes:
 
 def _shape(info: memoryview) -> tuple[int | None, ...]:
     """Return the dimensions of a ValueInfoProto (type, tensor_type, shape)."""
-    at: memoryview | None = info
+    position: memoryview | None = info
     for field in (2, 1, 2):
-        at = None if at is None else _part(at, field)
-    if at is None:
+        position = None if position is None else _part(position, field)
+    if position is None:
         return ()
     sides: list[int | None] = []
-    for field, dim in _fields(at):
+    for field, dim in _fields(position):
         if field == 1 and isinstance(dim, memoryview):
             sizes = [value for f, value in _fields(dim) if f == 1 and isinstance(value, int)]
             sides.append(sizes[0] if sizes and 0 < sizes[0] < 1 << 31 else None)
@@ -87,33 +87,33 @@ def _fields(message: bytes | memoryview) -> Iterator[tuple[int, int | memoryview
     ValueError
         If the bytes do not represent a message.
     """
-    view, at = memoryview(message), 0
-    while at < len(view):
-        key, at = _read_varint(view, at)
+    view, position = memoryview(message), 0
+    while position < len(view):
+        key, position = _read_varint(view, position)
         field, kind = key >> 3, key & 7
         if kind == 0:
-            value, at = _read_varint(view, at)
+            value, position = _read_varint(view, position)
             yield field, value
             continue
         if kind == 2:
-            size, at = _read_varint(view, at)
+            size, position = _read_varint(view, position)
         elif kind in (1, 5):
             size = 8 if kind == 1 else 4
         else:
             raise ValueError("no message")
-        if field == 0 or at + size > len(view):
+        if field == 0 or position + size > len(view):
             raise ValueError("no message")
-        yield field, view[at : at + size]
-        at += size
+        yield field, view[position : position + size]
+        position += size
 
 
-def _read_varint(view: memoryview, at: int) -> tuple[int, int]:
+def _read_varint(view: memoryview, position: int) -> tuple[int, int]:
     value = shift = 0
-    while at < len(view) and shift < 64:
-        byte = view[at]
-        at += 1
+    while position < len(view) and shift < 64:
+        byte = view[position]
+        position += 1
         value |= (byte & 0x7F) << shift
         if byte < 0x80:
-            return value, at
+            return value, position
         shift += 7
     raise ValueError("no message")

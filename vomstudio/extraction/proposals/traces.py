@@ -129,7 +129,7 @@ def propose_traces(
     Follower(surface, cost)
     min_length = options.min_length_m or DEFAULT_MIN_RESOLUTIONS * resolution
     progress.stage(tr("Finding lines"), None)
-    whole = surface
+    whole_surface = surface
     warnings: tuple[Finding, ...] = ()
     if (count := len(surface.places)) > MAX_POINTS:
         surface = SurfaceGraph(sample_points(surface.data, MAX_POINTS))
@@ -140,11 +140,11 @@ def propose_traces(
     evidence = compute_evidence(graph, cost)
     progress.step(0)
     lines = find_lines(graph, evidence, min_length, options.max_lines)
-    strongest = np.zeros(0)
+    strongest_values = np.zeros(0)
     if lines:
         progress.stage(tr("Comparing with noise"), SURROGATES)
-        strongest = simulate_strengths(graph, evidence, name, min_length, progress.step)
-    vertices = index_vertices(whole)
+        strongest_values = simulate_strengths(graph, evidence, name, min_length, progress.step)
+    vertices = index_vertices(whole_surface)
     proposals = []
     for i, line in enumerate(lines):
         progress.step(SURROGATES)
@@ -168,7 +168,7 @@ def propose_traces(
                 points,
                 line.length,
                 line.evidence,
-                line_p_value(line.strength, strongest),
+                line_p_value(line.strength, strongest_values),
                 plane,
                 band,
             )

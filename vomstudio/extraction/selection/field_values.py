@@ -49,8 +49,12 @@ def field_range(data: Mesh | PointCloud, to_world: FloatArray, name: str) -> tup
         Limits of the field; NaN if it has no values.
     """
     values = _values(data, to_world, name)
-    known = values[np.isfinite(values)] if values.dtype.kind == "f" else values
-    return (float(known.min()), float(known.max())) if len(known) else (np.nan, np.nan)
+    finite_values = values[np.isfinite(values)] if values.dtype.kind == "f" else values
+    return (
+        (float(finite_values.min()), float(finite_values.max()))
+        if len(finite_values)
+        else (np.nan, np.nan)
+    )
 
 
 def select_by_value(
@@ -77,8 +81,8 @@ def select_by_value(
     if isinstance(data, Mesh):
         if low > high:
             # The mean of 359 and 1 is not an azimuth between them, so the corners are tested.
-            inside = (values >= low) | (values <= high)
-            corners = inside[data.faces]
+            is_inside = (values >= low) | (values <= high)
+            corners = is_inside[data.faces]
             return np.asarray(corners.sum(axis=1) >= 2)
         a, b, c = np.asarray(data.faces).T
         values = (values[a].astype(np.float64) + values[b] + values[c]) / 3.0
@@ -134,8 +138,8 @@ class ElementColours:
         ]
         differences = palette - sample_colours.mean(axis=0)
         differences[:, 0] *= 0.5
-        near = np.sqrt((differences * differences).sum(axis=1)) <= tolerance
-        inside = near[self._codes]
+        is_near = np.sqrt((differences * differences).sum(axis=1)) <= tolerance
+        inside = is_near[self._codes]
         if self._faces is None:
             return np.asarray(inside)
         a, b, c = self._faces.T
@@ -143,9 +147,9 @@ class ElementColours:
 
 
 def _values(data: Mesh | PointCloud, to_world: FloatArray, name: str) -> AnyArray:
-    places = data.vertices if isinstance(data, Mesh) else data.points
+    positions = data.vertices if isinstance(data, Mesh) else data.points
     if name == ELEVATION:
-        return np.asarray(places @ to_world[2, :3] + to_world[2, 3])
+        return np.asarray(positions @ to_world[2, :3] + to_world[2, 3])
     return np.asarray(data.fields[name])
 
 
@@ -158,11 +162,11 @@ def _palette() -> FloatArray:
 
 def _lab(rgb: FloatArray) -> FloatArray:
     """Convert sRGB values from 0 to 1 to CIE L*a*b* (D65; IEC 61966-2-1, CIE 15)."""
-    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    linear_values = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
     to_xyz = np.array(
         [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
     )
-    xyz = linear @ to_xyz.T / np.array([0.95047, 1.0, 1.08883])
+    xyz = linear_values @ to_xyz.T / np.array([0.95047, 1.0, 1.08883])
     f = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16.0 / 116.0)
     return np.stack(
         [116.0 * f[:, 1] - 16.0, 500.0 * (f[:, 0] - f[:, 1]), 200.0 * (f[:, 1] - f[:, 2])], axis=1

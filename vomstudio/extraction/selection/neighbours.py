@@ -119,15 +119,17 @@ class MeshNeighbours:
         self._corners = to_kernel_array(nodes[faces], np.int32)
         self._places = int(nodes.max()) + 1
         starts, near = _faces_at(self._corners, self._places)
-        raw = np.empty((len(faces), 3), np.float32)
+        raw_values = np.empty((len(faces), 3), np.float32)
         self._normals = np.empty((len(faces), 3), np.float32)
         self._across = np.empty((len(faces), 3), np.int32)
 
         def compute_normals(rows: slice) -> None:
-            face_normals(self._vertices, faces[rows], raw[rows])
+            face_normals(self._vertices, faces[rows], raw_values[rows])
 
         def average_normals(rows: slice) -> None:
-            smooth_normals(self._corners[rows], starts, near, raw, rows.start, self._normals[rows])
+            smooth_normals(
+                self._corners[rows], starts, near, raw_values, rows.start, self._normals[rows]
+            )
             find_adjacent_faces(self._corners, starts, near, rows.start, self._across[rows])
 
         run_in_blocks(compute_normals, len(faces), SilentProgress(), _BLOCK)
@@ -141,8 +143,8 @@ class MeshNeighbours:
             return
         free_faces = np.flatnonzero(is_free.any(axis=1))
         corners_xyz = self._vertices[self._faces[free_faces]]
-        finite = np.isfinite(corners_xyz).all(axis=(1, 2))
-        free_faces, corners_xyz = free_faces[finite], corners_xyz[finite]
+        is_finite = np.isfinite(corners_xyz).all(axis=(1, 2))
+        free_faces, corners_xyz = free_faces[is_finite], corners_xyz[is_finite]
         corners = nodes[self._faces[free_faces]].astype(np.int64)
         row, side, other = neighbours_across_gaps(corners, corners_xyz, is_free[free_faces])
         self._across[free_faces[row], side] = free_faces[other]
@@ -183,14 +185,14 @@ class MeshNeighbours:
         from vomstudio.extraction.selection.region_kernels import find_marked_faces, mark_nodes
 
         selected = to_kernel_array(selection, np.bool_)
-        marked = np.zeros(self._places, np.bool_)
+        is_marked = np.zeros(self._places, np.bool_)
         out = np.zeros(len(selection), np.bool_)
 
         def mark(rows: slice) -> None:
-            mark_nodes(self._corners[rows], selected[rows], marked)
+            mark_nodes(self._corners[rows], selected[rows], is_marked)
 
         def read(rows: slice) -> None:
-            find_marked_faces(self._corners[rows], marked, out[rows])
+            find_marked_faces(self._corners[rows], is_marked, out[rows])
 
         run_in_blocks(mark, len(out), SilentProgress(), _BLOCK)
         run_in_blocks(read, len(out), SilentProgress(), _BLOCK)
@@ -240,10 +242,10 @@ class CloudNeighbours:
         out = np.zeros(n, np.bool_) if left_out is None else left_out[self._rows]
         queue = np.empty(min(MAX_PIECE, n), np.int32)
         mask = np.zeros(self._count, np.bool_)
-        at = int(self._place[seed])
-        if at < 0:
+        position = int(self._place[seed])
+        if position < 0:
             return GrownPiece(mask, 0, False)
-        cell = int(np.searchsorted(self._begins, at, side="right")) - 1
+        cell = int(np.searchsorted(self._begins, position, side="right")) - 1
         count = grow_points(
             self._points,
             self._point_normals,
@@ -251,7 +253,7 @@ class CloudNeighbours:
             self._normals,
             out,
             np.zeros(cells, np.bool_),
-            at,
+            position,
             cell,
             float(np.cos(np.radians(angle_deg))),
             distance,
@@ -281,10 +283,10 @@ class CloudNeighbours:
             return sorted_selection, to_kernel_array(np.flatnonzero(has_selected), np.int32)
         # A few among many millions are looked up individually.
         sorted_selection = np.zeros(len(self._points), np.bool_)
-        at = np.sort(self._place[ids])
-        at = at[at >= 0]
-        sorted_selection[at] = True
-        cells = np.searchsorted(self._begins, at, side="right") - 1
+        position = np.sort(self._place[ids])
+        position = position[position >= 0]
+        sorted_selection[position] = True
+        cells = np.searchsorted(self._begins, position, side="right") - 1
         is_first = np.ones(len(cells), np.bool_)
         np.not_equal(cells[1:], cells[:-1], out=is_first[1:])
         return sorted_selection, to_kernel_array(cells[is_first], np.int32)
@@ -293,7 +295,7 @@ class CloudNeighbours:
         from vomstudio.extraction.selection.region_kernels import mark_ring
 
         sorted_selection, cells = self._sorted(selection)
-        gained, lost = (
+        is_gained, is_lost = (
             np.zeros(len(sorted_selection), np.bool_),
             np.zeros(len(sorted_selection), np.bool_),
         )
@@ -306,13 +308,13 @@ class CloudNeighbours:
                 cells[rows],
                 self._cell,
                 np.empty(27, np.int64),
-                gained,
-                lost,
+                is_gained,
+                is_lost,
             )
 
         run_in_blocks(work, len(cells), SilentProgress(), _BLOCK // 4)
         result = selection.copy()
-        result[self._rows[gained if gains else lost]] = gains
+        result[self._rows[is_gained if gains else is_lost]] = gains
         return result
 
 
@@ -326,13 +328,13 @@ def _runs(
     """
     is_first = np.ones(len(columns), np.bool_)
     np.not_equal(columns[1:], columns[:-1], out=is_first[1:])
-    used = np.flatnonzero(names >= 0)
-    is_first[ends[used, 0]] = True
+    used_rows = np.flatnonzero(names >= 0)
+    is_first[ends[used_rows, 0]] = True
     first = np.flatnonzero(is_first)
     runs = np.zeros_like(ends)
-    runs[used] = np.searchsorted(first, ends[used])
+    runs[used_rows] = np.searchsorted(first, ends[used_rows])
     row = np.empty(len(first), np.int64)
-    order = used[np.argsort(ends[used, 0])]
+    order = used_rows[np.argsort(ends[used_rows, 0])]
     row[:] = np.repeat(names[order], (runs[order, 1] - runs[order, 0]))
     return np.append(first, len(columns)), row, to_kernel_array(columns[first], np.int32), runs
 

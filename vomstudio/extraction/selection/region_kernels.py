@@ -76,8 +76,8 @@ def smooth_normals(corners, starts, near, raw, first, out):  # type: ignore[no-u
         square = nx * nx + ny * ny + nz * nz
         for k in range(3):
             node = corners[row, k]
-            for at in range(starts[node], starts[node + 1]):
-                o = near[at]
+            for index in range(starts[node], starts[node + 1]):
+                o = near[index]
                 x, y, z = float(raw[o, 0]), float(raw[o, 1]), float(raw[o, 2])
                 turn = nx * x + ny * y + nz * z
                 # A surface beyond an edge must not affect the normals of this one.
@@ -103,8 +103,8 @@ def find_adjacent_faces(corners, starts, near, first, out):  # type: ignore[no-u
         for k in range(3):
             a, b = corners[f, k], corners[f, (k + 1) % 3]
             lowest, after = -1, -1
-            for at in range(starts[a], starts[a + 1]):
-                o = near[at]
+            for index in range(starts[a], starts[a + 1]):
+                o = near[index]
                 if o == f or a == b:
                     continue
                 if corners[o, 0] != b and corners[o, 1] != b and corners[o, 2] != b:
@@ -120,7 +120,7 @@ def find_adjacent_faces(corners, starts, near, first, out):  # type: ignore[no-u
     "i8(f8[:,::1], i4[:,::1], i4[:,::1], f4[:,::1], b1[::1], i8, f8, f8, f8[::1], f8[::1], i4[::1])"
 )
 def grow_faces(  # type: ignore[no-untyped-def]
-    vertices, faces, across, normals, is_taken, seed, cosine, reach, plane, sums, queue
+    vertices, faces, neighbour_faces, normals, is_taken, seed, cosine, reach, plane, sums, queue
 ):
     """Grow a piece from the face `seed` across edges, and return its number of faces.
 
@@ -145,7 +145,7 @@ def grow_faces(  # type: ignore[no-untyped-def]
         e = queue[head]
         head += 1
         for k in range(3):
-            o = across[e, k]
+            o = neighbour_faces[e, k]
             if o == -1 or is_taken[o]:
                 continue
             turn = abs(
@@ -158,8 +158,10 @@ def grow_faces(  # type: ignore[no-untyped-def]
             x = (vertices[a, 0] + vertices[b, 0] + vertices[c, 0]) / 3.0 - ox
             y = (vertices[a, 1] + vertices[b, 1] + vertices[c, 1]) / 3.0 - oy
             z = (vertices[a, 2] + vertices[b, 2] + vertices[c, 2]) / 3.0 - oz
-            off = (x - plane[0]) * plane[3] + (y - plane[1]) * plane[4] + (z - plane[2]) * plane[5]
-            if not abs(off) <= reach:
+            offset = (
+                (x - plane[0]) * plane[3] + (y - plane[1]) * plane[4] + (z - plane[2]) * plane[5]
+            )
+            if not abs(offset) <= reach:
                 continue
             is_taken[o] = True
             if tail == max_count:
@@ -186,11 +188,11 @@ def _list_adjacent_cells(rows, columns, names, ends, ny, cell, near):  # type: i
             if names[slot] == -1:
                 continue
             end = ends[slot, 1]
-            at = find_first_not_below(columns, column - 1, ends[slot, 0], end)
-            while at < end and columns[at] <= column + 1:
-                near[count] = at
+            position = find_first_not_below(columns, column - 1, ends[slot, 0], end)
+            while position < end and columns[position] <= column + 1:
+                near[count] = position
                 count += 1
-                at += 1
+                position += 1
     return count
 
 
@@ -220,8 +222,8 @@ def _cell_normal(points, cell_starts, near, count, cell, point_normals, normals)
     x, y, z = points[p, 0], points[p, 1], points[p, 2]
     n, sx, sy, sz = 0.0, 0.0, 0.0, 0.0
     xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for at in range(count):
-        for o in range(cell_starts[near[at]], cell_starts[near[at] + 1]):
+    for k in range(count):
+        for o in range(cell_starts[near[k]], cell_starts[near[k] + 1]):
             dx, dy, dz = points[o, 0] - x, points[o, 1] - y, points[o, 2] - z
             n, sx, sy, sz = n + 1.0, sx + dx, sy + dy, sz + dz
             xx, yy, zz = xx + dx * dx, yy + dy * dy, zz + dz * dz
@@ -285,9 +287,9 @@ def grow_points(  # type: ignore[no-untyped-def]
     head, tail, count, refit_size, max_count = 0, 1, 0, 24, len(queue)
     while head < tail:
         c = cells[head]
-        around = _list_adjacent_cells(rows, columns, names, ends, ny, c, near)
+        adjacent_count = _list_adjacent_cells(rows, columns, names, ends, ny, c, near)
         if normals[c, 0] != normals[c, 0]:
-            _cell_normal(points, cell_starts, near, around, c, point_normals, normals)
+            _cell_normal(points, cell_starts, near, adjacent_count, c, point_normals, normals)
         if head == 0:
             if normals[c, 0] == math.inf:
                 return -1
@@ -301,8 +303,10 @@ def grow_points(  # type: ignore[no-untyped-def]
             if left_out[o]:
                 continue
             x, y, z = points[o, 0] - ox, points[o, 1] - oy, points[o, 2] - oz
-            off = (x - plane[0]) * plane[3] + (y - plane[1]) * plane[4] + (z - plane[2]) * plane[5]
-            if not abs(off) <= reach:
+            offset = (
+                (x - plane[0]) * plane[3] + (y - plane[1]) * plane[4] + (z - plane[2]) * plane[5]
+            )
+            if not abs(offset) <= reach:
                 continue
             if count == max_count:
                 return count
@@ -314,10 +318,10 @@ def grow_points(  # type: ignore[no-untyped-def]
             _plane(sums, plane)
         if count == before:
             continue
-        for at in range(around):
-            if not is_reached[near[at]]:
-                is_reached[near[at]] = True
-                cells[tail] = near[at]
+        for k in range(adjacent_count):
+            if not is_reached[near[k]]:
+                is_reached[near[k]] = True
+                cells[tail] = near[k]
                 tail += 1
     return count
 
@@ -347,10 +351,10 @@ def mark_ring(  # type: ignore[no-untyped-def]
     cells that contain selected points; `near` is a work array for 27 cells.
     """
     limit = link_distance * link_distance
-    for at in range(len(cells)):
-        c = cells[at]
-        around = _list_adjacent_cells(rows, columns, names, ends, ny, c, near)
-        for k in range(around):
+    for index in range(len(cells)):
+        c = cells[index]
+        adjacent_count = _list_adjacent_cells(rows, columns, names, ends, ny, c, near)
+        for k in range(adjacent_count):
             for o in range(cell_starts[near[k]], cell_starts[near[k] + 1]):
                 if selected[o]:
                     continue

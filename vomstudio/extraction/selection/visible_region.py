@@ -71,8 +71,8 @@ class ViewSnapshot:
     def to_eye(self, to_world: FloatArray) -> FloatArray:
         """Return the transform (3, 4) from the file frame to right, up and depth in metres."""
         frame = np.stack([self.right, self.up, self.direction])
-        linear = frame @ to_world[:3, :3]
-        return np.column_stack([linear, frame @ (to_world[:3, 3] - self.position)])
+        linear_values = frame @ to_world[:3, :3]
+        return np.column_stack([linear_values, frame @ (to_world[:3, 3] - self.position)])
 
     def pixels(self, points: FloatArray) -> FloatArray:
         """Project points (n, 3) of the World frame to picture pixels (n, 2).
@@ -84,8 +84,8 @@ class ViewSnapshot:
         depth = np.ones(len(eye)) if self.parallel else np.where(eye[:, 2] > 0.0, eye[:, 2], np.nan)
         if self.clip is not None:
             depth = np.where(self.clip.holds(points), depth, np.nan)
-        across = self.scale * eye[:, :2] / depth[:, None]
-        return np.asarray(0.5 * np.array(self.size) + across * [1.0, -1.0])
+        across_component = self.scale * eye[:, :2] / depth[:, None]
+        return np.asarray(0.5 * np.array(self.size) + across_component * [1.0, -1.0])
 
     def filled(self, outline: Sequence[tuple[float, float]]) -> ByteArray:
         """Rasterize a ring of window pixels to (height, width), 1 inside and 0 outside."""
@@ -105,12 +105,12 @@ class ViewSnapshot:
         around = depth.copy()
         for here, neighbour in ((slice(1, None), slice(-1)), (slice(-1), slice(1, None))):
             np.maximum(around[here], depth[neighbour], out=around[here])
-        wide = around.copy()
+        width = around.copy()
         for here, neighbour in ((slice(1, None), slice(-1)), (slice(-1), slice(1, None))):
-            np.maximum(wide[:, here], around[:, neighbour], out=wide[:, here])
+            np.maximum(width[:, here], around[:, neighbour], out=width[:, here])
         pixel = np.float32(1.0 / self.scale) * (np.float32(1.0) if self.parallel else depth)
         with np.errstate(invalid="ignore"):
-            back = np.minimum(wide - depth, np.float32(_MAX_DEPTH_SLOPE) * pixel)
+            back = np.minimum(width - depth, np.float32(_MAX_DEPTH_SLOPE) * pixel)
             limit = (
                 depth
                 + np.where(np.isfinite(depth), back, 0.0)
@@ -147,12 +147,12 @@ class ViewSnapshot:
         (n,) bool array
         """
         matrix = to_kernel_array(self.to_eye(to_world), np.float64)
-        farthest = np.zeros((0, 0), np.float32) if through else self.farthest()
+        farthest_values = np.zeros((0, 0), np.float32) if through else self.farthest()
         view = (
             self.scale,
             self.parallel,
             to_kernel_array(shape, np.uint8),
-            farthest,
+            farthest_values,
             2.0 * spacing,
         )
         out = np.zeros(element_count(data), np.bool_)
@@ -191,8 +191,8 @@ class ViewSnapshot:
         self, data: Mesh | PointCloud, to_world: FloatArray, box: ClipBox, selection: BoolArray
     ) -> BoolArray:
         ids = np.flatnonzero(selection)
-        places = element_places(data, ids) @ to_world[:3, :3].T + to_world[:3, 3]
-        selection[ids[~box.holds(places)]] = False
+        positions = element_places(data, ids) @ to_world[:3, :3].T + to_world[:3, 3]
+        selection[ids[~box.holds(positions)]] = False
         return selection
 
 

@@ -122,8 +122,8 @@ def bed_log(
     heights = (p - p[0]) @ younging
     order = np.argsort(heights, kind="stable")
     # The lithology describes the bed above its boundary, even if the log runs from top to bottom.
-    expected = np.arange(n)[::-1] if heights[-1] < heights[0] else np.arange(n)
-    reordered = [labels[int(i)] for i, j in zip(order, expected, strict=True) if i != j]
+    expected_order = np.arange(n)[::-1] if heights[-1] < heights[0] else np.arange(n)
+    reordered = [labels[int(i)] for i, j in zip(order, expected_order, strict=True) if i != j]
     has_errors = bool(sigma_m or bed_error_deg)
 
     def true_thickness(low: int, high: int) -> Measured:

@@ -120,14 +120,14 @@ def curved_bed(ids: Sequence[str], points: npt.ArrayLike, offsets: npt.ArrayLike
     """
     xyz = np.asarray(points, np.float64).reshape(-1, 3)
     cuts = np.asarray(offsets, np.int64)
-    middle = xyz.mean(axis=0)
-    values, axes = np.linalg.eigh((xyz - middle).T @ (xyz - middle))
+    centre = xyz.mean(axis=0)
+    values, axes = np.linalg.eigh((xyz - centre).T @ (xyz - centre))
     if len(xyz) < 6 or not values[1] > 1e-8 * values[2]:
         raise GeometryError(Finding("beds.no-surface"))
     frame = axes[:, ::-1].T
     frame[2] = frame[2] if frame[2, 2] >= 0 else -frame[2]
     frame[1] = np.cross(frame[2], frame[0])
-    u, v, w = ((xyz - middle) @ frame.T).T
+    u, v, w = ((xyz - centre) @ frame.T).T
     size = float(max(np.abs(u).max(), np.abs(v).max()))
     fits = _fit_degrees(u / size, v / size, w, cuts)
     if not fits:
@@ -135,28 +135,28 @@ def curved_bed(ids: Sequence[str], points: npt.ArrayLike, offsets: npt.ArrayLike
     degree, p = _select_degree(fits, len(xyz))
     fit = fits[degree - 1]
     n_effective = len(xyz) / fit.variance_inflation
-    free = n_effective - len(fit.coefficients)
+    dof = n_effective - len(fit.coefficients)
     variance = fit.squares / max(len(xyz) - len(fit.coefficients), 1) * fit.variance_inflation
-    slopes, errors = _fit_slopes(fit, degree, u / size, v / size, size, variance, free)
+    slopes, errors = _fit_slopes(fit, degree, u / size, v / size, size, variance, dof)
     for higher in range(degree + 1, min(degree + 2, len(fits)) + 1):
         gradient = np.stack(_design_gradients(u / size, v / size, higher), axis=1) / size
-        turn = np.linalg.norm(gradient @ fits[higher - 1].coefficients - slopes, axis=1)
-        errors = np.maximum(errors, np.degrees(np.arctan(turn)))
+        angle = np.linalg.norm(gradient @ fits[higher - 1].coefficients - slopes, axis=1)
+        errors = np.maximum(errors, np.degrees(np.arctan(angle)))
     normals = frame[2] - slopes[:, :1] * frame[0] - slopes[:, 1:] * frame[1]
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     normals = np.where(normals[:, 2:] < 0.0, -normals, normals)
     direction, dip, _ = dip_of_normals(normals)
-    along = np.stack([direction, dip, errors], axis=1)
+    along_component = np.stack([direction, dip, errors], axis=1)
     dips = []
     for i, name in enumerate(ids):
         rows = np.arange(cuts[i], cuts[i + 1])
         if not len(rows):
             continue
-        at = rows[np.argmin(np.linalg.norm(xyz[rows] - xyz[rows].mean(axis=0), axis=1))]
-        place = xyz[at] - fit.residuals[at] * frame[2]
-        dips.append(LocalDip(str(name), *map(float, place), *map(float, along[at])))
+        index = rows[np.argmin(np.linalg.norm(xyz[rows] - xyz[rows].mean(axis=0), axis=1))]
+        place = xyz[index] - fit.residuals[index] * frame[2]
+        dips.append(LocalDip(str(name), *map(float, place), *map(float, along_component[index])))
     rms = float(np.sqrt(fit.squares / len(xyz)))
-    return CurvedBed(degree, p, rms, len(xyz), n_effective, tuple(dips), along)
+    return CurvedBed(degree, p, rms, len(xyz), n_effective, tuple(dips), along_component)
 
 
 def _fit_degrees(
@@ -202,13 +202,15 @@ def _select_degree(fits: list[_PolynomialFit], n: int) -> tuple[int, float | Non
     from scipy.special import fdtrc
 
     def p_value(low: int, high: int) -> float:
-        added = len(fits[high].coefficients) - len(fits[low].coefficients)
-        free = n / fits[high].variance_inflation - len(fits[high].coefficients)
+        added_count = len(fits[high].coefficients) - len(fits[low].coefficients)
+        dof = n / fits[high].variance_inflation - len(fits[high].coefficients)
         scatter = fits[high].squares / max(n - len(fits[high].coefficients), 1)
         if scatter <= 0.0:
             return 1.0 if fits[low].squares <= 0.0 else 0.0
-        gain = (fits[low].squares - fits[high].squares) / added / fits[high].variance_inflation
-        return float(fdtrc(added, free, gain / scatter))
+        gain = (
+            (fits[low].squares - fits[high].squares) / added_count / fits[high].variance_inflation
+        )
+        return float(fdtrc(added_count, dof, gain / scatter))
 
     degree = 0
     while True:
@@ -237,8 +239,8 @@ def _fit_slopes(
     slopes = gradient @ fit.coefficients
     spread = variance * np.einsum("nak,kl,nbl->nab", gradient, fit.shape, gradient)
     limit = float(joint_quantile(np.array([degrees_of_freedom]))[0]) * degrees_of_freedom
-    largest = np.linalg.eigvalsh(spread)[:, 1]
-    return slopes, np.degrees(np.arctan(np.sqrt(np.maximum(largest, 0.0) * limit)))
+    largest_values = np.linalg.eigvalsh(spread)[:, 1]
+    return slopes, np.degrees(np.arctan(np.sqrt(np.maximum(largest_values, 0.0) * limit)))
 
 
 def _monomials(degree: int) -> list[tuple[int, int]]:
@@ -252,17 +254,17 @@ def _design_matrix(u: FloatArray, v: FloatArray, degree: int) -> FloatArray:
 def _design_gradients(u: FloatArray, v: FloatArray, degree: int) -> tuple[FloatArray, FloatArray]:
     """Return the gradients (n, k) of the design matrix along u and v."""
     powers = _monomials(degree)
-    along = [i * u ** max(i - 1, 0) * v**j for i, j in powers]
-    across = [j * u**i * v ** max(j - 1, 0) for i, j in powers]
-    return np.stack(along, axis=1), np.stack(across, axis=1)
+    along_component = [i * u ** max(i - 1, 0) * v**j for i, j in powers]
+    across_component = [j * u**i * v ** max(j - 1, 0) for i, j in powers]
+    return np.stack(along_component, axis=1), np.stack(across_component, axis=1)
 
 
 def _neighbour_inflation(residuals: FloatArray, cuts: IntArray) -> float:
     """Return (1 + r) / (1 - r), at least 1, for the correlation r of neighbours on traces."""
-    last = np.zeros(len(residuals), np.bool_)
+    is_last = np.zeros(len(residuals), np.bool_)
     ends = cuts[1:][cuts[1:] > 0] - 1
-    last[ends] = True
-    first = np.flatnonzero(~last[:-1])
+    is_last[ends] = True
+    first = np.flatnonzero(~is_last[:-1])
     total = float(residuals @ residuals)
     if total <= 0.0 or not len(first):
         return 1.0

@@ -60,8 +60,8 @@ class PlaneEstimate:
 
     def position_sd(self, points: FloatArray) -> FloatArray:
         """Return the standard deviations (n,) of the plane position at points (n, 3), m."""
-        flat = (points - self.middle) @ self.axes[:2].T
-        return np.asarray(np.sqrt(self.centre_variance + (flat**2) @ self.tilt_variances))
+        plane_points = (points - self.middle) @ self.axes[:2].T
+        return np.asarray(np.sqrt(self.centre_variance + (plane_points**2) @ self.tilt_variances))
 
     @property
     def t95(self) -> float:
@@ -145,15 +145,15 @@ def plane_estimate_from_fit(fit: FittedPlane) -> PlaneEstimate:
         raise GeometryError(Finding("plane.regression-band"))
     if not largest < 45.0:
         raise GeometryError(Finding("plane.too-uncertain", error_deg=largest))
-    free = max(fit.n_effective - 3.0, 0.5)
-    limit = float(joint_quantile(np.array([free]))[0]) * free
+    dof = max(fit.n_effective - 3.0, 0.5)
+    limit = float(joint_quantile(np.array([dof]))[0]) * dof
     tilts = np.asarray(np.tan(np.radians([smallest, largest])) ** 2 / limit)
     return PlaneEstimate(
         np.asarray(fit.centroid, np.float64),
         _right_handed_axes(np.asarray(fit.axes, np.float64)),
-        fit.rms**2 / free,
+        fit.rms**2 / dof,
         tilts,
-        free,
+        dof,
     )
 
 
@@ -261,8 +261,8 @@ def bands(plane: PlaneEstimate, repeats: PlaneSeries, points: FloatArray) -> Pla
 
 
 def _largest_known(one: float | None, other: float | None) -> float | None:
-    known = [value for value in (one, other) if value is not None]
-    return max(known) if known else None
+    known_values = [value for value in (one, other) if value is not None]
+    return max(known_values) if known_values else None
 
 
 def _right_handed_axes(axes: FloatArray) -> FloatArray:

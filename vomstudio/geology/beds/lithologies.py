@@ -136,23 +136,27 @@ def strabospot_fields(word: str) -> dict[str, str] | None:
         `primary_lithology` and the subtype. All values are empty for "" and for covered intervals;
         None for a name that is not in the vocabulary of StraboSpot.
     """
-    normalized = " ".join(word.casefold().replace("_", " ").replace("/", " ").split())
+    normalized_text = " ".join(word.casefold().replace("_", " ").replace("/", " ").split())
     fields = dict.fromkeys(FIELDS, "")
-    if not normalized or normalized in COVERED_ROCK_WORDS:
+    if not normalized_text or normalized_text in COVERED_ROCK_WORDS:
         return fields
     for primary in PRIMARY:
-        if normalized == primary.replace("_", " "):
+        if normalized_text == primary.replace("_", " "):
             return {**fields, "primary_lithology": primary}
-    if normalized in SILICICLASTIC:
-        return {**fields, "primary_lithology": "siliciclastic", "siliciclastic_type": normalized}
-    if normalized in ("lime mudstone", *DUNHAM):
-        name = normalized.removeprefix("lime ")
+    if normalized_text in SILICICLASTIC:
+        return {
+            **fields,
+            "primary_lithology": "siliciclastic",
+            "siliciclastic_type": normalized_text,
+        }
+    if normalized_text in ("lime mudstone", *DUNHAM):
+        name = normalized_text.removeprefix("lime ")
         return {**fields, "primary_lithology": "limestone", "dunham_classification": name}
     for primary, names in (
         ("volcaniclastic", VOLCANICLASTIC),
         ("organic_coal", ORGANIC),
         ("evaporite", EVAPORITE),
     ):
-        if normalized in names:
-            return {**fields, "primary_lithology": primary, "other_type": normalized}
+        if normalized_text in names:
+            return {**fields, "primary_lithology": primary, "other_type": normalized_text}
     return None

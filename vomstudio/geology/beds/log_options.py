@@ -29,14 +29,14 @@ class LogOptions(Options):
         label=to_translate("Points ± (1σ)"),
         help=to_translate("standard deviation of each coordinate, m"),
         tip=to_translate("Standard deviation of each coordinate of a boundary"),
-        automatic=to_translate("0; for a line of a project, the scatter of the traces"),
+        automatic_text=to_translate("0; for a line of a project, the scatter of the traces"),
     )
     bed_error_deg: float | None = option(
         None,
         minimum=0.0,
         maximum=MAX_ERROR_DEG,
         help=to_translate("half-angle of the 95 % cone of the bedding normal"),
-        automatic=to_translate("0; for fitted bedding, the error of the fit"),
+        automatic_text=to_translate("0; for fitted bedding, the error of the fit"),
     )
     overturned: bool = option(
         False,
@@ -60,7 +60,7 @@ class LogLine(Options):
         None,
         metavar="DD/D",
         help=to_translate("attitude of the beds"),
-        automatic=to_translate("for a line of a project, fitted to the traces"),
+        automatic_text=to_translate("for a line of a project, fitted to the traces"),
     )
     line: str | None = option(
         None,
@@ -70,20 +70,20 @@ class LogLine(Options):
     of: Literal["traces", "points", "both"] | None = option(
         None,
         help=to_translate("boundaries of the log: traces across the line, its points, or both"),
-        automatic=to_translate("traces"),
+        automatic_text=to_translate("traces"),
     )
     reach_m: float | None = option(
         None,
         minimum=0.0,
         maximum=MAX_LENGTH_M,
         help=to_translate("maximum distance of a trace from the line, m"),
-        automatic=to_translate("a twentieth of the line"),
+        automatic_text=to_translate("a twentieth of the line"),
     )
     type: str | None = option(
         None,
         metavar="TYPE",
         help=to_translate("feature type of these traces"),
-        automatic=to_translate("bedding"),
+        automatic_text=to_translate("bedding"),
     )
     plot: str | None = option(
         None, metavar="FILE", help=to_translate("also draw the bed column (.svg, .pdf or .png)")

@@ -213,36 +213,36 @@ def parallel_beds(
     if (counts < 1).any():
         raise GeometryError(Finding("beds.empty-trace"))
     starts = offsets[:-1]
-    middles = np.add.reduceat(points, starts, axis=0) / counts[:, None]
-    centred = points - np.repeat(middles, counts, axis=0)
-    values, axes = np.linalg.eigh(centred.T @ centred / len(centred))
+    centres = np.add.reduceat(points, starts, axis=0) / counts[:, None]
+    centred_values = points - np.repeat(centres, counts, axis=0)
+    values, axes = np.linalg.eigh(centred_values.T @ centred_values / len(centred_values))
     if not values[1] > MIN_RELATIVE_SPREAD * values[2]:
         raise GeometryError(Finding("beds.one-direction"))
     basis = axes[:, [2, 1, 0]]
     if basis[2, 2] < 0.0:
         basis = -basis
-    local = centred @ basis
-    traces, p_parallel = _widen_for_misfit(_trace_errors(local, counts, starts, is_ordered))
+    local_points = centred_values @ basis
+    traces, p_parallel = _widen_for_misfit(_trace_errors(local_points, counts, starts, is_ordered))
     normal = basis[:, 2]
-    along = (middles - points.mean(axis=0)) @ normal
+    projections = (centres - points.mean(axis=0)) @ normal
     has_errors = bool(np.isfinite(traces.tilt_covariance).all())
     error = _distance_errors95(traces)
     beds = [
         Bed(
             ids[i],
             int(counts[i]),
-            float(along[i]),
+            float(projections[i]),
             float(error[i]) if has_errors else None,
-            float(np.sqrt((local[starts[i] : offsets[i + 1], 2] ** 2).mean())),
+            float(np.sqrt((local_points[starts[i] : offsets[i + 1], 2] ** 2).mean())),
         )
-        for i in np.argsort(along, kind="stable")
+        for i in np.argsort(projections, kind="stable")
     ]
     largest, smallest = _semi_axes(traces) if has_errors else (None, None)
     rows = {id_: i for i, id_ in enumerate(ids)}
     selected_pairs = list(pairs) or [(a.id, b.id) for a, b in pairwise(beds)]
-    same = [
+    is_same = [
         _compare_pair(
-            traces, (rows[a], rows[b]), (a, b), (middles[rows[b]] - middles[rows[a]]) @ basis
+            traces, (rows[a], rows[b]), (a, b), (centres[rows[b]] - centres[rows[a]]) @ basis
         )
         for a, b in (selected_pairs if has_errors else [])
     ]
@@ -254,52 +254,58 @@ def parallel_beds(
         strike_rhr_deg=plane.strike_rhr_deg,
         undefined=plane.undefined,
         normal=(float(normal[0]), float(normal[1]), float(normal[2])),
-        rms_m=float(np.sqrt((local[:, 2] ** 2).mean())),
+        rms_m=float(np.sqrt((local_points[:, 2] ** 2).mean())),
         max_confidence95_deg=largest,
         min_confidence95_deg=smallest,
         p_parallel=p_parallel,
         beds=tuple(beds),
-        same=tuple(same),
+        same=tuple(is_same),
         warnings=tuple(_warnings(p_parallel, has_errors)),
     )
 
 
 def _trace_errors(
-    flat: FloatArray, counts: IntArray, starts: IntArray, is_ordered: bool
+    flat_values: FloatArray, counts: IntArray, starts: IntArray, is_ordered: bool
 ) -> _Traces:
     """Compute the errors of traces from points (n, 3) about their centroids, in plane axes."""
     groups = len(counts)
     sums, leans, axes = np.zeros((groups, 2)), np.zeros((groups, 2)), np.zeros((groups, 2, 2))
-    rotated = np.empty_like(flat)
+    rotated_values = np.empty_like(flat_values)
     for i, (first, n) in enumerate(zip(starts, counts, strict=True)):
-        part = flat[first : first + n]
+        part = flat_values[first : first + n]
         sums[i], axes[i] = np.linalg.eigh(part[:, :2].T @ part[:, :2])
-        rotated[first : first + n, :2] = part[:, :2] @ axes[i]
-        rotated[first : first + n, 2] = part[:, 2]
-        leans[i] = rotated[first : first + n, :2].T @ part[:, 2]
-    judged = _informative_axes(rotated, sums, leans, counts, starts)
+        rotated_values[first : first + n, :2] = part[:, :2] @ axes[i]
+        rotated_values[first : first + n, 2] = part[:, 2]
+        leans[i] = rotated_values[first : first + n, :2].T @ part[:, 2]
+    judged_informative_axes = _informative_axes(rotated_values, sums, leans, counts, starts)
     squares = np.zeros(groups)
     for i, (first, n) in enumerate(zip(starts, counts, strict=True)):
         # Residuals from a plane through the trace, or from a line if the trace is too narrow.
-        part = rotated[first : first + n]
-        used = judged[i] & (sums[i] > 0.0)
-        part[:, 2] -= part[:, :2][:, used] @ (leans[i] / np.where(used, sums[i], 1.0))[used]
+        part = rotated_values[first : first + n]
+        is_used = judged_informative_axes[i] & (sums[i] > 0.0)
+        part[:, 2] -= (
+            part[:, :2][:, is_used] @ (leans[i] / np.where(is_used, sums[i], 1.0))[is_used]
+        )
         squares[i] = float(part[:, 2] @ part[:, 2])
-    free = np.where(counts > MIN_TRACE_POINTS, counts - 1.0 - judged.sum(axis=1), 0.0)
-    is_counted = free > 0.0
-    pooled = (
-        float(squares[is_counted].sum() / free[is_counted].sum()) if is_counted.any() else np.nan
+    free_values = np.where(
+        counts > MIN_TRACE_POINTS, counts - 1.0 - judged_informative_axes.sum(axis=1), 0.0
     )
-    noise = np.where(is_counted, squares / np.maximum(free, 1.0), pooled)
+    is_counted = free_values > 0.0
+    pooled_value = (
+        float(squares[is_counted].sum() / free_values[is_counted].sum())
+        if is_counted.any()
+        else np.nan
+    )
+    noise = np.where(is_counted, squares / np.maximum(free_values, 1.0), pooled_value)
     inflation, effective = np.ones((groups, 2)), counts.astype(np.float64)
     if is_counted.any():
         rows = np.flatnonzero(is_counted)
         index = np.concatenate([np.arange(starts[i], starts[i] + counts[i]) for i in rows])
         begin = np.concatenate([[0], np.cumsum(counts[rows])[:-1]])
         # The eigenvector of the larger axis of a trace is the second one returned by eigh.
-        u, v, r = rotated[index, 1], rotated[index, 0], rotated[index, 2]
-        q1, q2, n_eff, _ = quantiles(u, v, r, begin, counts[rows], free[rows], is_ordered)
-        white = joint_quantile(free[rows])
+        u, v, r = rotated_values[index, 1], rotated_values[index, 0], rotated_values[index, 2]
+        q1, q2, n_eff, _ = quantiles(u, v, r, begin, counts[rows], free_values[rows], is_ordered)
+        white = joint_quantile(free_values[rows])
         inflation[rows] = np.maximum(np.stack([q2, q1], axis=1) / white[:, None], 1.0)
         effective[rows] = n_eff
     # The mean is affected most by slow variations along a trace.
@@ -308,8 +314,8 @@ def _trace_errors(
     inverse = np.linalg.inv(np.einsum("gik,gk,gjk->ij", axes, sums, axes))
     tilts = np.einsum("ij,gjk,gk,glk,lm->gim", inverse, axes, spread, axes, inverse)
     # The noise of a trace with too few points is pooled from all other traces.
-    freedom = np.where(is_counted, free, free.sum())
-    independent = np.maximum(effective - (counts - free), 1.0)
+    freedom = np.where(is_counted, free_values, free_values.sum())
+    independent_values = np.maximum(effective - (counts - free_values), 1.0)
     return _Traces(
         tilts,
         centre_variances,
@@ -317,9 +323,9 @@ def _trace_errors(
         sums,
         leans,
         spread,
-        judged & is_counted[:, None],
+        judged_informative_axes & is_counted[:, None],
         freedom,
-        independent,
+        independent_values,
     )
 
 
@@ -353,8 +359,8 @@ def _distance_errors95(traces: _Traces) -> list[float]:
     """Return the 95 % errors of the positions of the traces along the normal, m."""
     one = np.ones(1)
     return [
-        _weighted_t95(one, np.array([free])) * float(np.sqrt(variance))
-        for variance, free in zip(traces.centre_variances, traces.free, strict=True)
+        _weighted_t95(one, np.array([dof])) * float(np.sqrt(variance))
+        for variance, dof in zip(traces.centre_variances, traces.free, strict=True)
     ]
 
 
@@ -371,13 +377,13 @@ def _tilt_freedom(traces: _Traces) -> float:
 
     See Krishnamoorthy & Yu 2004, Statistics & Probability Letters 66, 161.
     """
-    whole = traces.tilt_covariance
-    if not np.linalg.det(whole) > 0.0:
+    whole_tilt_covariance = traces.tilt_covariance
+    if not np.linalg.det(whole_tilt_covariance) > 0.0:
         return float(traces.free.sum())
-    parts = traces.tilts @ np.linalg.inv(whole)
+    parts = traces.tilts @ np.linalg.inv(whole_tilt_covariance)
     squares = np.einsum("gij,gji->g", parts, parts) + np.einsum("gii->g", parts) ** 2
-    used = squares > 0.0
-    return float(6.0 / (squares[used] / traces.free[used]).sum())
+    is_used = squares > 0.0
+    return float(6.0 / (squares[is_used] / traces.free[is_used]).sum())
 
 
 def _compare_pair(
@@ -388,44 +394,46 @@ def _compare_pair(
     `offset` (3,) is the vector from the first to the second trace, in the plane axes.
     """
     shares_of_tilt = np.einsum("i,gij,j->g", offset[:2], traces.tilts, offset[:2])
-    parts, free = shares_of_tilt, traces.free
+    parts, dof = shares_of_tilt, traces.free
     if traces.free_tilts is not None:
-        parts, free = (
+        parts, dof = (
             np.append(0.0 * shares_of_tilt, shares_of_tilt.sum()),
-            np.append(free, traces.free_tilts),
+            np.append(dof, traces.free_tilts),
         )
     parts[list(rows)] += traces.centre_variances[list(rows)]
     variance, distance = float(parts.sum()), float(offset[2])
     if not variance > 0.0:
         return SamePlane(*ids, distance, 0.0, 0.0 if distance else 1.0)
-    shares, frees = _pool_variances(parts / variance, free)
+    fractions, frees = _pool_variances(parts / variance, dof)
     t = abs(distance) / np.sqrt(variance)
     return SamePlane(
         *ids,
         distance,
-        _weighted_t95(shares, frees) * float(np.sqrt(variance)),
-        _two_sided_p(t, shares, frees),
+        _weighted_t95(fractions, frees) * float(np.sqrt(variance)),
+        _two_sided_p(t, fractions, frees),
     )
 
 
 def _pool_variances(
-    shares: FloatArray, degrees_of_freedom: FloatArray
+    fractions: FloatArray, degrees_of_freedom: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Pool the well-determined shares of a variance, with their degrees of freedom.
 
     See Satterthwaite 1946, Biometrics Bulletin 2, 110.
     """
-    used = shares > 0.0
-    is_known = used & (degrees_of_freedom >= MIN_FREEDOM)
-    remaining = used & ~is_known
+    is_used = fractions > 0.0
+    is_known = is_used & (degrees_of_freedom >= MIN_FREEDOM)
+    is_remaining = is_used & ~is_known
     if not is_known.any():
-        return shares[remaining], degrees_of_freedom[remaining]
-    part = float(shares[is_known].sum())
-    free_pooled = part**2 / float((shares[is_known] ** 2 / degrees_of_freedom[is_known]).sum())
-    return np.append(shares[remaining], part), np.append(degrees_of_freedom[remaining], free_pooled)
+        return fractions[is_remaining], degrees_of_freedom[is_remaining]
+    part = float(fractions[is_known].sum())
+    free_pooled = part**2 / float((fractions[is_known] ** 2 / degrees_of_freedom[is_known]).sum())
+    return np.append(fractions[is_remaining], part), np.append(
+        degrees_of_freedom[is_remaining], free_pooled
+    )
 
 
-def _weighted_t95(shares: FloatArray, degrees_of_freedom: FloatArray) -> float:
+def _weighted_t95(fractions: FloatArray, degrees_of_freedom: FloatArray) -> float:
     """Return the mean of Student's quantiles, weighted by the shares of the variance.
 
     See Cochran & Cox 1957, Experimental Designs, section 4.14. Averaged degrees of freedom would be
@@ -433,10 +441,10 @@ def _weighted_t95(shares: FloatArray, degrees_of_freedom: FloatArray) -> float:
     """
     from scipy.special import stdtrit
 
-    return float(shares @ stdtrit(degrees_of_freedom, 1.0 - SIGNIFICANCE / 2.0))
+    return float(fractions @ stdtrit(degrees_of_freedom, 1.0 - SIGNIFICANCE / 2.0))
 
 
-def _two_sided_p(t: float, shares: FloatArray, degrees_of_freedom: FloatArray) -> float:
+def _two_sided_p(t: float, fractions: FloatArray, degrees_of_freedom: FloatArray) -> float:
     """Return the two-sided p-value for which the weighted mean of Student's quantiles is t."""
     from scipy.optimize import brentq
     from scipy.special import stdtr, stdtrit
@@ -445,12 +453,12 @@ def _two_sided_p(t: float, shares: FloatArray, degrees_of_freedom: FloatArray) -
         return 2.0 * float(stdtr(degrees_of_freedom[0], -t))
     if t <= 0.0:
         return 1.0
-    if not float(shares @ -stdtrit(degrees_of_freedom, MIN_P_VALUE)) > t:
+    if not float(fractions @ -stdtrit(degrees_of_freedom, MIN_P_VALUE)) > t:
         return 2.0 * MIN_P_VALUE
     # Solve for the logarithm, because p may be very small.
     low, high = np.log(MIN_P_VALUE), np.log(0.5)
     return 2.0 * float(
-        np.exp(brentq(lambda x: shares @ -stdtrit(degrees_of_freedom, np.exp(x)) - t, low, high))
+        np.exp(brentq(lambda x: fractions @ -stdtrit(degrees_of_freedom, np.exp(x)) - t, low, high))
     )
 
 
@@ -465,16 +473,16 @@ def _widen_for_misfit(traces: _Traces) -> tuple[_Traces, float | None]:
     """
     from scipy.special import fdtrc
 
-    judged = traces.judged & (traces.spread > 0.0)
+    is_judged = traces.judged & (traces.spread > 0.0)
     # Noise estimates with one or two degrees of freedom are so often too small by chance that their
     # trace would outweigh all others.
-    reliable = judged & (traces.independent >= MIN_FREEDOM)[:, None]
-    judged = reliable if reliable.sum() > 2 else judged
-    number = int(judged.sum())
+    is_reliable = is_judged & (traces.independent >= MIN_FREEDOM)[:, None]
+    is_judged = is_reliable if is_reliable.sum() > 2 else is_judged
+    number = int(is_judged.sum())
     if number <= 2:
         return traces, None
-    weight = np.where(judged, traces.sums**2 / np.where(judged, traces.spread, 1.0), 0.0)
-    slopes = np.where(judged, traces.leans / np.where(judged, traces.sums, 1.0), 0.0)
+    weight = np.where(is_judged, traces.sums**2 / np.where(is_judged, traces.spread, 1.0), 0.0)
+    slopes = np.where(is_judged, traces.leans / np.where(is_judged, traces.sums, 1.0), 0.0)
     weights = np.einsum("gik,gk,gjk->gij", traces.axes, weight, traces.axes)
     total_weight = weights.sum(axis=0)
     if not np.linalg.det(total_weight) > (MIN_RELATIVE_SPREAD * np.trace(total_weight)) ** 2:
@@ -484,22 +492,26 @@ def _widen_for_misfit(traces: _Traces) -> tuple[_Traces, float | None]:
     )
     residuals = slopes - np.einsum("gik,i->gk", traces.axes, common_slope)
     statistic = float((weight * residuals**2).sum())
-    shares = np.linalg.solve(total_weight, weights)
-    rank = judged.sum(axis=1)
-    once = rank - np.einsum("gii->g", shares)
-    twice = rank - 2.0 * np.einsum("gii->g", shares) + np.einsum("gij,gji->g", shares, shares)
+    fractions = np.linalg.solve(total_weight, weights)
+    rank = is_judged.sum(axis=1)
+    once = rank - np.einsum("gii->g", fractions)
+    twice = (
+        rank - 2.0 * np.einsum("gii->g", fractions) + np.einsum("gij,gji->g", fractions, fractions)
+    )
     unknowns = number - 2.0
     has_slopes = rank > 0
-    a, b = ((each[has_slopes] / traces.independent[has_slopes]).sum() for each in (twice, once**2))
-    free = unknowns * (unknowns + 2.0) / float(2.0 * a + b)
-    expected = unknowns + 2.0 * a - 2.0 * (2.0 * a + b) / (unknowns + 2.0)
-    p = float(fdtrc(unknowns, free, statistic / expected))
+    a, b = ((item[has_slopes] / traces.independent[has_slopes]).sum() for item in (twice, once**2))
+    dof = unknowns * (unknowns + 2.0) / float(2.0 * a + b)
+    expected_values = unknowns + 2.0 * a - 2.0 * (2.0 * a + b) / (unknowns + 2.0)
+    p = float(fdtrc(unknowns, dof, statistic / expected_values))
     if p >= SIGNIFICANCE:
         return traces, p
-    wide = replace(
-        traces, tilts=traces.tilts * max(statistic / expected, 1.0), free_tilts=min(unknowns, free)
+    width = replace(
+        traces,
+        tilts=traces.tilts * max(statistic / expected_values, 1.0),
+        free_tilts=min(unknowns, dof),
     )
-    return wide, p
+    return width, p
 
 
 def _warnings(p_parallel: float | None, has_errors: bool) -> list[Finding]:

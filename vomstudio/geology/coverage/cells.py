@@ -63,21 +63,22 @@ class SquareGrid:
         """Return the cell (n,) that contains each point (n, 3) in the view; -1 if it is outside."""
         return self.numbers(np.floor(self.local(points)[:, :2]))
 
-    def numbers(self, places: FloatArray) -> IntArray:
+    def numbers(self, positions: FloatArray) -> IntArray:
         """Return the cells (n,) for integer columns and rows (n, 2); -1 if outside."""
-        inside = ((places >= 0) & (places < [self.columns, self.rows])).all(axis=1)
-        numbers = np.full(len(places), -1, np.int64)
-        column, row = places[inside].astype(np.int64).T
-        numbers[inside] = row * self.columns + column
+        is_inside = ((positions >= 0) & (positions < [self.columns, self.rows])).all(axis=1)
+        numbers = np.full(len(positions), -1, np.int64)
+        column, row = positions[is_inside].astype(np.int64).T
+        numbers[is_inside] = row * self.columns + column
         return numbers
 
     def corners(self, numbers: IntArray) -> FloatArray:
         """Return the corners (n, 4, 3) of cells in the grid plane, starting at the lower left."""
         row, column = np.divmod(numbers, self.columns)
         steps = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float64)
-        flat = (np.stack([column, row], axis=1)[:, None] + steps) * self.cell
+        plane_corners = (np.stack([column, row], axis=1)[:, None] + steps) * self.cell
         return np.asarray(
-            self.origin + flat[..., :1] * self.right + flat[..., 1:] * self.up, np.float64
+            self.origin + plane_corners[..., :1] * self.right + plane_corners[..., 1:] * self.up,
+            np.float64,
         )
 
 
@@ -138,8 +139,11 @@ def create_grid(
     if not len(points):
         raise GeometryError(Finding("grid.no-points"))
     axes = np.stack([right, up, np.cross(right, up)], axis=-1)
-    projected = points @ axes
-    low, high = projected[:, :2].min(axis=0) - margin, projected[:, :2].max(axis=0) + margin
+    projected_values = points @ axes
+    low, high = (
+        projected_values[:, :2].min(axis=0) - margin,
+        projected_values[:, :2].max(axis=0) + margin,
+    )
     counts = (high - low) / cell
     if not counts.max() < MAX_CELLS or math.prod(np.ceil(counts).tolist()) > MAX_CELLS:
         min_cell = math.sqrt(float(np.prod(np.maximum(high - low, 1e-12))) / MAX_CELLS)
@@ -150,7 +154,7 @@ def create_grid(
     columns, rows = (max(1, math.ceil(w - 1e-9)) for w in counts.tolist())
     # The excess is distributed equally to both sides.
     corner = (low + high - cell * np.array([columns, rows])) / 2.0
-    origin = axes @ np.array([*corner, float(projected[:, 2].max())])
+    origin = axes @ np.array([*corner, float(projected_values[:, 2].max())])
     return SquareGrid(origin, right, up, float(cell), columns, rows)
 
 
@@ -180,12 +184,12 @@ def measure_faces(
     """
     front, back = _AreaSums(grid, pieces), _AreaSums(grid, pieces)
     for start in range(0, len(faces), FACES_PER_BLOCK):
-        local = grid.local(points[faces[start : start + FACES_PER_BLOCK]])
-        local = local[np.isfinite(local).all(axis=(1, 2))]
-        a, b = local[:, 1] - local[:, 0], local[:, 2] - local[:, 0]
-        toward = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-        front.add(local[toward > 0.0])
-        back.add(local[toward < 0.0])
+        local_points = grid.local(points[faces[start : start + FACES_PER_BLOCK]])
+        local_points = local_points[np.isfinite(local_points).all(axis=(1, 2))]
+        a, b = local_points[:, 1] - local_points[:, 0], local_points[:, 2] - local_points[:, 0]
+        direction = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+        front.add(local_points[direction > 0.0])
+        back.add(local_points[direction < 0.0])
     visible = front if front.covered.sum() >= back.covered.sum() else back
     return visible.result()
 
@@ -220,9 +224,9 @@ class _AreaSums:
         self._cells: list[IntArray] = []
         self._lines: list[FloatArray] = []
 
-    def add(self, local: FloatArray) -> None:
+    def add(self, local_points: FloatArray) -> None:
         """Add the areas of triangles (m, 3, 3) in the local axes of the grid."""
-        cut = local
+        cut = local_points
         for axis, count in ((0, self.grid.columns), (1, self.grid.rows)):
             lines: list[FloatArray] = []
             cut = np.concatenate([np.zeros((0, 3, 3)), *_cut_triangles(cut, axis, count, lines)])
@@ -235,10 +239,10 @@ class _AreaSums:
                 )
         cells = self.grid.numbers(np.floor(cut.mean(axis=1)[:, :2]))
         cut, cells = cut[cells >= 0], cells[cells >= 0]
-        across = np.cross(cut[:, 1] - cut[:, 0], cut[:, 2] - cut[:, 0])
+        cross_axis = np.cross(cut[:, 1] - cut[:, 0], cut[:, 2] - cut[:, 0])
         for sums, areas in (
-            (self.surface, np.linalg.norm(across, axis=1)),
-            (self.covered, np.abs(across[:, 2])),
+            (self.surface, np.linalg.norm(cross_axis, axis=1)),
+            (self.covered, np.abs(cross_axis[:, 2])),
         ):
             sums += np.bincount(cells, areas / 2.0, minlength=self.grid.count)
         if self._keep:
@@ -270,13 +274,13 @@ def _cut_triangles(
         order = np.argsort(remaining[:, :, axis], axis=1, kind="stable")
         remaining = np.take_along_axis(remaining, order[..., None], axis=1)
         low, high = remaining[:, 0, axis], remaining[:, 2, axis]
-        inside = (high > 0.0) & (low < count)
-        remaining, low, high = remaining[inside], low[inside], high[inside]
+        is_inside = (high > 0.0) & (low < count)
+        remaining, low, high = remaining[is_inside], low[is_inside], high[is_inside]
         line = np.minimum(np.maximum(np.floor(low) + 1.0, 0.0), float(count))
-        crossed = (low < line) & (line < high)
+        is_crossed = (low < line) & (line < high)
         # A piece that ends on the last line does not have to be cut.
-        yield remaining[~crossed]
-        remaining, line = remaining[crossed], line[crossed]
+        yield remaining[~is_crossed]
+        remaining, line = remaining[is_crossed], line[is_crossed]
         if not len(remaining):
             return
         below, above, cuts = _split_triangles(remaining, line, axis)
@@ -319,15 +323,15 @@ def _clip_to_rows(cuts: FloatArray, rows: int) -> FloatArray:
     bounds = np.stack([-cuts[:, 0, 1] / rise, (rows - cuts[:, 0, 1]) / rise], axis=1)
     # A horizontal line is entirely inside.
     bounds[up[:, 1] == 0.0] = 0.0, 1.0
-    share = np.clip(np.sort(bounds, axis=1), 0.0, 1.0)
-    return np.asarray(cuts[:, :1] + share[..., None] * up[:, None])
+    fraction = np.clip(np.sort(bounds, axis=1), 0.0, 1.0)
+    return np.asarray(cuts[:, :1] + fraction[..., None] * up[:, None])
 
 
 def _points_on_line(a: FloatArray, b: FloatArray, line: FloatArray, axis: int) -> FloatArray:
     """Return the points (m, 3) at which the edges from a to b cross a grid line."""
     rise = b[:, axis] - a[:, axis]
-    share = np.where(rise > 0.0, (line - a[:, axis]) / np.where(rise > 0.0, rise, 1.0), 0.0)
-    points = a + np.clip(share, 0.0, 1.0)[:, None] * (b - a)
+    fraction = np.where(rise > 0.0, (line - a[:, axis]) / np.where(rise > 0.0, rise, 1.0), 0.0)
+    points = a + np.clip(fraction, 0.0, 1.0)[:, None] * (b - a)
     points[:, axis] = line
     return np.asarray(points)
 

@@ -117,7 +117,7 @@ def measure_coverage(
     grid: SquareGrid,
     marks: str,
     surface: FloatArray,
-    covered: FloatArray,
+    covered_values: FloatArray,
     lines: Sequence[FloatArray] = (),
 ) -> FaceCoverage:
     """Measure the inspected share of a face and the density of features in it.
@@ -127,7 +127,7 @@ def measure_coverage(
     grid : SquareGrid
     marks : str
         State of each cell as one letter.
-    surface, covered : (cells,) ndarray
+    surface, covered_values : (cells,) ndarray
         Areas as in `cells.ExposedArea`.
     lines : sequence of (k, 3) ndarray
         Vertices of each feature, or its only point, in the frame of the grid.
@@ -137,56 +137,56 @@ def measure_coverage(
     FaceCoverage
     """
     kind = np.array(list(marks.ljust(grid.count, UNINSPECTED_MARK)[: grid.count]))
-    has_surface = covered > MIN_COVERED_SHARE * grid.cell**2
-    total = float(covered[has_surface].sum())
+    has_surface = covered_values > MIN_COVERED_SHARE * grid.cell**2
+    total = float(covered_values[has_surface].sum())
 
     def cell_share(mark: str) -> CellShare:
-        selected = has_surface & (kind == mark)
-        area = float(covered[selected].sum())
+        is_selected = has_surface & (kind == mark)
+        area = float(covered_values[is_selected].sum())
         return CellShare(
-            int(selected.sum()),
+            int(is_selected.sum()),
             area,
-            float(surface[selected].sum()),
+            float(surface[is_selected].sum()),
             area / total if total > 0 else None,
         )
 
-    shares = {mark: cell_share(mark) for mark in MARK_TITLES}
-    counted = has_surface & ((kind == INSPECTED_MARK) | (kind == EMPTY_MARK))
-    area = float(covered[counted].sum())
+    fractions = {mark: cell_share(mark) for mark in MARK_TITLES}
+    is_counted = has_surface & ((kind == INSPECTED_MARK) | (kind == EMPTY_MARK))
+    area = float(covered_values[is_counted].sum())
     lengths = np.zeros(grid.count)
     n_inside = n_middles = 0
     contradictory: set[int] = set()
     for line in lines:
         lengths_by_cell = lengths_in_cells(grid, line)
-        middle = int(grid.at(_midpoint(line)[None])[0])
-        reaches = {c for c, length in lengths_by_cell.items() if counted[c] and length > 0.0}
-        if middle >= 0 and counted[middle]:
+        centre = int(grid.at(_midpoint(line)[None])[0])
+        reaches = {c for c, length in lengths_by_cell.items() if is_counted[c] and length > 0.0}
+        if centre >= 0 and is_counted[centre]:
             n_middles += 1
-            reaches.add(middle)
+            reaches.add(centre)
         n_inside += bool(reaches)
         contradictory |= {
             c
             for c in reaches
-            if kind[c] == EMPTY_MARK and (c == middle or lengths_by_cell[c] > 0.05 * grid.cell)
+            if kind[c] == EMPTY_MARK and (c == centre or lengths_by_cell[c] > 0.05 * grid.cell)
         }
         for c, length in lengths_by_cell.items():
             lengths[c] += length
     names = tuple(cell_name(grid, c) for c in sorted(contradictory))
-    inspected = total - shares[UNINSPECTED_MARK].covered_m2
+    inspected_values = total - fractions[UNINSPECTED_MARK].covered_m2
     return FaceCoverage(
         int(has_surface.sum()),
         grid.cell,
-        shares[UNINSPECTED_MARK],
-        shares[INSPECTED_MARK],
-        shares[EMPTY_MARK],
-        shares[UNMEASURABLE_MARK],
-        inspected / total if total > 0 else None,
+        fractions[UNINSPECTED_MARK],
+        fractions[INSPECTED_MARK],
+        fractions[EMPTY_MARK],
+        fractions[UNMEASURABLE_MARK],
+        inspected_values / total if total > 0 else None,
         names,
         n_inside,
         area,
         n_middles / area if area > 0 else None,
-        float(lengths[counted].sum()) / area if area > 0 else None,
-        tuple(_share_warnings(shares, names, area)),
+        float(lengths[is_counted].sum()) / area if area > 0 else None,
+        tuple(_share_warnings(fractions, names, area)),
     )
 
 
@@ -203,9 +203,9 @@ def lengths_in_cells(grid: SquareGrid, line: FloatArray) -> dict[int, float]:
     dict
         Lengths by cell number, in the unit of the grid.
     """
-    flat = grid.local(line)[:, :2]
+    plane_line = grid.local(line)[:, :2]
     lengths: dict[int, float] = {}
-    for start, end in pairwise(flat):
+    for start, end in pairwise(plane_line):
         step = end - start
         length = float(np.hypot(*step))
         if not length > 0.0 or not np.isfinite(length):
@@ -214,12 +214,12 @@ def lengths_in_cells(grid: SquareGrid, line: FloatArray) -> dict[int, float]:
         for axis, count in ((0, grid.columns), (1, grid.rows)):
             low, high = sorted((start[axis], end[axis]))
             # Only use lines within the grid, because a line may start far outside.
-            crossed = np.arange(max(np.ceil(low), 0.0), min(np.floor(high), count) + 1.0)
+            crossed_values = np.arange(max(np.ceil(low), 0.0), min(np.floor(high), count) + 1.0)
             if step[axis] != 0.0:
-                cuts.append((crossed - start[axis]) / step[axis])
+                cuts.append((crossed_values - start[axis]) / step[axis])
         t = np.unique(np.clip(np.concatenate(cuts), 0.0, 1.0))
-        middles = start + ((t[:-1] + t[1:]) / 2.0)[:, None] * step
-        cells = grid.numbers(np.floor(middles))
+        centres = start + ((t[:-1] + t[1:]) / 2.0)[:, None] * step
+        cells = grid.numbers(np.floor(centres))
         for cell, part in zip(cells.tolist(), np.diff(t).tolist(), strict=True):
             if cell >= 0:
                 lengths[cell] = lengths.get(cell, 0.0) + part * length * grid.cell
@@ -231,23 +231,23 @@ def _midpoint(line: FloatArray) -> FloatArray:
     if len(line) == 1:
         return np.asarray(line[0])
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
-    along = np.concatenate([[0.0], np.cumsum(steps)])
-    return np.array([np.interp(along[-1] / 2.0, along, line[:, i]) for i in range(3)])
+    distances = np.concatenate([[0.0], np.cumsum(steps)])
+    return np.array([np.interp(distances[-1] / 2.0, distances, line[:, i]) for i in range(3)])
 
 
 def _share_warnings(
-    shares: dict[str, CellShare], contradictory_cells: tuple[str, ...], counted_area: float
+    fractions: dict[str, CellShare], contradictory_cells: tuple[str, ...], counted_area: float
 ) -> list[Finding]:
     warnings = []
-    if (unmeasurable := shares[UNMEASURABLE_MARK]).cells:
+    if (unmeasurable_shares := fractions[UNMEASURABLE_MARK]).cells:
         warnings.append(
             Finding(
                 "grid.unmeasurable-cells",
-                count=unmeasurable.cells,
-                share_percent=100.0 * (unmeasurable.share or 0.0),
+                count=unmeasurable_shares.cells,
+                share_percent=100.0 * (unmeasurable_shares.share or 0.0),
             )
         )
-    if (open_cells := shares[UNINSPECTED_MARK]).cells and counted_area > 0.0:
+    if (open_cells := fractions[UNINSPECTED_MARK]).cells and counted_area > 0.0:
         warnings.append(
             Finding(
                 "grid.open-cells",

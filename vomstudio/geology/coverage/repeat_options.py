@@ -16,11 +16,11 @@ class RepeatOptions(Options):
         None,
         metavar="COLUMN",
         help=to_translate("column with the same value for picks of the same structure"),
-        automatic=to_translate("repeat_of, the id of the repeated pick"),
+        automatic_text=to_translate("repeat_of, the id of the repeated pick"),
     )
     interpreter: str | None = option(
         None,
         metavar="COLUMN",
         help=to_translate("column with the interpreter"),
-        automatic=to_translate("interpreter, if there is one"),
+        automatic_text=to_translate("interpreter, if there is one"),
     )

@@ -49,8 +49,8 @@ class RepeatedStructure:
     @property
     def stated(self) -> bool:
         """Whether all picks have a stated error."""
-        smallest = np.linalg.eigvalsh(self.covariances)[:, 0]
-        return bool((smallest > MIN_VARIANCE).all())
+        smallest_values = np.linalg.eigvalsh(self.covariances)[:, 0]
+        return bool((smallest_values > MIN_VARIANCE).all())
 
     def squares(self) -> float:
         """Return the sum of squares about the mean, radians squared."""
@@ -175,8 +175,8 @@ def _structure(vectors: FloatArray, axes: FloatArray, rows: IntArray) -> Repeate
     stretch = np.where(sine > 0.0, angle / np.maximum(sine, 1e-300), 1.0)
     # Parallel transport to the mean along the great circle.
     tangents = axes[rows] * signs[:, None, None]
-    along = (tangents @ mean) / (1.0 + cosine)[:, None]
-    projected = (tangents - along[..., None] * (picks + mean)[:, None]) @ frame.T
+    projections = (tangents @ mean) / (1.0 + cosine)[:, None]
+    projected = (tangents - projections[..., None] * (picks + mean)[:, None]) @ frame.T
     return RepeatedStructure(
         rows,
         (stretch[:, None] * offsets) @ frame.T,
@@ -206,9 +206,9 @@ def _build_pick_spread(squares: float, n: int) -> PickSpread | None:
 
     if n < 1:
         return None
-    free = 2 * n
-    low, high = (squares / float(chi2.ppf(share, free)) for share in (0.975, 0.025))
-    sigmas = [float(np.degrees(np.sqrt(v))) for v in (squares / free, low, high)]
+    free_values = 2 * n
+    low, high = (squares / float(chi2.ppf(fraction, free_values)) for fraction in (0.975, 0.025))
+    sigmas = [float(np.degrees(np.sqrt(v))) for v in (squares / free_values, low, high)]
     factor95 = float(np.sqrt(CHI2_TWO))
     return PickSpread(n, *sigmas, *(factor95 * sigma for sigma in sigmas))
 
@@ -231,8 +231,8 @@ def check_stated_errors(structures: Sequence[RepeatedStructure]) -> StatedErrorT
     n = sum(len(s.rows) - 1 for s in stated_structures)
     if not n:
         return None
-    total, free = sum(s.chi_square() for s in stated_structures), 2 * n
-    low, high = (np.sqrt(total / float(chi2.ppf(q, free))) for q in (0.975, 0.025))
+    total, free_values = sum(s.chi_square() for s in stated_structures), 2 * n
+    low, high = (np.sqrt(total / float(chi2.ppf(q, free_values))) for q in (0.975, 0.025))
     within = sum(
         int(sum(squared_difference(s, 0, k) <= CHI2_TWO for k in range(1, len(s.rows))))
         for s in stated_structures
@@ -242,12 +242,12 @@ def check_stated_errors(structures: Sequence[RepeatedStructure]) -> StatedErrorT
     return StatedErrorTest(
         n,
         total,
-        free,
-        float(chi2.sf(total, free)),
-        float(np.sqrt(total / free)),
+        free_values,
+        float(chi2.sf(total, free_values)),
+        float(np.sqrt(total / free_values)),
         float(low),
         float(high),
-        float(np.sqrt(chi2.ppf(0.95, free) / chi2.ppf(1.0 - TEST_POWER, free))),
+        float(np.sqrt(chi2.ppf(0.95, free_values) / chi2.ppf(1.0 - TEST_POWER, free_values))),
         within,
         within / n,
         low_share,

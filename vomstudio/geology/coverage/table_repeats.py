@@ -150,22 +150,24 @@ def table_repeats(
     interpreters = _interpreters(table, interpreter)
     vectors = table.vectors()
     structures = group_structures(vectors, _errors(table, vectors), groups)
-    repeated = [s for s in structures if len(s.rows) > 1]
-    spread, test = measure_spread(repeated), check_stated_errors(repeated)
-    spreads, between = compare_interpreters(repeated, interpreters)
+    repeated_structures = [s for s in structures if len(s.rows) > 1]
+    spread, test = measure_spread(repeated_structures), check_stated_errors(repeated_structures)
+    spreads, between = compare_interpreters(repeated_structures, interpreters)
     has_several = len(set(interpreters)) > 1
     pairs = tuple(
-        _pair(table, vectors, s, k, interpreters) for s in repeated for k in range(1, len(s.rows))
+        _pair(table, vectors, s, k, interpreters)
+        for s in repeated_structures
+        for k in range(1, len(s.rows))
     )
     angles = [pair.angle_deg for pair in pairs]
     holds, reasons = _assess_repeats(spread, test, between)
     return TableRepeats(
         n=len(structures),
-        structures=len(repeated),
-        repeats=sum(len(s.rows) - 1 for s in repeated),
+        structures=len(repeated_structures),
+        repeats=sum(len(s.rows) - 1 for s in repeated_structures),
         spread=spread,
         median_angle_deg=float(np.median(angles)) if angles else None,
-        stated95_deg=_stated_error95(repeated),
+        stated95_deg=_stated_error95(repeated_structures),
         test=test,
         stated_errors_hold=holds,
         reasons=tuple(reasons),
@@ -230,11 +232,11 @@ def _exclude_other_geometry(
 ) -> list[list[int]]:
     """Exclude rows of the other geometry: the angle between a plane and a line is meaningless."""
     plane = bool(table.is_plane[rows[0]])
-    matching = [row for row in rows if bool(table.is_plane[row]) == plane]
-    for row in set(rows) - set(matching):
+    matching_rows = [row for row in rows if bool(table.is_plane[row]) == plane]
+    for row in set(rows) - set(matching_rows):
         reason = Finding("repeats.line-of-plane" if plane else "repeats.plane-of-line")
         left_out.append(ExcludedPick(table.ids[row], reason))
-    return [matching]
+    return [matching_rows]
 
 
 def _interpreters(table: OrientationRows, column: str | None) -> list[str]:
@@ -257,12 +259,12 @@ def _errors(table: OrientationRows, vectors: FloatArray) -> FloatArray:
     if len(planes):
         axes[planes] = axes_without_registration(table, planes)
     if len(lines):
-        largest = column_numbers(table, lines, "max_confidence95_deg")
+        largest_column_numbers = column_numbers(table, lines, "max_confidence95_deg")
         total = column_numbers(table, lines, "total95_deg")
         registration = np.nan_to_num(column_numbers(table, lines, "registration_error_deg"))
         picking_errors = np.sqrt(np.maximum(total**2 - registration**2, 0.0))
         largest_known = np.nan_to_num(
-            np.where(np.isfinite(picking_errors), picking_errors, largest)
+            np.where(np.isfinite(picking_errors), picking_errors, largest_column_numbers)
         )
         sigma = np.radians(largest_known) / math.sqrt(CHI2_TWO)
         for row, size, line in zip(lines, sigma, vectors[lines], strict=True):
@@ -285,12 +287,12 @@ def _pair(
     interpreters: Sequence[str],
 ) -> RepeatedPick:
     first, again = int(structure.rows[0]), int(structure.rows[k])
-    across = float(np.linalg.norm(np.cross(vectors[first], vectors[again])))
-    angle = math.degrees(math.atan2(across, abs(float(vectors[first] @ vectors[again]))))
+    sine = float(np.linalg.norm(np.cross(vectors[first], vectors[again])))
+    angle = math.degrees(math.atan2(sine, abs(float(vectors[first] @ vectors[again]))))
     stated = within = None
     if structure.stated:
-        largest = np.linalg.eigvalsh(structure.covariances)[[0, k], -1]
-        stated = min(float(np.degrees(np.sqrt(CHI2_TWO * largest.sum()))), 90.0)
+        largest_values = np.linalg.eigvalsh(structure.covariances)[[0, k], -1]
+        stated = min(float(np.degrees(np.sqrt(CHI2_TWO * largest_values.sum()))), 90.0)
         within = squared_difference(structure, 0, k) <= CHI2_TWO
     return RepeatedPick(
         table.ids[first],

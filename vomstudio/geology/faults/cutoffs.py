@@ -64,6 +64,6 @@ def find_cutoffs(
     points = [
         trace[int(np.argmin(np.abs(height)))] for trace, height in zip(traces, heights, strict=True)
     ]
-    swapped = second > 0
-    hanging, foot = points[::-1] if swapped else points
-    return Cutoffs(hanging, foot, swapped)
+    is_swapped = second > 0
+    hanging, foot = points[::-1] if is_swapped else points
+    return Cutoffs(hanging, foot, is_swapped)

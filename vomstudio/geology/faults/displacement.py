@@ -160,7 +160,7 @@ def net_slip_of_cutoffs(
     rake_deg: float,
     errors: DisplacementErrors = NO_ERRORS,
     *,
-    what: str = "net slip",
+    subject: str = "net slip",
 ) -> Displacement:
     """Compute the net slip from the cutoffs of a bed and a slip lineation.
 
@@ -176,7 +176,7 @@ def net_slip_of_cutoffs(
     rake_deg : float
         Rake of the lineation as defined by `orientation.rake_of` (90 is down dip), degrees.
     errors : DisplacementErrors
-    what : str
+    subject : str
         Name of the result.
 
     Returns
@@ -199,13 +199,17 @@ def net_slip_of_cutoffs(
         normal, bed_normal_tilted = _tilted_normal(fault, p[6:8]), _tilted_normal(bed, p[8:10])
         strike, up_dip = _axes_in_plane(normal, fault)
         rake_rad = math.radians(rake_deg) + p[10]
-        along = math.cos(rake_rad) * strike - math.sin(rake_rad) * up_dip
-        return (p[:3] - p[3:6]) @ bed_normal_tilted / (along @ bed_normal_tilted) * along, normal
+        along_component = math.cos(rake_rad) * strike - math.sin(rake_rad) * up_dip
+        return (p[:3] - p[3:6]) @ bed_normal_tilted / (
+            along_component @ bed_normal_tilted
+        ) * along_component, normal
 
     spread = _parameter_sigmas(
         errors, fault95=errors.fault95_deg, bed95=errors.bed95_deg, rake95=errors.rake95_deg
     )
-    return _displacement(what, fault, vector, np.concatenate([points, np.zeros(5)]), spread, errors)
+    return _displacement(
+        subject, fault, vector, np.concatenate([points, np.zeros(5)]), spread, errors
+    )
 
 
 def separations(
@@ -242,8 +246,10 @@ def separations(
     def thickness(p: FloatArray) -> FloatArray:
         return np.array([(p[:3] - p[3:6]) @ _tilted_normal(bed, p[6:8])])
 
-    at = np.concatenate([points, np.zeros(2)])
-    values, sigmas = _propagate(thickness, at, _parameter_sigmas(errors, bed95=errors.bed95_deg))
+    position = np.concatenate([points, np.zeros(2)])
+    values, sigmas = _propagate(
+        thickness, position, _parameter_sigmas(errors, bed95=errors.bed95_deg)
+    )
     slips: dict[float, Displacement | None] = {}
     errors_without_rake = DisplacementErrors(errors.sigma_m, errors.fault95_deg, errors.bed95_deg)
     for rake in (90.0, 0.0):
@@ -255,7 +261,7 @@ def separations(
                 bed,
                 rake,
                 errors_without_rake,
-                what="separation",
+                subject="separation",
             )
         except GeometryError:
             slips[rake] = None
@@ -315,20 +321,20 @@ def _parameter_sigmas(errors: DisplacementErrors, **cones: float) -> FloatArray:
 
 
 def _derivatives(
-    f: Callable[[FloatArray], FloatArray], at: FloatArray, step: float = DIFFERENTIATION_STEP
+    f: Callable[[FloatArray], FloatArray], position: FloatArray, step: float = DIFFERENTIATION_STEP
 ) -> FloatArray:
-    steps = step * np.eye(len(at))
-    return np.array([(f(at + s) - f(at - s)) / (2 * step) for s in steps]).T
+    steps = step * np.eye(len(position))
+    return np.array([(f(position + s) - f(position - s)) / (2 * step) for s in steps]).T
 
 
 def _propagate(
-    f: Callable[[FloatArray], FloatArray], at: FloatArray, spread: FloatArray
+    f: Callable[[FloatArray], FloatArray], position: FloatArray, spread: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the values of a function and their standard deviations."""
-    values = f(at)
+    values = f(position)
     if not spread.any():
         return values, np.zeros(len(values))
-    slope = _derivatives(f, at) * spread
+    slope = _derivatives(f, position) * spread
     return values, np.sqrt(np.sum(slope**2, axis=1))
 
 
@@ -337,10 +343,10 @@ def _measured(value: float, sigma: float, errors: DisplacementErrors) -> Measure
 
 
 def _displacement(
-    what: str,
+    subject: str,
     fault: Plane,
     vector: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
-    at: FloatArray,
+    position: FloatArray,
     spread: FloatArray,
     errors: DisplacementErrors,
 ) -> Displacement:
@@ -351,16 +357,16 @@ def _displacement(
         outward = normal * [1, 1, 0] / size if size > 1e-9 else -up_dip
         return np.array([np.linalg.norm(d), -d[2], d @ outward, d @ strike, d @ up_dip])
 
-    values, sigmas = _propagate(figures, at, spread)
+    values, sigmas = _propagate(figures, position, spread)
     net, throw, heave, strike, dip = (
         _measured(float(v), float(s), errors) for v, s in zip(values, sigmas, strict=True)
     )
-    d, normal = vector(at)
+    d, normal = vector(position)
     has_moved = float(np.linalg.norm(d)) > 1e-9
-    line = Line.from_vector(d, directed=True) if has_moved else None
+    line = Line.from_vector(d, is_directed=True) if has_moved else None
     rake = math.degrees(math.atan2(dip.value, strike.value)) if has_moved else None
     return Displacement(
-        what,
+        subject,
         net,
         throw,
         heave,

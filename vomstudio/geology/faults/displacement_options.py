@@ -26,7 +26,7 @@ class ThreePointOptions(Options):
         minimum=0.0,
         maximum=MAX_SIGMA_M,
         help=to_translate("standard deviation of each coordinate, m"),
-        automatic=to_translate("estimated from the misfit, with more than three points"),
+        automatic_text=to_translate("estimated from the misfit, with more than three points"),
     )
 
 
@@ -46,7 +46,7 @@ class DisplacementOptions(Options):
         None,
         metavar="DD/D",
         help=to_translate("attitude of the bed with these cut-offs"),
-        automatic=to_translate("each pair was originally one point"),
+        automatic_text=to_translate("each pair was originally one point"),
     )
     rake_deg: float | None = option(
         None,
@@ -69,7 +69,7 @@ class DisplacementOptions(Options):
         label=to_translate("Points ± (1σ)"),
         help=to_translate("standard deviation of each coordinate, m"),
         tip=to_translate("Standard deviation of each coordinate of a cut-off"),
-        automatic=to_translate("0; for traces of a project, their scatter"),
+        automatic_text=to_translate("0; for traces of a project, their scatter"),
     )
     fault_error_deg: float = option(
         0.0,

@@ -113,15 +113,15 @@ def displacements(
     elif rake_deg is not None:
         warnings += _rake_warnings(fault)
     pairs: list[Pair] = []
-    skipped: list[dict[str, Any]] = []
+    skipped_items: list[dict[str, Any]] = []
     for name, h, f in zip(names, hanging_wall, footwall, strict=True):
         try:
             pairs.append(_pair(name, h, f, fault, bed, rake_deg, errors))
         except GeometryError as error:
-            skipped.append({"id": name, "reason": cause_of(error)})
+            skipped_items.append({"id": name, "reason": cause_of(error)})
     vectors = [d for d in map(_vector, pairs) if d is not None]
-    if not vectors and skipped:
-        raise GeometryError(skipped[0]["reason"])
+    if not vectors and skipped_items:
+        raise GeometryError(skipped_items[0]["reason"])
     if not vectors:
         raise GeometryError(Finding("displacement.bed-down-dip"))
 
@@ -136,7 +136,7 @@ def displacements(
         *mean("net_m"),
         *mean("throw_m"),
         *mean("heave_m"),
-        tuple(skipped),
+        tuple(skipped_items),
         (*warnings, *_motion_warnings(pairs, errors)),
     )
 
@@ -165,7 +165,7 @@ def _rake_warnings(fault: Plane) -> list[Finding]:
 
 def _motion_warnings(pairs: Sequence[Pair], errors: DisplacementErrors) -> list[Finding]:
     """Warn of piercing points that move out of the fault plane by more than their errors."""
-    off: dict[str, tuple[float, float]] = {}
+    distance: dict[str, tuple[float, float]] = {}
     for pair in pairs:
         motion = pair.displacement
         if motion is None or not motion.net_m.value > 0:
@@ -174,17 +174,17 @@ def _motion_warnings(pairs: Sequence[Pair], errors: DisplacementErrors) -> list[
         angle = float(np.degrees(np.arcsin(sine)))
         error_m = Z95 * np.sqrt(2.0) * errors.sigma_m
         if angle > max(MAX_OFF_PLANE_DEG, errors.fault95_deg) and abs(motion.off_fault_m) > error_m:
-            off[pair.name] = (angle, abs(motion.off_fault_m))
-    if not off:
+            distance[pair.name] = (angle, abs(motion.off_fault_m))
+    if not distance:
         return []
     return [
         Finding(
             "displacement.motion-off-fault",
-            count=len(off),
+            count=len(distance),
             limit_deg=MAX_OFF_PLANE_DEG,
-            pairs=list(off),
-            angle_deg=[angle for angle, _ in off.values()],
-            distance_m=[angle for _, angle in off.values()],
+            pairs=list(distance),
+            angle_deg=[angle for angle, _ in distance.values()],
+            distance_m=[angle for _, angle in distance.values()],
         )
     ]
 

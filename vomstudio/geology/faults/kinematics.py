@@ -135,10 +135,10 @@ def kinematic_axes(normals: FloatArray, slips: FloatArray) -> KinematicAxes:
     if n < MIN_FAULTS_FOR_CONFIDENCE:
         return KinematicAxes(values, axes, None)
     generator = np.random.default_rng(SEED)
-    flat = tensors.reshape(n, 9)
+    flat_tensors = tensors.reshape(n, 9)
     # The number of times each fault is drawn gives all means in one matrix product.
     counts = generator.multinomial(n, np.full(n, 1.0 / n), size=N_RESAMPLES)
-    means = (counts @ flat / n).reshape(-1, 3, 3)
+    means = (counts @ flat_tensors / n).reshape(-1, 3, 3)
     resampled_axes = np.swapaxes(np.linalg.eigh(means)[1], 1, 2)[:, ::-1]
     cosine = np.abs(np.einsum("kij,ij->ki", resampled_axes, axes))
     sine = np.linalg.norm(np.cross(resampled_axes, axes[None]), axis=-1)
@@ -175,9 +175,9 @@ class RightDihedra:
         """Return the centre (3,) of the maximum of extension, and its share."""
         return self._middle(1.0 - self.share)
 
-    def _middle(self, share: FloatArray) -> tuple[FloatArray, float]:
-        max_share = float(share.max())
-        directions = self.directions[share >= max_share - 1e-9]
+    def _middle(self, fraction: FloatArray) -> tuple[FloatArray, float]:
+        max_share = float(fraction.max())
+        directions = self.directions[fraction >= max_share - 1e-9]
         return orientation_tensor(directions)[1][0], max_share
 
 

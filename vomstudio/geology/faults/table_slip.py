@@ -136,15 +136,15 @@ def table_slip(table: SlipRows) -> TableSlip:
     )
     dihedra = right_dihedra(normals, slips)
     compressed, extended = (
-        DihedraAxis(*_axes(axis[None])[0], share)
-        for axis, share in (dihedra.most_compressed(), dihedra.most_extended())
+        DihedraAxis(*_axes(axis[None])[0], fraction)
+        for axis, fraction in (dihedra.most_compressed(), dihedra.most_extended())
     )
     rows = zip(
         table.ids,
         table.dip_direction_deg.tolist(),
         table.dip_deg.tolist(),
         table.slip_rake_deg.tolist(),
-        _axes(slips, directed=True),
+        _axes(slips, is_directed=True),
         _axes(p_axes(normals, slips)),
         _axes(t_axes(normals, slips)),
         strict=True,
@@ -162,6 +162,6 @@ def table_slip(table: SlipRows) -> TableSlip:
     )
 
 
-def _axes(vectors: FloatArray, *, directed: bool = False) -> list[tuple[float, float]]:
-    trend, plunge, _ = vectors_to_lines(vectors, directed=directed)
+def _axes(vectors: FloatArray, *, is_directed: bool = False) -> list[tuple[float, float]]:
+    trend, plunge, _ = vectors_to_lines(vectors, is_directed=is_directed)
     return list(zip(trend.tolist(), plunge.tolist(), strict=True))

@@ -84,10 +84,10 @@ class ThreePoints(PrintableResult):
         return self.plane.strike_rhr_deg
 
     def with_table_findings(
-        self, dropped: tuple[int, ...], warnings: tuple[Finding, ...]
+        self, dropped_indices: tuple[int, ...], warnings: tuple[Finding, ...]
     ) -> ThreePoints:
         """Return a copy with the dropped lines and warnings of the table of points added."""
-        return replace(self, dropped_lines=dropped, warnings=(*warnings, *self.warnings))
+        return replace(self, dropped_lines=dropped_indices, warnings=(*warnings, *self.warnings))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the result as a dictionary for JSON."""
@@ -120,14 +120,14 @@ def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreeP
     n = len(p)
     if n < 3:
         raise GeometryError(Finding("feature.too-few-points", count=3 - n, minimum=3))
-    centred = p - p.mean(axis=0)
-    longest = float(np.linalg.norm(centred, axis=1).max())
-    _, sizes, axes = np.linalg.svd(centred, full_matrices=False)
-    if not longest or sizes[1] <= 1e-9 * longest:
+    centred_values = p - p.mean(axis=0)
+    longest_value = float(np.linalg.norm(centred_values, axis=1).max())
+    _, sizes, axes = np.linalg.svd(centred_values, full_matrices=False)
+    if not longest_value or sizes[1] <= 1e-9 * longest_value:
         raise GeometryError(Finding("points.collinear", n=n))
     direction, dip, _ = normals_to_planes(axes[2])
     plane = Plane(float(direction[0]), float(dip[0]))
-    rms = None if n == 3 else float(np.sqrt(((centred @ axes[2]) ** 2).mean()))
+    rms = None if n == 3 else float(np.sqrt(((centred_values @ axes[2]) ** 2).mean()))
     sigma, single, joint = sigma_m, Z95, CONE95
     if rms is not None and not sigma_m:
         from scipy.stats import f, t
@@ -139,11 +139,11 @@ def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreeP
         return ThreePoints(plane, None, None, None, n, warnings=_line_warnings(sizes, None))
     noise = n > 3 and _spread_is_noise(sizes, n, sigma_m)
     dip_error, turn = _angle_errors(plane, axes, _half_angles(sizes, single * sigma, noise=noise))
-    worst = math.degrees(_half_angles(sizes, joint * sigma, noise=noise)[1])
-    if worst >= MAX_DIRECTION_ERROR_DEG or (n == 4 and not sigma_m):
+    worst_value = math.degrees(_half_angles(sizes, joint * sigma, noise=noise)[1])
+    if worst_value >= MAX_DIRECTION_ERROR_DEG or (n == 4 and not sigma_m):
         turn = None
-    warnings = _line_warnings(sizes, worst)
-    return ThreePoints(plane, dip_error, turn, worst, n, rms, sigma, warnings)
+    warnings = _line_warnings(sizes, worst_value)
+    return ThreePoints(plane, dip_error, turn, worst_value, n, rms, sigma, warnings)
 
 
 def _spread_is_noise(sizes: FloatArray, n: int, sigma_m: float) -> bool:
@@ -215,8 +215,8 @@ def _angle_errors(
         return min(dip_error, 90.0), None
     azimuths = np.degrees(np.arctan2(edge[:, 0], edge[:, 1]))
     turns = (azimuths - plane.dip_direction_deg + 180.0) % 360.0 - 180.0
-    turn = float(np.abs(turns).max())
-    return min(dip_error, 90.0), turn if turn < 90.0 else None
+    angle = float(np.abs(turns).max())
+    return min(dip_error, 90.0), angle if angle < 90.0 else None
 
 
 def _line_warnings(sizes: FloatArray, max_tilt_deg: float | None) -> tuple[Finding, ...]:

@@ -131,7 +131,7 @@ class Limbs:
         """
         counts = np.array(self.counts, np.float64)
         variances = np.array(self.variances)
-        free = float(counts.sum() - 2.0)
+        dof = float(counts.sum() - 2.0)
         low, high = (0, 1) if variances[0] <= variances[1] else (1, 0)
         ratio = variances[high] / max(variances[low], math.radians(MIN_SCATTER_DEG) ** 2)
         are_equal = (
@@ -139,29 +139,33 @@ class Limbs:
         )
         if are_equal:
             # The scatter of a few planes may be too small by chance.
-            variances = np.maximum(variances, float(variances @ (counts - 1.0)) / free)
-        along = variances / counts
-        welch = float(along.sum() ** 2 / max(np.sum(along**2 / (counts - 1.0)), 1e-300))
-        welch = min(max(welch, 1.0), free)
+            variances = np.maximum(variances, float(variances @ (counts - 1.0)) / dof)
+        along_variances = variances / counts
+        welch = float(
+            along_variances.sum() ** 2 / max(np.sum(along_variances**2 / (counts - 1.0)), 1e-300)
+        )
+        welch = min(max(welch, 1.0), dof)
         if not are_equal:
-            free = welch
+            dof = welch
         n = float(counts.sum())
-        across = math.radians(self.across_deg) ** 2 * n / max(n - 2.0, 1.0) / counts
+        across_variances = math.radians(self.across_deg) ** 2 * n / max(n - 2.0, 1.0) / counts
         first, second = self.up
         halving = first - second
         length = float(np.linalg.norm(halving))
         halving /= length
         spread = np.zeros((3, 3))
-        for normal, on, off in zip((first, second), along, across, strict=True):
+        for normal, on, distance in zip(
+            (first, second), along_variances, across_variances, strict=True
+        ):
             sideways = np.cross(axis, normal)
-            spread += on * np.outer(sideways, sideways) + off * np.outer(axis, axis)
-        flat = np.eye(3) - np.outer(halving, halving)
-        widest = float(np.linalg.eigvalsh(flat @ spread @ flat)[-1]) / length**2
+            spread += on * np.outer(sideways, sideways) + distance * np.outer(axis, axis)
+        flat_values = np.eye(3) - np.outer(halving, halving)
+        widest_value = float(np.linalg.eigvalsh(flat_values @ spread @ flat_values)[-1]) / length**2
         # Limbs are recognised by a small scatter, which is often due to chance if there are few
         # planes.
-        wider = 1.0 + 1.0 / max(n - 2.0, 1.0)
-        angle = wider * t95(welch) * math.sqrt(float(along.sum()))
-        region = math.atan(wider * math.sqrt(widest * 2.0 * f95(free)))
+        wider_values = 1.0 + 1.0 / max(n - 2.0, 1.0)
+        angle = wider_values * t95(welch) * math.sqrt(float(along_variances.sum()))
+        region = math.atan(wider_values * math.sqrt(widest_value * 2.0 * f95(dof)))
         return min(math.degrees(angle), 180.0), math.degrees(region)
 
 
@@ -190,9 +194,9 @@ def find_limbs(
     middle = ends.sum(axis=0)
     middle -= axes[2] * (middle @ axes[2])
     middle /= np.linalg.norm(middle)
-    along = np.arctan2(ends @ np.cross(axes[2], middle), ends @ middle)
-    order = np.argsort(along)
-    angles = along[order]
+    projections = np.arctan2(ends @ np.cross(axes[2], middle), ends @ middle)
+    order = np.argsort(projections)
+    angles = projections[order]
     # Cut where the scatter within both groups is smallest.
     n = np.arange(1, len(angles))
     left_sums = np.cumsum(angles)[:-1]
@@ -202,29 +206,29 @@ def find_limbs(
     groups = order[:cut], order[cut:]
     if min(map(len, groups)) < 2:
         return None
-    separation = float(along[groups[1]].mean() - along[groups[0]].mean())
+    separation = float(projections[groups[1]].mean() - projections[groups[0]].mean())
     scatter = math.sqrt(max(float(within[cut - 1]), 0.0) / (len(angles) - 2))
     if separation < math.radians(20.0) or separation < MIN_SEPARATION * scatter:
         return None
     means = [orientation_tensor(poles[group])[1][0] for group in groups]
     heights = ends @ axes[2]
-    across = rms(np.concatenate([heights[group] - heights[group].mean() for group in groups]))
+    scatter_rad = rms(np.concatenate([heights[group] - heights[group].mean() for group in groups]))
     is_overturned, doubt = (
         (False, False),
-        _find_doubt([along[group] for group in groups], separation, across),
+        _find_doubt([projections[group] for group in groups], separation, scatter_rad),
     )
     if overturned is not None:
-        shares = [float(np.mean(overturned[group])) for group in groups]
-        is_overturned = shares[0] > 0.5, shares[1] > 0.5
-        if any(MAX_MIXED_SHARE < share < 1.0 - MAX_MIXED_SHARE for share in shares):
+        fractions = [float(np.mean(overturned[group])) for group in groups]
+        is_overturned = fractions[0] > 0.5, fractions[1] > 0.5
+        if any(MAX_MIXED_SHARE < fraction < 1.0 - MAX_MIXED_SHARE for fraction in fractions):
             doubt = "mixed"
-    first, second = (float(np.var(along[group], ddof=1)) for group in groups)
+    first, second = (float(np.var(projections[group], ddof=1)) for group in groups)
     return Limbs(
         (means[0], means[1]),
         (len(groups[0]), len(groups[1])),
         math.degrees(separation),
         math.degrees(scatter),
-        math.degrees(across),
+        math.degrees(scatter_rad),
         (first, second),
         is_overturned,
         doubt,
@@ -251,21 +255,23 @@ def find_lone_limb(poles: FloatArray) -> int | None:
     length = float(np.linalg.norm(direction))
     if separation < math.radians(20.0) or length == 0.0:
         return None
-    along = np.arcsin(np.clip(flip_to(others, mean) @ direction / length, -1.0, 1.0))
-    return row if separation >= MIN_SEPARATION * rms(along) else None
+    projections = np.arcsin(np.clip(flip_to(others, mean) @ direction / length, -1.0, 1.0))
+    return row if separation >= MIN_SEPARATION * rms(projections) else None
 
 
-def _find_doubt(groups: list[FloatArray], separation: float, across: float) -> str:
+def _find_doubt(groups: list[FloatArray], separation: float, scatter_rad: float) -> str:
     """Return the doubt about two groups of angles along the great circle. See `Limbs.doubt`.
 
-    `separation` and the scatter `across` are in radians.
+    `separation` and the scatter `scatter_rad` are in radians.
     """
-    free = sum(map(len, groups)) - 2
+    free_count = sum(map(len, groups)) - 2
     # Largest variance that the scatter of the planes can cause without a bend.
-    variance = max(across**2 * (free + 2) / free, math.radians(MIN_SCATTER_DEG) ** 2)
+    variance = max(
+        scatter_rad**2 * (free_count + 2) / free_count, math.radians(MIN_SCATTER_DEG) ** 2
+    )
     variances = [float(np.var(group, ddof=1)) for group in groups]
     is_bent = [
-        f_tail(len(group) - 1, free, value / variance)
+        f_tail(len(group) - 1, free_count, value / variance)
         < (SMALL_LIMB_BENT_SIGNIFICANCE if len(group) < MAX_SMALL_LIMB_POLES else BENT_SIGNIFICANCE)
         for group, value in zip(groups, variances, strict=True)
     ]
@@ -275,7 +281,7 @@ def _find_doubt(groups: list[FloatArray], separation: float, across: float) -> s
         return "hinge"
     if (
         off_right_angle_deg <= MAX_ISOCLINAL_DEG
-        and len(groups[smaller]) <= MAX_HINGE_SHARE * (free + 2)
+        and len(groups[smaller]) <= MAX_HINGE_SHARE * (free_count + 2)
         and not _is_narrow(variances[smaller], len(groups[smaller]), variance)
     ):
         return "hinge"

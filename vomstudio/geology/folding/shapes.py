@@ -259,15 +259,15 @@ def fit_small_circle(poles: FloatArray, axes: FloatArray) -> Cone | None:
         return None
     axis, half_angle, residuals = _fit_circle(flip_into_arc(poles, axes))
     p, width = _test_cone(poles, axes, residuals)
-    around = _fit_around_axis(poles, axes) if n >= MIN_POLES_AROUND else None
+    axis_fit = _fit_around_axis(poles, axes) if n >= MIN_POLES_AROUND else None
     likelihood = _log_likelihood(n, rms(residuals))
     nearer = None
-    if around is not None and around.log_likelihood > likelihood + MIN_LIKELIHOOD_GAIN:
-        likelihood = around.log_likelihood
-        axis, half_angle, residuals = around.axis, around.half_angle, around.residuals
-        p, width = _test_mixture(poles, axes, around)
-    elif around is not None and rms(around.residuals) < rms(residuals) - 1e-6:
-        nearer = _circle(around.axis, around.half_angle, around.residuals)
+    if axis_fit is not None and axis_fit.log_likelihood > likelihood + MIN_LIKELIHOOD_GAIN:
+        likelihood = axis_fit.log_likelihood
+        axis, half_angle, residuals = axis_fit.axis, axis_fit.half_angle, axis_fit.residuals
+        p, width = _test_mixture(poles, axes, axis_fit)
+    elif axis_fit is not None and rms(axis_fit.residuals) < rms(residuals) - 1e-6:
+        nearer = _circle(axis_fit.axis, axis_fit.half_angle, axis_fit.residuals)
     circle = _circle(axis, half_angle, residuals)
     return Cone(circle.axis, circle.half_angle_deg, circle.rms_deg, p, width, likelihood, nearer)
 
@@ -284,15 +284,15 @@ def _fit_circle(x: FloatArray) -> tuple[FloatArray, float, FloatArray]:
     half_angle = math.acos(min(max(float(mean @ axis), -1.0), 1.0))
     for _ in range(50):
         residuals = np.arccos(np.clip(x @ axis, -1.0, 1.0)) - half_angle
-        design, across = _design(x, axis)
+        design, across_component = _design(x, axis)
         # For many poles, the normal equations are much faster than lstsq (rcond is squared).
         step = np.linalg.pinv(design.T @ design, 1e-12, hermitian=True) @ (design.T @ residuals)
-        longest = float(np.abs(step).max())
-        step *= min(1.0, 0.3 / max(longest, 1e-300))
+        longest_value = float(np.abs(step).max())
+        step *= min(1.0, 0.3 / max(longest_value, 1e-300))
         half_angle += float(step[0])
-        axis = axis + across.T @ step[1:]
+        axis = axis + across_component.T @ step[1:]
         axis = axis / np.linalg.norm(axis)
-        if longest < 1e-9:
+        if longest_value < 1e-9:
             break
     return axis, half_angle, np.arccos(np.clip(x @ axis, -1.0, 1.0)) - half_angle
 
@@ -332,10 +332,12 @@ def _fit_around_axis(poles: FloatArray, axes: FloatArray) -> _CircleAround | Non
     candidates = np.concatenate([START_DIRECTIONS, axes])
     for _ in range(MAX_ITERATIONS):
         ends = sample * np.where(candidates @ sample.T < 0.0, -1.0, 1.0)[..., None]
-        centred = ends - ends.mean(axis=1, keepdims=True)
-        updated = np.linalg.eigh(centred.transpose(0, 2, 1) @ centred)[1][..., 0]
-        has_converged = np.abs(np.sum(updated * candidates, axis=1)) > 1.0 - 1e-12
-        candidates = updated
+        centred_values = ends - ends.mean(axis=1, keepdims=True)
+        updated_values = np.linalg.eigh(centred_values.transpose(0, 2, 1) @ centred_values)[1][
+            ..., 0
+        ]
+        has_converged = np.abs(np.sum(updated_values * candidates, axis=1)) > 1.0 - 1e-12
+        candidates = updated_values
         if has_converged.all():
             break
     angles = np.arccos(np.abs(np.clip(candidates @ sample.T, -1.0, 1.0)))
@@ -355,8 +357,8 @@ def _fit_around_axis(poles: FloatArray, axes: FloatArray) -> _CircleAround | Non
 
 def _second_gap_deg(ends: FloatArray, axis: FloatArray) -> float:
     """Return the second widest gap between directions (n, 3) around an axis, degrees."""
-    across = np.linalg.svd(axis[None])[2][1:]
-    x, y = (ends @ across.T).T
+    cross_axes = np.linalg.svd(axis[None])[2][1:]
+    x, y = (ends @ cross_axes.T).T
     turns = np.sort(np.degrees(np.arctan2(y, x)))
     gaps = np.diff(np.append(turns, turns[0] + 360.0))
     return float(np.sort(gaps)[-2])
@@ -366,9 +368,9 @@ def _hemisphere(n: int) -> FloatArray:
     """Return n directions distributed over a hemisphere."""
     number = np.arange(n) + 0.5
     z = number / n
-    turn = math.pi * (1.0 + math.sqrt(5.0)) * number
+    angle = math.pi * (1.0 + math.sqrt(5.0)) * number
     radius = np.sqrt(1.0 - z * z)
-    return np.column_stack([radius * np.cos(turn), radius * np.sin(turn), z])
+    return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), z])
 
 
 START_DIRECTIONS = _hemisphere(24)
@@ -385,11 +387,11 @@ def _fit_unknown_ends(elevations: FloatArray) -> tuple[float, float, float]:
     sigma = max(math.sqrt(max(square - offset**2, 0.0)), min_sigma)
     for _ in range(200):
         balance = np.tanh(elevations * offset / sigma**2)
-        changed = float(np.mean(balance * elevations))
-        sigma = max(math.sqrt(max(square - changed**2, 0.0)), min_sigma)
-        if abs(changed - offset) < 1e-9:
+        changed_value = float(np.mean(balance * elevations))
+        sigma = max(math.sqrt(max(square - changed_value**2, 0.0)), min_sigma)
+        if abs(changed_value - offset) < 1e-9:
             break
-        offset = changed
+        offset = changed_value
     one = -0.5 * ((elevations - offset) / sigma) ** 2
     other = -0.5 * ((elevations + offset) / sigma) ** 2
     likelihood = float(np.sum(np.logaddexp(one, other))) - len(elevations) * math.log(2.0 * sigma)
@@ -402,7 +404,7 @@ def _log_likelihood(n: int, sigma: float) -> float:
 
 
 def _test_mixture(
-    poles: FloatArray, axes: FloatArray, around: _CircleAround
+    poles: FloatArray, axes: FloatArray, axis_fit: _CircleAround
 ) -> tuple[float, float]:
     """Test the great circle against the small circle with unknown ends.
 
@@ -414,16 +416,16 @@ def _test_mixture(
     """
     n = len(poles)
     great_circle_angles = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
-    gain = around.log_likelihood - _log_likelihood(n, rms(great_circle_angles))
-    free = n - 3
+    gain = axis_fit.log_likelihood - _log_likelihood(n, rms(great_circle_angles))
+    dof = n - 3
     # For normal residuals with known ends, this is the ratio of the sums of squares.
-    p = f_tail(1, free, max(math.expm1(min(2.0 * gain / n, 700.0)), 0.0) * free)
-    design, _ = _design(around.poles, around.axis)
+    p = f_tail(1, dof, max(math.expm1(min(2.0 * gain / n, 700.0)), 0.0) * dof)
+    design, _ = _design(axis_fit.poles, axis_fit.axis)
     singular = np.linalg.svd(design, compute_uv=False)
     if singular[-1] <= 1e-6 * singular[0]:
         return p, math.inf
     spread = float(np.linalg.inv(design.T @ design)[0, 0])
-    return p, math.degrees(t95(free) * around.sigma * math.sqrt(n / free * spread))
+    return p, math.degrees(t95(dof) * axis_fit.sigma * math.sqrt(n / dof * spread))
 
 
 def _design(x: FloatArray, axis: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -431,10 +433,10 @@ def _design(x: FloatArray, axis: FloatArray) -> tuple[FloatArray, FloatArray]:
 
     The directions (2, 3) of the tilts are also returned.
     """
-    across = np.linalg.svd(axis[None])[2][1:]
-    flat = x @ across.T
-    length = np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-12)
-    return np.column_stack([np.ones(len(x)), flat / length]), across
+    cross_axes = np.linalg.svd(axis[None])[2][1:]
+    flat_values = x @ cross_axes.T
+    length = np.maximum(np.linalg.norm(flat_values, axis=1, keepdims=True), 1e-12)
+    return np.column_stack([np.ones(len(x)), flat_values / length]), cross_axes
 
 
 def _test_cone(poles: FloatArray, axes: FloatArray, residuals: FloatArray) -> tuple[float, float]:
@@ -454,13 +456,13 @@ def _test_cone(poles: FloatArray, axes: FloatArray, residuals: FloatArray) -> tu
     is_exact = math.degrees(math.sqrt(cylinder_squares / n)) < MIN_SCATTER_DEG
     if is_exact or not is_determined:
         return 1.0, 0.0 if is_exact and is_determined else math.inf
-    free = n - 3
-    variance = cone_squares / free
+    dof = n - 3
+    variance = cone_squares / dof
     if math.degrees(math.sqrt(variance)) < MIN_SCATTER_DEG:
         return 0.0, 0.0
-    p = f_tail(1, free, max(cylinder_squares - cone_squares, 0.0) / variance)
+    p = f_tail(1, dof, max(cylinder_squares - cone_squares, 0.0) / variance)
     spread = float(np.linalg.inv(design.T @ design)[0, 0])
-    return p, math.degrees(t95(free) * math.sqrt(variance * spread))
+    return p, math.degrees(t95(dof) * math.sqrt(variance * spread))
 
 
 # Two great circles ------------------------------------------------------------------------------
@@ -514,20 +516,20 @@ def two_great_circles(poles: FloatArray, axes: FloatArray, cone: Cone | None) ->
 
 def _fit_mixture(poles: FloatArray, normals: FloatArray, sigma: float) -> tuple[FloatArray, float]:
     """Return the normals (2, 3) of two circles, and the log likelihood."""
-    n, share = len(poles), 0.5
+    n, fraction = len(poles), 0.5
     likelihood = -math.inf
     for _ in range(100):
         angles = np.arcsin(np.clip(poles @ normals.T, -1.0, 1.0))
-        logs = -0.5 * (angles / sigma) ** 2 - math.log(sigma) + np.log([share, 1.0 - share])
+        logs = -0.5 * (angles / sigma) ** 2 - math.log(sigma) + np.log([fraction, 1.0 - fraction])
         top = logs.max(axis=1, keepdims=True)
         membership = np.exp(logs - top)
         total = membership.sum(axis=1, keepdims=True)
-        updated = float(np.sum(top[:, 0] + np.log(total[:, 0])))
+        updated_value = float(np.sum(top[:, 0] + np.log(total[:, 0])))
         membership /= total
-        if updated - likelihood < 1e-5 * n:
+        if updated_value - likelihood < 1e-5 * n:
             break
-        likelihood = updated
-        share = float(np.clip(membership[:, 0].mean(), 1e-3, 1.0 - 1e-3))
+        likelihood = updated_value
+        fraction = float(np.clip(membership[:, 0].mean(), 1e-3, 1.0 - 1e-3))
         tensors = np.stack([(poles * membership[:, [k]]).T @ poles for k in (0, 1)])
         normals = np.linalg.eigh(tensors)[1][:, :, 0]
         angles = np.arcsin(np.clip(poles @ normals.T, -1.0, 1.0))

@@ -120,8 +120,10 @@ class FacetSlopes(PrintableResult):
 
     def shares(self, mode: str) -> FloatArray:
         """Return the critical shares (facets,) of one of MODES; NaN without planes."""
-        shares = [getattr(facet, mode).share for facet in self.facets]
-        return np.array([np.nan if share is None else share for share in shares], np.float64)
+        fractions = [getattr(facet, mode).share for facet in self.facets]
+        return np.array(
+            [np.nan if fraction is None else fraction for fraction in fractions], np.float64
+        )
 
 
 def facet_slopes(
@@ -160,13 +162,13 @@ def facet_slopes(
             field="element",
         )
     slopes: list[tuple[FacetFace, SlopeFace]] = []
-    skipped: list[dict[str, Any]] = []
+    skipped_items: list[dict[str, Any]] = []
     for facet in faces:
         try:
             plane = _slope_plane(facet)
             slopes.append((facet, SlopeFace(plane, options)))
         except UsageError as error:
-            skipped.append({"id": facet.id, "reason": cause_of(error)})
+            skipped_items.append({"id": facet.id, "reason": cause_of(error)})
     if not slopes:
         raise GeometryError(Finding("slope.no-facet"))
     normals = planes_to_normals(table.dip_direction_deg[rows], table.dip_deg[rows])
@@ -199,10 +201,10 @@ def facet_slopes(
         lateral_deg=float(options.lateral_deg),
         limits=options.limits,
         facets=tuple(facets),
-        skipped=tuple(skipped),
+        skipped=tuple(skipped_items),
         convention=table.convention,
         dropped_lines=tuple(table.dropped),
-        warnings=(*table.warnings, *_warnings([facet for facet, _ in slopes], len(skipped))),
+        warnings=(*table.warnings, *_warnings([facet for facet, _ in slopes], len(skipped_items))),
     )
 
 
@@ -232,10 +234,10 @@ def _count_critical(
     pair_counts = np.zeros((len(slopes), 3), np.int64)
     progress.stage(tr("Analysing slopes"), max(count_pairs_between_sets(len(normals), sets), 1))
     for k, slope in enumerate(slopes):
-        rotated = to_face_frame(slope, normals)
+        rotated_face_frame = to_face_frame(slope, normals)
         plane_counts[k] = (
-            planar_sliding(slope, rotated).critical.sum(),
-            flexural_toppling(slope, rotated).critical.sum(),
+            planar_sliding(slope, rotated_face_frame).critical.sum(),
+            flexural_toppling(slope, rotated_face_frame).critical.sum(),
         )
     # The intersections do not depend on the facet, so each is computed only once.
     done = 0
@@ -265,11 +267,11 @@ def _exclude_own_plane(
 
     Nothing can slide out of a face along its own plane or along a line within it.
     """
-    rotated = to_face_frame(slope, normals[facet_row][None])
+    rotated_face_frame = to_face_frame(slope, normals[facet_row][None])
     plane_counts -= np.array(
         [
-            planar_sliding(slope, rotated).critical.sum(),
-            flexural_toppling(slope, rotated).critical.sum(),
+            planar_sliding(slope, rotated_face_frame).critical.sum(),
+            flexural_toppling(slope, rotated_face_frame).critical.sum(),
         ]
     )
     others = np.arange(len(normals)) != facet_row
@@ -284,17 +286,17 @@ def _exclude_own_plane(
     pair_counts[1:] -= count_critical_lines([slope], lines)[0]
 
 
-def _critical_share(critical: int, of: int) -> CriticalShare:
-    return CriticalShare(critical, of, critical / of if of else None)
+def _critical_share(critical_count: int, total: int) -> CriticalShare:
+    return CriticalShare(critical_count, total, critical_count / total if total else None)
 
 
-def _warnings(facets: Sequence[FacetFace], skipped: int) -> list[Finding]:
+def _warnings(facets: Sequence[FacetFace], skipped_count: int) -> list[Finding]:
     warnings = []
-    if skipped:
-        warnings.append(Finding("slope.horizontal-facets", count=skipped))
-    unknown = sum(f.overhangs is None and f.plane.dip_deg >= MIN_VERTICAL_DEG for f in facets)
-    if unknown:
-        warnings.append(Finding("slope.vertical-facets", count=unknown))
+    if skipped_count:
+        warnings.append(Finding("slope.horizontal-facets", count=skipped_count))
+    unknown_count = sum(f.overhangs is None and f.plane.dip_deg >= MIN_VERTICAL_DEG for f in facets)
+    if unknown_count:
+        warnings.append(Finding("slope.vertical-facets", count=unknown_count))
     overhanging = sum(bool(f.overhangs) for f in facets)
     if overhanging:
         warnings.append(Finding("slope.overhanging-facets", count=overhanging))

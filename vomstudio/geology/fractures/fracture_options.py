@@ -40,7 +40,7 @@ class FractureOptions(Options):
         None,
         metavar="DD/D",
         help=to_translate("plane on which three-dimensional lines are analysed; 000/00 is the map"),
-        automatic=to_translate("best-fit plane, if the lines are three-dimensional"),
+        automatic_text=to_translate("best-fit plane, if the lines are three-dimensional"),
     )
     snap_m: float = option(
         0.0,
@@ -53,7 +53,7 @@ class FractureOptions(Options):
         None,
         metavar="COLUMN",
         help=to_translate("attribute that names the sets"),
-        automatic=to_translate("set, if there is one"),
+        automatic_text=to_translate("set, if there is one"),
     )
     strikes: str | None = option(
         None,
@@ -67,7 +67,7 @@ class FractureOptions(Options):
         label=to_translate("Cap"),
         help=to_translate("maximum Terzaghi weight"),
         tip=to_translate("Maximum Terzaghi weight"),
-        automatic=to_translate("no maximum"),
+        automatic_text=to_translate("no maximum"),
     )
     layer: str | None = option(
         None,

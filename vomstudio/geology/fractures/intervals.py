@@ -60,13 +60,13 @@ def density_interval(weights: FloatArray, size: float, dispersion: float = 1.0) 
     """
     from scipy.special import gammaincinv
 
-    positive = weights[weights > 0]
-    if not len(positive):
+    positive_weights = weights[weights > 0]
+    if not len(positive_weights):
         return 0.0, None
-    total = float(positive.sum())
+    total = float(positive_weights.sum())
     inflation = 1.0 + STUDENT_FACTOR * (dispersion - 1.0)
-    variance = inflation * float(np.sum(positive**2))
-    max_square_weight = inflation * float(positive.max())
+    variance = inflation * float(np.sum(positive_weights**2))
+    max_square_weight = inflation * float(positive_weights.max())
     low = variance / total * float(gammaincinv(total**2 / variance, TAIL_PROBABILITY))
     upper_total, variance = total + max_square_weight, variance + max_square_weight**2
     high = (
@@ -92,12 +92,12 @@ def empty_interval(size: float) -> Interval:
     return 0.0, -math.log(TAIL_PROBABILITY) / size
 
 
-def area_dispersion(places: FloatArray, weights: FloatArray, area: Any) -> float:
+def area_dispersion(positions: FloatArray, weights: FloatArray, area: Any) -> float:
     """Return the dispersion of trace weights between the cells of an area.
 
     Parameters
     ----------
-    places : (n, 2) ndarray
+    positions : (n, 2) ndarray
         One point per trace, m.
     weights : (n,) ndarray
         Weights of the traces.
@@ -111,18 +111,20 @@ def area_dispersion(places: FloatArray, weights: FloatArray, area: Any) -> float
     """
     import shapely
 
-    if len(places) < MIN_DISPERSION_PARTS:
+    if len(positions) < MIN_DISPERSION_PARTS:
         return 1.0
     low_x, low_y, high_x, high_y = area.bounds
     dispersion = 1.0
-    for across in CELLS_ACROSS:
-        x, y = (np.linspace(a, b, across + 1) for a, b in ((low_x, high_x), (low_y, high_y)))
-        column, row = (
-            np.clip(np.searchsorted(edges, values, side="right") - 1, 0, across - 1)
-            for edges, values in ((x, places[:, 0]), (y, places[:, 1]))
+    for across_component in CELLS_ACROSS:
+        x, y = (
+            np.linspace(a, b, across_component + 1) for a, b in ((low_x, high_x), (low_y, high_y))
         )
-        cell = row * across + column
-        sums = np.asarray(np.bincount(cell, weights, minlength=across**2), np.float64)
+        column, row = (
+            np.clip(np.searchsorted(edges, values, side="right") - 1, 0, across_component - 1)
+            for edges, values in ((x, positions[:, 0]), (y, positions[:, 1]))
+        )
+        cell = row * across_component + column
+        sums = np.asarray(np.bincount(cell, weights, minlength=across_component**2), np.float64)
         left, bottom = (grid.ravel() for grid in np.meshgrid(x[:-1], y[:-1]))
         right, top = (grid.ravel() for grid in np.meshgrid(x[1:], y[1:]))
         cells = shapely.intersection(shapely.box(left, bottom, right, top), area)
@@ -160,11 +162,11 @@ def line_dispersion(along_m: FloatArray, length_m: float) -> float:
 
 def _dispersion(sums: FloatArray, sizes: FloatArray, variance: float) -> float:
     """Return the dispersion of sums (k,) over parts, given the variance of the total."""
-    share = sizes / sizes.sum()
-    expected = variance * (1.0 - float(np.sum(share**2)))
-    if expected <= 0.0:
+    fraction = sizes / sizes.sum()
+    expected_values = variance * (1.0 - float(np.sum(fraction**2)))
+    if expected_values <= 0.0:
         return 1.0
-    return float(np.sum((sums - sums.sum() * share) ** 2)) / expected
+    return float(np.sum((sums - sums.sum() * fraction) ** 2)) / expected_values
 
 
 def crossings_per_trace(trace: IntArray) -> FloatArray:

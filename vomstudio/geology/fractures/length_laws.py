@@ -145,14 +145,16 @@ def _weibull() -> LengthLaw:
 
     def log_h(x: FloatArray, u: FloatArray) -> FloatArray:
         a, z = math.exp(-u[1]), power(x, u)
-        share = gammaincc(a, z)
+        fraction = gammaincc(a, z)
         asymptote = (a - 1) * np.log(np.maximum(z, 1e-300)) - z - gammaln(a)
-        is_representable = share > 1e-290
+        is_representable = fraction > 1e-290
         return np.asarray(
             u[0]
             - u[1]
             + gammaln(a)
-            + np.where(is_representable, np.log(np.where(is_representable, share, 1.0)), asymptote)
+            + np.where(
+                is_representable, np.log(np.where(is_representable, fraction, 1.0)), asymptote
+            )
         )
 
     return LengthLaw(
@@ -203,22 +205,22 @@ def _power_law(minimum: float) -> LengthLaw:
     )
 
 
-def candidate_laws(lengths: FloatArray, cut: IntArray) -> list[LengthLaw]:
+def candidate_laws(lengths: FloatArray, cut_indices: IntArray) -> list[LengthLaw]:
     """Return the four laws; the power law starts at the shortest complete length.
 
     Parameters
     ----------
     lengths : (n,) ndarray
         Lengths in metres.
-    cut : (n,) ndarray of int
+    cut_indices : (n,) ndarray of int
         Number of censored ends of each trace, 0 to 2.
 
     Returns
     -------
     list of LengthLaw
     """
-    complete = lengths[cut == 0]
-    return [_exponential(), _lognormal(), _weibull(), _power_law(float(complete.min()))]
+    complete_lengths = lengths[cut_indices == 0]
+    return [_exponential(), _lognormal(), _weibull(), _power_law(float(complete_lengths.min()))]
 
 
 def find_law(fit: LengthFit) -> tuple[LengthLaw, FloatArray]:
@@ -241,14 +243,16 @@ def find_law(fit: LengthFit) -> tuple[LengthLaw, FloatArray]:
     return law, np.log([fit.parameters[name].value for name in law.parameters])
 
 
-def fit_laws(lengths: FloatArray, cut: IntArray, window: Window | None = None) -> list[LengthFit]:
+def fit_laws(
+    lengths: FloatArray, cut_indices: IntArray, window: Window | None = None
+) -> list[LengthFit]:
     """Fit all laws to trace lengths by maximum likelihood.
 
     Parameters
     ----------
     lengths : (n,) ndarray
         Positive lengths in metres.
-    cut : (n,) ndarray of int
+    cut_indices : (n,) ndarray of int
         Number of censored ends of each trace, 0 to 2.
     window : Window, optional
         Sampling window of the traces. If None, lengths are assumed to be censored independently of
@@ -262,10 +266,15 @@ def fit_laws(lengths: FloatArray, cut: IntArray, window: Window | None = None) -
         parameters are derived from the curvature of the log-likelihood with respect to their
         logarithms.
     """
-    complete = lengths[cut == 0]
-    if len(complete) < MIN_COMPLETE_TRACES or np.ptp(complete) <= 1e-9 * complete.max():
+    complete_lengths = lengths[cut_indices == 0]
+    if (
+        len(complete_lengths) < MIN_COMPLETE_TRACES
+        or np.ptp(complete_lengths) <= 1e-9 * complete_lengths.max()
+    ):
         return []
-    candidates = [fit_law(law, lengths, cut, window) for law in candidate_laws(lengths, cut)]
+    candidates = [
+        fit_law(law, lengths, cut_indices, window) for law in candidate_laws(lengths, cut_indices)
+    ]
     fits = sorted((fit for fit in candidates if fit is not None), key=lambda fit: fit.aic)
     return [
         LengthFit(
@@ -276,7 +285,7 @@ def fit_laws(lengths: FloatArray, cut: IntArray, window: Window | None = None) -
 
 
 def fit_law(
-    law: LengthLaw, lengths: FloatArray, cut: IntArray, window: Window | None = None
+    law: LengthLaw, lengths: FloatArray, cut_indices: IntArray, window: Window | None = None
 ) -> LengthFit | None:
     """Fit one law to trace lengths by maximum likelihood.
 
@@ -285,7 +294,7 @@ def fit_law(
     law : LengthLaw
     lengths : (n,) ndarray
         Lengths in metres.
-    cut : (n,) ndarray of int
+    cut_indices : (n,) ndarray of int
         Number of censored ends of each trace, 0 to 2.
     window : Window, optional
         Window in which the traces were mapped.
@@ -298,7 +307,7 @@ def fit_law(
     """
     from scipy.optimize import minimize
 
-    complete, cut_once, cut_twice = (lengths[cut == k] for k in range(3))
+    complete, cut_once, cut_twice = (lengths[cut_indices == k] for k in range(3))
     if window is None:
         cut_once, cut_twice = np.concatenate([cut_once, cut_twice]), cut_twice[:0]
 

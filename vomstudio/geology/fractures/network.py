@@ -302,10 +302,10 @@ def fracture_network(
 
 def _coverage_note(lines: ObjectArray, area: Any) -> list[Finding]:
     """Report that a large part of the area may not have been mapped."""
-    share = 0.0 if area is None else share_outside_hull(lines, area)
-    if share <= MAX_SHARE_BEYOND:
+    fraction = 0.0 if area is None else share_outside_hull(lines, area)
+    if fraction <= MAX_SHARE_BEYOND:
         return []
-    return [Finding("fractures.area-beyond-traces", share_percent=100.0 * share)]
+    return [Finding("fractures.area-beyond-traces", share_percent=100.0 * fraction)]
 
 
 def describe_lengths(pieces: TracePieces, area: Any = None) -> TraceLengths:
@@ -378,8 +378,8 @@ def kaplan_meier(lengths: FloatArray, is_censored: BoolArray) -> tuple[float | N
     steps = np.concatenate([[0.0], survival.quantiles])
     probabilities = np.concatenate([[1.0], survival.probabilities])
     mean = float(np.sum(np.diff(steps) * probabilities[:-1]))
-    below = np.flatnonzero(survival.probabilities <= 0.5)
-    return mean, float(survival.quantiles[below[0]]) if len(below) else None
+    rows_below_half = np.flatnonzero(survival.probabilities <= 0.5)
+    return mean, float(survival.quantiles[rows_below_half[0]]) if len(rows_below_half) else None
 
 
 def _limits(parameter: Parameter) -> tuple[float | None, float | None]:
@@ -449,14 +449,14 @@ def trace_densities(pieces: TracePieces, members: BoolArray, area: Any) -> Densi
         empty = empty_interval(size)
         return Densities(0.0, empty, 0.0, empty, 0.0, (0.0, None), 1.0)
     rows = np.unique(pieces.trace[members], return_inverse=True)[1]
-    middles = shapely.get_coordinates(shapely.centroid(pieces.lines[members]))
+    centres = shapely.get_coordinates(shapely.centroid(pieces.lines[members]))
     # The pieces of a trace are counted once, at their mean position.
-    places = np.stack([np.bincount(rows, xy) for xy in middles.T], axis=-1).astype(np.float64)
-    places /= np.bincount(rows)[:, None]
+    positions = np.stack([np.bincount(rows, xy) for xy in centres.T], axis=-1).astype(np.float64)
+    positions /= np.bincount(rows)[:, None]
 
     def density(weights: FloatArray) -> tuple[float, Interval, float]:
         weights_by_trace = np.bincount(rows, weights).astype(np.float64)
-        dispersion = area_dispersion(places, weights_by_trace, area)
+        dispersion = area_dispersion(positions, weights_by_trace, area)
         interval = density_interval(weights_by_trace, size, dispersion)
         return float(weights.sum()) / size, interval, dispersion
 

@@ -117,22 +117,22 @@ def find_nodes(pieces: TracePieces, snap_m: float = 0.0, area: object = None) ->
     ends = pieces.ends().reshape(-1, 2)
     cut = pieces.cut.ravel().copy()
     piece = np.repeat(np.arange(len(pieces)), 2)
-    closed = np.asarray(shapely.is_closed(pieces.lines))
+    closed_values = np.asarray(shapely.is_closed(pieces.lines))
     tree = shapely.STRtree(pieces.lines)
-    free = np.flatnonzero(~cut & ~closed[piece])
-    touches = _find_touches(tree, pieces.lines, ends, piece, free, tolerance)
+    free_rows = np.flatnonzero(~cut & ~closed_values[piece])
+    touches = _find_touches(tree, pieces.lines, ends, piece, free_rows, tolerance)
     crossing, pair, overlaps = _find_crossings(tree, pieces.lines)
-    group, node_count = _group_nodes(ends, free, crossing, pair, touches, piece, tolerance)
+    group, node_count = _group_nodes(ends, free_rows, crossing, pair, touches, piece, tolerance)
     degree, is_edge = _count_branches(
         group,
         node_count,
-        free,
+        free_rows,
         piece,
         pair,
         touches,
         _crossings_at_cut_ends(crossing, ends[cut], tolerance),
     )
-    places = _node_places(group, node_count, ends[free], crossing)
+    positions = _node_places(group, node_count, ends[free_rows], crossing)
     is_inner = ~is_edge
     counts = NodeCounts(
         I=int(np.sum(degree[is_inner] == 1)),
@@ -142,10 +142,10 @@ def find_nodes(pieces: TracePieces, snap_m: float = 0.0, area: object = None) ->
         L=int(np.sum(degree[is_inner] == 2)),
         other=int(np.sum(degree[is_inner] > 4)),
     )
-    snapped = _snapped_ends(pieces, ends, piece, free, touches, pair) + _snapped_edges(
+    snapped = _snapped_ends(pieces, ends, piece, free_rows, touches, pair) + _snapped_edges(
         pieces, ends, piece, cut, area
     )
-    return Nodes(counts, tuple(snapped), places[is_inner], degree[is_inner], overlaps)
+    return Nodes(counts, tuple(snapped), positions[is_inner], degree[is_inner], overlaps)
 
 
 def _find_touches(
@@ -153,16 +153,18 @@ def _find_touches(
     lines: ObjectArray,
     ends: FloatArray,
     piece: IntArray,
-    free: IntArray,
+    free_indices: IntArray,
     tolerance: float,
 ) -> _Touches:
     import shapely
 
-    points = shapely.points(ends[free])
+    points = shapely.points(ends[free_indices])
     rows, other = tree.query(points, predicate="dwithin", distance=tolerance)  # type: ignore[attr-defined]
-    foreign = piece[free[rows]] != other
+    foreign = piece[free_indices[rows]] != other
     rows, other = rows[foreign], other[foreign]
-    return _Touches(free[rows], other, np.asarray(shapely.distance(points[rows], lines[other])))
+    return _Touches(
+        free_indices[rows], other, np.asarray(shapely.distance(points[rows], lines[other]))
+    )
 
 
 def _find_crossings(tree: object, lines: ObjectArray) -> tuple[FloatArray, IntArray, int]:
@@ -177,9 +179,9 @@ def _find_crossings(tree: object, lines: ObjectArray) -> tuple[FloatArray, IntAr
     )
     point = shapely.get_type_id(parts) == 0
     n_overlaps = len(np.unique(pair_row[~point]))
-    places = shapely.get_coordinates(parts[point]).reshape(-1, 2)
+    positions = shapely.get_coordinates(parts[point]).reshape(-1, 2)
     return (
-        places,
+        positions,
         np.stack([first[pair_row[point]], second[pair_row[point]]], axis=1).astype(np.int64),
         n_overlaps,
     )
@@ -187,7 +189,7 @@ def _find_crossings(tree: object, lines: ObjectArray) -> tuple[FloatArray, IntAr
 
 def _group_nodes(
     ends: FloatArray,
-    free: IntArray,
+    free_indices: IntArray,
     crossing: FloatArray,
     pair: IntArray,
     touches: _Touches,
@@ -199,14 +201,14 @@ def _group_nodes(
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
 
-    count = len(free) + len(crossing)
+    count = len(free_indices) + len(crossing)
     if not count:
         return np.zeros(0, np.int64), 0
-    points = np.vstack([ends[free], crossing])
+    points = np.vstack([ends[free_indices], crossing])
     links = [cKDTree(points).query_pairs(tolerance, output_type="ndarray").reshape(-1, 2)]
     # An end that overshoots a trace belongs to their crossing.
     place_of = np.full(len(ends), -1, np.int64)
-    place_of[free] = np.arange(len(free))
+    place_of[free_indices] = np.arange(len(free_indices))
     crossings_by_pair: dict[tuple[int, int], list[int]] = {}
     for row, (a, b) in enumerate(pair.tolist()):
         crossings_by_pair.setdefault((a, b), []).append(row)
@@ -215,7 +217,7 @@ def _group_nodes(
         piece_of_end = int(piece[end])
         for row in crossings_by_pair.get((min(piece_of_end, other), max(piece_of_end, other)), ()):
             if np.hypot(*(crossing[row] - ends[end])) <= MAX_OFFSET_RATIO * tolerance:
-                extra.append((place_of[end], len(free) + row))
+                extra.append((place_of[end], len(free_indices) + row))
     links.append(np.asarray(extra, np.int64).reshape(-1, 2))
     edges = np.vstack(links)
     graph = coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(count, count))
@@ -238,21 +240,21 @@ def _crossings_at_cut_ends(
 def _count_branches(
     group: IntArray,
     count: int,
-    free: IntArray,
+    free_indices: IntArray,
     piece: IntArray,
     pair: IntArray,
     touches: _Touches,
     edge_crossings: IntArray,
 ) -> tuple[IntArray, BoolArray]:
     """Return the number of branches (count,) at each node, and which nodes are on the edge."""
-    n_free = len(free)
+    n_free = len(free_indices)
     end_node = np.full(2 * (int(piece.max(initial=-1)) + 1), -1, np.int64)
-    end_node[free] = group[:n_free]
+    end_node[free_indices] = group[:n_free]
     # Count each piece once at each of its nodes.
     nodes = np.concatenate([group[:n_free], np.repeat(group[n_free:], 2), end_node[touches.end]])
-    involved = np.concatenate([piece[free], pair.ravel(), touches.other])
-    both = np.unique(np.stack([nodes, involved], axis=1), axis=0)
-    ends_here = np.unique(np.stack([group[:n_free], piece[free]], axis=1), axis=0)
+    involved_values = np.concatenate([piece[free_indices], pair.ravel(), touches.other])
+    both = np.unique(np.stack([nodes, involved_values], axis=1), axis=0)
+    ends_here = np.unique(np.stack([group[:n_free], piece[free_indices]], axis=1), axis=0)
     passing = np.bincount(both[:, 0], minlength=count)
     ending = np.bincount(ends_here[:, 0], minlength=count)
     is_edge = np.zeros(count, np.bool_)
@@ -270,22 +272,22 @@ def _snapped_ends(
     pieces: TracePieces,
     ends: FloatArray,
     piece: IntArray,
-    free: IntArray,
+    free_indices: IntArray,
     touches: _Touches,
     pair: IntArray,
 ) -> list[SnappedEnd]:
     crossed = set(map(tuple, pair.tolist()))
-    nearest: dict[int, tuple[float, int]] = {}
+    nearest_items: dict[int, tuple[float, int]] = {}
     for end, other, distance in zip(
         touches.end.tolist(), touches.other.tolist(), touches.distance.tolist(), strict=True
     ):
-        if distance > pieces.rounding_m and distance < nearest.get(end, (np.inf, 0))[0]:
-            nearest[end] = (distance, other)
-    snapped = []
-    for end, (distance, other) in sorted(nearest.items()):
+        if distance > pieces.rounding_m and distance < nearest_items.get(end, (np.inf, 0))[0]:
+            nearest_items[end] = (distance, other)
+    snapped_items = []
+    for end, (distance, other) in sorted(nearest_items.items()):
         piece_of_end = int(piece[end])
         is_crossed = (min(piece_of_end, other), max(piece_of_end, other)) in crossed
-        snapped.append(
+        snapped_items.append(
             SnappedEnd(
                 "overshoot" if is_crossed else "gap",
                 int(pieces.trace[piece_of_end]) + 1,
@@ -295,17 +297,17 @@ def _snapped_ends(
                 distance,
             )
         )
-    return snapped
+    return snapped_items
 
 
 def _snapped_edges(
-    pieces: TracePieces, ends: FloatArray, piece: IntArray, cut: BoolArray, area: object
+    pieces: TracePieces, ends: FloatArray, piece: IntArray, is_cut: BoolArray, area: object
 ) -> list[SnappedEnd]:
     import shapely
 
     if area is None:
         return []
-    rows = np.flatnonzero(cut)
+    rows = np.flatnonzero(is_cut)
     distance = shapely.distance(shapely.boundary(area), shapely.points(ends[rows]))
     return [
         SnappedEnd(

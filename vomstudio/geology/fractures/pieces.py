@@ -100,9 +100,11 @@ def circle_area(x: float, y: float, radius: float) -> Any:
             Finding("fractures.not-a-circle", text=f"{x:g},{y:g},{radius:g}"), field="--circle"
         )
     step = 2 * np.pi / N_CIRCLE_VERTICES
-    outer = radius * np.sqrt(step / np.sin(step))
+    outer_values = radius * np.sqrt(step / np.sin(step))
     turn = np.arange(N_CIRCLE_VERTICES) * step
-    return shapely.Polygon(np.stack([x + outer * np.cos(turn), y + outer * np.sin(turn)], -1))
+    return shapely.Polygon(
+        np.stack([x + outer_values * np.cos(turn), y + outer_values * np.sin(turn)], -1)
+    )
 
 
 def clip_traces(lines: ObjectArray, area: Any = None, edge_m: float = 0.0) -> TracePieces:
@@ -133,17 +135,17 @@ def clip_traces(lines: ObjectArray, area: Any = None, edge_m: float = 0.0) -> Tr
     inside = np.asarray(shapely.covered_by(lines, area))
     crossing = np.flatnonzero(~inside & shapely.intersects(lines, area))
     parts, part_of = _clip_lines(lines[crossing], area)
-    clipped = np.concatenate([lines[inside], parts])
+    clipped_values = np.concatenate([lines[inside], parts])
     trace = np.concatenate([rows[inside], crossing[part_of]])
     order = np.argsort(trace, kind="stable")
     pieces = TracePieces(
-        clipped[order], trace[order], np.zeros((len(clipped), 2), np.bool_), rounding
+        clipped_values[order], trace[order], np.zeros((len(clipped_values), 2), np.bool_), rounding
     )
     edge = shapely.boundary(area)
     shapely.prepare(edge)
-    places = shapely.points(pieces.ends())
-    cut = np.asarray(shapely.dwithin(edge, places, max(edge_m, rounding)), np.bool_)
-    return replace(pieces, cut=cut.reshape(-1, 2))
+    positions = shapely.points(pieces.ends())
+    is_cut = np.asarray(shapely.dwithin(edge, positions, max(edge_m, rounding)), np.bool_)
+    return replace(pieces, cut=is_cut.reshape(-1, 2))
 
 
 def line_segments(lines: ObjectArray) -> tuple[FloatArray, FloatArray, IntArray]:
@@ -163,8 +165,8 @@ def line_segments(lines: ObjectArray) -> tuple[FloatArray, FloatArray, IntArray]
     import shapely
 
     xy, line = shapely.get_coordinates(lines, return_index=True)
-    same = line[1:] == line[:-1]
-    return xy[:-1][same], xy[1:][same], line[:-1][same].astype(np.int64)
+    is_same = line[1:] == line[:-1]
+    return xy[:-1][is_same], xy[1:][is_same], line[:-1][is_same].astype(np.int64)
 
 
 def _clip_lines(lines: ObjectArray, area: Any) -> tuple[ObjectArray, IntArray]:
@@ -197,13 +199,13 @@ def _clip_by_segments(lines: ObjectArray, area: Any) -> tuple[ObjectArray, IntAr
     parts, segment_row = parts[is_line], segment_row[is_line]
     # Orient the parts along their segments.
     ends = np.stack([shapely.get_coordinates(shapely.get_point(parts, i)) for i in (0, -1)], 1)
-    along = end[segment_row] - start[segment_row]
-    position = np.einsum("kej,kj->ke", ends - start[segment_row][:, None], along)
+    along_component = end[segment_row] - start[segment_row]
+    position = np.einsum("kej,kj->ke", ends - start[segment_row][:, None], along_component)
     backward = position[:, 0] > position[:, 1]
     ends[backward] = ends[backward][:, ::-1]
     order = np.lexsort((position.min(axis=1), segment_row))
     ends, owner = ends[order], line[segment_row[order]]
-    joined: list[Any] = []
+    joined_items: list[Any] = []
     joined_line: list[int] = []
     begin = 0
     for i in range(1, len(ends) + 1):
@@ -211,9 +213,9 @@ def _clip_by_segments(lines: ObjectArray, area: Any) -> tuple[ObjectArray, IntAr
             continue
         run = ends[begin:i]
         if len(run):
-            joined.append(shapely.linestrings(np.vstack([run[0, :1], run[:, 1]])))
+            joined_items.append(shapely.linestrings(np.vstack([run[0, :1], run[:, 1]])))
             joined_line.append(int(owner[begin]))
         begin = i
-    lines_inside = np.empty(len(joined), np.object_)
-    lines_inside[:] = joined
+    lines_inside = np.empty(len(joined_items), np.object_)
+    lines_inside[:] = joined_items
     return lines_inside, np.asarray(joined_line, np.int64)

@@ -140,35 +140,40 @@ def find_crossings(
     overlaps = len(np.unique(trace_of_segment[segment[~is_point]]))
     part, segment = part[is_point], segment[is_point]
     xy = shapely.get_coordinates(intersection_points[is_point])
-    along = before[part] + np.hypot(*(xy - a[part]).T)
+    along_component = before[part] + np.hypot(*(xy - a[part]).T)
     trace_vector, line_vector = end[segment] - start[segment], b[part] - a[part]
     cross = np.abs(trace_vector[:, 0] * line_vector[:, 1] - trace_vector[:, 1] * line_vector[:, 0])
     sine = cross / np.maximum(np.hypot(*trace_vector.T) * np.hypot(*line_vector.T), 1e-300)
-    order = np.lexsort((along, line[part]))
+    order = np.lexsort((along_component, line[part]))
     trace, scanline = trace_of_segment[segment][order], line[part][order]
-    along, sine = along[order], sine[order]
+    along_component, sine = along_component[order], sine[order]
     # A vertex of a trace that lies on the scanline belongs to two segments of the trace.
     is_repeated = np.zeros(len(order), np.bool_)
     for shift in range(1, min(4, len(order))):
         is_repeated[shift:] |= (
             (trace[shift:] == trace[:-shift])
             & (scanline[shift:] == scanline[:-shift])
-            & (along[shift:] - along[:-shift] < 1e-9 * max(1.0, float(along.max(initial=0.0))))
+            & (
+                along_component[shift:] - along_component[:-shift]
+                < 1e-9 * max(1.0, float(along_component.max(initial=0.0)))
+            )
         )
-    trace, scanline, along, sine = (v[~is_repeated] for v in (trace, scanline, along, sine))
+    trace, scanline, along_component, sine = (
+        v[~is_repeated] for v in (trace, scanline, along_component, sine)
+    )
     weight = 1.0 / np.maximum(sine, 1e-12)
-    capped = 0
+    capped_count = 0
     if max_correction is not None:
-        capped = int(np.sum(weight > max_correction))
+        capped_count = int(np.sum(weight > max_correction))
         weight = np.minimum(weight, max_correction)
     return Crossings(
         trace,
         scanline,
-        along,
+        along_component,
         np.degrees(np.arcsin(np.minimum(sine, 1.0))),
         weight,
         np.asarray(np.bincount(line, steps, minlength=len(scanlines)), np.float64),
-        capped,
+        capped_count,
         overlaps,
     )
 
@@ -190,11 +195,11 @@ def measure_spacing(
     -------
     Spacing
     """
-    line, along = crossings.scanline[members], crossings.along_m[members]
+    line, along_component = crossings.scanline[members], crossings.along_m[members]
     sine = np.sin(np.radians(crossings.angle_deg[members]))
-    same = line[1:] == line[:-1]
-    gaps = (along[1:] - along[:-1])[same]
-    true_gaps = gaps * ((sine[1:] + sine[:-1]) / 2)[same]
+    is_same = line[1:] == line[:-1]
+    gaps = (along_component[1:] - along_component[:-1])[is_same]
+    true_gaps = gaps * ((sine[1:] + sine[:-1]) / 2)[is_same]
     mean = float(gaps.mean()) if len(gaps) else None
     true_mean = float(true_gaps.mean()) if len(true_gaps) else None
     std = float(gaps.std(ddof=1)) if len(gaps) > 1 else None
@@ -205,9 +210,9 @@ def measure_spacing(
     ratio = true_mean / mean if true_mean is not None and mean else None
     weights_by_trace = np.bincount(trace, weights).astype(np.float64)
     return Spacing(
-        n=len(along),
+        n=len(along_component),
         gaps=len(gaps),
-        P10_1_per_m=len(along) / size,
+        P10_1_per_m=len(along_component) / size,
         P10_95_1_per_m=frequency,
         mean_m=mean,
         mean_95_m=mean_95,
@@ -236,24 +241,28 @@ def _intervals(
     regular: both intervals then follow from the scatter of the gaps, as in a renewal process (Cox
     1962, Renewal theory).
     """
-    line, along, size = crossings.scanline[members], crossings.along_m[members], crossings.length_m
-    n, lines = len(along), len(crossings.lengths_m)
+    line, along_component, size = (
+        crossings.scanline[members],
+        crossings.along_m[members],
+        crossings.length_m,
+    )
+    n, lines = len(along_component), len(crossings.lengths_m)
     if not n:
         return empty_interval(size), UNKNOWN_INTERVAL, 1.0
     weights = crossings_per_trace(crossings.trace[members])
     # Parallel scanlines cross the same traces again, which does not add information.
     repeats = float(np.sum(weights**2)) / n
     if coefficient_of_variation is not None and are_regular(gaps, repeats):
-        free = len(gaps) / repeats
-        half = regular_half_width(coefficient_of_variation, free)
+        dof = len(gaps) / repeats
+        half = regular_half_width(coefficient_of_variation, dof)
         mean = float(gaps.mean())
         # Each line starts and ends at a random position between two traces.
         dispersion = coefficient_of_variation**2 + lines / (6.0 * n)
-        error = regular_half_width(math.sqrt(dispersion * n * repeats) * math.sqrt(free), free)
+        error = regular_half_width(math.sqrt(dispersion * n * repeats) * math.sqrt(dof), dof)
         frequency = max(n - error, 0.0) / size, (n + error) / size
         return frequency, (mean * math.exp(-half), mean * math.exp(half)), dispersion
     before = np.cumsum(crossings.lengths_m) - crossings.lengths_m
-    dispersion = line_dispersion(before[line] + along, size)
+    dispersion = line_dispersion(before[line] + along_component, size)
     if coefficient_of_variation is not None and len(gaps) >= MIN_DISPERSION_PARTS:
         dispersion = max(dispersion, coefficient_of_variation**2)
     low, high = density_interval(weights, size, dispersion)
@@ -286,8 +295,8 @@ def axial_mean_deg(azimuth_deg: FloatArray, weights: FloatArray) -> tuple[float 
     total = float(weights.sum())
     if total <= 0:
         return None, 0.0
-    turn = np.radians(2 * azimuth_deg)
-    east, north = float(weights @ np.sin(turn)) / total, float(weights @ np.cos(turn)) / total
+    angle = np.radians(2 * azimuth_deg)
+    east, north = float(weights @ np.sin(angle)) / total, float(weights @ np.cos(angle)) / total
     length = math.hypot(east, north)
     if length < 1e-9:
         return None, length

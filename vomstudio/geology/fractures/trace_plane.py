@@ -107,17 +107,17 @@ class TracePlane:
         normal = plane.normal()
         frame = ViewFrame.looking(0.0 - normal)
         up = 0.0 - frame.down
-        middle = points.mean(axis=0)
-        distance = (points - middle) @ normal
-        origin = middle
+        centre = points.mean(axis=0)
+        distance = (points - centre) @ normal
+        origin = centre
         if plane.undefined:
-            origin = np.array([0.0, 0.0, middle[2]])
+            origin = np.array([0.0, 0.0, centre[2]])
         elif plane.vertical:
             # On a vertical plane, y is the height.
-            origin = np.array([middle[0], middle[1], 0.0])
+            origin = np.array([centre[0], centre[1], 0.0])
         length_in_space = sum(float(_lengths(line).sum()) for line in lines)
-        across = np.stack([frame.right, up])
-        length_on_plane = sum(float(_lengths(line @ across.T).sum()) for line in lines)
+        across_component = np.stack([frame.right, up])
+        length_on_plane = sum(float(_lengths(line @ across_component.T).sum()) for line in lines)
         return cls(
             dip_direction_deg=plane.dip_direction_deg,
             dip_deg=plane.dip_deg,
@@ -267,9 +267,9 @@ class TracePlane:
         """Move a shape of the map vertically onto the plane."""
         import shapely
 
-        flat = shapely.force_3d(shapely.force_2d(shape))
+        horizontal_shape = shapely.force_3d(shapely.force_2d(shape))
         return shapely.transform(
-            flat,
+            horizontal_shape,
             lambda p: np.column_stack([p[:, :2], self._heights(p[:, :2], option)]),
             include_z=True,
         )
@@ -371,9 +371,9 @@ def vertices_with_heights(shapes: ObjectArray) -> tuple[list[FloatArray], BoolAr
     line_rows = np.flatnonzero(np.isin(shapely.get_type_id(shapes), LINE_TYPES))
     points, row = shapely.get_coordinates(shapes[line_rows], include_z=True, return_index=True)
     is_finite = np.isfinite(points)
-    usable = is_finite[:, :2].all(axis=1)
+    is_usable = is_finite[:, :2].all(axis=1)
     lacks_heights = np.zeros(len(shapes), np.bool_)
-    lacks_heights[line_rows[row[usable & ~is_finite[:, 2]]]] = True
+    lacks_heights[line_rows[row[is_usable & ~is_finite[:, 2]]]] = True
     if not is_finite[:, 2].any():
         return [], lacks_heights
     parts, part_of = shapely.get_parts(shapes[line_rows], return_index=True)
@@ -405,9 +405,9 @@ def _are_stacked(heights: FloatArray, counts: IntArray, first: IntArray) -> bool
     """
     means = np.add.reduceat(heights, first) / counts
     residuals = heights - np.repeat(means, counts)
-    along = float(np.sqrt(np.mean(np.add.reduceat(residuals**2, first) / counts)))
+    along_component = float(np.sqrt(np.mean(np.add.reduceat(residuals**2, first) / counts)))
     between = float(np.std(means))
-    return between > 0 and between >= MIN_STEP_RATIO * along
+    return between > 0 and between >= MIN_STEP_RATIO * along_component
 
 
 def _axes(points: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -433,8 +433,11 @@ def _extent(shape: Any, option: str) -> float:
         ring = part.exterior if part.geom_type == "Polygon" else part
         points = shapely.get_coordinates(ring, include_z=True)
         if option == "area":
-            centred = points - points.mean(axis=0)
-            total += float(np.linalg.norm(np.cross(centred[:-1], centred[1:]).sum(axis=0))) / 2
+            centred_values = points - points.mean(axis=0)
+            total += (
+                float(np.linalg.norm(np.cross(centred_values[:-1], centred_values[1:]).sum(axis=0)))
+                / 2
+            )
         else:
             total += float(_lengths(points).sum())
     return total

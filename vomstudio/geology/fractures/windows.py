@@ -123,14 +123,14 @@ def trace_directions(pieces: TracePieces) -> FloatArray:
         Unit vectors.
     """
     ends = pieces.ends()
-    along = ends[:, 1] - ends[:, 0]
-    length = np.hypot(*along.T)
+    segments = ends[:, 1] - ends[:, 0]
+    length = np.hypot(*segments.T)
     for i in np.flatnonzero(length <= pieces.rounding_m):
         start, end, _ = line_segments(pieces.lines[i : i + 1])
         step = end - start
-        along[i] = step[int(np.argmax(np.hypot(*step.T)))]
-        length[i] = np.hypot(*along[i])
-    return np.asarray(along / np.maximum(length, 1e-300)[:, None])
+        segments[i] = step[int(np.argmax(np.hypot(*step.T)))]
+        length[i] = np.hypot(*segments[i])
+    return np.asarray(segments / np.maximum(length, 1e-300)[:, None])
 
 
 def fit_window(pieces: TracePieces, area: Any) -> Window:
@@ -156,13 +156,13 @@ def fit_window(pieces: TracePieces, area: Any) -> Window:
     # traces.
     x, y = trace_directions(pieces).T
     degree = np.round(np.degrees(np.arctan2(y, x))).astype(int) % 180
-    share = np.bincount(degree, weights, minlength=180) / weights.sum()
-    turn = np.radians(np.arange(180))
+    fraction = np.bincount(degree, weights, minlength=180) / weights.sum()
+    angle = np.radians(np.arange(180))
     rings = shapely.get_parts(shapely.boundary(area))
     start, end, _ = line_segments(rings)
     dx, dy = (end - start).T
-    across = np.abs(np.cos(turn)[:, None] * dy - np.sin(turn)[:, None] * dx).sum(axis=1)
-    return Window(float(area.area), float(share @ across) / 2.0)
+    across_component = np.abs(np.cos(angle)[:, None] * dy - np.sin(angle)[:, None] * dx).sum(axis=1)
+    return Window(float(area.area), float(fraction @ across_component) / 2.0)
 
 
 def share_outside_hull(lines: Any, area: Any) -> float:
@@ -204,9 +204,11 @@ def intensity_by_size(pieces: TracePieces, area: Any) -> tuple[IntensityAtSize, 
 
     if not len(pieces):
         return ()
-    largest = shapely.length(shapely.maximum_inscribed_circle(area, tolerance=_tolerance(area)))
+    largest_length = shapely.length(
+        shapely.maximum_inscribed_circle(area, tolerance=_tolerance(area))
+    )
     mean_gap = float(area.area) / max(float(pieces.lengths().sum()), 1e-300)
-    radii = np.geomspace(min(2 * mean_gap, 0.25 * largest), 0.95 * largest, N_SIZES)
+    radii = np.geomspace(min(2 * mean_gap, 0.25 * largest_length), 0.95 * largest_length, N_SIZES)
     start, end, _ = line_segments(pieces.lines)
     tree = shapely.STRtree(shapely.linestrings(np.stack([start, end], axis=1)))
     intensities = []
@@ -268,12 +270,12 @@ def _length_in_circle(
     start: FloatArray, end: FloatArray, centre: FloatArray, radius: float
 ) -> FloatArray:
     """Return the lengths (k,) of segments inside circles, pair by pair."""
-    along = end - start
-    length = np.hypot(*along.T)
-    unit = along / np.maximum(length, 1e-300)[:, None]
+    segments = end - start
+    length = np.hypot(*segments.T)
+    unit = segments / np.maximum(length, 1e-300)[:, None]
     to_centre = centre - start
-    middle = np.einsum("ij,ij->i", to_centre, unit)
-    squared_distance = np.einsum("ij,ij->i", to_centre, to_centre) - middle**2
+    midpoint = np.einsum("ij,ij->i", to_centre, unit)
+    squared_distance = np.einsum("ij,ij->i", to_centre, to_centre) - midpoint**2
     half = np.sqrt(np.maximum(radius**2 - squared_distance, 0.0))
-    inside = np.minimum(middle + half, length) - np.maximum(middle - half, 0.0)
+    inside = np.minimum(midpoint + half, length) - np.maximum(midpoint - half, 0.0)
     return np.asarray(np.where(half > 0, np.maximum(inside, 0.0), 0.0))

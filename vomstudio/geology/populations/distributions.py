@@ -166,13 +166,13 @@ def f95(denominator_freedom: float) -> float:
     return denominator_freedom / 2.0 * math.expm1(2.0 / denominator_freedom * math.log(20.0))
 
 
-def assess_uniformity(v: FloatArray, directed: bool) -> UniformityFigures:
+def assess_uniformity(v: FloatArray, is_directed: bool) -> UniformityFigures:
     """Test unit vectors for uniformity.
 
     Parameters
     ----------
     v : (n, 3) ndarray
-    directed : bool
+    is_directed : bool
         Whether the vectors are directed rather than axial.
 
     Returns
@@ -180,16 +180,16 @@ def assess_uniformity(v: FloatArray, directed: bool) -> UniformityFigures:
     UniformityFigures
     """
     n = len(v)
-    if directed:
-        raw = 3.0 * n * float(np.sum(v.mean(axis=0) ** 2))
-        statistic = (1.0 - 0.5 / n) * raw + raw**2 / (10.0 * n)
-        free, name = 3, "Rayleigh"
+    if is_directed:
+        raw_values = 3.0 * n * float(np.sum(v.mean(axis=0) ** 2))
+        statistic = (1.0 - 0.5 / n) * raw_values + raw_values**2 / (10.0 * n)
+        dof, name = 3, "Rayleigh"
     else:
         tensor = v.T @ v / n
         statistic = 7.5 * n * (float(np.sum(tensor**2)) - 1.0 / 3.0)
-        free, name = 5, "Bingham"
-    p = chi2_tail(free, statistic) if n >= 5 else None
-    return UniformityFigures(name, statistic, free, p)
+        dof, name = 5, "Bingham"
+    p = chi2_tail(dof, statistic) if n >= 5 else None
+    return UniformityFigures(name, statistic, dof, p)
 
 
 def axes_confidence(
@@ -214,43 +214,47 @@ def axes_confidence(
     """
     n = len(v)
     w = np.ones(n) if weights is None else weights / weights.mean()
-    along = v @ axes.T
+    projections = v @ axes.T
 
     def confidence_of_axis(i: int) -> AxisConfidence | None:
         j, k = (other for other in range(3) if other != i)
-        if n < 5 or not all(_are_distinct(values, along, i, other, w) for other in (j, k)):
+        if n < 5 or not all(_are_distinct(values, projections, i, other, w) for other in (j, k)):
             return None
         differences = np.array([values[i] - values[j], values[i] - values[k]])
-        influence = along[:, [i]] * along[:, [j, k]] / differences * w[:, None]
+        influence = projections[:, [i]] * projections[:, [j, k]] / differences * w[:, None]
         # Use jackknife residuals, because vectors with a large leverage have smaller residuals
         # (MacKinnon & White 1985, Journal of Econometrics 29, 305).
-        leverage = w[:, None] * (along[:, [i]] ** 2 - along[:, [j, k]] ** 2) / differences / n
+        leverage = (
+            w[:, None] * (projections[:, [i]] ** 2 - projections[:, [j, k]] ** 2) / differences / n
+        )
         influence = influence / (1.0 - np.clip(leverage, -MAX_LEVERAGE, MAX_LEVERAGE))
-        free = max(effective_number(w) - (2.0 if i == 0 else 3.0), 1.0)
-        return _confidence(influence.T @ influence / n**2, axes[[j, k]], free)
+        dof = max(effective_number(w) - (2.0 if i == 0 else 3.0), 1.0)
+        return _confidence(influence.T @ influence / n**2, axes[[j, k]], dof)
 
     return confidence_of_axis(0), confidence_of_axis(1), confidence_of_axis(2)
 
 
 def _are_distinct(
-    values: FloatArray, along: FloatArray, i: int, j: int, weights: FloatArray
+    values: FloatArray, along_component: FloatArray, i: int, j: int, weights: FloatArray
 ) -> bool:
     """Return whether eigenvalues i and j differ significantly."""
     large, small = max(values[i], values[j]), max(min(values[i], values[j]), 0.0)
     if large - small < 1e-12:
         return False
-    length = np.average((along[:, i] ** 2 + along[:, j] ** 2) ** 2, weights=weights)
+    length = np.average(
+        (along_component[:, i] ** 2 + along_component[:, j] ** 2) ** 2, weights=weights
+    )
     if (
         math.exp(-effective_number(weights) * (large - small) ** 2 / length)
         < DIFFERENCE_SIGNIFICANCE
     ):
         return True
-    free = len(along) - 1.0
-    return small == 0.0 or f_tail(free, free, large / small) < RATIO_SIGNIFICANCE
+    dof = len(along_component) - 1.0
+    return small == 0.0 or f_tail(dof, dof, large / small) < RATIO_SIGNIFICANCE
 
 
 def _confidence(
-    covariance: FloatArray, across: FloatArray, degrees_of_freedom: float
+    covariance: FloatArray, across_component: FloatArray, degrees_of_freedom: float
 ) -> AxisConfidence | None:
     """Return the region of a covariance (2, 2) along two axes (2, 3), radians squared."""
     squares, directions = np.linalg.eigh(covariance)
@@ -258,7 +262,7 @@ def _confidence(
     # The quadratic form applies to direction cosines (Anderson 1963), that is, to sines: if it
     # exceeds 1, the axis is undetermined in that direction.
     small, large = np.degrees(np.arcsin(np.minimum(sines, 1.0))).tolist()
-    return AxisConfidence(large, small, line_figures(directions[:, 1] @ across))
+    return AxisConfidence(large, small, line_figures(directions[:, 1] @ across_component))
 
 
 def fit_bingham(
@@ -291,7 +295,7 @@ def _bingham_confidence(
     model: Bingham, v: FloatArray, values: FloatArray, axes: FloatArray
 ) -> tuple[AxisConfidence | None, AxisConfidence | None, AxisConfidence | None]:
     k = np.array([0.0, model.k2, model.k1])
-    n, along = len(v), v @ axes.T
+    n, projections = len(v), v @ axes.T
     weights = np.ones(n)
 
     def confidence_of_axis(i: int) -> AxisConfidence | None:
@@ -299,7 +303,7 @@ def _bingham_confidence(
         products = np.array([(values[i] - values[j]) * (k[i] - k[j]) for j in others])
         if n < 5 or float(products.min()) < 1e-12:
             return None
-        if not all(_are_distinct(values, along, i, j, weights) for j in others):
+        if not all(_are_distinct(values, projections, i, j, weights) for j in others):
             return None
         return _confidence(np.diag(1.0 / (2.0 * (n - 2.0) * products)), axes[others], n - 2.0)
 
@@ -329,7 +333,7 @@ def fisher_p(v: FloatArray, mean: FloatArray, kappa: float | None) -> float | No
 
 
 def fit_kent(
-    v: FloatArray, directed: bool, weights: FloatArray | None = None
+    v: FloatArray, is_directed: bool, weights: FloatArray | None = None
 ) -> tuple[KentFigures | None, Finding | None]:
     """Fit a Kent distribution to a cluster of directions.
 
@@ -337,7 +341,7 @@ def fit_kent(
     ----------
     v : (n, 3) ndarray
         Unit vectors; axes must be flipped into one hemisphere.
-    directed : bool
+    is_directed : bool
         Whether the vectors are directed rather than axial.
     weights : (n,) ndarray, optional
 
@@ -364,7 +368,7 @@ def fit_kent(
     # Kent's (1982) confidence region of the mean, in Hotelling's form.
     sines = np.sqrt(squares * 2.0 * f95(n - 2.0) / (n - 2.0)) / resultant
     largest, smallest = np.degrees(np.arcsin(np.minimum(sines, 1.0))).tolist()
-    mean = Line.from_vector(model.axes[0], directed=directed)
+    mean = Line.from_vector(model.axes[0], is_directed=is_directed)
     return KentFigures(
         mean.trend_deg,
         mean.plunge_deg,

@@ -135,8 +135,8 @@ def _residuals(v: FloatArray, weights: FloatArray) -> tuple[FloatArray, float]:
     point, girdle, _ = vollmer(values)
     n = len(v)
     if point >= girdle:
-        along = np.abs(v @ axes[0])
-        return np.arccos(np.minimum(along, 1.0)) ** 2, 2.0 * (n - 1.0)
+        projections = np.abs(v @ axes[0])
+        return np.arccos(np.minimum(projections, 1.0)) ** 2, 2.0 * (n - 1.0)
     return np.arcsin(np.clip(v @ axes[2], -1.0, 1.0)) ** 2, n - 2.0
 
 
@@ -157,6 +157,6 @@ def _natural_variance(
         return 0.0
     low, high = 0.0, float(squares.sum() / degrees_of_freedom) + 1e-12
     for _ in range(100):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if excess_dispersion(middle) > 0.0 else (low, middle)
+        centre = 0.5 * (low + high)
+        low, high = (centre, high) if excess_dispersion(centre) > 0.0 else (low, centre)
     return 0.5 * (low + high)

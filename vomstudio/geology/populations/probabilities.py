@@ -87,9 +87,9 @@ def t95(degrees_of_freedom: float) -> float:
     while f_tail(1.0, degrees_of_freedom, high**2) > 0.05:
         high *= 2.0
     for _ in range(50):
-        middle = 0.5 * (low + high)
+        centre = 0.5 * (low + high)
         low, high = (
-            (middle, high) if f_tail(1.0, degrees_of_freedom, middle**2) > 0.05 else (low, middle)
+            (centre, high) if f_tail(1.0, degrees_of_freedom, centre**2) > 0.05 else (low, centre)
         )
     return 0.5 * (low + high)
 
@@ -107,12 +107,12 @@ def _incomplete_beta(a: float, b: float, x: float) -> float:
     for m in range(1, MAX_STEPS):
         even_step = m * (b - m) * x / ((a + 2 * m - 1.0) * (a + 2 * m))
         odd_step = -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1.0))
-        previous = fraction
+        previous_fraction = fraction
         for step in (even_step, odd_step):
             d = 1.0 / _replace_zero(1.0 + step * d)
             c = _replace_zero(1.0 + step / c)
             fraction *= c * d
-        if abs(fraction - previous) < 1e-15 * abs(fraction):
+        if abs(fraction - previous_fraction) < 1e-15 * abs(fraction):
             break
     return math.exp(front) * fraction / a
 

@@ -143,7 +143,7 @@ class SetStatistics(PrintableResult):
 def mean_regions(
     vectors: npt.ArrayLike,
     fisher_mean: Fisher,
-    directed: bool,
+    is_directed: bool,
     turns: Turns | None,
     weights: FloatArray | None = None,
 ) -> tuple[ConfidenceRegion | None, ConfidenceRegion | None]:
@@ -153,7 +153,7 @@ def mean_regions(
     ----------
     vectors : (n, 3) array_like
     fisher_mean : Fisher
-    directed : bool
+    is_directed : bool
     turns : Turns or None
         Errors of the registrations of the vectors.
     weights : (n,) ndarray, optional
@@ -170,7 +170,7 @@ def mean_regions(
         return None, None if own_cone is None else region(mean, None, own_cone)
     v = unit_vectors(vectors)
     signs = np.ones(len(v))
-    if not directed:
+    if not is_directed:
         # Flip axes in the same way as `fisher`.
         signs = np.where(v @ orientation_tensor(v, weights)[1][0] < 0.0, -1.0, 1.0)
     if weights is not None:
@@ -184,7 +184,7 @@ def mean_regions(
 def set_statistics(
     vectors: npt.ArrayLike,
     of: str = "poles",
-    directed: bool = False,
+    is_directed: bool = False,
     turns: Turns | None = None,
     errors: OrientationErrors | None = None,
 ) -> SetStatistics:
@@ -195,7 +195,7 @@ def set_statistics(
     vectors : (n, 3) array_like
         Poles of planes, or lines.
     of : {"poles", "lines"}
-    directed : bool
+    is_directed : bool
         True if the lines are directed.
     turns : Turns, optional
         Errors of the registrations of the vectors.
@@ -216,18 +216,18 @@ def set_statistics(
     v = unit_vectors(vectors)
     weights, weight_figures = (None, None) if errors is None else weights_by_error(v, errors)
     values, axes = orientation_tensor(v, weights)
-    fisher_figures, reason = _fisher_figures(v, of, directed, turns, weights)
+    fisher_figures, reason = _fisher_figures(v, of, is_directed, turns, weights)
     bingham_figures, bingham_reason = fit_bingham(v, values, axes, weights)
     kent_figures, kent_reason = None, reason
     if fisher_figures is not None and fisher_figures.kappa is not None:
-        one_sided = v if directed else flip_to(v, axes[0])
-        kent_figures, kent_reason = fit_kent(one_sided, directed, weights)
+        one_sided = v if is_directed else flip_to(v, axes[0])
+        kent_figures, kent_reason = fit_kent(one_sided, is_directed, weights)
     s1, s2, s3 = (float(s) for s in values)
     first, second, third = (line_figures(axis) for axis in axes)
     return SetStatistics(
         len(v),
         of,
-        not directed,
+        not is_directed,
         fisher_figures,
         reason,
         TensorFigures(
@@ -239,22 +239,22 @@ def set_statistics(
         bingham_reason,
         kent_figures,
         kent_reason,
-        assess_uniformity(v, directed),
+        assess_uniformity(v, is_directed),
         weight_figures,
     )
 
 
 def _fisher_figures(
-    v: FloatArray, of: str, directed: bool, turns: Turns | None, weights: FloatArray | None
+    v: FloatArray, of: str, is_directed: bool, turns: Turns | None, weights: FloatArray | None
 ) -> tuple[FisherFigures | None, Finding | None]:
     """Return Fisher's statistics, and the reason for missing values."""
-    reason = no_fisher_reason(v, directed)
+    reason = no_fisher_reason(v, is_directed)
     if reason is not None:
         return None, reason
-    mean_figures = fisher(v, directed, weights)
-    registration, total = mean_regions(v, mean_figures, directed, turns, weights)
+    mean_figures = fisher(v, is_directed, weights)
+    registration, total = mean_regions(v, mean_figures, is_directed, turns, weights)
     mean = mean_figures.mean.vector()
-    one_sided = v if directed else flip_to(v, mean)
+    one_sided = v if is_directed else flip_to(v, mean)
     figures = FisherFigures(
         mean_figures.mean.trend_deg,
         mean_figures.mean.plunge_deg,

@@ -81,18 +81,18 @@ def bingham_nodes(k1: float, k2: float) -> QuadratureNodes:
     """
     a, b = -k1, -k2
     x, wx = _legendre(-1.0, 1.0, _width(a))
-    turn, wt = _legendre(-math.pi / 2, math.pi / 2, _width(b))
-    flat = np.sqrt(np.maximum(1.0 - x**2, 0.0))
-    places = np.stack(
+    angle, wt = _legendre(-math.pi / 2, math.pi / 2, _width(b))
+    flat_values = np.sqrt(np.maximum(1.0 - x**2, 0.0))
+    positions = np.stack(
         [
-            (flat[:, None] * np.cos(turn)).ravel(),
-            (flat[:, None] * np.sin(turn)).ravel(),
-            np.repeat(x, len(turn)),
+            (flat_values[:, None] * np.cos(angle)).ravel(),
+            (flat_values[:, None] * np.sin(angle)).ravel(),
+            np.repeat(x, len(angle)),
         ],
         axis=-1,
     )
-    log_density = -a * places[:, 2] ** 2 - b * places[:, 1] ** 2
-    return _nodes(places, log_density, (wx[:, None] * wt).ravel(), 2.0)
+    log_density = -a * positions[:, 2] ** 2 - b * positions[:, 1] ** 2
+    return _nodes(positions, log_density, (wx[:, None] * wt).ravel(), 2.0)
 
 
 def estimate_bingham(eigenvalues: npt.ArrayLike) -> Bingham | None:
@@ -161,13 +161,15 @@ def kent_nodes(kappa: float, beta: float) -> QuadratureNodes:
     u, v = (grid.ravel() for grid in np.meshgrid(p, q, indexing="ij"))
     weights = (wp[:, None] * wq).ravel()
     square = u**2 + v**2
-    inside = square <= 4.0
-    u, v, square, weights = u[inside], v[inside], square[inside], weights[inside]
+    is_inside = square <= 4.0
+    u, v, square, weights = u[is_inside], v[is_inside], square[is_inside], weights[is_inside]
     scale = np.sqrt(1.0 - square / 4.0)
-    places = np.stack([1.0 - square / 2.0, u * scale, v * scale], axis=-1)
-    log_density = -kappa * square / 2.0 + beta * (places[:, 1] ** 2 - places[:, 2] ** 2)
-    unscaled = _nodes(places, log_density, weights, 1.0)
-    return QuadratureNodes(unscaled.places, unscaled.shares, unscaled.log_constant + kappa)
+    positions = np.stack([1.0 - square / 2.0, u * scale, v * scale], axis=-1)
+    log_density = -kappa * square / 2.0 + beta * (positions[:, 1] ** 2 - positions[:, 2] ** 2)
+    unscaled_nodes = _nodes(positions, log_density, weights, 1.0)
+    return QuadratureNodes(
+        unscaled_nodes.places, unscaled_nodes.shares, unscaled_nodes.log_constant + kappa
+    )
 
 
 def estimate_kent(directions: npt.ArrayLike) -> Kent | None:
@@ -193,8 +195,8 @@ def estimate_kent(directions: npt.ArrayLike) -> Kent | None:
     first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     first /= np.linalg.norm(first)
     second = np.cross(axis, first)
-    flat = np.stack([x @ first, x @ second], axis=-1)
-    squares, turns = np.linalg.eigh(flat.T @ flat / len(x))
+    flat_values = np.stack([x @ first, x @ second], axis=-1)
+    squares, turns = np.linalg.eigh(flat_values.T @ flat_values / len(x))
     if squares[0] < 1e-14:
         return None
     major = turns[0, 1] * first + turns[1, 1] * second
@@ -217,11 +219,11 @@ def kent_concentrations(resultant: float, square_difference: float) -> tuple[flo
         Difference between the mean squares along the major and the minor axis.
     """
     shortfall = 1.0 - resultant
-    small, large = (
+    small_values, large_values = (
         1.0 / (2 * shortfall + square_difference),
         1.0 / max(2 * shortfall - square_difference, 1e-300),
     )
-    kappa, beta = large + small, 0.5 * (large - small)
+    kappa, beta = large_values + small_values, 0.5 * (large_values - small_values)
     if kappa < 5.0:
         return None
     for _ in range(100):
@@ -271,12 +273,12 @@ def _legendre(low: float, high: float, sigma: float) -> tuple[FloatArray, FloatA
 
 
 def _nodes(
-    places: FloatArray, log_density: FloatArray, weights: FloatArray, fold: float
+    positions: FloatArray, log_density: FloatArray, weights: FloatArray, fold: float
 ) -> QuadratureNodes:
     top = float(log_density.max())
     mass = np.exp(log_density - top) * weights
     total = float(mass.sum())
-    return QuadratureNodes(places, mass / total, math.log(total * fold) + top)
+    return QuadratureNodes(positions, mass / total, math.log(total * fold) + top)
 
 
 # Goodness of fit -------------------------------------------------------------------------------
@@ -287,7 +289,7 @@ def smooth_test(
     score_data: FloatArray,
     nodes: FloatArray,
     score_nodes: FloatArray,
-    shares: FloatArray,
+    fractions: FloatArray,
 ) -> float:
     """Compute the p-value of the smooth goodness-of-fit test.
 
@@ -302,7 +304,7 @@ def smooth_test(
         Additional functions at the nodes of the fitted model.
     score_nodes : (m, j) ndarray
         Scores at the nodes.
-    shares : (m,) ndarray
+    fractions : (m,) ndarray
         Probabilities of the nodes.
 
     Returns
@@ -310,19 +312,19 @@ def smooth_test(
     float
     """
     n = len(data)
-    score_mean = shares @ score_nodes
-    mean = shares @ nodes
+    score_mean = fractions @ score_nodes
+    mean = fractions @ nodes
     scores = score_nodes - score_mean
     further = nodes - mean
-    information = scores.T @ (scores * shares[:, None])
-    cross = scores.T @ (further * shares[:, None])
+    information = scores.T @ (scores * fractions[:, None])
+    cross = scores.T @ (further * fractions[:, None])
     regress = np.linalg.lstsq(
         _normalise_scale(information), _rows(cross, information), rcond=1e-12
     )[0]
     regress = regress / np.sqrt(np.diag(information))[:, None]
     residual_nodes = further - scores @ regress
     residual_data = (data - mean) - (score_data - score_mean) @ regress
-    spread = residual_nodes.T @ (residual_nodes * shares[:, None])
+    spread = residual_nodes.T @ (residual_nodes * fractions[:, None])
     scale = np.sqrt(np.maximum(np.diag(spread), 1e-300))
     values, axes = np.linalg.eigh(spread / np.outer(scale, scale))
     is_used = values > 1e-6 * values.max()
@@ -353,9 +355,9 @@ def bingham_p(model: Bingham, x: FloatArray) -> float:
     -------
     float
     """
-    places = model.nodes.places
+    positions = model.nodes.places
     return smooth_test(
-        _quartic(x), _products(x), _quartic(places), _products(places), model.nodes.shares
+        _quartic(x), _products(x), _quartic(positions), _products(positions), model.nodes.shares
     )
 
 
@@ -372,12 +374,12 @@ def kent_p(model: Kent, x: FloatArray) -> float:
     -------
     float
     """
-    places = model.nodes.places
+    positions = model.nodes.places
     return smooth_test(
         _tangent(x, 2),
         _kent_scores(x),
-        _tangent(places, 2),
-        _kent_scores(places),
+        _tangent(positions, 2),
+        _kent_scores(positions),
         model.nodes.shares,
     )
 
@@ -398,8 +400,8 @@ def fisher_model_p(kappa: float, x: FloatArray) -> float:
     float
     """
     nodes = kent_nodes(kappa, 0.0)
-    places = nodes.places
-    return smooth_test(_tangent(x, 1), x, _tangent(places, 1), places, nodes.shares)
+    positions = nodes.places
+    return smooth_test(_tangent(x, 1), x, _tangent(positions, 1), positions, nodes.shares)
 
 
 def _products(x: FloatArray) -> FloatArray:

@@ -23,7 +23,7 @@ class StatisticsOptions(Options):
         None,
         metavar="COLUMN",
         help=to_translate("column that groups the rows"),
-        automatic=to_translate("a single set"),
+        automatic_text=to_translate("a single set"),
     )
     directed: bool = option(
         False, help=to_translate("treat lines as directed vectors, without flipping them")
@@ -31,5 +31,5 @@ class StatisticsOptions(Options):
     weights: Literal["error"] | None = option(
         None,
         help=to_translate("weight each orientation by its error and the natural scatter"),
-        automatic=to_translate("equal weights"),
+        automatic_text=to_translate("equal weights"),
     )

@@ -134,7 +134,9 @@ class SmoothestDirection:
         return self.p < SIGNIFICANCE
 
 
-def measure_variations(heights: FloatArray, cell: float, shortest: float) -> Variations | None:
+def measure_variations(
+    heights: FloatArray, cell: float, shortest_value: float
+) -> Variations | None:
     """Measure the second differences of a height raster in DIRECTIONS directions.
 
     Parameters
@@ -143,7 +145,7 @@ def measure_variations(heights: FloatArray, cell: float, shortest: float) -> Var
         Heights in metres; NaN if unknown.
     cell : float
         Side length of a cell, m.
-    shortest : float
+    shortest_value : float
         Shortest distance, m.
 
     Returns
@@ -153,10 +155,10 @@ def measure_variations(heights: FloatArray, cell: float, shortest: float) -> Var
     """
     rows, columns = _span(heights)
     longest = min(rows, columns) * cell / MAX_LAG_DIVISOR
-    shortest = max(shortest, 2.0 * cell)
-    if longest < MIN_RANGE * shortest:
+    shortest_value = max(shortest_value, 2.0 * cell)
+    if longest < MIN_RANGE * shortest_value:
         return None
-    lags = np.geomspace(shortest, longest, N_LAGS)
+    lags = np.geomspace(shortest_value, longest, N_LAGS)
     angles = np.arange(N_DIRECTIONS) * 180.0 / N_DIRECTIONS
     part = _parts(heights.shape)
     shape = (len(angles), len(lags))
@@ -274,10 +276,10 @@ def resolved_range(variations: Variations, noise: float) -> tuple[float, float] 
     tuple of float or None
         Shortest and longest distance, m; None if noise dominates at all distances.
     """
-    resolved = np.flatnonzero(_is_resolved(variations, noise))
+    resolved_rows = np.flatnonzero(_is_resolved(variations, noise))
     return (
-        (float(variations.lags[resolved[0]]), float(variations.lags[resolved[-1]]))
-        if len(resolved)
+        (float(variations.lags[resolved_rows[0]]), float(variations.lags[resolved_rows[-1]]))
+        if len(resolved_rows)
         else None
     )
 
@@ -298,10 +300,10 @@ def _harmonics(variations: Variations, is_resolved: BoolArray, squares: FloatArr
         columns = np.stack(
             [np.ones(len(doubled_angles)), np.cos(doubled_angles), np.sin(doubled_angles)], axis=1
         )
-        normalized = (
+        normalized_values = (
             squares[:, j] * ((variations.lags[k] / variations.lengths[:, k]) ** growth)[:, None]
         )
-        mean, *wave = np.linalg.lstsq(columns, normalized, rcond=None)[0]
+        mean, *wave = np.linalg.lstsq(columns, normalized_values, rcond=None)[0]
         harmonics[:, j] = np.stack(wave) / mean
     return harmonics
 
@@ -455,7 +457,7 @@ def _hotelling_p(mean: FloatArray, spread: FloatArray, n: int) -> float:
     return float(fdtrc(2, n - 2, square * (n - 2.0) / (2.0 * (n - 1.0))))
 
 
-def _t95(free: float) -> float:
+def _t95(dof: float) -> float:
     from scipy.special import stdtrit
 
-    return float(stdtrit(free, 0.975))
+    return float(stdtrit(dof, 0.975))

@@ -146,8 +146,8 @@ def _planar_parts(
     x = (column - column.min()) / max(float(np.ptp(column)), 1.0)
     y = (row - row.min()) / max(float(np.ptp(row)), 1.0)
     columns = np.stack([np.ones(len(z)), column, row], axis=1).astype(np.float64)
-    curved = np.stack([np.ones(len(z)), x, y, x * x, x * y, y * y], axis=1)
-    curved_scatter = _scatter(z - curved @ np.linalg.lstsq(curved, z, rcond=None)[0])
+    curved_values = np.stack([np.ones(len(z)), x, y, x * x, x * y, y * y], axis=1)
+    curved_scatter = _scatter(z - curved_values @ np.linalg.lstsq(curved_values, z, rcond=None)[0])
     max_scatter = MAX_BROKEN_RATIO * min(scatter, curved_scatter)
     if max_scatter <= noise:
         return []

@@ -104,15 +104,17 @@ def cones95_deg(poles: FloatArray, mixture: Mixture) -> FloatArray:
     for j in range(mixture.k):
         membership = mixture.posterior[:, j]
         size = float(membership.sum())
-        along, across = poles @ mixture.axes[j, 0], poles @ mixture.axes[j, 1:].T
-        spread = np.maximum(membership @ across**2 / max(size, 1e-9), 1e-16)
+        projections, cross_axes = poles @ mixture.axes[j, 0], poles @ mixture.axes[j, 1:].T
+        spread = np.maximum(membership @ cross_axes**2 / max(size, 1e-9), 1e-16)
         # At the maximum concentration, the scatter itself is used.
         concentrations = mixture.concentrations[j] * max(1.0 - 1.0 / max(size, 1.0), 0.1)
         weight = np.where(
             mixture.concentrations[j] >= 0.99 * MAX_CONCENTRATION, 0.5 / spread, concentrations
         )
-        score = 2.0 * weight * across
-        information = np.diag(2.0 * weight * (membership @ (along[:, None] ** 2 - across**2)))
+        score = 2.0 * weight * cross_axes
+        information = np.diag(
+            2.0 * weight * (membership @ (projections[:, None] ** 2 - cross_axes**2))
+        )
         missing = (score * (membership * (1.0 - membership))[:, None]).T @ score
         values = np.linalg.eigvalsh(information - missing)
         if size <= 2.0 or values[0] <= 0.05 * np.diag(information).min():
@@ -156,10 +158,10 @@ def propose_clusters(
         mixtures = [
             _maximize(sample, *start) for start in _starts_with_added_cluster(sample, candidate)
         ]
-        valid = [m for m in mixtures if _is_valid(m)]
-        if not valid:
+        valid_mixtures = [m for m in mixtures if _is_valid(m)]
+        if not valid_mixtures:
             break
-        candidate = min(valid, key=lambda m: m.icl)
+        candidate = min(valid_mixtures, key=lambda m: m.icl)
         criteria.append(candidate.icl)
         if exactly or (candidate.icl < best.icl and _is_significant(sample, candidate)):
             best, worse = candidate, 0
@@ -231,13 +233,13 @@ def _dense_places(poles: FloatArray, posterior: FloatArray) -> list[FloatArray]:
     step = max(1, -(-len(poles) // MAX_COMPARED_POLES))
     sample, unassigned = poles[::step], posterior[::step, -1]
     density = np.exp(SEED_CONCENTRATION * ((sample @ sample.T) ** 2 - 1.0)) @ unassigned
-    places: list[FloatArray] = []
+    positions: list[FloatArray] = []
     for i in np.argsort(-density, kind="stable"):
-        if all(abs(float(sample[i] @ other)) < math.cos(math.radians(25)) for other in places):
-            places.append(sample[i])
-        if len(places) == N_STARTS:
+        if all(abs(float(sample[i] @ other)) < math.cos(math.radians(25)) for other in positions):
+            positions.append(sample[i])
+        if len(positions) == N_STARTS:
             break
-    return places
+    return positions
 
 
 def _maximize(
@@ -305,14 +307,14 @@ def _run_em(
             spread = values[1::-1]
             concentrations[j] = _concentration(np.full(2, spread.mean()) if is_round[j] else spread)
     memberships = posterior[:, :-1]
-    share = memberships / np.maximum(memberships.sum(axis=1, keepdims=True), 1e-300)
-    overlap = -float(np.sum(memberships * np.log(np.maximum(share, 1e-300))))
-    free = PARAMETERS_PER_CLUSTER * len(axes) + ELONGATION_PARAMETERS * int((~is_round).sum())
-    icl = free * math.log(max(n, 2)) - 2.0 * likelihood + 2.0 * OVERLAP_WEIGHT * overlap
+    fraction = memberships / np.maximum(memberships.sum(axis=1, keepdims=True), 1e-300)
+    overlap = -float(np.sum(memberships * np.log(np.maximum(fraction, 1e-300))))
+    dof = PARAMETERS_PER_CLUSTER * len(axes) + ELONGATION_PARAMETERS * int((~is_round).sum())
+    icl = dof * math.log(max(n, 2)) - 2.0 * likelihood + 2.0 * OVERLAP_WEIGHT * overlap
     return Mixture(axes, concentrations, weights, posterior, likelihood, icl)
 
 
-def _log_density(across: FloatArray, concentrations: FloatArray) -> FloatArray:
+def _log_density(across_component: FloatArray, concentrations: FloatArray) -> FloatArray:
     """Return the log density (n,) of Bingham's distribution relative to the background.
 
     The density is exp(-k1 a^2 - k2 b^2) / N for poles with components a, b (n, 2) perpendicular to
@@ -323,7 +325,9 @@ def _log_density(across: FloatArray, concentrations: FloatArray) -> FloatArray:
     from scipy.special import dawsn
 
     root = np.sqrt(concentrations)
-    return np.asarray(-(across**2) @ concentrations - 0.5 * np.log(dawsn(root) / root).sum())
+    return np.asarray(
+        -(across_component**2) @ concentrations - 0.5 * np.log(dawsn(root) / root).sum()
+    )
 
 
 @functools.cache
@@ -364,8 +368,8 @@ def expected_random_groups(n: int, members: FloatArray) -> float:
     """
     k = len(members)
     min_cosine = float(np.abs(members @ members.T).min())
-    share = 1.0 - min(min_cosine, math.cos(math.radians(ANGULAR_RESOLUTION_DEG)))
-    return math.comb(n, k) * share ** (k - 1) * MUTUAL_PROBABILITY[k]
+    fraction = 1.0 - min(min_cosine, math.cos(math.radians(ANGULAR_RESOLUTION_DEG)))
+    return math.comb(n, k) * fraction ** (k - 1) * MUTUAL_PROBABILITY[k]
 
 
 def _is_significant(poles: FloatArray, mixture: Mixture) -> bool:

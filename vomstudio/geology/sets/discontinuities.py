@@ -218,33 +218,35 @@ def arrange_planes(
         Discontinuity of each plane; -1 if its position is unknown.
     """
     upward = normal if normal[2] >= 0 else -normal
-    located = np.flatnonzero(np.isfinite(pieces.places).all(axis=1))
+    located_rows = np.flatnonzero(np.isfinite(pieces.places).all(axis=1))
     number = np.full(len(poles), -1, np.int64)
-    if not len(located):
+    if not len(located_rows):
         return Arrangement(rests_on=faces), (), number
-    members = pieces.rows(located)
-    middle = members.places.mean(axis=0)
-    offsets = (members.places - middle) @ upward
-    along = np.einsum("i,mij,j->m", upward, members.scatters, upward)
-    number[located] = split_by_position(offsets, np.sqrt(np.maximum(np.nan_to_num(along), 0.0)))
+    members = pieces.rows(located_rows)
+    centre = members.places.mean(axis=0)
+    offsets = (members.places - centre) @ upward
+    projections = np.einsum("i,mij,j->m", upward, members.scatters, upward)
+    number[located_rows] = split_by_position(
+        offsets, np.sqrt(np.maximum(np.nan_to_num(projections), 0.0))
+    )
     n_separate = int(split_by_position(offsets, _thickness(members.scatters)).max()) + 1
     axes = np.concatenate(_strike_and_dip(upward))
-    groups = [np.flatnonzero(number[located] == k) for k in range(int(number.max()) + 1)]
+    groups = [np.flatnonzero(number[located_rows] == k) for k in range(int(number.max()) + 1)]
     group_offsets = [
         float(np.average(offsets[rows], weights=_weights(members.areas[rows]))) for rows in groups
     ]
     discontinuities, shapes = [], []
     # The mean position of several pieces can lie beyond that of a neighbour.
     for k, group in enumerate(np.argsort(group_offsets, kind="stable").tolist()):
-        number[located[groups[group]]] = k
+        number[located_rows[groups[group]]] = k
         discontinuity, shape = _discontinuity(
-            f"{name}-{k + 1}", name, group_offsets[group], members.rows(groups[group]), axes, middle
+            f"{name}-{k + 1}", name, group_offsets[group], members.rows(groups[group]), axes, centre
         )
         discontinuities.append(discontinuity)
         shapes.append(shape)
     arrangement = _summarize(discontinuities, shapes, poles @ upward, faces, n_separate)
     if not members.are_more_than_places and _may_share_planes(
-        offsets, members.places, upward, poles[located]
+        offsets, members.places, upward, poles[located_rows]
     ):
         arrangement = replace(arrangement, p32_low95_1_per_m=None, p32_high95_1_per_m=None)
     return arrangement, tuple(discontinuities), number
@@ -259,19 +261,19 @@ def _thickness(scatters: FloatArray) -> FloatArray:
 
 
 def _may_share_planes(
-    offsets: FloatArray, places: FloatArray, normal: FloatArray, poles: FloatArray
+    offsets: FloatArray, positions: FloatArray, normal: FloatArray, poles: FloatArray
 ) -> bool:
-    """Return whether some picks with known positions only may belong to the same plane.
+    """Return whether some located picks may belong to the same plane.
 
     These are neighbours along the normal whose gap may be caused by their tilt and lateral distance
     (95 %).
     """
     mean_tilt = np.sqrt(np.mean(np.maximum(1.0 - (poles @ normal) ** 2, 0.0)) / 2.0)
     order = np.argsort(offsets, kind="stable")
-    step = np.diff(places[order], axis=0)
+    step = np.diff(positions[order], axis=0)
     gaps = np.diff(offsets[order])
-    lateral = np.linalg.norm(step - gaps[:, None] * normal, axis=1)
-    return bool((gaps < 2.0 * mean_tilt * lateral).any())
+    lateral_values = np.linalg.norm(step - gaps[:, None] * normal, axis=1)
+    return bool((gaps < 2.0 * mean_tilt * lateral_values).any())
 
 
 def describe_faces(pieces: Pieces) -> str | None:
@@ -285,17 +287,17 @@ def describe_faces(pieces: Pieces) -> str | None:
     -------
     str or None
     """
-    located = pieces.places[np.isfinite(pieces.places).all(axis=1)]
-    if len(located) < MIN_PLACES:
+    located_positions = pieces.places[np.isfinite(pieces.places).all(axis=1)]
+    if len(located_positions) < MIN_PLACES:
         return None
     rings = [ring for ring in pieces.rings if len(ring)]
-    all_ = np.concatenate([located, *rings])
+    all_ = np.concatenate([located_positions, *rings])
     spread = np.linalg.svd(all_ - all_.mean(axis=0), compute_uv=False)
     return "one face" if spread[2] <= MAX_FACE_THICKNESS * spread[1] else "several faces"
 
 
 def measure_scanline_spacing(
-    normal: FloatArray, poles: FloatArray, places: FloatArray, line: FloatArray
+    normal: FloatArray, poles: FloatArray, locations: FloatArray, line: FloatArray
 ) -> ScanlineSpacing:
     """Measure the spacing of persistent planes along a scanline.
 
@@ -303,7 +305,7 @@ def measure_scanline_spacing(
     ----------
     normal : (3,) ndarray
         Mean normal of the set.
-    poles, places : (m, 3) ndarray
+    poles, locations : (m, 3) ndarray
         Poles of the planes, and one point on each plane.
     line : (2, 3) ndarray
         End points of the line.
@@ -316,8 +318,10 @@ def measure_scanline_spacing(
     length = float(np.linalg.norm(step))
     denominators = poles @ step
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = ((places - line[0]) * poles).sum(axis=1) / denominators
-    positions = np.sort(share[np.isfinite(share) & (share >= 0.0) & (share <= 1.0)]) * length
+        fraction = ((locations - line[0]) * poles).sum(axis=1) / denominators
+    positions = (
+        np.sort(fraction[np.isfinite(fraction) & (fraction >= 0.0) & (fraction <= 1.0)]) * length
+    )
     if len(positions) < 2:
         return ScanlineSpacing(len(positions), None, None)
     apparent = float(np.diff(positions).mean())
@@ -335,7 +339,7 @@ def _strike_and_dip(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _discontinuity(
-    id_: str, set_name: str, offset: float, members: Pieces, axes: FloatArray, middle: FloatArray
+    id_: str, set_name: str, offset: float, members: Pieces, axes: FloatArray, centre: FloatArray
 ) -> tuple[Discontinuity, Any]:
     """Return a discontinuity and its pieces in the plane of the set; None without boundaries.
 
@@ -344,12 +348,12 @@ def _discontinuity(
     import shapely
 
     area = float(members.areas.sum())
-    flat = [(ring - middle) @ axes.T for ring in members.rings]
-    if not all(len(ring) >= 3 for ring in flat):
+    plane_rings = [(ring - centre) @ axes.T for ring in members.rings]
+    if not all(len(ring) >= 3 for ring in plane_rings):
         return Discontinuity(
             id_,
             set_name,
-            len(flat),
+            len(plane_rings),
             offset,
             None,
             None,
@@ -357,14 +361,14 @@ def _discontinuity(
             None,
             area if math.isfinite(area) else None,
         ), None
-    polygons = shapely.make_valid(np.array([shapely.Polygon(ring) for ring in flat]))
-    corners = np.concatenate(flat)
+    polygons = shapely.make_valid(np.array([shapely.Polygon(ring) for ring in plane_rings]))
+    corners = np.concatenate(plane_rings)
     hull = shapely.convex_hull(shapely.multipoints(corners))
     size = np.ptp(corners, axis=0)
     return Discontinuity(
         id_,
         set_name,
-        len(flat),
+        len(plane_rings),
         offset,
         float(size[1]),
         float(size[0]),
@@ -453,14 +457,14 @@ def _ending_gap(offsets: FloatArray, shapes: list[Any]) -> float | None:
 
     gaps = []
     for i in range(len(offsets) - 1):
-        nearest, gap = math.inf, 0.0
+        nearest_value, gap = math.inf, 0.0
         for j in range(i + 1, len(offsets)):
             height = float(offsets[j] - offsets[i])
-            if height >= nearest:
+            if height >= nearest_value:
                 break
             distance = math.hypot(height, float(shapely.distance(shapes[i], shapes[j])))
-            if distance < nearest:
-                nearest, gap = distance, height
+            if distance < nearest_value:
+                nearest_value, gap = distance, height
         gaps.append(gap)
     return float(np.mean(gaps)) if gaps else None
 

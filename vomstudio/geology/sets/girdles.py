@@ -54,9 +54,9 @@ def find_pairs_without_gap(
             values, _ = orientation_tensor(members)
             if values[1] < MIN_ELONGATION**2 * values[2]:
                 continue
-            along = second - (first @ second) * first
-            along /= np.linalg.norm(along)
-            positions = np.arctan2(members @ along, members @ first)
+            projections = second - (first @ second) * first
+            projections /= np.linalg.norm(projections)
+            positions = np.arctan2(members @ projections, members @ first)
             positions = (positions + math.pi / 2.0) % math.pi - math.pi / 2.0
             third = np.floor(positions / angle * 3.0)
             is_between = (third >= 0) & (third <= 2)

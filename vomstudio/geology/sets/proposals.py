@@ -333,7 +333,7 @@ def fit_set(poles: FloatArray) -> SetFit:
 
 
 def propose_sets_of_poles(
-    poles: FloatArray, options: SetOptions | None = None, *, places: FloatArray | None = None
+    poles: FloatArray, options: SetOptions | None = None, *, positions: FloatArray | None = None
 ) -> SetProposal:
     """Propose sets among poles.
 
@@ -343,7 +343,7 @@ def propose_sets_of_poles(
         Unit vectors pointing up or down; n > 0.
     options : SetOptions, optional
         If there are fewer distinct sets than `exactly`, a warning is reported.
-    places : ndarray of float, shape (n, 3), optional
+    positions : ndarray of float, shape (n, 3), optional
         Points on the planes in the World frame, m.
 
     Returns
@@ -373,7 +373,7 @@ def propose_sets_of_poles(
             if seeds:
                 warnings.append(Finding("sets.empty-seed", number=number))
             continue
-        member_places = None if places is None else places[members]
+        member_places = None if positions is None else positions[members]
         sets.append(_describe_set(names[j], poles[members], member_places, float(cones[j])))
     if exactly is not None and not seeds and len(sets) < exactly:
         warnings.append(Finding("sets.fewer", count=len(sets), minimum=MIN_MEMBERS, wanted=exactly))
@@ -397,23 +397,27 @@ def propose_sets_of_poles(
 def _girdle_findings(
     poles: FloatArray, group: IntArray, order: Sequence[int], names: dict[int, str]
 ) -> list[Finding]:
-    filled = [j for j in order if np.any(group == j)]
-    if len(filled) < 2:
+    filled_order = [j for j in order if np.any(group == j)]
+    if len(filled_order) < 2:
         return []
-    means = np.array([fisher(poles[group == j], directed=False).mean.vector() for j in filled])
+    means = np.array(
+        [fisher(poles[group == j], is_directed=False).mean.vector() for j in filled_order]
+    )
     groups = np.full(len(poles), -1)
-    for number, j in enumerate(filled):
+    for number, j in enumerate(filled_order):
         groups[group == j] = number
-    joined = {i: i for i in range(len(filled))}
+    joined_girdles = {i: i for i in range(len(filled_order))}
     for i, j in find_pairs_without_gap(poles, groups, means):
-        old, new = joined[j], joined[i]
-        joined = {k: new if girdle_id == old else girdle_id for k, girdle_id in joined.items()}
+        old, new = joined_girdles[j], joined_girdles[i]
+        joined_girdles = {
+            k: new if girdle_id == old else girdle_id for k, girdle_id in joined_girdles.items()
+        }
     girdles = [
-        [k for k in joined if joined[k] == girdle_id]
-        for girdle_id in dict.fromkeys(joined.values())
+        [k for k in joined_girdles if joined_girdles[k] == girdle_id]
+        for girdle_id in dict.fromkeys(joined_girdles.values())
     ]
     return [
-        Finding("sets.girdle", sets=[names[filled[k]] for k in girdle])
+        Finding("sets.girdle", sets=[names[filled_order[k]] for k in girdle])
         for girdle in girdles
         if len(girdle) > 1
     ]
@@ -466,12 +470,12 @@ def _fit_mixture(
 
 
 def _describe_set(
-    name: str, poles: FloatArray, places: FloatArray | None, cone95_deg: float = math.nan
+    name: str, poles: FloatArray, positions: FloatArray | None, cone95_deg: float = math.nan
 ) -> ProposedSet:
-    fisher_mean = fisher(poles, directed=False)
+    fisher_mean = fisher(poles, is_directed=False)
     normal = fisher_mean.mean.vector()
     direction, dip, _ = normals_to_planes(normal)
-    gap, cv = spacing_along_normal(normal, places)
+    gap, cv = spacing_along_normal(normal, positions)
     cone = fisher_mean.alpha95_deg
     if cone is not None and cone95_deg > cone:
         cone = cone95_deg
@@ -488,14 +492,14 @@ def _describe_set(
 
 
 def spacing_along_normal(
-    normal: FloatArray, places: FloatArray | None
+    normal: FloatArray, positions: FloatArray | None
 ) -> tuple[float | None, float | None]:
     """Return the mean gap and relative deviation of persistent planes along a normal.
 
     Parameters
     ----------
     normal : (3,) ndarray
-    places : (n, 3) ndarray or None
+    positions : (n, 3) ndarray or None
         One point on each plane; NaN if unknown.
 
     Returns
@@ -504,12 +508,12 @@ def spacing_along_normal(
         Mean of the gaps in metres and their relative standard deviation; None if fewer than two
         points are known.
     """
-    if places is None:
+    if positions is None:
         return None, None
-    located = places[np.isfinite(places).all(axis=1)]
-    if len(located) < 2:
+    located_positions = positions[np.isfinite(positions).all(axis=1)]
+    if len(located_positions) < 2:
         return None, None
-    gaps = np.diff(np.sort((located - located.mean(axis=0)) @ normal))
+    gaps = np.diff(np.sort((located_positions - located_positions.mean(axis=0)) @ normal))
     mean = float(gaps.mean())
     if len(gaps) < 2 or mean <= 0:
         return mean, None

@@ -24,7 +24,7 @@ class SetOptions(Options):
         None,
         minimum=1,
         help=to_translate("maximum number of proposed sets"),
-        automatic=str(DEFAULT_MAX_SETS),
+        automatic_text=str(DEFAULT_MAX_SETS),
     )
     exactly: int | None = option(
         None,

@@ -62,12 +62,12 @@ def level_gap(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
     if len(xyz) > MAX_POINTS:
         xyz = xyz[np.random.default_rng(0).choice(len(xyz), MAX_POINTS, replace=False)]
     n = np.asarray(normal, np.float64)
-    local = xyz - xyz.mean(axis=0)
+    local_points = xyz - xyz.mean(axis=0)
     grid = float(np.abs(n) @ grid_steps(xyz))
     _, _, basis = np.linalg.svd(n[None])
-    flat, h = local @ basis[1:].T, local @ n
-    _, axes = np.linalg.eigh(flat.T @ flat)
-    v, u = (flat @ axes).T
+    flat_values, h = local_points @ basis[1:].T, local_points @ n
+    _, axes = np.linalg.eigh(flat_values.T @ flat_values)
+    v, u = (flat_values @ axes).T
     extent = max(float(np.ptp(u)), float(np.ptp(v)))
     if not h.std() > MIN_RELATIVE_SCATTER * extent:
         return None
@@ -181,12 +181,12 @@ def _fit_levels(
     level_heights = np.asarray(np.linspace(float(low), float(high), number), np.float64)
     level = np.full(len(mean), -1)
     for _ in range(MAX_ITERATIONS):
-        nearest = np.abs(heights[:, None] - level_heights[None]).argmin(axis=1)
-        if np.bincount(nearest, minlength=number).min() < MIN_LEVEL_SHARE * len(mean):
+        nearest_values = np.abs(heights[:, None] - level_heights[None]).argmin(axis=1)
+        if np.bincount(nearest_values, minlength=number).min() < MIN_LEVEL_SHARE * len(mean):
             return None
-        if (nearest == level).all():
+        if (nearest_values == level).all():
             break
-        level = nearest
+        level = nearest_values
         design = np.zeros((len(mean), number + 2))
         design[np.arange(len(mean)), level] = 1.0
         design[:, number], design[:, number + 1] = a, b
@@ -233,12 +233,12 @@ def _round_places(x: FloatArray) -> Int16Array:
 def _gap_between_layers(h: FloatArray, max_valley: float, grid: float) -> float | None:
     """Return the distance between the two largest peaks if the valley between them suffices."""
     low, high = np.quantile(h, [0.002, 0.998])
-    inner = h[(h >= low) & (h <= high)]
-    width = max(KERNEL_WIDTH * float(inner.std()), 0.5 * grid)
+    inner_heights = h[(h >= low) & (h <= high)]
+    width = max(KERNEL_WIDTH * float(inner_heights.std()), 0.5 * grid)
     if not width > 0.0:
         return None
     margin = 4.0 * width
-    count, edges = np.histogram(inner, N_BINS, (low - margin, high + margin))
+    count, edges = np.histogram(inner_heights, N_BINS, (low - margin, high + margin))
     step = edges[1] - edges[0]
     offsets = np.arange(-int(margin / step), int(margin / step) + 1) * step
     kernel = np.exp(-0.5 * (offsets / width) ** 2)

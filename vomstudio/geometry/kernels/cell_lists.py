@@ -15,7 +15,7 @@ _HASH_FACTOR = 0x9E3779B97F4A7C15 - (1 << 64)
 
 
 @kernel("i8(i8[::1], i8, i8, i8[::1], i8[::1], i4[::1])")
-def near_cells(keys, row, layer, at, starts, near):  # type: ignore[no-untyped-def]
+def near_cells(keys, row, layer, position, starts, near):  # type: ignore[no-untyped-def]
     """Find the up to 26 neighbours of each cell and return their total number.
 
     Parameters
@@ -24,7 +24,7 @@ def near_cells(keys, row, layer, at, starts, near):  # type: ignore[no-untyped-d
         Sorted numbers of cells, i + row j + layer k. No cell is at an end of a row or layer.
     row, layer : int
         Increments of the cell number along j and k.
-    at : (9,) ndarray
+    position : (9,) ndarray
         Zeros; working space.
     starts : (k + 1,) ndarray
         Output: the neighbours of cell c are near[starts[c]:starts[c + 1]].
@@ -36,10 +36,10 @@ def near_cells(keys, row, layer, at, starts, near):  # type: ignore[no-untyped-d
         starts[c] = total
         for turn in range(9):
             first = keys[c] + (turn // 3 - 1) * layer + (turn % 3 - 1) * row - 1
-            p = at[turn]
+            p = position[turn]
             while p < len(keys) and keys[p] < first:
                 p += 1
-            at[turn] = p
+            position[turn] = p
             while p < len(keys) and keys[p] <= first + 2:
                 if p != c:
                     near[total] = p
@@ -150,7 +150,7 @@ def sort_upper(values, first, last, other, counts):  # type: ignore[no-untyped-d
 
 
 @kernel("i8(i8[::1], i8, f8[:,::1], i8[::1], i8[::1], f8[:,::1], i8[::1], i8[::1])")
-def sort_points_by_cell(packed_keys, bits, points, rows, sorted_rows, places, keys, cell_starts):  # type: ignore[no-untyped-def]
+def sort_points_by_cell(packed_keys, bits, points, rows, sorted_rows, positions, keys, cell_starts):  # type: ignore[no-untyped-def]
     """Sort points by cell and return the number of cells.
 
     Parameters
@@ -161,19 +161,23 @@ def sort_points_by_cell(packed_keys, bits, points, rows, sorted_rows, places, ke
     points : (n, 3) ndarray
     rows, sorted_rows : (n,) ndarray
         Output: row of each sorted point, and sorted position of each row.
-    places : (n, 3) ndarray
+    positions : (n, 3) ndarray
         Output: sorted points.
     keys, cell_starts : ndarray
         Output: number of each cell and its first sorted point.
     """
     cells, last = 0, -1
     low = (1 << bits) - 1
-    for at in range(len(packed_keys)):
-        key, row = packed_keys[at] >> bits, packed_keys[at] & low
-        rows[at], sorted_rows[row] = row, at
-        places[at, 0], places[at, 1], places[at, 2] = points[row, 0], points[row, 1], points[row, 2]
+    for k in range(len(packed_keys)):
+        key, row = packed_keys[k] >> bits, packed_keys[k] & low
+        rows[k], sorted_rows[row] = row, k
+        positions[k, 0], positions[k, 1], positions[k, 2] = (
+            points[row, 0],
+            points[row, 1],
+            points[row, 2],
+        )
         if key != last:
-            keys[cells], cell_starts[cells] = key, at
+            keys[cells], cell_starts[cells] = key, k
             cells, last = cells + 1, key
     cell_starts[cells] = len(packed_keys)
     return cells
@@ -213,33 +217,33 @@ def nearest_in_block(  # type: ignore[no-untyped-def]
     known : (k,) ndarray of bool
         Output: whether m points were found and no point in a farther cell can be nearer.
     """
-    most = near.shape[1]
+    maximum = near.shape[1]
     for i in range(len(rows)):
         x, y, z = points[rows[i], 0], points[rows[i], 1], points[rows[i], 2]
         c = cells[i]
-        count, worst = 0, math.inf
+        count, worst_value = 0, math.inf
         for turn in range(starts[c] - 1, starts[c + 1]):
             o = c if turn < starts[c] else neighbouring_cells[turn]
             for p in range(cell_starts[o], cell_starts[o + 1]):
                 dx, dy, dz = points[p, 0] - x, points[p, 1] - y, points[p, 2] - z
                 square = dx * dx + dy * dy + dz * dz
-                if square >= worst:
+                if square >= worst_value:
                     continue
-                j = min(count, most - 1)
+                j = min(count, maximum - 1)
                 while j > 0 and squares[i, j - 1] > square:
                     squares[i, j], near[i, j] = squares[i, j - 1], near[i, j - 1]
                     j -= 1
                 squares[i, j], near[i, j] = square, p
-                count = min(count + 1, most)
-                if count == most:
-                    worst = squares[i, most - 1]
+                count = min(count + 1, maximum)
+                if count == maximum:
+                    worst_value = squares[i, maximum - 1]
         # Distance from the point to the border of the block.
         a = x - (keys[c] % row - 1) * side
         b = y - (keys[c] % layer // row - 1) * side
         d = z - (keys[c] // layer - 1) * side
-        free = min(min(a, side - a), min(b, side - b), min(d, side - d))
-        free = side * (1.0 - 1e-9) + free
-        known[i] = count == most and worst <= free * free
+        clearance = min(min(a, side - a), min(b, side - b), min(d, side - d))
+        clearance = side * (1.0 - 1e-9) + clearance
+        known[i] = count == maximum and worst_value <= clearance * clearance
 
 
 @kernel("void(f8[:,::1], i8[::1], f8[:,::1], f8[:,::1])")
@@ -286,8 +290,8 @@ def block_planes(  # type: ignore[no-untyped-def]
         n = 0.0
         sx, sy, sz = 0.0, 0.0, 0.0
         xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for at in range(starts[c] - 1, starts[c + 1]):
-            o = c if at < starts[c] else near[at]
+        for k in range(starts[c] - 1, starts[c + 1]):
+            o = c if k < starts[c] else near[k]
             w = float(cell_starts[o + 1] - cell_starts[o])
             dx, dy, dz = means[o, 0] - x, means[o, 1] - y, means[o, 2] - z
             n += w

@@ -13,11 +13,11 @@ _HASH_FACTOR = 0x9E3779B97F4A7C15 - (1 << 64)
 @part
 def find_slot(names, name):  # type: ignore[no-untyped-def]
     """Return the slot of a row of cells in the hash table, or the free slot for it."""
-    last = len(names) - 1
-    at = ((name * _HASH_FACTOR) >> 20) & last
-    while names[at] != -1 and names[at] != name:
-        at = (at + 1) & last
-    return at
+    last_index = len(names) - 1
+    position = ((name * _HASH_FACTOR) >> 20) & last_index
+    while names[position] != -1 and names[position] != name:
+        position = (position + 1) & last_index
+    return position
 
 
 @kernel("void(i8[::1], i8[::1], i8[::1], i8[:,::1])")
@@ -35,21 +35,21 @@ def tabulate(rows, cell_starts, names, ends):  # type: ignore[no-untyped-def]
     ends : (len(names), 2) ndarray
         Output: first point of the row and of the next row.
     """
-    for at in range(len(rows)):
-        slot = find_slot(names, rows[at])
-        names[slot] = rows[at]
-        ends[slot, 0], ends[slot, 1] = cell_starts[at], cell_starts[at + 1]
+    for k in range(len(rows)):
+        slot = find_slot(names, rows[k])
+        names[slot] = rows[k]
+        ends[slot, 0], ends[slot, 1] = cell_starts[k], cell_starts[k + 1]
 
 
 @part
 def find_first_not_below(keys, bound, low, high):  # type: ignore[no-untyped-def]
     """Return the first position in a range of sorted keys whose key is not below `bound`."""
     while low < high:
-        middle = (low + high) // 2
-        if keys[middle] < bound:
-            low = middle + 1
+        centre = (low + high) // 2
+        if keys[centre] < bound:
+            low = centre + 1
         else:
-            high = middle
+            high = centre
     return low
 
 
@@ -110,13 +110,13 @@ def smallest_eigenvector(a, b, c, d, e, f):  # type: ignore[no-untyped-def]
         v11, v12 = _swung(k, s, v11, v12)
         v21, v22 = _swung(k, s, v21, v22)
     total = a + b + c
-    least, most = min(a, b, c), max(a, b, c)
+    least, maximum = min(a, b, c), max(a, b, c)
     x, y, z = v00, v10, v20
     if least == b:
         x, y, z = v01, v11, v21
     elif least == c:
         x, y, z = v02, v12, v22
-    return x, y, z, least, total - least - most, most
+    return x, y, z, least, total - least - maximum, maximum
 
 
 @kernel(
@@ -124,7 +124,7 @@ def smallest_eigenvector(a, b, c, d, e, f):  # type: ignore[no-untyped-def]
     "f8[:,::1], f8[:,::1], f8[:,::1])"
 )
 def fit_planes_near(  # type: ignore[no-untyped-def]
-    points, cells, names, ends, size, nx, ny, nz, places, radius, count, means, normals, spreads
+    points, cells, names, ends, size, nx, ny, nz, positions, radius, count, means, normals, spreads
 ):
     """Fit a plane to the points in a ball around each position.
 
@@ -133,8 +133,8 @@ def fit_planes_near(  # type: ignore[no-untyped-def]
     points. Points and positions are relative to the corner of the grid.
     """
     limit = radius * radius
-    for row in range(len(places)):
-        x, y, z = places[row, 0], places[row, 1], places[row, 2]
+    for row in range(len(positions)):
+        x, y, z = positions[row, 0], positions[row, 1], positions[row, 2]
         i0, i1 = cell_of(x - radius, size, nx), cell_of(x + radius, size, nx)
         j0, j1 = cell_of(y - radius, size, ny), cell_of(y + radius, size, ny)
         k0, k1 = cell_of(z - radius, size, nz), cell_of(z + radius, size, nz)
@@ -147,10 +147,14 @@ def fit_planes_near(  # type: ignore[no-untyped-def]
                 if names[slot] == -1:
                     continue
                 stop = ends[slot, 1]
-                at = find_first_not_below(cells, i0, ends[slot, 0], stop)
-                while at < stop and cells[at] <= i1:
-                    dx, dy, dz = points[at, 0] - x, points[at, 1] - y, points[at, 2] - z
-                    at += 1
+                position = find_first_not_below(cells, i0, ends[slot, 0], stop)
+                while position < stop and cells[position] <= i1:
+                    dx, dy, dz = (
+                        points[position, 0] - x,
+                        points[position, 1] - y,
+                        points[position, 2] - z,
+                    )
+                    position += 1
                     if dx * dx + dy * dy + dz * dz > limit:
                         continue
                     n += 1
@@ -181,7 +185,21 @@ def fit_planes_near(  # type: ignore[no-untyped-def]
     "i8[::1], f8[::1], f8[::1])"
 )
 def along_axes(  # type: ignore[no-untyped-def]
-    points, cells, names, ends, size, nx, ny, nz, places, axes, radius, reach, count, means, spreads
+    points,
+    cells,
+    names,
+    ends,
+    size,
+    nx,
+    ny,
+    nz,
+    positions,
+    axes,
+    radius,
+    reach,
+    count,
+    means,
+    spreads,
 ):
     """Measure the points in a cylinder around each position along a unit axis.
 
@@ -191,8 +209,8 @@ def along_axes(  # type: ignore[no-untyped-def]
     """
     pieces = max(1, math.ceil(reach / size))
     half = reach / pieces
-    for row in range(len(places)):
-        x, y, z = places[row, 0], places[row, 1], places[row, 2]
+    for row in range(len(positions)):
+        x, y, z = positions[row, 0], positions[row, 1], positions[row, 2]
         ux, uy, uz = axes[row, 0], axes[row, 1], axes[row, 2]
         if not math.isfinite(ux + uy + uz):
             continue
@@ -216,28 +234,36 @@ def along_axes(  # type: ignore[no-untyped-def]
             i0, i1 = cell_of(cx - wx, size, nx), cell_of(cx + wx, size, nx)
             j0, j1 = cell_of(cy - wy, size, ny), cell_of(cy + wy, size, ny)
             k0, k1 = cell_of(cz - wz, size, nz), cell_of(cz + wz, size, nz)
-            last = piece == pieces - 1
+            is_last = piece == pieces - 1
             for k in range(k0, k1 + 1):
                 for j in range(j0, j1 + 1):
                     slot = find_slot(names, j + ny * k)
                     if names[slot] == -1:
                         continue
                     stop = ends[slot, 1]
-                    at = find_first_not_below(cells, i0, ends[slot, 0], stop)
-                    while at < stop and cells[at] <= i1:
-                        dx, dy, dz = points[at, 0] - x, points[at, 1] - y, points[at, 2] - z
-                        at += 1
-                        along = dx * ux + dy * uy + dz * uz
+                    position = find_first_not_below(cells, i0, ends[slot, 0], stop)
+                    while position < stop and cells[position] <= i1:
+                        dx, dy, dz = (
+                            points[position, 0] - x,
+                            points[position, 1] - y,
+                            points[position, 2] - z,
+                        )
+                        position += 1
+                        along_component = dx * ux + dy * uy + dz * uz
                         # Count each point in one piece only.
-                        if along < t - half or along > t + half or (along == t + half and not last):
+                        if (
+                            along_component < t - half
+                            or along_component > t + half
+                            or (along_component == t + half and not is_last)
+                        ):
                             continue
-                        off = dx * dx + dy * dy + dz * dz - along * along
-                        if off > radius * radius:
+                        offset = dx * dx + dy * dy + dz * dz - along_component * along_component
+                        if offset > radius * radius:
                             continue
                         n += 1
-                        step = along - mean
+                        step = along_component - mean
                         mean += step / n
-                        squares += step * (along - mean)
+                        squares += step * (along_component - mean)
         count[row] = n
         if n > 0:
             means[row] = mean

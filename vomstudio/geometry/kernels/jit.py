@@ -219,7 +219,7 @@ def to_read_only_array(array: npt.ArrayLike, dtype: npt.DTypeLike) -> AnyArray:
     -------
     ndarray
     """
-    required = np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED"])
-    if required.flags.writeable or not required.size:
-        return to_kernel_array(required, dtype)
-    return np.asarray(_BorrowedMemory(required))
+    required_values = np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED"])
+    if required_values.flags.writeable or not required_values.size:
+        return to_kernel_array(required_values, dtype)
+    return np.asarray(_BorrowedMemory(required_values))

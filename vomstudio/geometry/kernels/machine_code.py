@@ -129,11 +129,11 @@ def _missing_symbols(code: bytes) -> list[str]:
     size, count = struct.unpack_from("<HH", code, 0x3A)
     sections = [struct.unpack_from("<IIQQQQII", code, sections_at + k * size) for k in range(count)]
     names = []
-    for _, kind, _, _, at, length, link, _ in sections:
+    for _, kind, _, _, position, length, link, _ in sections:
         if kind != 2:  # the symbol table
             continue
         words_at = sections[link][4]
-        for place in range(at, at + length, 24):
+        for place in range(position, position + length, 24):
             word, _, _, section = struct.unpack_from("<IBBH", code, place)
             if word and section == 0:
                 start = words_at + word
@@ -163,12 +163,12 @@ def _compile_kernel(source: KernelSource, signature: Signature) -> bytes:
     # kernel in its usual way and reports any errors in the kernel itself.
     except Exception:  # noqa: BLE001
         return b""
-    sound = (
+    is_sound = (
         form == "object"
         and [_type_name(argument.type) for argument in arguments] == signature.llvm_types()
         and not any(name.startswith(NUMBA_SYMBOLS) for name in _missing_symbols(code))
     )
-    return _HEADER_FORMAT.pack(len(symbol)) + symbol.encode() + code if sound else b""
+    return _HEADER_FORMAT.pack(len(symbol)) + symbol.encode() + code if is_sound else b""
 
 
 def _type_name(llvm_type: Any) -> str:

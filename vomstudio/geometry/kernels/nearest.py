@@ -72,24 +72,24 @@ def _nearest_weights(ax, ay, az, ex, ey, ez, fx, fy, fz, x, y, z):  # type: igno
     "i8[::1], f8[::1])"
 )
 def nearest_faces(  # type: ignore[no-untyped-def]
-    points, faces, order, low, high, places, index, weights, stack, entry
+    points, faces, order, low, high, positions, index, weights, stack, entry
 ):
     """Find the face nearest to each position, and the weights of its corners there.
 
     `index` is -1 and `weights` NaN on entry.
     """
     leaves = (len(low) + 1) // 2
-    for row in range(len(places)):
-        x, y, z = places[row, 0], places[row, 1], places[row, 2]
+    for row in range(len(positions)):
+        x, y, z = positions[row, 0], positions[row, 1], positions[row, 2]
         if not (np.isfinite(x) and np.isfinite(y) and np.isfinite(z)):
             continue
         best = np.inf
         top = 0
         stack[0], entry[0] = 0, _box_square(low, high, 0, x, y, z)
         while top >= 0:
-            node, at = stack[top], entry[top]
+            node, position = stack[top], entry[top]
             top -= 1
-            if at >= best:
+            if position >= best:
                 continue
             if node < leaves - 1:
                 a, b = 2 * node + 1, 2 * node + 2

@@ -15,17 +15,17 @@ def _count_not_above(bounds, value):  # type: ignore[no-untyped-def]
 
 
 @kernel("void(f8[::1], f8[::1], f8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1], i8[::1], f8[:,::1])")
-def cell_sums(across, along, slabs, parts, u, v, r, count, sums):  # type: ignore[no-untyped-def]
+def cell_sums(neighbour_faces, along_component, slabs, parts, u, v, r, count, sums):  # type: ignore[no-untyped-def]
     """Count the points of each cell, and sum their u, v, r, uu, uv, vv, ur and vr.
 
     Parameters
     ----------
-    across, along : (n,) ndarray
+    neighbour_faces, along_component : (n,) ndarray
         Coordinates that determine the cell of a point.
     slabs : (k - 1,) ndarray
-        Sorted bounds of `across`.
+        Sorted bounds of `neighbour_faces`.
     parts : (k, k - 1) ndarray
-        Sorted bounds of `along` in each slab.
+        Sorted bounds of `along_component` in each slab.
     u, v, r : (n,) ndarray
     count : (k k,) ndarray
         Output, zeros on entry.
@@ -34,18 +34,18 @@ def cell_sums(across, along, slabs, parts, u, v, r, count, sums):  # type: ignor
     """
     side = len(parts)
     for i in range(len(u)):
-        slab = _count_not_above(slabs, across[i])
-        at = slab * side + _count_not_above(parts[slab], along[i])
+        slab = _count_not_above(slabs, neighbour_faces[i])
+        position = slab * side + _count_not_above(parts[slab], along_component[i])
         a, b, h = u[i], v[i], r[i]
-        count[at] += 1
-        sums[at, 0] += a
-        sums[at, 1] += b
-        sums[at, 2] += h
-        sums[at, 3] += a * a
-        sums[at, 4] += a * b
-        sums[at, 5] += b * b
-        sums[at, 6] += a * h
-        sums[at, 7] += b * h
+        count[position] += 1
+        sums[position, 0] += a
+        sums[position, 1] += b
+        sums[position, 2] += h
+        sums[position, 3] += a * a
+        sums[position, 4] += a * b
+        sums[position, 5] += b * b
+        sums[position, 6] += a * h
+        sums[position, 7] += b * h
 
 
 @kernel("void(f8[:,::1], f8[::1], f8[::1], f8[:,::1])")

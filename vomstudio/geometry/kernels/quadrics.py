@@ -31,9 +31,9 @@ def _solved(rows):  # type: ignore[no-untyped-def]
             for j in range(k, 7):
                 rows[k, j], rows[best, j] = rows[best, j], rows[k, j]
         for i in range(k + 1, 6):
-            share = rows[i, k] / rows[k, k]
+            fraction = rows[i, k] / rows[k, k]
             for j in range(k, 7):
-                rows[i, j] -= share * rows[k, j]
+                rows[i, j] -= fraction * rows[k, j]
     for k in range(5, -1, -1):
         remainder = rows[k, 6]
         for j in range(k + 1, 6):
@@ -56,7 +56,7 @@ def _perpendicular_directions(x, y, z):  # type: ignore[no-untyped-def]
     "f8[:,::1], f8[::1])"
 )
 def curvatures_near(  # type: ignore[no-untyped-def]
-    points, cells, names, ends, size, nx, ny, nz, places, normals, radius, rows, curvature
+    points, cells, names, ends, size, nx, ny, nz, positions, normals, radius, rows, curvature
 ):
     """Compute the mean curvature of a quadric fitted to the points around each position.
 
@@ -66,8 +66,8 @@ def curvatures_near(  # type: ignore[no-untyped-def]
     space; `curvature` is NaN on entry and stays so if the curvature is unknown.
     """
     limit = radius * radius
-    for row in range(len(places)):
-        x, y, z = places[row, 0], places[row, 1], places[row, 2]
+    for row in range(len(positions)):
+        x, y, z = positions[row, 0], positions[row, 1], positions[row, 2]
         ax, ay, az = normals[row, 0], normals[row, 1], normals[row, 2]
         if not math.isfinite(x + y + z + ax + ay + az):
             continue
@@ -85,10 +85,14 @@ def curvatures_near(  # type: ignore[no-untyped-def]
                 if names[slot] == -1:
                     continue
                 stop = ends[slot, 1]
-                at = find_first_not_below(cells, i0, ends[slot, 0], stop)
-                while at < stop and cells[at] <= i1:
-                    dx, dy, dz = points[at, 0] - x, points[at, 1] - y, points[at, 2] - z
-                    at += 1
+                position = find_first_not_below(cells, i0, ends[slot, 0], stop)
+                while position < stop and cells[position] <= i1:
+                    dx, dy, dz = (
+                        points[position, 0] - x,
+                        points[position, 1] - y,
+                        points[position, 2] - z,
+                    )
+                    position += 1
                     if dx * dx + dy * dy + dz * dz > limit:
                         continue
                     n += 1

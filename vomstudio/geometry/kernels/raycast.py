@@ -17,8 +17,8 @@ def find_grid_hits(points, faces, selected, left, top, step, face, depth, weight
     See `cast_grid`. `face` is -1 and `depth` infinity on entry.
     """
     h, w = face.shape
-    for at in range(len(selected)):
-        f = selected[at]
+    for k in range(len(selected)):
+        f = selected[k]
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         ax, ay, az = points[a, 0], points[a, 1], points[a, 2]
         ex, ey, ez = points[b, 0] - ax, points[b, 1] - ay, points[b, 2] - az
@@ -58,8 +58,8 @@ def find_quarter_hits(points, faces, selected, left, top, step, slot, face, dept
     As `find_grid_hits`; the slot is the row of the results.
     """
     h, w = slot.shape
-    for at in range(len(selected)):
-        f = selected[at]
+    for k in range(len(selected)):
+        f = selected[k]
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         ax, ay, az = points[a, 0], points[a, 1], points[a, 2]
         ex, ey, ez = points[b, 0] - ax, points[b, 1] - ay, points[b, 2] - az

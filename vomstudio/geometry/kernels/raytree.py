@@ -95,9 +95,9 @@ def first_faces(  # type: ignore[no-untyped-def]
         top = 0
         stack[0], entry[0] = 0, _entry_distance(low, high, 0, s, w, best)
         while top >= 0:
-            node, at = stack[top], entry[top]
+            node, position = stack[top], entry[top]
             top -= 1
-            if at == np.inf or at > best:
+            if position == np.inf or position > best:
                 continue
             if node < leaves - 1:
                 top = _descend(low, high, node, s, w, best, stack, entry, top)
@@ -163,16 +163,16 @@ def first_points(  # type: ignore[no-untyped-def]
         if length == 0.0:
             continue
         # The first walk finds how far the first surface is, the second its best point.
-        front, closest = ends[ray], np.inf
+        front, closest_values = ends[ray], np.inf
         for turn in range(2):
             limit = front if turn == 0 else min(front + point_radius / length, ends[ray])
             top = 0
             stack[0], entry[0] = 0, _entry_distance(low, high, 0, s, w, limit)
             met = False
             while top >= 0:
-                node, at = stack[top], entry[top]
+                node, position = stack[top], entry[top]
                 top -= 1
-                if at == np.inf or at > limit:
+                if position == np.inf or position > limit:
                     continue
                 if node < leaves - 1:
                     top = _descend(low, high, node, s, w, limit, stack, entry, top)
@@ -185,14 +185,14 @@ def first_points(  # type: ignore[no-untyped-def]
                     if t <= 0.0 or t > limit:
                         continue
                     dx, dy, dz = gx - t * w[0], gy - t * w[1], gz - t * w[2]
-                    off = np.sqrt(dx * dx + dy * dy + dz * dz)
-                    if off > reach:
+                    offset = np.sqrt(dx * dx + dy * dy + dz * dz)
+                    if offset > reach:
                         continue
                     if turn == 0:
                         met = True
                         limit = t
-                    elif off < closest:
-                        closest = off
+                    elif offset < closest_values:
+                        closest_values = offset
                         index[ray] = p
                         distance[ray] = t
             if turn == 0:

@@ -39,7 +39,7 @@ class _KernelParameter:
     dimensions: int
     contiguous: bool
 
-    def flat(self, at: int, value: Any) -> tuple[Any, ...]:
+    def flat(self, position: int, value: Any) -> tuple[Any, ...]:
         """Return the arguments of the machine code. Raises TypeError, OverflowError."""
         if self.dimensions == 0:
             return (self._number(value),)
@@ -52,7 +52,8 @@ class _KernelParameter:
         if not is_valid:
             form = "contiguous " if self.contiguous else ""
             raise TypeError(
-                f"Argument {at} of a kernel must be a writable {form}array of {self.dtype} with"
+                f"Argument {position} of a kernel must be a writable {form}array of "
+                f"{self.dtype} with"
                 f" {self.dimensions} dimensions."
             )
         address = value.__array_interface__["data"][0]
@@ -61,10 +62,10 @@ class _KernelParameter:
     def _number(self, value: Any) -> Any:
         if self.kind != "i8":
             return bool(value) if self.kind == "b1" else float(value)
-        whole = operator.index(value)
-        if not -(2**63) <= whole < 2**63:
+        whole_index = operator.index(value)
+        if not -(2**63) <= whole_index < 2**63:
             raise OverflowError("A number is too large for a kernel.")
-        return whole
+        return whole_index
 
     def c_types(self) -> list[Any]:
         if self.dimensions == 0:
@@ -125,11 +126,14 @@ class Signature:
         """Return whether the call succeeded, and the result. Raises TypeError, OverflowError."""
         if len(args) != len(self._parameters):
             raise TypeError(f"A kernel takes {len(self._parameters)} arguments, not {len(args)}.")
-        flat: list[Any] = []
+        flat_items: list[Any] = []
         for position, (parameter, value) in enumerate(zip(self._parameters, args, strict=True)):
-            flat += parameter.flat(position, value)
+            flat_items += parameter.flat(position, value)
         results_buffer, error_pointer = self._room(), ctypes.c_void_p()
-        if entry(ctypes.addressof(results_buffer), ctypes.addressof(error_pointer), *flat) != 0:
+        if (
+            entry(ctypes.addressof(results_buffer), ctypes.addressof(error_pointer), *flat_items)
+            != 0
+        ):
             return False, None
         results = tuple(results_buffer)[: self._results]
         return True, (results[0] if self._results else None) if self._single else results

@@ -79,8 +79,8 @@ def link_parts(function: Callable[..., Any]) -> Callable[..., Any]:
     def resolve_parts(value: Any) -> Any:
         return value.compiled() if isinstance(value, KernelPart) else value
 
-    used = {n for code in all_code(function) for n in code.co_names}
-    names = {n: resolve_parts(v) if n in used else v for n, v in function.__globals__.items()}
+    used_code = {n for code in all_code(function) for n in code.co_names}
+    names = {n: resolve_parts(v) if n in used_code else v for n, v in function.__globals__.items()}
     cells = tuple(
         CellType(resolve_parts(cell.cell_contents)) for cell in function.__closure__ or ()
     )

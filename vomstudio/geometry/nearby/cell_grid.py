@@ -81,14 +81,14 @@ class CellGrid:
         return np.asarray(np.searchsorted(self.begins, places, side="right") - 1)
 
 
-def create_cell_grid(local: FloatArray, points_per_cell: float) -> CellGrid:
+def create_cell_grid(local_points: FloatArray, points_per_cell: float) -> CellGrid:
     """Sort points into cubic cells.
 
     Coincident points become one.
 
     Parameters
     ----------
-    local : (n, 3) ndarray
+    local_points : (n, 3) ndarray
         Coordinates, not negative.
     points_per_cell : float
         Approximate number of points in the cell of the median point.
@@ -97,20 +97,22 @@ def create_cell_grid(local: FloatArray, points_per_cell: float) -> CellGrid:
     -------
     CellGrid
     """
-    local = to_kernel_array(local, np.float64)
+    local_points = to_kernel_array(local_points, np.float64)
     high = np.full(3, -np.inf)
-    find_bounds(local, np.full(3, np.inf), high)
-    side = _side(local, high, points_per_cell)
-    grid = _sort_into_cells(local, high, side)
+    find_bounds(local_points, np.full(3, np.inf), high)
+    side = _side(local_points, high, points_per_cell)
+    grid = _sort_into_cells(local_points, high, side)
     is_crowded = int(np.diff(grid.begins).max()) > MAX_POINTS_FOR_TWINS
     if not is_crowded and not has_twins(grid.places, grid.begins):
         return grid
-    place_of_point = weld_points(local)
+    place_of_point = weld_points(local_points)
     first = np.full(int(place_of_point.max()) + 1, -1, np.int64)
     first[place_of_point[::-1]] = np.arange(len(place_of_point))[::-1]
-    if len(first) == len(local):
+    if len(first) == len(local_points):
         return grid
-    grid_of_distinct = _sort_into_cells(to_kernel_array(local[first], np.float64), high, side)
+    grid_of_distinct = _sort_into_cells(
+        to_kernel_array(local_points[first], np.float64), high, side
+    )
     return CellGrid(
         first[grid_of_distinct.rows],
         grid_of_distinct.places,
@@ -123,12 +125,12 @@ def create_cell_grid(local: FloatArray, points_per_cell: float) -> CellGrid:
     )
 
 
-def _side(local: FloatArray, high: FloatArray, points_per_cell: float) -> float:
+def _side(local_points: FloatArray, high: FloatArray, points_per_cell: float) -> float:
     """Determine the side of a cell iteratively.
 
     On a surface, counts grow with the square of the side.
     """
-    n = len(local)
+    n = len(local_points)
     size = np.sort(high)[::-1]
     min_side = max(float(size[0]) / MAX_CELLS_PER_AXIS, 1e-12)
     side = max(float(np.sqrt(size[0] * max(size[1], 1e-12) * points_per_cell / n)), min_side)
@@ -136,10 +138,10 @@ def _side(local: FloatArray, high: FloatArray, points_per_cell: float) -> float:
     for _ in range(4):
         row, layer = _steps(high, side)
         if n > MAX_COUNTED_POINTS:
-            numbers = buffer[: number_points_in_cells(local, 1.0 / side, row, layer, buffer)]
+            numbers = buffer[: number_points_in_cells(local_points, 1.0 / side, row, layer, buffer)]
         else:
             numbers = buffer
-            cell_numbers(local, 1.0 / side, row, layer, buffer)
+            cell_numbers(local_points, 1.0 / side, row, layer, buffer)
         count = np.sort(np.unique(numbers, return_counts=True)[1])
         median_count = (
             count[np.searchsorted(np.cumsum(count), 0.5 * len(numbers))] if len(count) else 1
@@ -158,11 +160,11 @@ def _steps(high: FloatArray, side: float) -> tuple[int, int]:
     return row, row * rows
 
 
-def _sort_into_cells(local: FloatArray, high: FloatArray, side: float) -> CellGrid:
-    n = len(local)
+def _sort_into_cells(local_points: FloatArray, high: FloatArray, side: float) -> CellGrid:
+    n = len(local_points)
     row, layer = _steps(high, side)
     numbers, buffer = np.empty(n, np.int64), np.empty(n, np.int64)
-    cell_numbers(local, 1.0 / side, row, layer, numbers)
+    cell_numbers(local_points, 1.0 / side, row, layer, numbers)
     bits = max(n - 1, 1).bit_length()
     length = int(numbers.max()).bit_length()
     if bits + length < 63:
@@ -171,10 +173,10 @@ def _sort_into_cells(local: FloatArray, high: FloatArray, side: float) -> CellGr
         sort_upper(numbers, bits, bits + length, buffer, np.zeros(512, np.int64))
     else:
         order = np.argsort(numbers, kind="stable")
-        names, which = np.unique(numbers, return_inverse=True)
-        numbers = (which[order] << bits) | order
+        names, inverse = np.unique(numbers, return_inverse=True)
+        numbers = (inverse[order] << bits) | order
     rows, row_of, keys = np.empty(n, np.int64), np.empty(n, np.int64), buffer
-    places, begins = np.empty((n, 3)), np.empty(n + 1, np.int64)
-    count = sort_points_by_cell(numbers, bits, local, rows, row_of, places, keys, begins)
+    positions, begins = np.empty((n, 3)), np.empty(n + 1, np.int64)
+    count = sort_points_by_cell(numbers, bits, local_points, rows, row_of, positions, keys, begins)
     keys = keys[:count].copy() if bits + length < 63 else names
-    return CellGrid(rows, places, begins[: count + 1].copy(), keys, row, layer, row_of, side)
+    return CellGrid(rows, positions, begins[: count + 1].copy(), keys, row, layer, row_of, side)

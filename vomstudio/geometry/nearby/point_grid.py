@@ -74,14 +74,14 @@ class PointGrid:
         self.corner: FloatArray = (
             np.floor(finite_points.min(axis=0)) if len(finite_points) else np.zeros(3)
         )
-        local = finite_points - self.corner
-        high = local.max(axis=0) if len(finite_points) else np.zeros(3)
+        local_points = finite_points - self.corner
+        high = local_points.max(axis=0) if len(finite_points) else np.zeros(3)
         self.cell = float(max(cell, high.max() / MAX_CELLS_PER_AXIS, 1e-12))
         self.counts = np.floor(high / self.cell).astype(np.int64) + 1
-        keys = self._cells_of(local)
+        keys = self._cells_of(local_points)
         order = np.argsort(keys, kind="stable")
         self._order_given = order if is_finite.all() else np.flatnonzero(is_finite)[order]
-        self._points = to_kernel_array(local[order], np.float64)
+        self._points = to_kernel_array(local_points[order], np.float64)
         rows, columns = np.divmod(keys[order], self.counts[0])
         self._columns = to_kernel_array(columns, np.int32)
         names, begins = np.unique(rows, return_index=True)
@@ -104,7 +104,7 @@ class PointGrid:
         return (*self._sorted(), self._order_given)
 
     def planes(
-        self, places: FloatArray, radius: float, progress: Progress | None = None
+        self, positions: FloatArray, radius: float, progress: Progress | None = None
     ) -> LocalPlanes:
         """Fit planes to the points within `radius` of each of the positions (k, 3).
 
@@ -112,15 +112,15 @@ class PointGrid:
         """
         from vomstudio.geometry.kernels.cells import fit_planes_near
 
-        k = len(places)
+        k = len(positions)
         count = np.zeros(k, np.int64)
         mean, normal, spread = (np.full((k, 3), np.nan) for _ in range(3))
 
-        order = self._order(places)
+        order = self._order(positions)
 
         def work(block: slice) -> None:
             rows = order[block]
-            near = to_kernel_array(places[rows] - self.corner, np.float64)
+            near = to_kernel_array(positions[rows] - self.corner, np.float64)
             n, results = np.zeros(len(rows), np.int64), np.full((3, len(rows), 3), np.nan)
             fit_planes_near(*self._sorted(), self.cell, *self._size(), near, radius, n, *results)
             count[rows] = n
@@ -131,7 +131,7 @@ class PointGrid:
 
     def curvatures(
         self,
-        places: FloatArray,
+        positions: FloatArray,
         normals: FloatArray,
         radius: float,
         progress: Progress | None = None,
@@ -144,12 +144,12 @@ class PointGrid:
         """
         from vomstudio.geometry.kernels.quadrics import curvatures_near
 
-        curvatures = np.full(len(places), np.nan)
-        order = self._order(places)
+        curvatures = np.full(len(positions), np.nan)
+        order = self._order(positions)
 
         def work(block: slice) -> None:
             rows = order[block]
-            near = to_kernel_array(places[rows] - self.corner, np.float64)
+            near = to_kernel_array(positions[rows] - self.corner, np.float64)
             block_normals, block_curvatures = (
                 to_kernel_array(normals[rows], np.float64),
                 np.full(len(rows), np.nan),
@@ -166,33 +166,33 @@ class PointGrid:
             )
             curvatures[rows] = block_curvatures
 
-        run_in_blocks(work, len(places), progress or SilentProgress())
+        run_in_blocks(work, len(positions), progress or SilentProgress())
         return curvatures
 
     def along(
         self,
-        places: FloatArray,
+        positions: FloatArray,
         axes: FloatArray,
         radius: float,
-        reach: float,
+        max_distance: float,
         progress: Progress | None = None,
     ) -> CylinderStatistics:
         """Measure the points in cylinders around positions (k, 3) along unit axes (k, 3).
 
-        The cylinders extend by `reach` in both directions. Each step of `progress`, which may raise
-        Cancelled, is one position.
+        The cylinders extend by `max_distance` in both directions. Each step of `progress`, which
+        may raise Cancelled, is one position.
         """
         from vomstudio.geometry.kernels.cells import along_axes
 
-        k = len(places)
+        k = len(positions)
         count = np.zeros(k, np.int64)
         mean, deviation = np.full(k, np.nan), np.full(k, np.nan)
 
-        order = self._order(places)
+        order = self._order(positions)
 
         def work(block: slice) -> None:
             rows = order[block]
-            near = to_kernel_array(places[rows] - self.corner, np.float64)
+            near = to_kernel_array(positions[rows] - self.corner, np.float64)
             block_axes = to_kernel_array(axes[rows], np.float64)
             n, results = np.zeros(len(rows), np.int64), np.full((2, len(rows)), np.nan)
             along_axes(
@@ -202,7 +202,7 @@ class PointGrid:
                 near,
                 block_axes,
                 radius,
-                reach,
+                max_distance,
                 n,
                 *results,
             )
@@ -212,16 +212,16 @@ class PointGrid:
         run_in_blocks(work, k, progress or SilentProgress())
         return CylinderStatistics(count, mean, deviation)
 
-    def _cells_of(self, local: FloatArray) -> IntArray:
-        cells = np.clip((local / self.cell).astype(np.int64), 0, self.counts - 1)
+    def _cells_of(self, local_points: FloatArray) -> IntArray:
+        cells = np.clip((local_points / self.cell).astype(np.int64), 0, self.counts - 1)
         return np.asarray(
             cells[:, 0] + self.counts[0] * (cells[:, 1] + self.counts[1] * cells[:, 2]), np.int64
         )
 
-    def _order(self, places: FloatArray) -> IntArray:
+    def _order(self, positions: FloatArray) -> IntArray:
         """Order positions so that points shared by neighbours remain in the processor cache."""
         with np.errstate(invalid="ignore"):
-            return np.argsort(self._cells_of(places - self.corner), kind="stable")
+            return np.argsort(self._cells_of(positions - self.corner), kind="stable")
 
     def _sorted(self) -> tuple[FloatArray, Int32Array, IntArray, IntArray]:
         return self._points, self._columns, self._names, self._ends

@@ -22,7 +22,7 @@ MAX_GAP_RATIO, MAX_CANDIDATES, MAX_NEIGHBOURS = 0.75, 9, 2
 """Own choice: maximum gap relative to both sides, and numbers of candidates and neighbours."""
 
 
-def snap_corners(places: FloatArray, faces: IntArray) -> FloatArray:
+def snap_corners(positions: FloatArray, faces: IntArray) -> FloatArray:
     """Snap vertices whose distance is much smaller than the length of a side.
 
     Vertices are snapped only if few faces share a side, for example because each face has its own
@@ -30,7 +30,7 @@ def snap_corners(places: FloatArray, faces: IntArray) -> FloatArray:
 
     Parameters
     ----------
-    places : (n, 3) ndarray
+    positions : (n, 3) ndarray
         Finite at the vertices of faces.
     faces : (k, 3) ndarray of int
 
@@ -38,22 +38,22 @@ def snap_corners(places: FloatArray, faces: IntArray) -> FloatArray:
     -------
     (n, 3) ndarray
     """
-    nodes = weld_points(places)[faces]
+    nodes = weld_points(positions)[faces]
     if not len(faces) or int(nodes.max()) < MIN_CORNERS_PER_FACE * len(faces):
-        return places
+        return positions
     loose_share = _loose_share(nodes)
-    lengths = np.linalg.norm(places[faces] - places[np.roll(faces, 1, axis=1)], axis=2)
+    lengths = np.linalg.norm(positions[faces] - positions[np.roll(faces, 1, axis=1)], axis=2)
     if loose_share < MIN_LOOSE_SHARE or not (lengths > 0.0).any():
-        return places
+        return positions
     tolerance = WELD_SHARE * float(np.median(lengths[lengths > 0.0]))
-    used = np.unique(faces)
-    number = _weld_within(places[used], tolerance)
+    used_values = np.unique(faces)
+    number = _weld_within(positions[used_values], tolerance)
     first = np.full(int(number.max()) + 1, -1, np.int64)
-    first[number[::-1]] = used[::-1]
-    result = places.copy()
-    result[used] = places[first[number]]
+    first[number[::-1]] = used_values[::-1]
+    result = positions.copy()
+    result[used_values] = positions[first[number]]
     # No gain if the faces are really separate.
-    return result if _loose_share(weld_points(result)[faces]) < 0.9 * loose_share else places
+    return result if _loose_share(weld_points(result)[faces]) < 0.9 * loose_share else positions
 
 
 def neighbours_across_gaps(
@@ -90,9 +90,9 @@ def neighbours_across_gaps(
     face, side = free_sides // 3, free_sides % 3
     begin, end = corners[face, side], corners[face, (side + 1) % 3]
     length = np.linalg.norm(end - begin, axis=1)
-    middle = (begin + end) / 2.0
+    centre = (begin + end) / 2.0
     count = min(MAX_CANDIDATES, len(free_sides))
-    distances, other = cKDTree(middle).query(middle, k=count)
+    distances, other = cKDTree(centre).query(centre, k=count)
     is_neighbour = distances <= MAX_GAP_RATIO * (length[:, None] + length[other])
     a, b = nodes[face, side], nodes[face, (side + 1) % 3]
     for first_end in (a, b):
@@ -157,9 +157,9 @@ def _are_alone(nodes: IntArray) -> BoolArray:
     """Return which sides (3 k,) of faces (k, 3) belong to one face only."""
     key = _side_keys(nodes)
     order = np.argsort(key, kind="stable")
-    same = np.diff(key[order]) == 0
+    is_same = np.diff(key[order]) == 0
     is_alone = np.empty(len(key), np.bool_)
-    is_alone[order] = ~(np.append(same, False) | np.append(False, same))
+    is_alone[order] = ~(np.append(is_same, False) | np.append(False, is_same))
     return is_alone
 
 
@@ -170,7 +170,7 @@ def _side_keys(nodes: IntArray) -> IntArray:
     return np.asarray(np.minimum(a, b) * (int(nodes.max()) + 1) + np.maximum(a, b))
 
 
-def _weld_within(places: FloatArray, tolerance: float) -> IntArray:
+def _weld_within(positions: FloatArray, tolerance: float) -> IntArray:
     """Return common numbers of places (n, 3) much closer than the tolerance.
 
     These are in one cell of this side in one of four grids, shifted by a quarter each.
@@ -178,10 +178,10 @@ def _weld_within(places: FloatArray, tolerance: float) -> IntArray:
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
-    n = len(places)
+    n = len(positions)
     rows, columns, count = [], [], n
     for shift in range(4):
-        cells = np.floor(places / tolerance + 0.25 * shift)
+        cells = np.floor(positions / tolerance + 0.25 * shift)
         cell_of_place = weld_points(cells)
         rows.append(np.arange(n))
         columns.append(count + cell_of_place)

@@ -88,25 +88,30 @@ def part_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> FloatArray | Non
     )
 
 
-def _clip_faces(faces: FloatArray, projected: FloatArray, polygon: shapely.Polygon) -> FloatArray:
+def _clip_faces(
+    faces: FloatArray, projected_values: FloatArray, polygon: shapely.Polygon
+) -> FloatArray:
     """Return triangles (p, 3, 3) of the parts of faces (k, 3, 3) inside the polygon."""
     import shapely
 
-    faces, projected = faces[_is_broad(projected)], projected[_is_broad(projected)]
-    parts = shapely.intersection(shapely.polygons(projected), polygon)
+    faces, projected_values = (
+        faces[_is_broad(projected_values)],
+        projected_values[_is_broad(projected_values)],
+    )
+    parts = shapely.intersection(shapely.polygons(projected_values), polygon)
     pieces, face_row = shapely.get_parts(
         shapely.constrained_delaunay_triangles(parts), return_index=True
     )
     if not len(pieces):
         return np.zeros((0, 3, 3))
-    places = shapely.get_coordinates(pieces).reshape(-1, 4, 2)[:, :3]
+    positions = shapely.get_coordinates(pieces).reshape(-1, 4, 2)[:, :3]
     # Barycentric coordinates are invariant under the projection.
     a, u, v = (
-        projected[face_row, 0],
-        projected[face_row, 1] - projected[face_row, 0],
-        projected[face_row, 2] - projected[face_row, 0],
+        projected_values[face_row, 0],
+        projected_values[face_row, 1] - projected_values[face_row, 0],
+        projected_values[face_row, 2] - projected_values[face_row, 0],
     )
-    offsets = places - a[:, None]
+    offsets = positions - a[:, None]
     double_area = (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])[:, None]
     s = (offsets[..., 0] * v[:, None, 1] - offsets[..., 1] * v[:, None, 0]) / double_area
     t = (u[:, None, 0] * offsets[..., 1] - u[:, None, 1] * offsets[..., 0]) / double_area
@@ -138,33 +143,33 @@ def _find_enclosed(corners: npt.ArrayLike, ring: npt.ArrayLike) -> _EnclosedTria
     faces, projected = faces[is_near], projected[is_near]
     if not len(faces):
         return None
-    share = _shares(projected[:, :, :2], polygon, low, high)
-    has_share = share > 0.0
-    faces, projected, share = faces[has_share], projected[has_share], share[has_share]
+    fraction = _shares(projected[:, :, :2], polygon, low, high)
+    has_share = fraction > 0.0
+    faces, projected, fraction = faces[has_share], projected[has_share], fraction[has_share]
     is_connected = _find_connected_faces(faces, _find_faces_under(projected, outline))
     if is_connected is None:
         return None
     return _EnclosedTriangles(
-        faces[is_connected], projected[is_connected, :, :2], share[is_connected], polygon
+        faces[is_connected], projected[is_connected, :, :2], fraction[is_connected], polygon
     )
 
 
-def _meets_box(flat: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray:
+def _meets_box(flat_values: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray:
     """Return a mask of the triangles (m, 3, 2) whose bounding boxes intersect the box."""
-    is_near = np.ones(len(flat), np.bool_)
+    is_near = np.ones(len(flat_values), np.bool_)
     for axis in (0, 1):
-        a, b, c = (flat[:, corner, axis] for corner in range(3))
+        a, b, c = (flat_values[:, corner, axis] for corner in range(3))
         # Reductions over short axes are ten times slower.
         is_near &= np.maximum(np.maximum(a, b), c) >= low[axis]
         is_near &= np.minimum(np.minimum(a, b), c) <= high[axis]
     return is_near
 
 
-def _axes(local: FloatArray) -> FloatArray | None:
+def _axes(local_points: FloatArray) -> FloatArray | None:
     """Return two in-plane axes and the normal of an outline, or None if it has no area."""
-    normal = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
+    normal = np.cross(local_points, np.roll(local_points, -1, axis=0)).sum(axis=0)
     size = float(np.linalg.norm(normal))
-    if not size > 1e-12 * float((local**2).sum()):
+    if not size > 1e-12 * float((local_points**2).sum()):
         return None
     normal = normal / size
     u = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
@@ -173,7 +178,7 @@ def _axes(local: FloatArray) -> FloatArray | None:
 
 
 def _shares(
-    flat: FloatArray, polygon: shapely.Polygon, low: FloatArray, high: FloatArray
+    flat_values: FloatArray, polygon: shapely.Polygon, low: FloatArray, high: FloatArray
 ) -> FloatArray:
     """Return the share (m,) of each triangle (m, 3, 2) inside the polygon."""
     import shapely
@@ -182,20 +187,20 @@ def _shares(
     count = np.maximum(np.ceil((high - low) / step).astype(int), 1) + 2
     start = low - step
     border = _border_cells(polygon, start, step, count)
-    middle = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in count), indexing="ij"), axis=-1)
-    places = (start + step * middle).reshape(-1, 2)
-    inside = shapely.contains_xy(polygon, places[:, 0], places[:, 1]).reshape(count)
-    first = np.clip(((flat.min(axis=1) - start) / step).astype(int), 0, count - 1)
-    last = np.clip(((flat.max(axis=1) - start) / step).astype(int), 0, count - 1)
+    centre = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in count), indexing="ij"), axis=-1)
+    positions = (start + step * centre).reshape(-1, 2)
+    inside = shapely.contains_xy(polygon, positions[:, 0], positions[:, 1]).reshape(count)
+    first = np.clip(((flat_values.min(axis=1) - start) / step).astype(int), 0, count - 1)
+    last = np.clip(((flat_values.max(axis=1) - start) / step).astype(int), 0, count - 1)
     # A summed-area table gives the number of border cells in the box of each triangle.
     sums = np.zeros(count + 1, np.int64)
     sums[1:, 1:] = border.cumsum(axis=0).cumsum(axis=1)
     (x0, y0), (x1, y1) = first.T, last.T + 1
     is_crossed = sums[x1, y1] - sums[x0, y1] - sums[x1, y0] + sums[x0, y0] > 0
-    share = np.where(is_crossed, 0.0, inside[x0, y0].astype(np.float64))
+    fraction = np.where(is_crossed, 0.0, inside[x0, y0].astype(np.float64))
     if is_crossed.any():
-        share[is_crossed] = _cut_shares(flat[is_crossed], polygon)
-    return share
+        fraction[is_crossed] = _cut_shares(flat_values[is_crossed], polygon)
+    return fraction
 
 
 def _border_cells(
@@ -206,11 +211,11 @@ def _border_cells(
     segments = np.diff(ends, axis=0)
     n_steps = np.maximum(np.ceil(2.0 * np.linalg.norm(segments, axis=1) / step).astype(int), 1)
     segment = np.repeat(np.arange(len(segments)), n_steps)
-    along = (np.arange(len(segment)) - np.repeat(np.cumsum(n_steps) - n_steps, n_steps)) / n_steps[
-        segment
-    ]
-    places = ends[segment] + along[:, None] * segments[segment]
-    cells = np.clip(((places - start) / step).astype(int), 1, count - 2)
+    distances = (
+        np.arange(len(segment)) - np.repeat(np.cumsum(n_steps) - n_steps, n_steps)
+    ) / n_steps[segment]
+    positions = ends[segment] + distances[:, None] * segments[segment]
+    cells = np.clip(((positions - start) / step).astype(int), 1, count - 2)
     border = np.zeros(count, np.bool_)
     for dx in (-1, 0, 1):
         for dy in (-1, 0, 1):
@@ -218,36 +223,40 @@ def _border_cells(
     return border
 
 
-def _cut_shares(flat: FloatArray, polygon: shapely.Polygon) -> FloatArray:
+def _cut_shares(flat_values: FloatArray, polygon: shapely.Polygon) -> FloatArray:
     """Return the shares (k,) inside the outline of triangles that it may cross."""
     import shapely
 
-    middle = flat.mean(axis=1)
+    centre = flat_values.mean(axis=1)
     # Triangles seen edge-on have no area, so their centre decides.
-    share: FloatArray = shapely.contains_xy(polygon, middle[:, 0], middle[:, 1]).astype(np.float64)
-    is_broad, area = _is_broad(flat), _flat_areas(flat)
-    triangles = shapely.polygons(flat[is_broad])
-    share[is_broad] = np.clip(
+    fraction: FloatArray = shapely.contains_xy(polygon, centre[:, 0], centre[:, 1]).astype(
+        np.float64
+    )
+    is_broad, area = _is_broad(flat_values), _flat_areas(flat_values)
+    triangles = shapely.polygons(flat_values[is_broad])
+    fraction[is_broad] = np.clip(
         shapely.area(shapely.intersection(triangles, polygon)) / area[is_broad], 0, 1
     )
-    return share
+    return fraction
 
 
-def _flat_areas(flat: FloatArray) -> FloatArray:
+def _flat_areas(flat_values: FloatArray) -> FloatArray:
     """Return the areas of triangles (k, 3, 2)."""
-    a, b = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
+    a, b = flat_values[:, 1] - flat_values[:, 0], flat_values[:, 2] - flat_values[:, 0]
     return np.asarray(0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]))
 
 
-def _is_broad(flat: FloatArray) -> BoolArray:
+def _is_broad(flat_values: FloatArray) -> BoolArray:
     """Return whether triangles (k, 3, 2) are not edge-on."""
-    longest = (np.ptp(flat, axis=1) ** 2).sum(axis=1)
-    return np.asarray(_flat_areas(flat) > 1e-9 * longest)
+    max_length = (np.ptp(flat_values, axis=1) ** 2).sum(axis=1)
+    return np.asarray(_flat_areas(flat_values) > 1e-9 * max_length)
 
 
-def _find_faces_under(projected: FloatArray, outline: FloatArray) -> IntArray:
+def _find_faces_under(projected_values: FloatArray, outline: FloatArray) -> IntArray:
     """Return the rows of the triangles (m, 3, 3) nearest to points of the outline."""
-    corners = [[np.ascontiguousarray(projected[:, k, axis]) for k in range(3)] for axis in (0, 1)]
+    corners = [
+        [np.ascontiguousarray(projected_values[:, k, axis]) for k in range(3)] for axis in (0, 1)
+    ]
     low = [np.minimum(np.minimum(a, b), c) for a, b, c in corners]
     high = [np.maximum(np.maximum(a, b), c) for a, b, c in corners]
     rows_found = []
@@ -257,15 +266,15 @@ def _find_faces_under(projected: FloatArray, outline: FloatArray) -> IntArray:
         rows = np.flatnonzero(covers)
         if not len(rows):
             continue
-        distances = np.abs(_depth(projected[rows], place[:2]) - place[2])
+        distances = np.abs(_depth(projected_values[rows], place[:2]) - place[2])
         rows_found.append(int(rows[int(np.argmin(distances))]))
     return np.array(sorted(set(rows_found)), np.int64)
 
 
-def _depth(triangles: FloatArray, place: FloatArray) -> FloatArray:
+def _depth(triangles: FloatArray, position: FloatArray) -> FloatArray:
     """Return the heights (k,) of triangles at a position; infinite outside a triangle."""
     a = triangles[:, 0]
-    b, c, p = triangles[:, 1] - a, triangles[:, 2] - a, place - a[:, :2]
+    b, c, p = triangles[:, 1] - a, triangles[:, 2] - a, position - a[:, :2]
     double_area = b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):
         s = (p[:, 0] * c[:, 1] - p[:, 1] * c[:, 0]) / double_area

@@ -63,14 +63,14 @@ class NearestFaces:
 class RayTree:
     """Search tree of the faces of a mesh or the points of a cloud, for casting rays.
 
-    `reach` is the maximum distance of a point from a ray that hits it, m; it is not used for a
-    mesh. Coordinates are in the frame of the model. Sums are relative to an integer corner, so that
-    UTM coordinates lose no digits.
+    `max_distance` is the maximum distance of a point from a ray that hits it, m; it is not used for
+    a mesh. Coordinates are in the frame of the model. Sums are relative to an integer corner, so
+    that UTM coordinates lose no digits.
     """
 
-    def __init__(self, data: Mesh | PointCloud, reach: float = 0.0) -> None:
+    def __init__(self, data: Mesh | PointCloud, max_distance: float = 0.0) -> None:
         self.data = data
-        self.reach = reach
+        self.reach = max_distance
         if isinstance(data, Mesh):
             points = data.vertices
             self._faces = to_kernel_array(data.faces, np.int32)
@@ -88,7 +88,7 @@ class RayTree:
             low = np.minimum(np.minimum(corners[0], corners[1]), corners[2])
             high = np.maximum(np.maximum(corners[0], corners[1]), corners[2])
         else:
-            low, high = self._points - reach, self._points + reach
+            low, high = self._points - max_distance, self._points + max_distance
         self._order = _along_curve(0.5 * (low + high))
         self._low, self._high = _boxes(low[self._order], high[self._order])
 
@@ -143,18 +143,18 @@ class RayTree:
             )
         return RayHits(index, distance, weights)
 
-    def nearest(self, places: FloatArray) -> NearestFaces:
+    def nearest(self, positions: FloatArray) -> NearestFaces:
         """Return the points of a mesh nearest to the positions (n, 3)."""
         from vomstudio.geometry.kernels.nearest import nearest_faces
         from vomstudio.geometry.kernels.raytree import stack_space
 
-        n = len(places)
+        n = len(positions)
         index, weights = np.full(n, -1, np.int64), np.full((n, 3), np.nan)
         if len(self._order) and isinstance(self.data, Mesh):
-            local = places - self.corner
+            local_points = positions - self.corner
             # Follow the order of the curve, so that neighbours use the same cached data.
-            rows = _along_curve(local)
-            near = to_kernel_array(local[rows], np.float64)
+            rows = _along_curve(local_points)
+            near = to_kernel_array(local_points[rows], np.float64)
             nearest_rows, nearest_weights = (
                 np.full(len(rows), -1, np.int64),
                 np.full((len(rows), 3), np.nan),

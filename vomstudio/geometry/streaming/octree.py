@@ -128,8 +128,8 @@ class CloudNodes:
         radius = np.linalg.norm(high - low, axis=1) / 2.0
         offsets = np.maximum(np.maximum(low - position, position - high), 0.0)
         distance = np.maximum(np.sqrt(np.einsum("ij,ij->i", offsets, offsets)), view.near)
-        reach = np.ones(len(self)) if view.orthographic else distance
-        spacing_pixels = 2.0 * self.spacing * view.pixels / (2.0 * view.half_height * reach)
+        max_distance = np.ones(len(self)) if view.orthographic else distance
+        spacing_pixels = 2.0 * self.spacing * view.pixels / (2.0 * view.half_height * max_distance)
         half_width = view.half_height * (1.0 if view.orthographic else np.maximum(q[:, 2], 0.0))
         # The side planes of a perspective view are inclined, so a ball extends further across them.
         vertical_slope = 1.0 if view.orthographic else np.hypot(1.0, view.half_height)
@@ -218,8 +218,8 @@ class NodeStore(CloudNodes):
     def usual_spacing(self) -> float:
         """Median spacing of the nodes, weighted by their number of points."""
         order = np.argsort(self.spacing)
-        below = np.cumsum(self.counts[order])
-        return float(self.spacing[order][np.searchsorted(below, self.total / 2.0)])
+        cumulative_counts = np.cumsum(self.counts[order])
+        return float(self.spacing[order][np.searchsorted(cumulative_counts, self.total / 2.0)])
 
     def loaded(self) -> dict[int, PointCloud]:
         """Return the loaded nodes, keyed by row."""
@@ -231,17 +231,19 @@ class NodeStore(CloudNodes):
             self._loaded[row] = cloud
 
     def fetch(self, rows: Sequence[int]) -> list[NodePoints]:
-        loaded = self.loaded()
-        missing = [row for row in rows if row not in loaded]
-        if missing:
-            clouds = split_cloud(self._read(missing), self.counts[missing].tolist())
-            for row, cloud in zip(missing, clouds, strict=True):
-                loaded[row] = cloud
+        loaded_nodes = self.loaded()
+        missing_rows = [row for row in rows if row not in loaded_nodes]
+        if missing_rows:
+            clouds = split_cloud(self._read(missing_rows), self.counts[missing_rows].tolist())
+            for row, cloud in zip(missing_rows, clouds, strict=True):
+                loaded_nodes[row] = cloud
                 self.put(row, cloud)
         pieces = []
         for row in rows:
-            rows_of_node = np.arange(len(loaded[row].points))
-            pieces.append(NodePoints(loaded[row], rows_of_node, rows_of_node + self.starts[row]))
+            rows_of_node = np.arange(len(loaded_nodes[row].points))
+            pieces.append(
+                NodePoints(loaded_nodes[row], rows_of_node, rows_of_node + self.starts[row])
+            )
         return pieces
 
     def let_go(self, row: int, piece: NodePoints) -> None:
@@ -281,11 +283,11 @@ class NodeStore(CloudNodes):
 
     def touching(self, low: FloatArray, high: FloatArray) -> list[tuple[int, PointCloud]]:
         """Return the loaded nodes whose cubes touch a box."""
-        loaded = self.loaded()
-        rows = np.fromiter(loaded, np.int64, len(loaded))
+        loaded_nodes = self.loaded()
+        rows = np.fromiter(loaded_nodes, np.int64, len(loaded_nodes))
         cubes = self.bounds[rows]
         meets = ((cubes[:, 0] <= high) & (cubes[:, 1] >= low)).all(axis=1)
-        return [(row, loaded[row]) for row in rows[meets].tolist()]
+        return [(row, loaded_nodes[row]) for row in rows[meets].tolist()]
 
     def tree(self, row: int, cloud: PointCloud) -> cKDTree:
         tree = self._trees.get(row)

@@ -67,8 +67,8 @@ class StreamedSurface(CloudSurface):
     def _nearest(self, point: FloatArray, count: int) -> FloatArray:
         point = np.asarray(point, np.float64)
         distances_best, places_best = np.full(count, np.inf), np.zeros((count, 3))
-        loaded = self._store.loaded()
-        rows = np.fromiter(loaded, np.int64, len(loaded))
+        loaded_nodes = self._store.loaded()
+        rows = np.fromiter(loaded_nodes, np.int64, len(loaded_nodes))
         low, high = self._store.bounds[rows, 0], self._store.bounds[rows, 1]
         box_distances = np.linalg.norm(
             np.maximum(np.maximum(low - point, point - high), 0.0), axis=1
@@ -77,23 +77,23 @@ class StreamedSurface(CloudSurface):
             if box_distances[k] > distances_best[-1]:
                 break
             row = int(rows[k])
-            cloud = loaded[row]
+            cloud = loaded_nodes[row]
             distance, index = self._store.tree(row, cloud).query(
                 point, k=min(count, len(cloud.points)), distance_upper_bound=distances_best[-1]
             )
             distance, index = np.atleast_1d(distance), np.atleast_1d(index)
             is_finite = np.isfinite(distance)
             distances = np.concatenate([distances_best, distance[is_finite]])
-            places = np.concatenate([places_best, cloud.points[index[is_finite]]])
+            positions = np.concatenate([places_best, cloud.points[index[is_finite]]])
             order = np.argsort(distances, kind="stable")[:count]
-            distances_best, places_best = distances[order], places[order]
+            distances_best, places_best = distances[order], positions[order]
         return np.asarray(places_best[np.isfinite(distances_best)])
 
     def _near_box(self, low: FloatArray, high: FloatArray) -> FloatArray:
         points = [np.zeros((0, 3))]
         for _, cloud in self._store.touching(low, high):
-            inside = ((cloud.points >= low) & (cloud.points <= high)).all(axis=1)
-            points.append(cloud.points[inside])
+            is_inside = ((cloud.points >= low) & (cloud.points <= high)).all(axis=1)
+            points.append(cloud.points[is_inside])
         near = np.concatenate(points)
         return near[:: max(1, len(near) // MAX_FACE_POINTS)]
 
@@ -103,6 +103,6 @@ class StreamedSurface(CloudSurface):
         near = near[np.einsum("ij,ij->i", offsets, offsets) <= radius**2]
         if len(near) < 3:
             return None
-        centred = near - near.mean(axis=0)
-        values, vectors = np.linalg.eigh(centred.T @ centred)
+        centred_values = near - near.mean(axis=0)
+        values, vectors = np.linalg.eigh(centred_values.T @ centred_values)
         return np.asarray(vectors[:, 0]) if values[1] > 1e-12 * values[2] else None

@@ -133,8 +133,8 @@ def read_attitudes(path: str | Path, north: str = "grid") -> AttitudeTable:
     notes: tuple[Finding, ...] = ()
     if is_unstated and "magnetic" not in norths:
         notes = (Finding("cameras.yaw-accuracy-unknown"),)
-    doubted = is_unstated or "magnetic" in norths
-    return attitude_table(photos, angles, sigma, norths, doubted=doubted, notes=notes)
+    is_doubted = is_unstated or "magnetic" in norths
+    return attitude_table(photos, angles, sigma, norths, is_doubted=is_doubted, notes=notes)
 
 
 def attitude_table(
@@ -143,10 +143,10 @@ def attitude_table(
     sigma: FloatArray | None = None,
     norths: tuple[str, ...] | None = None,
     *,
-    doubted: bool = False,
+    is_doubted: bool = False,
     down: FloatArray | None = None,
     days: tuple[date | None, ...] | None = None,
-    places: FloatArray | None = None,
+    positions: FloatArray | None = None,
     notes: tuple[Finding, ...] = (),
 ) -> AttitudeTable:
     """Return a table in which values that are not given are NaN or None."""
@@ -156,10 +156,10 @@ def attitude_table(
         angles,
         np.full((n, 3), np.nan) if sigma is None else sigma,
         ("grid",) * n if norths is None else norths,
-        doubted,
+        is_doubted,
         np.full((n, 3), np.nan) if down is None else down,
         (None,) * n if days is None else days,
-        np.full((n, 2), np.nan) if places is None else places,
+        np.full((n, 2), np.nan) if positions is None else positions,
         notes,
     )
 
@@ -237,4 +237,4 @@ def _read_geo_attitudes(path: Path) -> AttitudeTable:
     note = Finding("cameras.opendronemap-angles", file=path.name)
     angles = nadir_to_view_angles(geo.angles[rows])
     norths = ("true",) * len(rows)
-    return attitude_table(photos, angles, None, norths, doubted=True, notes=(note,))
+    return attitude_table(photos, angles, None, norths, is_doubted=True, notes=(note,))

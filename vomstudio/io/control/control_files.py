@@ -83,7 +83,7 @@ def find_program_control(photos: Path) -> tuple[Path, Path] | None:
     return None
 
 
-def _exchanged_degrees_finding(control: Path, stated: str, code: str) -> Finding | None:
+def _exchanged_degrees_finding(control: Path, stated_text: str, code: str) -> Finding | None:
     """Return ``control.swapped-degrees`` if swapped degrees would explain the other CRS.
 
     This is the case if the points would be in the zone `code` after swapping longitude and
@@ -95,12 +95,12 @@ def _exchanged_degrees_finding(control: Path, stated: str, code: str) -> Finding
     if not points:
         return None
     x, y, _ = points[0].position
-    degrees = to_degrees(stated, [x], [y])
+    degrees = to_degrees(stated_text, [x], [y])
     if degrees is None:
         return None
     longitude, latitude = float(degrees[0][0]), float(degrees[1][0])
     is_exchanged = abs(longitude) <= 90.0 and utm_zone(latitude, longitude) == code
-    if not is_exchanged or stated != utm_zone(longitude, latitude):
+    if not is_exchanged or stated_text != utm_zone(longitude, latitude):
         return None
     label = points[0].label
     return Finding(
@@ -116,14 +116,17 @@ def agreed_crs(control: Path, crs: str | None) -> str | None:
     """
     from vomstudio.io.gis.crs import metric_crs
 
-    stated = crs_of(control)
+    stated_crs = crs_of(control)
     if crs is None:
-        return stated
+        return stated_crs
     code = metric_crs(crs, "CRS")
-    if stated is not None and stated != code:
-        if (exchanged := _exchanged_degrees_finding(control, stated, code)) is not None:
-            raise InputError(exchanged, file=control)
+    if stated_crs is not None and stated_crs != code:
+        if (
+            exchanged_degrees_finding := _exchanged_degrees_finding(control, stated_crs, code)
+        ) is not None:
+            raise InputError(exchanged_degrees_finding, file=control)
         raise UsageError(
-            Finding("frame.other-crs", crs=code, control=control.name, stated=stated), field="CRS"
+            Finding("frame.other-crs", crs=code, control=control.name, stated=stated_crs),
+            field="CRS",
         )
     return code

@@ -93,8 +93,8 @@ def _joined_covariance(*tables: Pairs) -> FloatArray | None:
     missing_covariances = (np.full((len(table.labels), 3, 3), np.nan) for table in tables)
     return np.concatenate(
         [
-            missing if table.covariance is None else table.covariance
-            for table, missing in zip(tables, missing_covariances, strict=True)
+            missing_covariance if table.covariance is None else table.covariance
+            for table, missing_covariance in zip(tables, missing_covariances, strict=True)
         ]
     )
 
@@ -214,7 +214,7 @@ def read_pairs(
     model = table.columns(_MODEL_COLUMNS, ("model_x", "model_y", "model_z"))
     world = table.columns(WORLD, ("x", "y", "z"))
     table.require_coordinates(world)
-    placed = points_to_world(
+    placed_points = points_to_world(
         world,
         file=table.path,
         comments=table.table.comments,
@@ -224,11 +224,11 @@ def read_pairs(
     return Pairs(
         labels,
         model,
-        placed.points,
+        placed_points.points,
         table.sigma(),
         table.uses(),
-        (*table.notes, *placed.findings),
-        placed.crs,
+        (*table.notes, *placed_points.findings),
+        placed_points.crs,
     )
 
 
@@ -304,14 +304,14 @@ def read_positions(path: str | Path) -> Positions:
     table = NamedTable(path, ("photo", "x", "y", "z"))
     photos = table.words(PHOTO, "photo")
     table.require_unique(photos)
-    places = table.columns(WORLD, ("x", "y", "z"))
+    positions = table.columns(WORLD, ("x", "y", "z"))
     degrees = table.has(("lon", "longitude", "x longitude"))
     if not degrees:
-        table.require_coordinates(places)
+        table.require_coordinates(positions)
     stated, findings = table_crs(path, table.table.comments)
     return Positions(
         photos,
-        places,
+        positions,
         degrees,
         table.sigma(),
         stated.text,

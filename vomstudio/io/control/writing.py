@@ -69,10 +69,10 @@ def write_pairs(path: Path, pairs: Pairs) -> Path | None:
     head += ["sigma_x", "sigma_y", "sigma_z"] if has_sigma else []
     rows = []
     for k, label in enumerate(pairs.labels):
-        places = [*pairs.model[k].tolist(), *pairs.world[k].tolist()]
+        positions = [*pairs.model[k].tolist(), *pairs.world[k].tolist()]
         row = [
             escape_formula(label),
-            *map(_digits, places),
+            *map(_digits, positions),
             "check" if pairs.check[k] else "control",
         ]
         if has_sigma:

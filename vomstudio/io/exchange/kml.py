@@ -101,9 +101,9 @@ def _placemark(
     mark = _add(folder, "Placemark")
     _add(mark, "name", str(figures.get("name") or figures.get("id") or layer.name))
     _add(mark, "styleUrl", f"#{style}")
-    extended = _add(mark, "ExtendedData")
+    extended_data = _add(mark, "ExtendedData")
     for name, value in figures.items():
-        _add(_add(extended, "Data", name=name), "value", str(value))
+        _add(_add(extended_data, "Data", name=name), "value", str(value))
     multi_geometry = _add(mark, "MultiGeometry")
     if layer.kind == "point":
         _coordinates(_add(multi_geometry, "Point"), layer.shapes[row], crs, out)

@@ -77,8 +77,8 @@ def choose_axes(
 
 def unreadable(file: Path, text: str) -> Finding:
     """Return the finding for a CRS that is not known."""
-    shown = " ".join(text.split())[:MAX_SHOWN_CHARACTERS]
-    return Finding("frame.crs-unreadable", file=file.name, crs=shown)
+    shown_text = " ".join(text.split())[:MAX_SHOWN_CHARACTERS]
+    return Finding("frame.crs-unreadable", file=file.name, crs=shown_text)
 
 
 def require_crs(axes: StatedAxes, file: Path) -> str:

@@ -197,12 +197,12 @@ def raw_shapes(
     return RawLayer(path, shapes, rows, {}, placed.crs, placed.findings, field=name)
 
 
-def extract_lines(raw: RawLayer, *, include_rings: bool = True) -> DrawnLayer:
+def extract_lines(raw_layer: RawLayer, *, include_rings: bool = True) -> DrawnLayer:
     """Return the lines of a layer as single parts, without heights.
 
     Parameters
     ----------
-    raw : RawLayer
+    raw_layer : RawLayer
     include_rings : bool
         Whether to include closed lines. If False, they are excluded and reported as
         ``lines.closed``.
@@ -212,10 +212,10 @@ def extract_lines(raw: RawLayer, *, include_rings: bool = True) -> DrawnLayer:
     InputError
         If the layer contains no lines.
     """
-    return _build_layer(raw, _LINES, (), include_rings)
+    return _build_layer(raw_layer, _LINES, (), include_rings)
 
 
-def extract_area(raw: RawLayer) -> tuple[Any, DrawnLayer]:
+def extract_area(raw_layer: RawLayer) -> tuple[Any, DrawnLayer]:
     """Return all polygons of a layer as one shapely area without heights, and the layer.
 
     Raises
@@ -225,29 +225,29 @@ def extract_area(raw: RawLayer) -> tuple[Any, DrawnLayer]:
     """
     import shapely
 
-    shapes, messages = _close_outlines(shapely.force_2d(raw.shapes))
-    layer = _build_layer(replace(raw, shapes=shapes), _AREAS, messages, True)
+    shapes, messages = _close_outlines(shapely.force_2d(raw_layer.shapes))
+    layer = _build_layer(replace(raw_layer, shapes=shapes), _AREAS, messages, True)
     area, crossing = resolve_crossings(layer.shapes)
     return area, replace(layer, warnings=(*layer.warnings, *crossing))
 
 
 def _build_layer(
-    raw: RawLayer, kinds: tuple[str, ...], messages: Iterable[Finding], include_rings: bool
+    raw_layer: RawLayer, kinds: tuple[str, ...], messages: Iterable[Finding], include_rings: bool
 ) -> DrawnLayer:
     import shapely
 
-    shapes = shapely.force_2d(raw.shapes)
-    parts, row, part_messages = _parts(shapes, raw.feature, kinds, include_rings)
+    shapes = shapely.force_2d(raw_layer.shapes)
+    parts, row, part_messages = _parts(shapes, raw_layer.feature, kinds, include_rings)
     if not len(parts):
-        raise _no_shapes_error(raw, kinds)
+        raise _no_shapes_error(raw_layer, kinds)
     return DrawnLayer(
-        raw.path,
+        raw_layer.path,
         parts,
-        raw.feature[row] + 1,
-        {name: values[row] for name, values in raw.columns.items()},
-        raw.crs,
-        (*raw.warnings, *messages, *part_messages, *raw.excluded),
-        raw.fields,
+        raw_layer.feature[row] + 1,
+        {name: values[row] for name, values in raw_layer.columns.items()},
+        raw_layer.crs,
+        (*raw_layer.warnings, *messages, *part_messages, *raw_layer.excluded),
+        raw_layer.fields,
     )
 
 
@@ -267,18 +267,18 @@ def _read(
     layer = layer or _find_layer(path, kinds, progress)
     names = {name.casefold() for name in (*attributes, *ENTITY_COLUMNS, "layer")}
     read = next(
-        iter(read_layers(path, [layer], names, lambda: _unreadable(path), progress, flat=False)),
+        iter(read_layers(path, [layer], names, lambda: _unreadable(path), progress, is_flat=False)),
         VectorLayer("", None),
     )
     # A table without geometry is not a layer of shapes.
     shapes, surfaces = shapes_from_wkb(read.shapes)
     columns = dict(read.columns or {})
-    excluded: list[Finding] = []
+    excluded_items: list[Finding] = []
     keep = np.ones(len(shapes), np.bool_)
     if path.suffix.lower() == ".dxf":
-        keep, excluded = select_lines(path, columns, surfaces)
+        keep, excluded_items = select_lines(path, columns, surfaces)
     elif surfaces.any():
-        excluded.append(excluded_surfaces_finding(int(surfaces.sum())))
+        excluded_items.append(excluded_surfaces_finding(int(surfaces.sum())))
     # Report a surface only once, not again as a shape without coordinates.
     keep = keep & ~(shapely.is_missing(shapes) & (surfaces > 0))
     if not keep.all():
@@ -293,19 +293,19 @@ def _read(
         columns,
         placed.crs,
         placed.findings,
-        tuple(excluded),
+        tuple(excluded_items),
         read.fields,
     )
 
 
-def _no_shapes_error(raw: RawLayer, kinds: tuple[str, ...]) -> InputError:
-    if raw.field is not None:
-        return InputError(Finding("drawing.zero-length"), field=raw.field)
-    for finding in raw.excluded:
+def _no_shapes_error(raw_layer: RawLayer, kinds: tuple[str, ...]) -> InputError:
+    if raw_layer.field is not None:
+        return InputError(Finding("drawing.zero-length"), field=raw_layer.field)
+    for finding in raw_layer.excluded:
         if isinstance(finding, Finding) and finding.code == "drawing.no-lines":
-            return InputError(Finding("drawing.only-bodies", **finding.values), file=raw.path)
+            return InputError(Finding("drawing.only-bodies", **finding.values), file=raw_layer.path)
     code = "drawing.no-polygons" if kinds is _AREAS else "drawing.no-traces"
-    return InputError(Finding(code), file=raw.path)
+    return InputError(Finding(code), file=raw_layer.path)
 
 
 def _unreadable(path: Path) -> InputError:
@@ -320,13 +320,13 @@ def _find_layer(path: Path, kinds: tuple[str, ...], progress: Progress | None) -
     layers = list_layers(path, lambda: _unreadable(path), progress)
     symbols = symbol_layers(layer.name for layer in layers)
     # In GDAL, None means no geometry, and Unknown means any kind.
-    accepted = ("Unknown", *kinds, "Curve", "GeometryCollection")
+    accepted_types = ("Unknown", *kinds, "Curve", "GeometryCollection")
     candidates = [
         layer.name
         for layer in layers
         if layer.kind is not None
         and layer.name.casefold() not in symbols
-        and any(part in layer.kind for part in accepted)
+        and any(part in layer.kind for part in accepted_types)
     ]
     if len(candidates) > 1:
         raise UsageError(
@@ -384,8 +384,12 @@ def _convert_to_world(
     points, row = shapely.get_coordinates(shapes, include_z=True, return_index=True)
     is_flat = np.isnan(points[:, 2])
     points[is_flat, 2] = 0.0
-    finite = points[np.isfinite(points).all(axis=1), :2]
-    bounds = np.array([finite.min(axis=0), finite.max(axis=0)]) if len(finite) else np.zeros((2, 2))
+    finite_points = points[np.isfinite(points).all(axis=1), :2]
+    bounds = (
+        np.array([finite_points.min(axis=0), finite_points.max(axis=0)])
+        if len(finite_points)
+        else np.zeros((2, 2))
+    )
     stated, options = _frame(path, crs, bounds, options, is_only_layer=model is None)
     world = points_to_world(points, file=path, stated=stated, options=options, model=model)
     if world.points is points or np.array_equal(world.points, points, equal_nan=True):
@@ -393,11 +397,11 @@ def _convert_to_world(
     converted = shapes.copy()
     has_z = shapely.has_z(shapes)
     for is_3d in (False, True):
-        selected = has_z == is_3d
-        if selected.any():
-            new = world.points[selected[row]]
-            converted[selected] = shapely.set_coordinates(
-                shapes[selected].copy(), new if is_3d else new[:, :2]
+        is_selected = has_z == is_3d
+        if is_selected.any():
+            new_points = world.points[is_selected[row]]
+            converted[is_selected] = shapely.set_coordinates(
+                shapes[is_selected].copy(), new_points if is_3d else new_points[:, :2]
             )
     return converted, world
 
@@ -414,12 +418,14 @@ def _close_outlines(shapes: ObjectArray) -> tuple[ObjectArray, list[Finding]]:
         return shapes, []
     lines = _finite(shapes) & np.isin(kinds, (1, 2)) & (shapely.get_num_coordinates(shapes) >= 4)
     rows = np.flatnonzero(lines)
-    closed = rows[shapely.is_closed(shapes[rows])]
-    if not len(closed):
+    closed_rows = rows[shapely.is_closed(shapes[rows])]
+    if not len(closed_rows):
         return shapes, []
     polygons = shapes.copy()
-    polygons[closed] = [shapely.Polygon(shapely.get_coordinates(shapes[i])) for i in closed]
-    return polygons, [Finding("drawing.lines-as-area", count=len(closed))]
+    polygons[closed_rows] = [
+        shapely.Polygon(shapely.get_coordinates(shapes[i])) for i in closed_rows
+    ]
+    return polygons, [Finding("drawing.lines-as-area", count=len(closed_rows))]
 
 
 def _parts(
@@ -436,20 +442,20 @@ def _parts(
 
     is_empty = shapely.is_missing(shapes) | shapely.is_empty(shapes)
     has_bounds = np.isfinite(shapely.bounds(shapes)).all(axis=1)
-    finite = np.flatnonzero(~is_empty & has_bounds & _finite(shapes))
-    merged = shapes[finite]
-    multi = np.flatnonzero(shapely.get_type_id(merged) == 5)
-    merged[multi] = shapely.line_merge(merged[multi])
-    parts, at = shapely.get_parts(merged, return_index=True)
+    finite_rows = np.flatnonzero(~is_empty & has_bounds & _finite(shapes))
+    merged_shapes = shapes[finite_rows]
+    multi = np.flatnonzero(shapely.get_type_id(merged_shapes) == 5)
+    merged_shapes[multi] = shapely.line_merge(merged_shapes[multi])
+    parts, offset = shapely.get_parts(merged_shapes, return_index=True)
     kind = np.isin(shapely.get_type_id(parts), (3,) if "Polygon" in kinds else (1, 2))
     size = shapely.length(parts)
     if "Polygon" in kinds:
         # The parts of a self-intersecting outline may cancel each other.
         size = shapely.area(shapely.make_valid(parts))
     has_size = kind & (size > 0)
-    feature = finite.astype(np.int64)[at]
+    feature = finite_rows.astype(np.int64)[offset]
     messages: list[Finding] = []
-    if infinite := len(shapes) - len(finite):
+    if infinite := len(shapes) - len(finite_rows):
         messages.append(Finding("drawing.invalid-shapes", count=infinite))
     if other := int(np.sum(~kind)):
         messages.append(Finding("drawing.other-shapes", count=other))
@@ -463,17 +469,17 @@ def _parts(
         )
     parts, feature = parts[has_size], feature[has_size]
     if not include_rings:
-        closed = np.asarray(shapely.is_closed(parts))
-        if closed.any():
-            messages.append(Finding("lines.closed", lines=int(closed.sum())))
-        parts, feature = parts[~closed], feature[~closed]
+        closed_values = np.asarray(shapely.is_closed(parts))
+        if closed_values.any():
+            messages.append(Finding("lines.closed", lines=int(closed_values.sum())))
+        parts, feature = parts[~closed_values], feature[~closed_values]
     extra_parts = len(feature) - len(np.unique(feature))
     if extra_parts and "Polygon" not in kinds:
         messages.append(Finding("drawing.separate-parts", count=extra_parts))
-    unique = _unique_rows(parts)
-    if duplicates := len(parts) - len(unique):
+    unique_rows = _unique_rows(parts)
+    if duplicates := len(parts) - len(unique_rows):
         messages.append(Finding("drawing.duplicates", count=duplicates))
-    return parts[unique], feature[unique], messages
+    return parts[unique_rows], feature[unique_rows], messages
 
 
 def _finite(shapes: ObjectArray) -> BoolArray:

@@ -60,7 +60,7 @@ class FrameOptions(Options):
     def first_given(self) -> str | None:
         """Flag of the first option that is given, or None if no option is given."""
         options = given_options(self)
-        return next((each.flag for each in declarations(type(self)) if each.name in options), None)
+        return next((item.flag for item in declarations(type(self)) if item.name in options), None)
 
 
 DEFAULT_FRAME = FrameOptions()

@@ -79,26 +79,34 @@ def map_scale(crs: str, bounds: FloatArray) -> MapScale | None:
     from pyproj.exceptions import ProjError
 
     system = CRS.from_user_input(crs)
-    flat = system.sub_crs_list[0] if system.is_compound else system
-    flat = flat.source_crs if flat.is_bound and flat.source_crs is not None else flat
-    projection = Proj(flat)
+    horizontal_crs = system.sub_crs_list[0] if system.is_compound else system
+    horizontal_crs = (
+        horizontal_crs.source_crs
+        if horizontal_crs.is_bound and horizontal_crs.source_crs is not None
+        else horizontal_crs
+    )
+    projection = Proj(horizontal_crs)
     x, y = _places(bounds)
     try:
         longitude, latitude = projection(x, y, inverse=True, errcheck=True)
         factors = projection.get_factors(longitude, latitude, errcheck=True)
     except ProjError:
         return None
-    largest = np.atleast_1d(factors.tissot_semimajor)
-    smallest = np.atleast_1d(factors.tissot_semiminor)
-    if not (np.isfinite(largest).all() and np.isfinite(smallest).all() and (smallest > 0).all()):
+    largest_values = np.atleast_1d(factors.tissot_semimajor)
+    smallest_values = np.atleast_1d(factors.tissot_semiminor)
+    if not (
+        np.isfinite(largest_values).all()
+        and np.isfinite(smallest_values).all()
+        and (smallest_values > 0).all()
+    ):
         return None
-    scales = np.concatenate([largest, smallest])
-    worst = float(scales[np.argmax(np.abs(scales - 1.0))])
+    scales = np.concatenate([largest_values, smallest_values])
+    worst_value = float(scales[np.argmax(np.abs(scales - 1.0))])
     middle = float(longitude[-1]), float(latitude[-1])
     return MapScale(
-        scale=worst,
-        anisotropy=float((largest / smallest).max() - 1.0),
-        is_in_area=_is_in_area(flat.area_of_use, longitude, latitude),
+        scale=worst_value,
+        anisotropy=float((largest_values / smallest_values).max() - 1.0),
+        is_in_area=_is_in_area(horizontal_crs.area_of_use, longitude, latitude),
         suggested_crs=utm_zone(*middle),
     )
 
@@ -191,12 +199,12 @@ def _is_in_area(area: object, longitude: FloatArray, latitude: FloatArray) -> bo
         return True
     west, south, east, north = area.bounds  # type: ignore[attr-defined]
     tolerance = _AREA_TOLERANCE_DEG
-    inside = (latitude >= south - tolerance) & (latitude <= north + tolerance)
+    is_inside = (latitude >= south - tolerance) & (latitude <= north + tolerance)
     if west <= east:
-        inside &= (longitude >= west - tolerance) & (longitude <= east + tolerance)
+        is_inside &= (longitude >= west - tolerance) & (longitude <= east + tolerance)
     else:  # across the date line
-        inside &= (longitude >= west - tolerance) | (longitude <= east + tolerance)
-    return bool(inside.all())
+        is_inside &= (longitude >= west - tolerance) | (longitude <= east + tolerance)
+    return bool(is_inside.all())
 
 
 def _is_inside_utm_zone(crs: str, bounds: FloatArray) -> bool:

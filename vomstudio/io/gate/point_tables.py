@@ -74,11 +74,13 @@ def read_points(
         If the table cannot be read, and as for `points_to_world`.
     """
     groups = tables.read_points(path, by)
-    placed = points_to_world(
+    placed_points = points_to_world(
         groups.points, file=Path(path), comments=groups.comments, options=options, model=model
     )
-    warnings = (*groups.warnings, *placed.findings)
-    return GroupsInWorld(replace(groups, points=placed.points, warnings=warnings), placed.crs)
+    warnings = (*groups.warnings, *placed_points.findings)
+    return GroupsInWorld(
+        replace(groups, points=placed_points.points, warnings=warnings), placed_points.crs
+    )
 
 
 def read_places(
@@ -120,8 +122,10 @@ def read_boundaries(
     """
     text = _table(table)
     read = log_reading.extract_boundaries(text)
-    placed = points_to_world(read.points, file=text.path, comments=text.comments, options=options)
-    return replace(read, points=placed.points, findings=placed.findings)
+    placed_points = points_to_world(
+        read.points, file=text.path, comments=text.comments, options=options
+    )
+    return replace(read, points=placed_points.points, findings=placed_points.findings)
 
 
 def read_pairs(
@@ -136,10 +140,10 @@ def read_pairs(
     """
     text = _table(table)
     names, points = log_reading.extract_pairs(text)
-    placed = points_to_world(
+    placed_points = points_to_world(
         points.reshape(-1, 3), file=text.path, comments=text.comments, options=options
     )
-    return PairsInWorld(names, placed.points.reshape(-1, 6), placed.findings)
+    return PairsInWorld(names, placed_points.points.reshape(-1, 6), placed_points.findings)
 
 
 def _table(table: str | Path | TextTable) -> TextTable:

@@ -121,22 +121,22 @@ def points_to_world(
         # A local system has units but no position on Earth.
         return WorldPoints(points * axes.metres, None if model is None else model.crs, findings)
     field = "--crs" if options.crs is not None else "CRS"
-    checked = check_metric(axes.crs, bounds[:, :2], file=file, field=field)
+    metric_check = check_metric(axes.crs, bounds[:, :2], file=file, field=field)
     if model is not None and model.crs is None:
         findings += (Finding("frame.model-without-crs", file=file.name, crs=crs_name(axes.crs)),)
     world = world_crs(axes.crs, axes.unit_m)
-    return WorldPoints(points * axes.metres, world, (*findings, *checked))
+    return WorldPoints(points * axes.metres, world, (*findings, *metric_check))
 
 
 def _local_points(
     points: FloatArray,
-    stated: StatedCrs,
+    stated_crs: StatedCrs,
     findings: tuple[Finding, ...],
     options: FrameOptions,
     file: Path,
     model: ModelFrame | None,
 ) -> WorldPoints:
-    unit_m = stated.unit_m or 1.0 if options.unit is None else METRES[options.unit]
+    unit_m = stated_crs.unit_m or 1.0 if options.unit is None else METRES[options.unit]
     if unit_m != 1.0:
         points = points * unit_m
         known_unit = next((name for name, metres in METRES.items() if metres == unit_m), None)
@@ -151,8 +151,8 @@ def _local_points(
             options,
             up=options.up or "z",
             unit=options.unit or "m",
-            has_up=stated.is_local,
-            has_unit=stated.is_local,
+            has_up=stated_crs.is_local,
+            has_unit=stated_crs.is_local,
             severity="info",
         )
     return WorldPoints(points, None if model is None else model.crs, findings)
@@ -169,17 +169,19 @@ def _convert(
         raise InputError(finding, file=file, field="CRS")
     code = metric_crs(target, "--to-crs")
     conversion = Reprojection.create(source, code, height_factor=axes.metres[2])
-    finite = np.isfinite(points).all(axis=1)
-    converted = np.full_like(points, np.nan)
+    is_finite = np.isfinite(points).all(axis=1)
+    converted_values = np.full_like(points, np.nan)
     try:
-        converted[finite] = conversion.apply(points[finite])
-        checked = check_metric(code, _bounds(converted)[:, :2], file=file, field="--to-crs")
+        converted_values[is_finite] = conversion.apply(points[is_finite])
+        metric_check = check_metric(
+            code, _bounds(converted_values)[:, :2], file=file, field="--to-crs"
+        )
     except InputError as error:
-        if axes.kind == "geographic" and _is_exchanged(points[finite], conversion, code):
+        if axes.kind == "geographic" and _is_exchanged(points[is_finite], conversion, code):
             finding = Finding("frame.swapped-axes", file=file.name, crs=crs_name(source))
             raise InputError(finding, file=file, field="x") from error
         raise
-    return WorldPoints(converted, code, (*findings, conversion.finding, *checked))
+    return WorldPoints(converted_values, code, (*findings, conversion.finding, *metric_check))
 
 
 def _is_exchanged(points: FloatArray, conversion: Reprojection, code: str) -> bool:
@@ -199,12 +201,14 @@ def _is_same(axes: StatedAxes, world: str) -> bool:
         return axes.kind == "local"
     if axes.crs == world or axes.unit_m is None:
         return axes.crs == world
-    metric = world_crs(axes.crs, axes.unit_m)
-    return metric == world or CRS.from_user_input(metric).equals(CRS.from_user_input(world), True)
+    metric_world_crs = world_crs(axes.crs, axes.unit_m)
+    return metric_world_crs == world or CRS.from_user_input(metric_world_crs).equals(
+        CRS.from_user_input(world), True
+    )
 
 
 def _bounds(points: FloatArray) -> FloatArray:
-    finite = points[np.isfinite(points).all(axis=1)]
-    if not len(finite):
+    finite_points = points[np.isfinite(points).all(axis=1)]
+    if not len(finite_points):
         return np.full((2, 3), np.nan)
-    return np.array([finite.min(axis=0), finite.max(axis=0)])
+    return np.array([finite_points.min(axis=0), finite_points.max(axis=0)])

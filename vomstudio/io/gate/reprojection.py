@@ -76,15 +76,15 @@ class Reprojection:
 
         x, y, z = np.asarray(points, np.float64).T
         if CRS.from_user_input(self.source).is_geocentric:
-            converted = np.column_stack(self._transformer.transform(x, y, z))
+            converted_values = np.column_stack(self._transformer.transform(x, y, z))
         else:
             east, north = self._transformer.transform(x, y)
-            converted = np.column_stack([east, north, z * self.height_factor])
-        finite = np.isfinite(points).all(axis=1)
-        if not np.isfinite(converted[finite]).all():
+            converted_values = np.column_stack([east, north, z * self.height_factor])
+        is_finite = np.isfinite(points).all(axis=1)
+        if not np.isfinite(converted_values[is_finite]).all():
             finding = Finding("frame.undefined-place", crs=crs_name(self.target))
             raise InputError(finding, field="--to-crs")
-        return np.ascontiguousarray(converted)
+        return np.ascontiguousarray(converted_values)
 
     def jacobian(self, point: FloatArray) -> FloatArray:
         """Return the derivative (3, 3) of the conversion at a point, for converting normals.
@@ -94,5 +94,5 @@ class Reprojection:
         """
         scale = max(1e-6 * float(np.abs(point[:2]).max()), 1e-6)
         steps = np.diag([scale, scale, max(scale, 1e-3)])
-        ahead, behind = self.apply(point + steps), self.apply(point - steps)
-        return np.asarray(((ahead - behind) / (2.0 * np.diag(steps)[:, None])).T, np.float64)
+        forward, behind = self.apply(point + steps), self.apply(point - steps)
+        return np.asarray(((forward - behind) / (2.0 * np.diag(steps)[:, None])).T, np.float64)

@@ -89,35 +89,35 @@ def table_crs(path: Path, comments: Sequence[str]) -> tuple[StatedCrs, tuple[Fin
         ``frame.crs-replaced`` if the comments and `NAME.prj` disagree, in which case the comments
         are used.
     """
-    stated = crs_in_comments(comments)
+    stated_crs = crs_in_comments(comments)
     findings: list[Finding] = []
-    if stated.text is not None and _axes(stated.text) is None:
-        findings.append(Finding("frame.crs-unreadable", file=path.name, crs=stated.text[:80]))
-        stated = StatedCrs()
+    if stated_crs.text is not None and _axes(stated_crs.text) is None:
+        findings.append(Finding("frame.crs-unreadable", file=path.name, crs=stated_crs.text[:80]))
+        stated_crs = StatedCrs()
     name = sidecar_path(path).name
     try:
         sidecar_text = read_sidecar(path)
     except FileNotFoundError:
-        return stated, tuple(findings)
+        return stated_crs, tuple(findings)
     except (OSError, InputError) as error:
         findings.append(Finding("frame.crs-unreadable", file=name, crs=str(error)))
-        return stated, tuple(findings)
-    shown = " ".join(sidecar_text.split())[:80]
+        return stated_crs, tuple(findings)
+    shown_text = " ".join(sidecar_text.split())[:80]
     axes = _axes(sidecar_text)
     if axes is None:
-        findings.append(Finding("frame.crs-unreadable", file=name, crs=shown))
-    elif stated.text is None and not stated.is_local:
-        stated = StatedCrs(sidecar_text)
-    elif stated.text is not None and _differ(stated.text, axes):
+        findings.append(Finding("frame.crs-unreadable", file=name, crs=shown_text))
+    elif stated_crs.text is None and not stated_crs.is_local:
+        stated_crs = StatedCrs(sidecar_text)
+    elif stated_crs.text is not None and _differ(stated_crs.text, axes):
         findings.append(
             Finding(
                 "frame.crs-replaced",
                 file=name,
-                file_crs=axes.crs or shown,
-                crs=stated.text,
+                file_crs=axes.crs or shown_text,
+                crs=stated_crs.text,
             )
         )
-    return stated, tuple(findings)
+    return stated_crs, tuple(findings)
 
 
 def _axes(text: str) -> StatedAxes | None:

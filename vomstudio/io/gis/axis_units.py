@@ -70,8 +70,8 @@ class StatedAxes:
     @property
     def metres(self) -> tuple[float, float, float]:
         """Metres per unit of x, y and z; 1 for unknown units and degrees."""
-        flat = self.unit_m or 1.0
-        return flat, flat, self.height_m or flat
+        horizontal_m = self.unit_m or 1.0
+        return horizontal_m, horizontal_m, self.height_m or horizontal_m
 
     @property
     def height_factor(self) -> float:
@@ -125,11 +125,11 @@ def stated_axes(text: str | None, height_unit: str | None = None) -> StatedAxes:
         if crs.is_compound
         else [_remove_datum_shift(crs)]
     )
-    flat = next((part for part in parts if not part.is_vertical), None)
-    axes = [] if flat is None else flat.axis_info
+    horizontal_axis = next((part for part in parts if not part.is_vertical), None)
+    axes = [] if horizontal_axis is None else horizontal_axis.axis_info
     up = next((part.axis_info for part in parts if part.is_vertical), axes[2:3])
     unusual_directions = _unusual_directions(axes[:2], up)
-    kind = "none" if flat is None else _crs_kind(flat)
+    kind = "none" if horizontal_axis is None else _crs_kind(horizontal_axis)
     name, unit_m = _axis_unit(axes[0]) if axes else ("unknown", None)
     high, height_m = _axis_unit(up[0]) if up else (name, unit_m)
     replaced_height_unit = high if up and height_unit not in (None, high) else None
@@ -143,14 +143,14 @@ def stated_axes(text: str | None, height_unit: str | None = None) -> StatedAxes:
     # A compound system may state a unit of z other than that of the stored model.
     has_mixed_units = unit_m is not None and height_m is not None and not _is_same(unit_m, height_m)
     stored_crs = None
-    if flat is not None and kind not in ("local", "none") and not unusual_directions:
+    if horizontal_axis is not None and kind not in ("local", "none") and not unusual_directions:
         # The datum shift of a system with an EPSG code is defined by the EPSG register.
         use_horizontal_part = (
             has_mixed_units
             or replaced_height_unit is not None
-            or (crs.is_bound and flat.to_epsg() is not None)
+            or (crs.is_bound and horizontal_axis.to_epsg() is not None)
         )
-        stored_crs = _crs_name(flat if use_horizontal_part else crs)
+        stored_crs = _crs_name(horizontal_axis if use_horizontal_part else crs)
     return StatedAxes(
         stored_crs,
         kind,
@@ -163,12 +163,12 @@ def stated_axes(text: str | None, height_unit: str | None = None) -> StatedAxes:
     )
 
 
-def _unusual_directions(flat: Any, up: Any) -> frozenset[Literal["west", "south", "down"]]:
+def _unusual_directions(flat_value: Any, up: Any) -> frozenset[Literal["west", "south", "down"]]:
     """Return the directions of pyproj axes other than east, north and up.
 
     Both axes of a polar system point along meridians in the same direction.
     """
-    directions = {str(axis.direction) for axis in flat}
+    directions = {str(axis.direction) for axis in flat_value}
     unusual: set[Literal["west", "south", "down"]] = set()
     if len(directions) == 2:
         unusual |= {direction for direction in ("west", "south") if direction in directions}

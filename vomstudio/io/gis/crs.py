@@ -300,8 +300,8 @@ def _can_have_kind(kind: str, bounds: FloatArray) -> bool:
     if not np.isfinite(bounds).all():
         return False
     if kind == "geographic":
-        far, wide = np.abs(bounds[:, :2]).max(axis=0), np.ptp(bounds[:, :2], axis=0)
-        return bool((far <= [360.0, 360.0]).all() and (wide < 1.0).all())
+        far, width = np.abs(bounds[:, :2]).max(axis=0), np.ptp(bounds[:, :2], axis=0)
+        return bool((far <= [360.0, 360.0]).all() and (width < 1.0).all())
     radius = float(np.linalg.norm(bounds.mean(axis=0)))
     return kind == "geocentric" and 6.2e6 < radius < 6.6e6
 

@@ -41,15 +41,15 @@ def projected_systems() -> tuple[NamedCrs, ...]:
     entries = query_crs_info(auth_name="EPSG", pj_types=[PJType.PROJECTED_CRS])
     # A system with several areas of use has several entries.
     systems = {
-        int(each.code): NamedCrs(f"EPSG:{each.code}", each.name, _area(each.area_of_use))
-        for each in reversed(entries)
-        if not each.deprecated
+        int(item.code): NamedCrs(f"EPSG:{item.code}", item.name, _area(item.area_of_use))
+        for item in reversed(entries)
+        if not item.deprecated
     }
     return tuple(systems[code] for code in sorted(systems))
 
 
 def search_systems(
-    text: str, max_count: int = 50, *, preferred: Collection[str] = ()
+    text: str, max_count: int = 50, *, preferred_names: Collection[str] = ()
 ) -> list[NamedCrs]:
     """Find systems whose code, name or area contains every word of a text.
 
@@ -61,27 +61,32 @@ def search_systems(
     text : str
     max_count : int
         Maximum number of systems.
-    preferred : collection of str
+    preferred_names : collection of str
         Codes of systems that precede the others, such as the CRS of the project.
     """
     words = text.casefold().replace(",", " ").split()
     if not words:
         return []
 
-    def rank(each: NamedCrs) -> tuple[bool, bool, bool, int]:
-        number = each.code.rpartition(":")[2]
-        is_wgs84 = each.name.startswith(_DEFAULT_DATUM)
-        return each.code not in preferred, number not in words, not is_wgs84, len(each.name)
+    def rank(named_cr: NamedCrs) -> tuple[bool, bool, bool, int]:
+        number = named_cr.code.rpartition(":")[2]
+        is_wgs84 = named_cr.name.startswith(_DEFAULT_DATUM)
+        return (
+            named_cr.code not in preferred_names,
+            number not in words,
+            not is_wgs84,
+            len(named_cr.name),
+        )
 
     name_matches, area_matches = [], []
-    for each in projected_systems():
-        name = f"{each.code} {each.name}".casefold()
+    for item in projected_systems():
+        name = f"{item.code} {item.name}".casefold()
         if all(word in name for word in words):
-            name_matches.append(each)
+            name_matches.append(item)
         else:
-            description = f"{name} {each.area.casefold()}"
+            description = f"{name} {item.area.casefold()}"
             if all(word in description for word in words):
-                area_matches.append(each)
+                area_matches.append(item)
     return (sorted(name_matches, key=rank) + sorted(area_matches, key=lambda each: len(each.name)))[
         :max_count
     ]

@@ -32,8 +32,8 @@ POLYLINE_3D, CLOSED, VERTEX_3D = 8, 1, 32
 
 def plain_text(text: str) -> str:
     """Return text as one line of ASCII, with other characters escaped as in DXF."""
-    flat = " ".join(text.split())
-    return "".join(c if " " <= c <= "~" else _escape(c) for c in flat)
+    flat_text = " ".join(text.split())
+    return "".join(c if " " <= c <= "~" else _escape(c) for c in flat_text)
 
 
 def _escape(letter: str) -> str:
@@ -71,7 +71,7 @@ class DxfWriter:
         bounds: AnyArray | None,
         comment: str = "",
         *,
-        metric: bool,
+        is_metric: bool,
     ) -> None:
         """Write the header.
 
@@ -82,7 +82,7 @@ class DxfWriter:
             Colour number by layer name, as returned by `layer_names`.
         bounds : (2, 3) float or None
         comment : str
-        metric : bool
+        is_metric : bool
             Whether the unit is the metre; if False, the unit is unknown.
         """
         self._file = file
@@ -90,7 +90,7 @@ class DxfWriter:
         if comment:
             write((999, plain_text(comment)[:MAX_TEXT_LENGTH]))
         write((0, "SECTION"), (2, "HEADER"), (9, "$ACADVER"), (1, "AC1009"))
-        if metric:
+        if is_metric:
             # This variable belongs to later releases; other programs ignore it.
             write((9, "$INSUNITS"), (70, METRES))
         if bounds is not None:
@@ -137,11 +137,11 @@ class DxfWriter:
         self._write_values(values)
 
     def polyline(
-        self, points: AnyArray, layer: str, values: Mapping[str, Any], closed: bool = False
+        self, points: AnyArray, layer: str, values: Mapping[str, Any], is_closed: bool = False
     ) -> None:
         """Write a 3D polyline (n, 3) with values as extended data."""
         name = plain_text(layer)
-        flags = POLYLINE_3D | (CLOSED if closed else 0)
+        flags = POLYLINE_3D | (CLOSED if is_closed else 0)
         self._write((0, "POLYLINE"), (8, name), (66, 1), *_point_groups(np.zeros(3)), (70, flags))
         self._write_values(values)
         for point in points:

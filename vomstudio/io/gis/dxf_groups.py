@@ -150,24 +150,27 @@ def _binary(data: bytes) -> Iterator[DxfPiece]:
 
 def binary_groups(data: bytes) -> Iterator[tuple[int, Value]]:
     """Yield the code and value of each group of a binary DXF file."""
-    at = len(_BINARY)
-    while at + 2 <= len(data):
-        (code,) = struct.unpack_from("<H", data, at)
-        at += 2
+    offset = len(_BINARY)
+    while offset + 2 <= len(data):
+        (code,) = struct.unpack_from("<H", data, offset)
+        offset += 2
         size = _SIZE_BY_CODE.get(code, 0)
         if size == 0:
-            end = data.find(b"\0", at)
+            end = data.find(b"\0", offset)
             if end < 0:
                 return
-            yield code, data[at:end]
-            at = end + 1
+            yield code, data[offset:end]
+            offset = end + 1
         elif size < 0:
-            if at >= len(data):
+            if offset >= len(data):
                 return
-            at += 1 + data[at]
+            offset += 1 + data[offset]
         else:
             if size in (1, 2, 4):
-                yield code, int.from_bytes(data[at : at + size], "little", signed=True)
+                yield code, int.from_bytes(data[offset : offset + size], "little", signed=True)
             elif code < 60:
-                yield code, struct.unpack_from("<d", data, at)[0] if at + 8 <= len(data) else 0.0
-            at += size
+                yield (
+                    code,
+                    struct.unpack_from("<d", data, offset)[0] if offset + 8 <= len(data) else 0.0,
+                )
+            offset += size

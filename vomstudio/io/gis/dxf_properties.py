@@ -111,8 +111,8 @@ def select_lines(path: Path, fields: Mapping[str, AnyArray], surfaces: IntArray)
     handles = [str(handle).upper() for handle in fields.get("EntityHandle", np.full(count, ""))]
     classes = [str(name) for name in fields.get("SubClasses", np.full(count, ""))]
     paper = np.asarray(fields.get("PaperSpace", np.zeros(count)), np.float64) == 1.0
-    hidden = np.array([name in properties.hidden for name in layers], bool)
-    hidden |= np.array([handle in properties.invisible for handle in handles], bool)
+    is_hidden = np.array([name in properties.hidden for name in layers], bool)
+    is_hidden |= np.array([handle in properties.invisible for handle in handles], bool)
     is_note = np.array([handle in properties.notes for handle in handles], bool)
     is_note |= np.array(["AcDbLeader" in c or "AcDbMLeader" in c for c in classes], bool)
     messages: list[Finding] = []
@@ -122,10 +122,10 @@ def select_lines(path: Path, fields: Mapping[str, AnyArray], surfaces: IntArray)
             Finding("drawing.paper-space", count=int((keep & paper).sum())),
         ),
         (
-            hidden & ~paper,
-            Finding("drawing.hidden", count=int((keep & hidden & ~paper).sum())),
+            is_hidden & ~paper,
+            Finding("drawing.hidden", count=int((keep & is_hidden & ~paper).sum())),
         ),
-        (is_note & ~hidden & ~paper, Finding("drawing.dimensions")),
+        (is_note & ~is_hidden & ~paper, Finding("drawing.dimensions")),
     ):
         if (keep & excluded).any():
             messages.append(finding)
@@ -148,7 +148,7 @@ def unreadable_reason(path: Path) -> Finding | None:
 
 def _collect_properties(pieces: Iterator[DxfPiece]) -> DxfProperties:
     unit: float | None = None
-    hidden, notes, invisible = set[str](), set[str](), set[str]()
+    hidden_names, notes, invisible = set[str](), set[str](), set[str]()
     fit_only = 0
     bodies = Counter[str]()
     section: object = b""
@@ -168,7 +168,7 @@ def _collect_properties(pieces: Iterator[DxfPiece]) -> DxfProperties:
                 unit = _unit(groups)
         is_layer = kind == b"LAYER" and section == b"TABLES" and 2 in first
         if is_layer and (int(first.get(70, 0)) & _FROZEN_FLAG or int(first.get(62, 7)) < 0):
-            hidden.update(_names(first[2]))
+            hidden_names.update(_names(first[2]))
         flags = value_text(first.get(70, 0))
         is_mesh = kind == b"POLYLINE" and flags.isdigit() and int(flags) & POLYGON_MESH
         if is_mesh and section == b"ENTITIES":
@@ -183,7 +183,12 @@ def _collect_properties(pieces: Iterator[DxfPiece]) -> DxfProperties:
         if kind == b"SPLINE" and 11 in first and 10 not in first:
             fit_only += 1
     return DxfProperties(
-        unit, frozenset(hidden), frozenset(notes), frozenset(invisible), fit_only, dict(bodies)
+        unit,
+        frozenset(hidden_names),
+        frozenset(notes),
+        frozenset(invisible),
+        fit_only,
+        dict(bodies),
     )
 
 
@@ -202,8 +207,12 @@ def _names(value: Value) -> set[str]:
 
     These names result from several code pages and from escapes (U+00E9).
     """
-    raw = value_text(value)
-    names = {raw.decode("utf-8", "replace"), raw.decode("cp1252", "replace"), raw.decode("latin-1")}
+    raw_value_text = value_text(value)
+    names = {
+        raw_value_text.decode("utf-8", "replace"),
+        raw_value_text.decode("cp1252", "replace"),
+        raw_value_text.decode("latin-1"),
+    }
     names |= {
         re.sub(r"\\U\+([0-9A-Fa-f]{4})", lambda m: chr(int(m.group(1), 16)), t) for t in names
     }

@@ -49,7 +49,10 @@ def add_spline_control_points(path: Path) -> Iterator[Path]:
 
 
 def curve_through(
-    points: FloatArray, closed: bool, start: FloatArray | None = None, end: FloatArray | None = None
+    points: FloatArray,
+    is_closed: bool,
+    start: FloatArray | None = None,
+    end: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Compute the cubic B-spline through points, parametrised by the distance along them.
 
@@ -58,7 +61,7 @@ def curve_through(
     Parameters
     ----------
     points : (n, 3) float
-    closed : bool
+    is_closed : bool
     start, end : (3,) float, optional
         Tangents at the ends.
 
@@ -70,7 +73,7 @@ def curve_through(
     """
     from scipy.interpolate import CubicSpline
 
-    if closed and (points[0] != points[-1]).any():
+    if is_closed and (points[0] != points[-1]).any():
         points = np.vstack([points, points[:1]])
     distances = np.linalg.norm(np.diff(points, axis=0), axis=1)
     points = points[np.concatenate([[True], distances > 0.0])]
@@ -79,7 +82,9 @@ def curve_through(
         return np.repeat([0.0, 1.0], 4), np.repeat(points[:1], 4, axis=0)
     distance = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     ends = (
-        "periodic" if closed and len(points) > 2 else (_end_condition(start), _end_condition(end))
+        "periodic"
+        if is_closed and len(points) > 2
+        else (_end_condition(start), _end_condition(end))
     )
     slopes = CubicSpline(distance, points, bc_type=ends)(distance, 1)
     third = np.diff(distance)[:, None] / 3.0

@@ -73,12 +73,12 @@ def decode_keys(keys: Keys) -> NamedKeys:
     height_unit = _UNITS.get(_value(rows, _VERTICAL_UNITS))
     if text is None:
         return NamedKeys(None, height_unit)
-    named = stated_axes(text)
-    stated = named.units[2]
-    if named.kind != "local":
-        return NamedKeys(text, None if height_unit == stated else height_unit)
-    if height_unit is None and named.has_heights and stated in METRES:
-        height_unit = stated
+    named_stated_axes = stated_axes(text)
+    stated_units = named_stated_axes.units[2]
+    if named_stated_axes.kind != "local":
+        return NamedKeys(text, None if height_unit == stated_units else height_unit)
+    if height_unit is None and named_stated_axes.has_heights and stated_units in METRES:
+        height_unit = stated_units
     # GDAL's fallback is in metres, regardless of the keys.
     codes = [_value(rows, key) for key in _SYSTEMS.values()]
     code = next((code for code in codes if code not in (0, _USER_DEFINED)), None)
@@ -93,9 +93,9 @@ def read_tiff_keys(path: Path) -> Keys:
     try:
         with open_regular(path) as file, warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # truncated tags
-            head = file.read(8)
-            head += file.read(8) if head[2:4] in (b"+\0", b"\0+") else b""
-            tags = ImageFileDirectory_v2(head)
+            header = file.read(8)
+            header += file.read(8) if header[2:4] in (b"+\0", b"\0+") else b""
+            tags = ImageFileDirectory_v2(header)
             file.seek(tags.next)
             tags.load(file)
             shorts, doubles = tags.get(34735, ()), tags.get(34736, ())
@@ -111,15 +111,15 @@ def read_tiff_keys(path: Path) -> Keys:
 
 def _value(rows: Sequence[tuple[int, int, int, int]], target_key: int) -> int:
     """Return the value of a key that stores a code, or 0 if the key is missing."""
-    return next((value for key, at, _, value in rows if key == target_key and at == 0), 0)
+    return next((value for key, offset, _, value in rows if key == target_key and offset == 0), 0)
 
 
 def _local_system(keys: Keys, rows: Sequence[tuple[int, int, int, int]]) -> str | None:
     """Return a local CRS with the stated unit of length, or None if no unit is stated."""
     code = _value(rows, _UNIT)
     name, size = _UNITS.get(code, ""), METRES.get(_UNITS.get(code, ""), 0.0)
-    for key, at, _, place in rows:
-        if code == _USER_DEFINED and key == _UNIT_SIZE and at == 34736:
+    for key, offset, _, place in rows:
+        if code == _USER_DEFINED and key == _UNIT_SIZE and offset == 34736:
             name, size = "unit of the file", _double(keys.doubles, place)
     if not (isfinite(size) and size > 0):
         return None
@@ -179,12 +179,12 @@ def _picture(directory: bytes, doubles: bytes, texts: bytes) -> bytes:
         text = text.ljust(5, b"\0")
         large[34737] = (ascii_, len(text), text)
     count = len(small) + 1 + len(large)
-    at = 8 + 2 + 12 * count + 4
+    offset = 8 + 2 + 12 * count + 4
     tags = {tag: struct.pack("<HHIHH", tag, short, 1, value, 0) for tag, value in small.items()}
     body = b""
     for tag, (kind, n, content) in large.items():
-        tags[tag] = struct.pack("<HHII", tag, kind, n, at + len(body))
+        tags[tag] = struct.pack("<HHII", tag, kind, n, offset + len(body))
         body += content + b"\0" * (len(content) % 2)
-    tags[273] = struct.pack("<HHII", 273, long, 1, at + len(body))
+    tags[273] = struct.pack("<HHII", 273, long, 1, offset + len(body))
     head = struct.pack("<2sHIH", b"II", 42, 8, count)
     return head + b"".join(tags[tag] for tag in sorted(tags)) + bytes(4) + body + b"\0\0"

@@ -68,24 +68,29 @@ def readable_layers(path: Path, unreadable: Callable[[], InputError]) -> Iterato
     require_regular_siblings(path)
     try:
         with open_regular(path) as file:
-            head = file.read(_HEAD_BYTES)
-        if not _is_known(head):
+            header = file.read(_HEAD_BYTES)
+        if not _is_known(header):
             raise unreadable()
-        if head.startswith(SQLITE_MARK):
+        if header.startswith(SQLITE_MARK):
             require_geopackage(path)
-        elif _JSON.match(head):
+        elif _JSON.match(header):
             _refuse_many_attributes(path)
-        elif _KML.match(head):
+        elif _KML.match(header):
             with open_regular(path) as file:
                 refuse_many_tags(iter(partial(file.read, _BLOCK_BYTES), b""), path, _MAX_KML_TAGS)
-        elif _DXF.match(head):
-            _refuse_truncated_dxf(path, head)
-            _refuse_zero_bytes(path, head)
+        elif _DXF.match(header):
+            _refuse_truncated_dxf(path, header)
+            _refuse_zero_bytes(path, header)
             count_block_entities(path)
-        readable = (
-            add_spline_control_points(path) if _DXF.match(head) else contextlib.nullcontext(path)
+        readable_control_points = (
+            add_spline_control_points(path) if _DXF.match(header) else contextlib.nullcontext(path)
         )
-        with readable as source, utf8_name(source) as utf8_path, _gdal_lock, limit_for_file(path):
+        with (
+            readable_control_points as source,
+            utf8_name(source) as utf8_path,
+            _gdal_lock,
+            limit_for_file(path),
+        ):
             pyogrio.set_gdal_config_options(NO_NETWORK)
             try:
                 yield utf8_path
@@ -139,13 +144,13 @@ def _refuse_zero_bytes(path: Path, head: bytes) -> None:
     tail, offset = b"", 0
     with open_regular(path) as file:
         while block := file.read(_BLOCK_BYTES):
-            at = block.find(b"\0")
-            tail = (tail + (block if at < 0 else block[:at])[-_LAST_WORD_BYTES:])[
+            position = block.find(b"\0")
+            tail = (tail + (block if position < 0 else block[:position])[-_LAST_WORD_BYTES:])[
                 -_LAST_WORD_BYTES:
             ]
-            if at >= 0 and tail.split()[-1:] != [b"EOF"]:
-                raise InputError(Finding("file.blank", byte=offset + at + 1), file=path)
-            if at >= 0:
+            if position >= 0 and tail.split()[-1:] != [b"EOF"]:
+                raise InputError(Finding("file.blank", byte=offset + position + 1), file=path)
+            if position >= 0:
                 return
             offset += len(block)
 

@@ -25,7 +25,7 @@ def write_layer(
     columns: Mapping[str, AnyArray],
     crs: str | None,
     *,
-    described: str = "",
+    described_text: str = "",
     append: bool = False,
 ) -> None:
     """Write a layer to a GeoPackage.
@@ -40,7 +40,7 @@ def write_layer(
     columns : mapping of str to (n,) array
     crs : str or None
         CRS of the layer, or None for a local frame.
-    described : str
+    described_text : str
         Description of the layer.
     append : bool
         Whether to add the layer to the existing layers of the file.
@@ -65,7 +65,7 @@ def write_layer(
             # Without a CRS, GDAL would state East and North.
             crs=crs or WORLD.wkt,
             append=append,
-            layer_options={"DESCRIPTION": described},
+            layer_options={"DESCRIPTION": described_text},
             dataset_options=None if append else {"VERSION": VERSION},
         )
     except (DataSourceError, FieldError, GeometryError, RuntimeError) as error:

@@ -109,10 +109,10 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
     """
     path = Path(path)
     all_lines: list[ReadLine] = []
-    described: dict[str, str] = {}
+    described_items: dict[str, str] = {}
     systems: list[str] = []
     warnings: list[Finding] = []
-    skipped = 0
+    skipped_count = 0
 
     def unreadable() -> InputError:
         return _unreadable(path)
@@ -133,7 +133,7 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
     )
     for layer in read:
         systems += [] if layer.crs is None else [layer.crs]
-        described[layer.name] = layer.described
+        described_items[layer.name] = layer.described
         columns, shapes = dict(layer.columns or {}), layer.shapes
         if shapes is None:
             continue
@@ -152,15 +152,15 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
         words = _feature_attributes(columns, len(geometries))
         lines, others = _lines(layer_names, line_names, words, geometries, layer.crs, progress)
         all_lines += lines
-        skipped += others - sum(
+        skipped_count += others - sum(
             shape is None for shape, count in zip(geometries, surfaces, strict=True) if count
         )
-    if skipped:
-        warnings.append(Finding("drawing.other-shapes", count=skipped))
+    if skipped_count:
+        warnings.append(Finding("drawing.other-shapes", count=skipped_count))
     valid = tuple(line for line in all_lines if _is_valid(line.points))
     if len(valid) < len(all_lines):
         warnings.append(Finding("drawing.invalid-shapes", count=len(all_lines) - len(valid)))
-    return ReadLines(valid, tuple(systems), described, tuple(warnings))
+    return ReadLines(valid, tuple(systems), described_items, tuple(warnings))
 
 
 def _is_valid(points: FloatArray) -> bool:
@@ -186,7 +186,7 @@ def _names(columns: Mapping[str, AnyArray], count: int) -> list[str]:
 
 def _feature_attributes(columns: Mapping[str, AnyArray], count: int) -> list[FeatureAttributes]:
     texts = [_column_texts(columns, name) or [""] * count for name in _ATTRIBUTE_COLUMNS]
-    return [FeatureAttributes(*each) for each in zip(*texts, strict=True)]
+    return [FeatureAttributes(*item) for item in zip(*texts, strict=True)]
 
 
 def _column_texts(columns: Mapping[str, AnyArray], name: str) -> list[str] | None:
@@ -206,16 +206,16 @@ def _lines(
     progress: Progress | None,
 ) -> tuple[list[ReadLine], int]:
     lines: list[ReadLine] = []
-    skipped = 0
+    skipped_count = 0
     rows = zip(layers, names, words, shapes, strict=True)
     for number, (layer, name, word, shape) in enumerate(rows):
         if progress is not None and not number % _SHAPES_PER_STEP:
             progress.step(number)
         parts = _parts(shape)
-        skipped += not parts
-        for points, closed in parts:
-            lines.append(ReadLine(layer, name, points, closed, crs, word))
-    return lines, skipped
+        skipped_count += not parts
+        for points, closed_part in parts:
+            lines.append(ReadLine(layer, name, points, closed_part, crs, word))
+    return lines, skipped_count
 
 
 def _parts(shape: Any) -> list[tuple[FloatArray, bool]]:

@@ -44,20 +44,20 @@ def is_view_plane(crs: str | None) -> bool:
     return crs is not None and _VIEW_PLANE in crs
 
 
-def view_plane_crs(metric: bool, picture: str = "") -> str:
+def view_plane_crs(is_metric: bool, picture: str = "") -> str:
     """Return the CRS of the plane of a picture, with x to the right and y up.
 
     It is an engineering CRS, so that GIS programs do not place it on a map.
 
     Parameters
     ----------
-    metric : bool
+    is_metric : bool
         Whether lengths are in metres. If False, they are in model units.
     picture : str
         Identifier of the picture, with which drawings on it can be recognised.
     """
     name = " ".join([_VIEW_PLANE, *([picture] if picture else [])])
-    if metric:
+    if is_metric:
         return f'LOCAL_CS["{name}",UNIT["metre",1]]'
     return f'LOCAL_CS["{name}, model units",UNIT["unknown",1]]'
 

@@ -73,8 +73,14 @@ def column(name: str, values: AnyArray) -> DbfColumn:
         ends = (int(values.min(initial=0)), int(values.max(initial=0)))
         return DbfColumn(name, values.astype(np.int64), "N", max(len(str(n)) for n in ends), 0)
     if kind == "f":
-        wide = values.dtype.itemsize > 4
-        return DbfColumn(name, values, "N" if wide else "F", 24 if wide else 16, 15 if wide else 9)
+        total_width = values.dtype.itemsize > 4
+        return DbfColumn(
+            name,
+            values,
+            "N" if total_width else "F",
+            24 if total_width else 16,
+            15 if total_width else 9,
+        )
     texts = np.array(
         [_encode_text("" if value is None else str(value)) for value in values], object
     )
@@ -83,8 +89,8 @@ def column(name: str, values: AnyArray) -> DbfColumn:
 
 
 def _encode_text(text: str) -> bytes:
-    encoded = " ".join(text.split()).encode("utf-8", "replace")
-    return encoded[:MAX_TEXT_LENGTH].decode(errors="ignore").encode()
+    encoded_text = " ".join(text.split()).encode("utf-8", "replace")
+    return encoded_text[:MAX_TEXT_LENGTH].decode(errors="ignore").encode()
 
 
 def is_too_large(n_points: int, columns: Sequence[DbfColumn]) -> bool:
@@ -125,10 +131,10 @@ def write_points(
             block["xyzm"][:, :3] = points[rows]
             block["xyzm"][:, 3] = NO_M
             shapes.write(block.tobytes())
-            places = np.empty((len(block), 2), ">i4")
-            places[:, 0] = 50 + np.arange(rows.start, rows.stop) * (POINT_BYTES // 2)
-            places[:, 1] = (POINT_BYTES - 8) // 2
-            index.write(places.tobytes())
+            positions = np.empty((len(block), 2), ">i4")
+            positions[:, 0] = 50 + np.arange(rows.start, rows.stop) * (POINT_BYTES // 2)
+            positions[:, 1] = (POINT_BYTES - 8) // 2
+            index.write(positions.tobytes())
             _write_rows(table, columns, rows)
         table.write(b"\x1a")
 
@@ -159,11 +165,11 @@ def write_shapes(
     with open(shp, "wb") as file, open(shx, "wb") as index, open(dbf, "wb") as table:
         file.write(_header(total, kind, everything))
         index.write(_header(100 + 8 * len(shapes), kind, everything))
-        at = 50
+        offset = 50
         for number, content in enumerate(contents, start=1):
             file.write(struct.pack(">2i", number, len(content) // 2) + content)
-            index.write(struct.pack(">2i", at, len(content) // 2))
-            at += 4 + len(content) // 2
+            index.write(struct.pack(">2i", offset, len(content) // 2))
+            offset += 4 + len(content) // 2
         table.write(_table_header(len(shapes), columns))
         _write_rows(table, columns, slice(0, len(shapes)))
         table.write(b"\x1a")
@@ -177,10 +183,10 @@ def _content(kind: int, shape: AnyArray) -> bytes:
             shape = shape[::-1]
     low, high = shape.min(axis=0), shape.max(axis=0)
     head = struct.pack("<i4d3i", kind, low[0], low[1], high[0], high[1], 1, len(shape), 0)
-    flat = np.ascontiguousarray(shape[:, :2], "<f8").tobytes()
+    flat_values = np.ascontiguousarray(shape[:, :2], "<f8").tobytes()
     return (
         head
-        + flat
+        + flat_values
         + struct.pack("<2d", low[2], high[2])
         + np.ascontiguousarray(shape[:, 2], "<f8").tobytes()
     )
@@ -216,10 +222,10 @@ def _write_rows(table: BinaryIO, columns: Sequence[DbfColumn], rows: slice) -> N
     n = rows.stop - rows.start
     width = 1 + sum(c.width for c in columns)
     block = np.full((n, width), ord(" "), np.uint8)
-    at = 1
+    offset = 1
     for c in columns:
-        block[:, at : at + c.width] = _cells(c, rows)
-        at += c.width
+        block[:, offset : offset + c.width] = _cells(c, rows)
+        offset += c.width
     table.write(block.tobytes())
 
 
@@ -248,39 +254,43 @@ def _number(value: float, width: int) -> bytes:
 def _integers(values: AnyArray, width: int) -> AnyArray:
     cells = np.full((len(values), width), ord(" "), np.uint8)
     # Use Python integers because the minimum of int64 has no positive counterpart.
-    remaining = np.abs(values) if values.min(initial=0) > np.iinfo(np.int64).min else None
-    if remaining is None:
+    remaining_values = np.abs(values) if values.min(initial=0) > np.iinfo(np.int64).min else None
+    if remaining_values is None:
         texts = b"".join(str(v).encode().rjust(width) for v in values.tolist())
         return np.frombuffer(texts, np.uint8).reshape(len(values), width)
-    negative = values < 0
+    is_negative = values < 0
     for k in range(width - 1, -1, -1):
-        has_digit = (remaining > 0) if k < width - 1 else np.ones(len(values), bool)
-        cells[has_digit, k] = (remaining[has_digit] % 10 + ord("0")).astype(np.uint8)
-        sign = ~has_digit & negative
+        has_digit = (remaining_values > 0) if k < width - 1 else np.ones(len(values), bool)
+        cells[has_digit, k] = (remaining_values[has_digit] % 10 + ord("0")).astype(np.uint8)
+        sign = ~has_digit & is_negative
         cells[sign, k] = ord("-")
-        negative &= ~sign
-        remaining = remaining // 10
+        is_negative &= ~sign
+        remaining_values = remaining_values // 10
     return cells
 
 
-def short_names(names: Iterable[str], known: Mapping[str, str] | None = None) -> dict[str, str]:
+def short_names(
+    names: Iterable[str], known_items: Mapping[str, str] | None = None
+) -> dict[str, str]:
     """Return a name of at most ten bytes for each name, unique regardless of case."""
     used: set[str] = set()
     result: dict[str, str] = {}
     for name in names:
-        plain = (known or {}).get(name, name).encode("ascii", "ignore").decode()[:MAX_NAME_LENGTH]
-        free = next(
+        plain = (
+            (known_items or {}).get(name, name).encode("ascii", "ignore").decode()[:MAX_NAME_LENGTH]
+        )
+        unused_name = next(
             label for label in _name_candidates(plain or "field") if label.casefold() not in used
         )
-        used.add(free.casefold())
-        result[name] = free
+        used.add(unused_name.casefold())
+        result[name] = unused_name
     return result
 
 
-def _name_candidates(plain: str) -> Iterator[str]:
-    yield plain
+def _name_candidates(plain_text: str) -> Iterator[str]:
+    yield plain_text
     number = 2
     while True:
         suffix = f"_{number}"
-        yield plain[: MAX_NAME_LENGTH - len(suffix)] + suffix
+        yield plain_text[: MAX_NAME_LENGTH - len(suffix)] + suffix
         number += 1

@@ -83,14 +83,28 @@ class SvgImage:
         ratio : float
             Width of the picture divided by its height.
         """
-        across, down = self.corners[1] - self.corners[0], self.corners[3] - self.corners[0]
-        wide, high = float(np.hypot(*across)), float(np.hypot(*down))
-        if self.fit == "none" or not (wide > 0 and high > 0):
+        across_component, down = (
+            self.corners[1] - self.corners[0],
+            self.corners[3] - self.corners[0],
+        )
+        width, high = float(np.hypot(*across_component)), float(np.hypot(*down))
+        if self.fit == "none" or not (width > 0 and high > 0):
             return self.corners
         limit = max if self.fit == "slice" else min
-        x, y = limit(high * ratio / wide, 1.0), limit(wide / ratio / high, 1.0)
-        at = self.corners[0] + self.align[0] * (1 - x) * across + self.align[1] * (1 - y) * down
-        return np.array([at, at + x * across, at + x * across + y * down, at + y * down])
+        x, y = limit(high * ratio / width, 1.0), limit(width / ratio / high, 1.0)
+        offset = (
+            self.corners[0]
+            + self.align[0] * (1 - x) * across_component
+            + self.align[1] * (1 - y) * down
+        )
+        return np.array(
+            [
+                offset,
+                offset + x * across_component,
+                offset + x * across_component + y * down,
+                offset + y * down,
+            ]
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,24 +150,30 @@ def read_svg(path: str | Path) -> SvgDrawing:
     marks = [str(element.text or "") for element in root.iter() if _tag(element) == "desc"]
     remaining_numbers = _MAX_NUMBERS
     try:
-        for element, at in _ElementWalk(root).all():
+        for element, offset in _ElementWalk(root).all():
             tag = _tag(element)
             if tag == "image":
-                images.append(_image(element, at))
-            elif tag != "desc" and at.is_visible:
+                images.append(_image(element, offset))
+            elif tag != "desc" and offset.is_visible:
                 remaining_numbers -= count_numbers(element)
                 if remaining_numbers < 0:
                     raise InputError(
                         Finding("file.too-many-parts", limit=_MAX_NUMBERS, parts=tr("numbers")),
                         file=path,
                     )
-                name = str(element.get(_LABEL) or _title(element) or element.get("id") or at.name)
+                name = str(
+                    element.get(_LABEL) or _title(element) or element.get("id") or offset.name
+                )
                 words = FeatureAttributes(*(str(element.get(key) or "") for key in _WORDS))
                 lines += [
                     ReadLine(
-                        at.layer, name, transform_points(points, at.matrix), closed, words=words
+                        offset.layer,
+                        name,
+                        transform_points(points, offset.matrix),
+                        closed,
+                        words=words,
                     )
-                    for points, closed in element_pieces(element, tag, at.view)
+                    for points, closed in element_pieces(element, tag, offset.view)
                     if len(points) > 1
                 ]
     except (ValueError, IndexError, OverflowError) as error:
@@ -259,37 +279,37 @@ class _ElementWalk:
         view = (100.0, 100.0) if page is None else (float(page[2]), float(page[3]))
         return self._walk(self._root, _Context(np.eye(3), view))
 
-    def _walk(self, element: Any, at: _Context) -> Iterator[tuple[Any, _Context]]:
+    def _walk(self, element: Any, context: _Context) -> Iterator[tuple[Any, _Context]]:
         tag = _tag(element)
         if tag in _INVISIBLE_TAGS or PROGRAM_CLASS in str(element.get("class") or "").split():
             return
-        if tag == "symbol" and not at.uses:
+        if tag == "symbol" and not context.uses:
             return
         self._count += 1
         if self._count > _MAX_SHAPES:
             raise ValueError("too many shapes")
-        at = self._child_context(element, tag, at)
-        yield element, at
+        context = self._child_context(element, tag, context)
+        yield element, context
         if tag == "use":
-            yield from self._clone(element, at)
+            yield from self._clone(element, context)
         for child in element:
-            yield from self._walk(child, at)
+            yield from self._walk(child, context)
 
-    def _child_context(self, element: Any, tag: str, at: _Context) -> _Context:
+    def _child_context(self, element: Any, tag: str, context: _Context) -> _Context:
         """Return the context of an element, which also applies to its children."""
         style = self._style(element, tag)
-        shown = at.shown and style.get("display") != "none"
-        visible = at.visible
+        shown = context.shown and style.get("display") != "none"
+        visible = context.visible
         if "visibility" in style:
             visible = style["visibility"] not in ("hidden", "collapse")
-        matrix = at.matrix @ _transform_matrix(style)
-        layer, view = at.layer, at.view
+        matrix = context.matrix @ _transform_matrix(style)
+        layer, view = context.layer, context.view
         if tag == "g" and (element.get(_MODE) == "layer" or not layer):
             layer = str(element.get(_LABEL) or element.get("id") or layer)
         if tag in ("svg", "symbol") and element is not self._root:
-            matrix, view = _viewport(element, matrix, at.view)
+            matrix, view = _viewport(element, matrix, context.view)
         return replace(
-            at,
+            context,
             matrix=matrix,
             view=view,
             layer=layer,
@@ -298,16 +318,18 @@ class _ElementWalk:
             is_visible=shown and visible,
         )
 
-    def _clone(self, element: Any, at: _Context) -> Iterator[tuple[Any, _Context]]:
+    def _clone(self, element: Any, context: _Context) -> Iterator[tuple[Any, _Context]]:
         link = str(element.get(_LINK) or element.get("href") or "")
         target = self._elements.get(link[1:]) if link.startswith("#") else None
-        if target is None or at.uses >= _MAX_CLONE_DEPTH:
+        if target is None or context.uses >= _MAX_CLONE_DEPTH:
             return
         step = np.eye(3)
-        step[:2, 2] = parse_lengths(element, ("x", "y"), at.view)
-        name = str(element.get(_LABEL) or element.get("id") or at.name)
-        inner = replace(at, matrix=at.matrix @ step, name=name, uses=at.uses + 1)
-        yield from self._walk(target, inner)
+        step[:2, 2] = parse_lengths(element, ("x", "y"), context.view)
+        name = str(element.get(_LABEL) or element.get("id") or context.name)
+        inner_context = replace(
+            context, matrix=context.matrix @ step, name=name, uses=context.uses + 1
+        )
+        yield from self._walk(target, inner_context)
 
     def _style(self, element: Any, tag: str) -> dict[str, str]:
         """Return the style, in increasing priority: attributes, style rules, style attribute."""
@@ -328,8 +350,8 @@ _STYLE_PROPERTIES = ("display", "visibility", "transform", "transform-origin")
 def _declarations(text: str) -> dict[str, str]:
     """Return the properties of a style that are in `_STYLE_PROPERTIES`, in lower case."""
     properties = {}
-    for each in text.split(";"):
-        name, _, value = each.partition(":")
+    for item in text.split(";"):
+        name, _, value = item.partition(":")
         if name.strip().lower() in _STYLE_PROPERTIES and value.strip():
             properties[name.strip().lower()] = value.replace("!important", "").strip()
     return properties
@@ -372,11 +394,11 @@ def _transform_matrix(style: dict[str, str]) -> FloatArray:
 
 
 def _viewport(
-    element: Any, matrix: FloatArray, outer: tuple[float, float]
+    element: Any, matrix: FloatArray, outer_values: tuple[float, float]
 ) -> tuple[FloatArray, tuple[float, float]]:
     """Return the matrix to the units of an inner viewport, and its size in these units."""
-    x, y, w, h = parse_lengths(element, ("x", "y", "width", "height"), outer)
-    w, h = w or outer[0], h or outer[1]
+    x, y, w, h = parse_lengths(element, ("x", "y", "width", "height"), outer_values)
+    w, h = w or outer_values[0], h or outer_values[1]
     step = np.eye(3)
     step[:2, 2] = (x, y) if _tag(element) == "svg" else (0.0, 0.0)
     box = [float(n) for n in re.findall(NUMBER, str(element.get("viewBox") or ""))]
@@ -396,21 +418,24 @@ def _viewport(
 def _aspect(element: Any) -> tuple[str, tuple[float, float]]:
     """Return the fit (none, meet or slice) and the alignment inside the frame."""
     text = str(element.get("preserveAspectRatio") or "xMidYMid")
-    share = {"Min": 0.0, "Mid": 0.5, "Max": 1.0}
+    fraction = {"Min": 0.0, "Mid": 0.5, "Max": 1.0}
     match = re.search(r"x(Min|Mid|Max)Y(Min|Mid|Max)", text)
     fit = next((word for word in ("none", "slice") if word in text), "meet")
-    return fit, (0.5, 0.5) if match is None else (share[match.group(1)], share[match.group(2)])
+    return fit, (0.5, 0.5) if match is None else (
+        fraction[match.group(1)],
+        fraction[match.group(2)],
+    )
 
 
-def _image(element: Any, at: _Context) -> SvgImage:
-    x, y, w, h = parse_lengths(element, ("x", "y", "width", "height"), at.view)
+def _image(element: Any, context: _Context) -> SvgImage:
+    x, y, w, h = parse_lengths(element, ("x", "y", "width", "height"), context.view)
     corners = np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h]])
     link = str(element.get(_LINK) or element.get("href") or "")
     if link.startswith("data:") or not link:
         link = str(element.get(_ABSOLUTE) or "")
     fit, align = _aspect(element)
     name = re.split(r"[/\\]", link.partition("?")[0])[-1]
-    return SvgImage(transform_points(corners, at.matrix), name, fit, align)
+    return SvgImage(transform_points(corners, context.matrix), name, fit, align)
 
 
 def _title(element: Any) -> str:

@@ -30,8 +30,8 @@ _ANGLES = {"": 1.0, "deg": 1.0, "rad": math.degrees(1.0), "grad": 0.9, "turn": 3
 def parse_transform(text: str) -> FloatArray:
     """Return the matrix (3, 3) of a `transform` attribute or style. Raises ValueError."""
     matrix = np.eye(3)
-    for word, inner in re.findall(r"\b(\w+)\s*\(([^()]*)\)", text):
-        arguments = re.findall(rf"({NUMBER})\s*([A-Za-z]*)", inner)
+    for word, arguments_text in re.findall(r"\b(\w+)\s*\(([^()]*)\)", text):
+        arguments = re.findall(rf"({NUMBER})\s*([A-Za-z]*)", arguments_text)
         first_unit = arguments[0][1].lower() if arguments else ""
         v = [float(number) * _UNITS.get(unit.lower(), 1.0) for number, unit in arguments]
         step = np.eye(3)
@@ -46,8 +46,8 @@ def parse_transform(text: str) -> FloatArray:
         elif word in ("scaleX", "scaleY"):
             step["XY".index(word[-1]), "XY".index(word[-1])] = v[0]
         elif word in ("rotate", "rotateZ"):
-            turn = math.radians(v[0] * _ANGLES.get(first_unit, 1.0))
-            c, s = math.cos(turn), math.sin(turn)
+            angle = math.radians(v[0] * _ANGLES.get(first_unit, 1.0))
+            c, s = math.cos(angle), math.sin(angle)
             step[:2, :2] = ((c, -s), (s, c))
             if len(v) > 2:
                 centre = np.array(v[1:3])
@@ -122,15 +122,15 @@ def _rectangle(element: Any, view: tuple[float, float]) -> list[Piece]:
     if rx <= 0 or ry <= 0:
         return [(np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h], [x, y]]), True)]
     quarter = np.linspace(0.0, 0.5 * math.pi, CURVE_STEPS + 1)
-    middles = (
+    centres = (
         (x + w - rx, y + h - ry),
         (x + rx, y + h - ry),
         (x + rx, y + ry),
         (x + w - rx, y + ry),
     )
     arcs = [
-        np.stack([mx + rx * np.cos(quarter + turn), my + ry * np.sin(quarter + turn)], axis=1)
-        for (mx, my), turn in zip(middles, np.arange(4) * 0.5 * math.pi, strict=True)
+        np.stack([mx + rx * np.cos(quarter + angle), my + ry * np.sin(quarter + angle)], axis=1)
+        for (mx, my), angle in zip(centres, np.arange(4) * 0.5 * math.pi, strict=True)
     ]
     return [(_close(np.concatenate(arcs)), True)]
 
@@ -140,7 +140,7 @@ def _path(text: str) -> list[tuple[FloatArray, bool]]:
     tokens = re.findall(rf"[MmLlHhVvCcSsQqTtAaZz]|{NUMBER}", _separate_flags(text))
     pieces: list[tuple[FloatArray, bool]] = []
     points: list[complex] = []
-    at = start = control = 0j
+    offset = start = control = 0j
     command, k = "", 0
 
     def take_numbers(count: int) -> list[float]:
@@ -160,40 +160,40 @@ def _path(text: str) -> list[tuple[FloatArray, bool]]:
             raise ValueError(text)
         elif command in "Mm":
             command = "L" if command == "M" else "l"
-        kind, base = command.upper(), at if command.islower() else 0j
+        kind, base = command.upper(), offset if command.islower() else 0j
         if kind == "Z":
             if points:
                 pieces.append((_close(_pairs(points)), True))
-            points, at = [], start
+            points, offset = [], start
             continue
         if kind == "M":
             if len(points) > 1:
                 pieces.append((_pairs(points), False))
             x, y = take_numbers(2)
-            at = start = control = base + complex(x, y)
-            points = [at]
+            offset = start = control = base + complex(x, y)
+            points = [offset]
             continue
         if not points:
-            points = [at]
-        ends, control = _segment(kind, take_numbers, base, at, control)
+            points = [offset]
+        ends, control = _segment(kind, take_numbers, base, offset, control)
         points += ends
-        at = ends[-1]
+        offset = ends[-1]
     if len(points) > 1:
         pieces.append((_pairs(points), False))
     return pieces
 
 
 def _segment(
-    kind: str, take_numbers: Any, base: complex, at: complex, control: complex
+    kind: str, take_numbers: Any, base: complex, offset: complex, control: complex
 ) -> tuple[list[complex], complex]:
-    """Return the points after `at`, and the control point that a smooth curve reflects."""
+    """Return the points after `offset`, and the control point that a smooth curve reflects."""
     if kind == "H":
         (x,) = take_numbers(1)
-        end = complex(x + base.real, at.imag)
+        end = complex(x + base.real, offset.imag)
         return [end], end
     if kind == "V":
         (y,) = take_numbers(1)
-        end = complex(at.real, y + base.imag)
+        end = complex(offset.real, y + base.imag)
         return [end], end
     if kind == "L":
         x, y = take_numbers(2)
@@ -202,13 +202,13 @@ def _segment(
     if kind == "A":
         rx, ry, rotation_deg, large, sweep, x, y = take_numbers(7)
         end = base + complex(x, y)
-        return _arc(at, end, rx, ry, rotation_deg, bool(large), bool(sweep)), end
+        return _arc(offset, end, rx, ry, rotation_deg, bool(large), bool(sweep)), end
     count = {"C": 3, "S": 2, "Q": 2, "T": 1}[kind]
     v = take_numbers(2 * count)
     control_points = [base + complex(v[2 * i], v[2 * i + 1]) for i in range(count)]
     if kind in "ST":
-        control_points = [2 * at - control, *control_points]
-    corners = [at, *control_points]
+        control_points = [2 * offset - control, *control_points]
+    corners = [offset, *control_points]
     points = _BERNSTEIN[len(corners)] @ np.array(corners)
     return [*points.tolist()[:-1], control_points[-1]], control_points[-2]
 
@@ -230,7 +230,7 @@ _ARC_STEPS = np.linspace(0, 1, 2 * CURVE_STEPS + 1)[1:-1]
 
 
 def _arc(
-    at: complex,
+    offset: complex,
     end: complex,
     rx: float,
     ry: float,
@@ -240,10 +240,10 @@ def _arc(
 ) -> list[complex]:
     """Return the points of an elliptical arc between two end points (SVG 1.1, F.6.5)."""
     rx, ry = abs(rx), abs(ry)
-    if rx == 0 or ry == 0 or at == end:
+    if rx == 0 or ry == 0 or offset == end:
         return [end]
     axis = complex(math.cos(math.radians(rotation_deg)), math.sin(math.radians(rotation_deg)))
-    half = (at - end) / 2 / axis
+    half = (offset - end) / 2 / axis
     x, y = half.real, half.imag
     scale = (x / rx) ** 2 + (y / ry) ** 2
     if scale > 1:
@@ -251,7 +251,7 @@ def _arc(
     square = (rx * ry) ** 2 / ((rx * y) ** 2 + (ry * x) ** 2) - 1
     root = math.sqrt(max(square, 0.0)) * (-1 if is_large_arc == sweep else 1)
     middle = complex(root * rx * y / ry, -root * ry * x / rx)
-    centre = middle * axis + (at + end) / 2
+    centre = middle * axis + (offset + end) / 2
     first, last = (
         math.atan2((v - middle).imag / ry, (v - middle).real / rx) for v in (half, -half)
     )
@@ -271,12 +271,12 @@ def _separate_flags(text: str) -> str:
 def _arc_numbers(text: str) -> str:
     """Separate the numbers of arcs: two radii, a rotation, two flags and an end point."""
     numbers: list[str] = []
-    at = 0
+    offset = 0
     # A single pattern for all seven numbers would backtrack over every split of a long number.
-    while match := (_ARC_FLAG if len(numbers) % 7 in (3, 4) else _ARC_NUMBER).match(text, at):
+    while match := (_ARC_FLAG if len(numbers) % 7 in (3, 4) else _ARC_NUMBER).match(text, offset):
         numbers.append(match[1])
-        at = match.end()
-    return " ".join([*numbers, text[at:]])
+        offset = match.end()
+    return " ".join([*numbers, text[offset:]])
 
 
 _ARC_FLAG, _ARC_NUMBER = re.compile(r"[\s,]*([01])"), re.compile(rf"[\s,]*({NUMBER})")
@@ -304,17 +304,17 @@ def parse_lengths(element: Any, names: tuple[str, ...], view: tuple[float, float
     return [parse_length(element.get(name), view[1] if name in down else view[0]) for name in names]
 
 
-def parse_length(text: str | None, whole: float = 100.0) -> float:
+def parse_length(text: str | None, whole_value: float = 100.0) -> float:
     """Convert a length to user units, or return 0 if it is missing.
 
     Parameters
     ----------
     text : str or None
-    whole : float
+    whole_value : float
         Length that corresponds to 100 per cent.
     """
     match = re.match(rf"\s*({NUMBER})\s*(%|[A-Za-z]*)", text or "")
     if match is None:
         return 0.0
     value, unit = float(match.group(1)), match.group(2).lower()
-    return value * whole / 100.0 if unit == "%" else value * _UNITS.get(unit, 1.0)
+    return value * whole_value / 100.0 if unit == "%" else value * _UNITS.get(unit, 1.0)

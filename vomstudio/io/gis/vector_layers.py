@@ -88,7 +88,7 @@ def read_layers(
     unreadable: Callable[[], InputError],
     progress: Progress | None = None,
     *,
-    flat: bool = True,
+    is_flat: bool = True,
 ) -> list[VectorLayer]:
     """Read layers by name.
 
@@ -101,7 +101,7 @@ def read_layers(
         Names of the columns to read, in lower case.
     unreadable, progress
         As for `list_layers`.
-    flat : bool
+    is_flat : bool
         Whether to drop heights.
 
     Raises
@@ -111,7 +111,7 @@ def read_layers(
     request = {
         "names": list(names),
         "columns": sorted(columns),
-        "flat": flat,
+        "flat": is_flat,
         "max_features": MAX_OBJECTS,
     }
     return _request_layers(path, request, unreadable, progress)
@@ -137,21 +137,21 @@ def _request_layers(
         raise _refusal(header["refused"], path)
     return [
         VectorLayer(
-            each["name"],
-            each["kind"],
-            tuple(each["fields"]),
-            each["crs"],
-            each["described"],
-            next(arrays) if each["read"] else None,
-            {name: next(arrays) for name in each["columns"]},
+            item["name"],
+            item["kind"],
+            tuple(item["fields"]),
+            item["crs"],
+            item["described"],
+            next(arrays) if item["read"] else None,
+            {name: next(arrays) for name in item["columns"]},
         )
-        for each in header["layers"]
+        for item in header["layers"]
     ]
 
 
-def _refusal(refused: dict[str, Any], path: Path) -> InputError:
+def _refusal(refused_items: dict[str, Any], path: Path) -> InputError:
     """Return the error of the reader process, which contains the absolute path of the file."""
-    error = from_dict(refused, InputError.exit_code)
+    error = from_dict(refused_items, InputError.exit_code)
     file = path if error.file in (None, os.fspath(path.absolute())) else error.file
     return InputError(error, file=file, line=error.line, field=error.field)
 
@@ -177,14 +177,16 @@ def _escape_glob(stem: str) -> str:
     return "".join(f"[{sign}]" if sign in "*?[" else sign for sign in stem)
 
 
-def read_named_layers(path: Path, readable: Path, request: Mapping[str, Any]) -> list[VectorLayer]:
+def read_named_layers(
+    path: Path, readable_path: Path, request: Mapping[str, Any]
+) -> list[VectorLayer]:
     """Read layers with pyogrio inside a `readable_layers` block.
 
     Parameters
     ----------
     path : Path
         Path of the file, for error messages.
-    readable : Path
+    readable_path : Path
         Path yielded by `readable_layers`.
     request : mapping
         Request built by `read_layers`.
@@ -196,7 +198,9 @@ def read_named_layers(path: Path, readable: Path, request: Mapping[str, Any]) ->
     """
     import pyogrio
 
-    listed = [(str(n), None if k is None else str(k)) for n, k in pyogrio.list_layers(readable)]
+    listed = [
+        (str(n), None if k is None else str(k)) for n, k in pyogrio.list_layers(readable_path)
+    ]
     if not request["names"]:
         return [VectorLayer(name, kind) for name, kind in listed]
     if not listed:
@@ -204,11 +208,11 @@ def read_named_layers(path: Path, readable: Path, request: Mapping[str, Any]) ->
     kinds = dict(listed)
     layers, remaining = [], request["max_features"]
     for layer in request["names"]:
-        info = pyogrio.read_info(readable, layer=layer)
+        info = pyogrio.read_info(readable_path, layer=layer)
         fields = tuple(map(str, info["fields"]))
         columns = [field for field in fields if field.casefold() in request["columns"]]
         metadata, _, shapes, values = pyogrio.raw.read(
-            readable,
+            readable_path,
             layer=layer,
             columns=columns,
             force_2d=request["flat"],
@@ -251,9 +255,9 @@ def _answer(request: dict[str, Any]) -> bytes:
             properties = {
                 n: getattr(layer, n) for n in ("name", "kind", "fields", "crs", "described")
             }
-            read = layer.shapes is not None
-            header["layers"].append({**properties, "read": read, "columns": list(columns)})
-            arrays += [layer.shapes] * read + list(columns.values())
+            is_read = layer.shapes is not None
+            header["layers"].append({**properties, "read": is_read, "columns": list(columns)})
+            arrays += [layer.shapes] * is_read + list(columns.values())
         return pack(header, arrays)
     except _Unreadable:
         return pack({"unreadable": True}, [])

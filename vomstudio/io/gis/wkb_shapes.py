@@ -61,38 +61,38 @@ def excluded_surfaces_finding(count: int) -> Finding:
     return Finding("drawing.no-lines", count=count, entities=[f"{count} surface"])
 
 
-def _remove_surfaces(data: bytes, at: int, depth: int) -> tuple[bytes | None, int, int]:
+def _remove_surfaces(data: bytes, offset: int, depth: int) -> tuple[bytes | None, int, int]:
     """Return a shape without surfaces (None if it is one), its end offset, and their number."""
-    if depth > _MAX_DEPTH or at >= len(data) or data[at] > 1:
+    if depth > _MAX_DEPTH or offset >= len(data) or data[offset] > 1:
         raise ValueError("not WKB")
-    order = "<" if data[at] else ">"
-    (code,) = struct.unpack_from(f"{order}I", data, at + 1)
+    order = "<" if data[offset] else ">"
+    (code,) = struct.unpack_from(f"{order}I", data, offset + 1)
     kind, dimensions = _kind(code)
-    begin, at = at, at + (9 if code & _HAS_SRID else 5)
+    begin, offset = offset, offset + (9 if code & _HAS_SRID else 5)
     if kind == _POINT:
-        return data[begin : at + 8 * dimensions], at + 8 * dimensions, 0
-    (count,) = struct.unpack_from(f"{order}I", data, at)
-    at += 4
+        return data[begin : offset + 8 * dimensions], offset + 8 * dimensions, 0
+    (count,) = struct.unpack_from(f"{order}I", data, offset)
+    offset += 4
     if kind == _LINE:
-        end = at + 8 * dimensions * count
+        end = offset + 8 * dimensions * count
         return data[begin:end], end, 0
     if kind in (_POLYGON, 17):
         for _ in range(count):
-            (points,) = struct.unpack_from(f"{order}I", data, at)
-            at += 4 + 8 * dimensions * points
+            (points,) = struct.unpack_from(f"{order}I", data, offset)
+            offset += 4 + 8 * dimensions * points
         is_surface = kind != _POLYGON
-        return None if is_surface else data[begin:at], at, int(is_surface)
+        return None if is_surface else data[begin:offset], offset, int(is_surface)
     if kind not in (*_MULTI, *_SURFACES):
         raise ValueError(f"unknown type {kind}")
     members, surfaces = [], 0
     for _ in range(count):
-        member, at, inner = _remove_surfaces(data, at, depth + 1)
+        member, offset, inner = _remove_surfaces(data, offset, depth + 1)
         members += [] if member is None else [member]
         surfaces += inner
     if kind in _SURFACES:
-        return None, at, 1
+        return None, offset, 1
     head = data[begin : begin + (9 if code & _HAS_SRID else 5)]
-    return head + struct.pack(f"{order}I", len(members)) + b"".join(members), at, surfaces
+    return head + struct.pack(f"{order}I", len(members)) + b"".join(members), offset, surfaces
 
 
 def _kind(code: int) -> tuple[int, int]:

@@ -38,18 +38,18 @@ def write_converted(
     InputError, UsageError, Cancelled
         As for `read_model`.
     """
-    loaded = read_model(path, progress, options)
-    code = "".join(c for c in (loaded.crs or "").casefold() if c.isalnum())[:16]
+    loaded_model = read_model(path, progress, options)
+    code = "".join(c for c in (loaded_model.crs or "").casefold() if c.isalnum())[:16]
     target = folder / f"{path.stem}_{code}{path.suffix}"
     folder.mkdir(exist_ok=True)
-    stored = stored_registration(loaded, options)
+    stored = stored_registration(loaded_model, options)
     messages = write_model(
-        loaded.data,
-        loaded.crs,
+        loaded_model.data,
+        loaded_model.crs,
         target,
         force=True,
         inputs=[path],
         progress=progress,
         registration=stored.registration,
     )
-    return target, (*loaded.warnings, *stored.findings, *messages)
+    return target, (*loaded_model.warnings, *stored.findings, *messages)

@@ -212,13 +212,13 @@ class CopcFile:
 
     def overview(self, count: int) -> OctreeNodes:
         """Return the first levels with a total of about `count` points, at least one level."""
-        selected = self.nodes(range(1))
+        selected_nodes = self.nodes(range(1))
         for level in range(1, MAX_LEVEL):
             candidates = self.nodes(range(level + 1))
-            if len(candidates) == len(selected) or candidates.points.sum() > 1.5 * count:
+            if len(candidates) == len(selected_nodes) or candidates.points.sum() > 1.5 * count:
                 break
-            selected = candidates
-        return selected
+            selected_nodes = candidates
+        return selected_nodes
 
     def read(self, nodes: OctreeNodes) -> PointCloud:
         """Read the points of nodes, in the order of `nodes`.
@@ -260,14 +260,14 @@ class CopcFile:
     def _load_pages(self, levels: range | None, bounds: AnyArray | None) -> None:
         """Read the unread pages that may contain nodes within these levels and bounds."""
         while True:
-            requested = [
+            requested_pages = [
                 page for page in self._pages if self._is_requested(page[2], levels, bounds)
             ]
-            if not requested:
+            if not requested_pages:
                 return
-            self._pages = [page for page in self._pages if page not in requested]
-            for at, size, _ in requested:
-                self._load_page(at, size)
+            self._pages = [page for page in self._pages if page not in requested_pages]
+            for offset, size, _ in requested_pages:
+                self._load_page(offset, size)
 
     def _load_page(self, offset: int, size: int) -> None:
         if offset in self._read_offsets or offset + size > self.top.size or size % _ENTRY.itemsize:
@@ -328,8 +328,8 @@ def crs_of(path: str | Path) -> tuple[str | None, tuple[Finding, ...]]:
     with CopcFile(path) as file:
         if file.refusal_finding is not None:
             raise InputError(file.refusal_finding, file=path, field="CRS")
-        hidden = (Finding("model.withheld-hidden"),) if file.has_withheld() else ()
-        return file.crs, (*file.warnings, *hidden)
+        hidden_findings = (Finding("model.withheld-hidden"),) if file.has_withheld() else ()
+        return file.crs, (*file.warnings, *hidden_findings)
 
 
 OVERVIEW_POINTS = 200_000

@@ -57,7 +57,7 @@ class FrameWithFindings:
 
 
 def establish_frame(
-    loaded: LoadedModel, options: FrameOptions = DEFAULT_FRAME
+    loaded_model: LoadedModel, options: FrameOptions = DEFAULT_FRAME
 ) -> FrameWithFindings:
     """Determine the frame of a model that was read with the same options.
 
@@ -67,7 +67,7 @@ def establish_frame(
 
     Parameters
     ----------
-    loaded : LoadedModel
+    loaded_model : LoadedModel
         Model returned by `vomstudio.io.models.opening.read_model`.
     options : FrameOptions
 
@@ -84,29 +84,31 @@ def establish_frame(
         If options contradict the format of the file or each other.
     """
     field = "--to-crs" if options.to_crs else "--crs" if options.crs else "CRS"
-    bounds = np.asarray(loaded.data.bounds, np.float64)
-    stored = stored_registration(loaded, options)
+    bounds = np.asarray(loaded_model.data.bounds, np.float64)
+    stored = stored_registration(loaded_model, options)
     registration = stored.registration
     if registration is not None:
         placed_bounds = world_bounds(bounds, registration.matrix)
-        findings = check_frame(registration.frame, placed_bounds, file=loaded.path, field=field)
+        findings = check_frame(
+            registration.frame, placed_bounds, file=loaded_model.path, field=field
+        )
         return FrameWithFindings(registration.frame, findings, registration)
-    frame = _frame(loaded, options)
+    frame = _frame(loaded_model, options)
     if frame.crs is None:
-        findings = _assumption_findings(loaded, options, frame.up_axis)
+        findings = _assumption_findings(loaded_model, options, frame.up_axis)
     else:
-        findings = check_frame(frame, bounds, file=loaded.path, field=field)
+        findings = check_frame(frame, bounds, file=loaded_model.path, field=field)
     return FrameWithFindings(frame, (*stored.findings, *findings))
 
 
 def stored_registration(
-    loaded: LoadedModel, options: FrameOptions = DEFAULT_FRAME
+    loaded_model: LoadedModel, options: FrameOptions = DEFAULT_FRAME
 ) -> SidecarRegistration:
     """Find the registration next to a model that was read with the same options.
 
     Parameters
     ----------
-    loaded : LoadedModel
+    loaded_model : LoadedModel
     options : FrameOptions
         Frame options; with ``to_crs``, the registration is converted in the same way as the
         coordinates.
@@ -120,24 +122,26 @@ def stored_registration(
     stated_crs = None
     # With `to_crs`, the CRS of the file was already converted when the file was read.
     if options.to_crs is None:
-        stated_crs = loaded.crs if options.crs is None else parse_crs_option(options.crs)[0]
-    stored = registration_beside(loaded.path, loaded.content_hash, stated_crs)
+        stated_crs = loaded_model.crs if options.crs is None else parse_crs_option(options.crs)[0]
+    stored = registration_beside(loaded_model.path, loaded_model.content_hash, stated_crs)
     registration = stored.registration
     if registration is None:
         return stored
     if options.to_crs is not None:
         crs = registration.frame.crs
         if crs is not None and _is_in_world(registration):
-            return SidecarRegistration(_reprojected(registration, crs, loaded))
-        return _unused(loaded.path, registration, options.to_crs)
-    if options.up == "y" and loaded.turned_about is None:
-        return _unused(loaded.path, registration, "--up y")
+            return SidecarRegistration(_reprojected(registration, crs, loaded_model))
+        return _unused(loaded_model.path, registration, options.to_crs)
+    if options.up == "y" and loaded_model.turned_about is None:
+        return _unused(loaded_model.path, registration, "--up y")
     if options.unit is not None and METRES[options.unit] != 1.0:
-        return _unused(loaded.path, registration, options.unit)
+        return _unused(loaded_model.path, registration, options.unit)
     return stored
 
 
-def registration_beside(path: Path, content_hash: str, stated: str | None) -> SidecarRegistration:
+def registration_beside(
+    path: Path, content_hash: str, stated_text: str | None
+) -> SidecarRegistration:
     """Find the registration next to a model and compare its CRS with that of the file.
 
     Parameters
@@ -145,7 +149,7 @@ def registration_beside(path: Path, content_hash: str, stated: str | None) -> Si
     path : Path
     content_hash : str
         SHA-256 of the model file.
-    stated : str, optional
+    stated_text : str, optional
         CRS stated by the file.
     """
     stored = find_registration(path, content_hash)
@@ -153,12 +157,12 @@ def registration_beside(path: Path, content_hash: str, stated: str | None) -> Si
     if registration is None or registration.rotation_covariance() is None:
         return SidecarRegistration(None, stored.findings)
     frame = registration.frame
-    if stated is None or (frame.crs is not None and _is_same_crs(stated, frame.crs)):
+    if stated_text is None or (frame.crs is not None and _is_same_crs(stated_text, frame.crs)):
         return stored
-    if frame.kind == "local" and _is_in_world(registration) and unit_in_metres(stated) == 1.0:
+    if frame.kind == "local" and _is_in_world(registration) and unit_in_metres(stated_text) == 1.0:
         # The CRS was stated later: the local frame is now that of the map.
-        return SidecarRegistration(replace(registration, frame=Frame("crs", stated)))
-    return _unused(path, registration, stated)
+        return SidecarRegistration(replace(registration, frame=Frame("crs", stated_text)))
+    return _unused(path, registration, stated_text)
 
 
 def _is_in_world(registration: Registration) -> bool:
@@ -166,10 +170,10 @@ def _is_in_world(registration: Registration) -> bool:
     return registration.matrix == IDENTITY
 
 
-def _unused(model: Path, registration: Registration, stated: str) -> SidecarRegistration:
+def _unused(model: Path, registration: Registration, stated_text: str) -> SidecarRegistration:
     file = registration_path(model).name
     crs = registration.frame.crs or registration.frame.name()
-    finding = Finding("registration.other-frame", file=file, crs=crs, stated=stated)
+    finding = Finding("registration.other-frame", file=file, crs=crs, stated=stated_text)
     return SidecarRegistration(None, (finding,))
 
 
@@ -181,20 +185,20 @@ def _is_same_crs(first: str, second: str) -> bool:
     return CRS.from_user_input(first).equals(CRS.from_user_input(second), ignore_axis_order=True)
 
 
-def _reprojected(registration: Registration, crs: str, loaded: LoadedModel) -> Registration:
+def _reprojected(registration: Registration, crs: str, loaded_model: LoadedModel) -> Registration:
     """Return the registration of a model whose coordinates were converted from `crs`."""
-    assert loaded.crs is not None
-    conversion = Reprojection.create(crs, loaded.crs)
+    assert loaded_model.crs is not None
+    conversion = Reprojection.create(crs, loaded_model.crs)
     if registration.centre is not None:
         centre = np.array(registration.centre)
     else:
-        middle = np.asarray(loaded.data.bounds, np.float64).mean(axis=0)
-        centre = Reprojection.create(loaded.crs, crs).apply(middle[None])[0]
+        midpoint = np.asarray(loaded_model.data.bounds, np.float64).mean(axis=0)
+        centre = Reprojection.create(loaded_model.crs, crs).apply(midpoint[None])[0]
     left_vectors, singular_values, right_vectors = np.linalg.svd(conversion.jacobian(centre))
     transformation = np.eye(4)
     transformation[:3, :3] = np.cbrt(singular_values.prod()) * left_vectors @ right_vectors
     transformation[:3, 3] = conversion.apply(centre[None])[0] - transformation[:3, :3] @ centre
-    placed = change_world(registration, transformation, Frame("crs", loaded.crs))
+    placed = change_world(registration, transformation, Frame("crs", loaded_model.crs))
     # The coordinates of the file were converted as well.
     return change_file_frame(placed, placed.matrix)
 
@@ -241,28 +245,28 @@ def check_frame(
 
 
 def frame_findings(
-    loaded: LoadedModel, options: FrameOptions = DEFAULT_FRAME
+    loaded_model: LoadedModel, options: FrameOptions = DEFAULT_FRAME
 ) -> tuple[Finding, ...]:
     """Return the findings that `establish_frame` reports or raises as errors."""
     try:
-        return establish_frame(loaded, options).findings
+        return establish_frame(loaded_model, options).findings
     except InputError as error:
         if not error.code.startswith("frame."):
             raise
         return (Finding(error.code, **error.values),)
 
 
-def _frame(loaded: LoadedModel, options: FrameOptions) -> Frame:
+def _frame(loaded_model: LoadedModel, options: FrameOptions) -> Frame:
     if options.to_crs is not None:
         # The coordinates were already converted when the file was read.
-        return Frame("crs", loaded.crs, 1.0, "z")
-    up = _up_axis(loaded, options)
-    axes, _ = choose_axes(loaded.crs, options, file=loaded.path)
+        return Frame("crs", loaded_model.crs, 1.0, "z")
+    up = _up_axis(loaded_model, options)
+    axes, _ = choose_axes(loaded_model.crs, options, file=loaded_model.path)
     if axes.crs is not None:
         return Frame("crs", axes.crs, axes.metres[0], up)
-    if options.unit is None and has_known_scale(loaded.path) is False:
+    if options.unit is None and has_known_scale(loaded_model.path) is False:
         return Frame(up_axis=up)
-    unit_m = METRES[options.unit] if options.unit is not None else loaded.unit_m or 1.0
+    unit_m = METRES[options.unit] if options.unit is not None else loaded_model.unit_m or 1.0
     return Frame("local", None, unit_m, up)
 
 
@@ -286,8 +290,8 @@ def frame_of_file(path: Path, crs: str | None) -> Frame:
     return Frame("local") if has_known_scale(path) else Frame()
 
 
-def _up_axis(loaded: LoadedModel, options: FrameOptions) -> UpAxis:
-    if loaded.turned_about is None:
+def _up_axis(loaded_model: LoadedModel, options: FrameOptions) -> UpAxis:
+    if loaded_model.turned_about is None:
         return options.up or "z"
     if options.up == "z":
         raise UsageError(Finding("frame.up-by-format"), field="--up")
@@ -295,21 +299,21 @@ def _up_axis(loaded: LoadedModel, options: FrameOptions) -> UpAxis:
 
 
 def _assumption_findings(
-    loaded: LoadedModel, options: FrameOptions, up: UpAxis
+    loaded_model: LoadedModel, options: FrameOptions, up: UpAxis
 ) -> tuple[Finding, ...]:
     """Return the findings about a file that has no CRS."""
-    if has_known_scale(loaded.path) is not None:
+    if has_known_scale(loaded_model.path) is not None:
         # A reconstruction by this program stores its known properties in the file next to the
         # model.
         return ()
-    suspicion = degrees_finding(np.asarray(loaded.data.bounds, np.float64))
+    suspicion = degrees_finding(np.asarray(loaded_model.data.bounds, np.float64))
     findings = () if suspicion is None or options.unit is not None else (suspicion,)
     assumed = assumed_frame(
-        loaded.path,
+        loaded_model.path,
         options,
         up=up,
-        unit=options.unit or (loaded.units[0] if loaded.unit_m is not None else "m"),
-        has_up=loaded.turned_about is not None,
-        has_unit=loaded.unit_m is not None,
+        unit=options.unit or (loaded_model.units[0] if loaded_model.unit_m is not None else "m"),
+        has_up=loaded_model.turned_about is not None,
+        has_unit=loaded_model.unit_m is not None,
     )
     return (*assumed, *findings)

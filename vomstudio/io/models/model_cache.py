@@ -212,13 +212,13 @@ def load(path: Path, folder: Path, progress: Progress | None = None) -> LoadedMo
     The cache is valid if the file has the same size and time, or otherwise the same SHA-256. Raises
     the errors of `read_model`.
     """
-    if (cached := _valid_cache(Path(path), folder)) is not None:
-        return cached
-    loaded = read_model(path, progress)
+    if (cache := _valid_cache(Path(path), folder)) is not None:
+        return cache
+    loaded_model = read_model(path, progress)
     try:
-        return save(loaded, folder)
+        return save(loaded_model, folder)
     except TargetError:
-        return loaded
+        return loaded_model
 
 
 def load_for_transfer(
@@ -229,18 +229,18 @@ def load_for_transfer(
     If the cache cannot be written, this is a temporary folder, which the other process deletes.
     Raises the errors of `read_model`, and TargetError if neither can be written.
     """
-    if (cached := _valid_cache(Path(path), folder)) is not None:
-        return cached, folder
-    loaded = read_model(path, progress)
+    if (cache := _valid_cache(Path(path), folder)) is not None:
+        return cache, folder
+    loaded_model = read_model(path, progress)
     try:
-        return save(loaded, folder), folder
+        return save(loaded_model, folder), folder
     except TargetError as error:
         try:
             transfer_folder = Path(tempfile.mkdtemp(prefix=TRANSFER_PREFIX))
         except OSError:
             raise error from None
         try:
-            return save(loaded, transfer_folder / folder.name), transfer_folder / folder.name
+            return save(loaded_model, transfer_folder / folder.name), transfer_folder / folder.name
         except TargetError:
             shutil.rmtree(transfer_folder, ignore_errors=True)
             raise
@@ -268,9 +268,9 @@ def _valid_cache(path: Path, folder: Path) -> LoadedModel | None:
                 and meta.get("content_hash") == file_hash(path)
             )
         if is_valid and not _has_missing_image(meta):
-            cached = open_cached(folder)
-            if os.fspath(cached.path) == os.fspath(path.absolute()):
-                return cached
+            cache = open_cached(folder)
+            if os.fspath(cache.path) == os.fspath(path.absolute()):
+                return cache
     except (InputError, LookupError, TypeError, AttributeError):
         pass
     return None
@@ -382,8 +382,8 @@ def _npy_header(shape: tuple[int, ...], kind: np.dtype[Any]) -> bytes:
     return stream.getvalue()
 
 
-def _units(stored: Any) -> Units:
-    x, y, z = (str(unit) for unit in stored)
+def _units(stored_value: Any) -> Units:
+    x, y, z = (str(unit) for unit in stored_value)
     return x, y, z
 
 

@@ -162,8 +162,8 @@ def _read_cameras(path: Path, model: Path | None = None) -> Cameras | None:
         cameras = read_cameras(path)
     except InputError:
         return _read_other_cameras(path, model)
-    stored = path.parent / cameras.photos
-    return replace(cameras, photos=(find_photos(cameras, path) or stored).resolve())
+    stored_values = path.parent / cameras.photos
+    return replace(cameras, photos=(find_photos(cameras, path) or stored_values).resolve())
 
 
 def _read_other_cameras(path: Path, model: Path | None) -> Cameras | None:

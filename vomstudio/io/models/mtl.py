@@ -47,12 +47,12 @@ _OTHER_MAP = re.compile(
 """Pattern for the names of textures other than colour, such as normal or roughness maps."""
 
 
-def decode(raw: bytes) -> str:
+def decode(raw_bytes: bytes) -> str:
     """Decode text of unknown encoding as UTF-8 or else as Windows-1252."""
     try:
-        return decode_text(raw)
+        return decode_text(raw_bytes)
     except UnicodeDecodeError:
-        return raw.decode("cp1252", errors="replace")
+        return raw_bytes.decode("cp1252", errors="replace")
 
 
 def unquote(name: str) -> str:
@@ -93,13 +93,13 @@ def find_companion(folder: Path, name: str) -> tuple[Path | None, str | None]:
     return (path, None) if path is not None else (None, tr("'{file}' was not found", file=name))
 
 
-def _find_case_insensitive(folder: Path, relative: str) -> Path | None:
+def _find_case_insensitive(folder: Path, relative_text: str) -> Path | None:
     try:
-        exact = folder / relative
-        if exact.is_file():
-            return exact
+        exact_values = folder / relative_text
+        if exact_values.is_file():
+            return exact_values
         path = folder
-        for part in relative.split("/"):
+        for part in relative_text.split("/"):
             names = {n.casefold(): n for n in sorted(os.listdir(path), reverse=True)}
             if part.casefold() not in names:
                 return None

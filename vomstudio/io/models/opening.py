@@ -80,10 +80,10 @@ def read_model(
     Cancelled
         If the user cancels through `progress`.
     """
-    loaded, refusal_finding = convert_axes(_read(Path(path), progress), options)
+    loaded_model, refusal_finding = convert_axes(_read(Path(path), progress), options)
     if refusal_finding is not None:
         raise InputError(refusal_finding, file=path, field="CRS")
-    return loaded
+    return loaded_model
 
 
 def _read(path: Path, progress: Progress | None) -> LoadedModel:
@@ -96,26 +96,30 @@ def _read(path: Path, progress: Progress | None) -> LoadedModel:
     try:
         # Damaged files contain NaN values of every kind; readers check for them.
         with np.errstate(all="ignore"), limit_for_file(path):
-            loaded = reader.read(path, progress)
+            loaded_model = reader.read(path, progress)
     except MemoryError:
         is_stopped.set()
         raise InputError(Finding("file.exceeds-memory"), file=path) from None
     except BaseException:
         is_stopped.set()
         raise
-    loaded = _limit_fields(loaded)
-    return replace(loaded, path=path, content_hash=loaded.content_hash or content_hash.result())
+    loaded_model = _limit_fields(loaded_model)
+    return replace(
+        loaded_model, path=path, content_hash=loaded_model.content_hash or content_hash.result()
+    )
 
 
-def _limit_fields(loaded: LoadedModel) -> LoadedModel:
+def _limit_fields(loaded_model: LoadedModel) -> LoadedModel:
     """Limit the number of fields because each becomes a file in the cache of the project."""
-    fields = loaded.data.fields
+    fields = loaded_model.data.fields
     if len(fields) <= MAX_FIELDS:
-        return loaded
+        return loaded_model
     finding = Finding("model.fields-limited", count=len(fields), limit=MAX_FIELDS)
     remaining = dict(itertools.islice(fields.items(), MAX_FIELDS))
     return replace(
-        loaded, data=replace(loaded.data, fields=remaining), warnings=(*loaded.warnings, finding)
+        loaded_model,
+        data=replace(loaded_model.data, fields=remaining),
+        warnings=(*loaded_model.warnings, finding),
     )
 
 
@@ -175,16 +179,18 @@ def _point_spacing(points: FloatArray) -> float:
     from scipy.spatial import cKDTree
 
     if n <= 10 * MAX_SAMPLED_POINTS:
-        local = points - points[0]
-        return _mean_nearest(cKDTree(local), local[:: max(1, n // MAX_SAMPLED_POINTS)])
+        local_points = points - points[0]
+        return _mean_nearest(
+            cKDTree(local_points), local_points[:: max(1, n // MAX_SAMPLED_POINTS)]
+        )
     rough_spacing = _rough_spacing(points)
     if not np.isfinite(rough_spacing) or rough_spacing <= 0:
         return float("nan")
     half = 15.0 * rough_spacing
     distances_of_windows: list[FloatArray] = []
-    for local in _windows(points, half):
-        inner = local[(np.abs(local) <= 0.6 * half).all(axis=1)]
-        distance, _ = cKDTree(local).query(inner, k=min(4, len(local)))
+    for local_points in _windows(points, half):
+        inner_points = local_points[(np.abs(local_points) <= 0.6 * half).all(axis=1)]
+        distance, _ = cKDTree(local_points).query(inner_points, k=min(4, len(local_points)))
         distances_of_windows.append(_first_positive(distance))
     distances = np.concatenate(distances_of_windows) if distances_of_windows else np.empty(0)
     distances = distances[np.isfinite(distances)]
@@ -201,10 +207,10 @@ def _windows(points: FloatArray, half: float) -> Iterator[FloatArray]:
     for row in np.linspace(0, len(points) - 1, WINDOW_COUNT).astype(np.int64):
         centre = points[row]
         candidates = np.flatnonzero((x >= centre[0] - half) & (x <= centre[0] + half))
-        local = points[candidates] - centre
-        local = local[(np.abs(local[:, 1:]) <= half).all(axis=1)]
-        if len(local) > 1:
-            yield local
+        local_points = points[candidates] - centre
+        local_points = local_points[(np.abs(local_points[:, 1:]) <= half).all(axis=1)]
+        if len(local_points) > 1:
+            yield local_points
 
 
 def _rough_spacing(points: FloatArray) -> float:
@@ -224,15 +230,17 @@ def _cloud_resolution(points: FloatArray) -> float:
     if n < 2:
         return float("nan")
     if n <= MAX_POINTS_WITHOUT_TREE:
-        local = points - points[0]
-        resolution_of_points = effective_resolution(local, SmallPointTree(local), local)
+        local_points = points - points[0]
+        resolution_of_points = effective_resolution(
+            local_points, SmallPointTree(local_points), local_points
+        )
         return float("nan") if resolution_of_points is None else resolution_of_points
     from scipy.spatial import cKDTree
 
     if n <= 10 * MAX_SAMPLED_POINTS:
-        local = points - points[0]
+        local_points = points - points[0]
         resolution_of_points = effective_resolution(
-            local, cKDTree(local), local[:: max(1, n // MAX_SAMPLED_LOCATIONS)]
+            local_points, cKDTree(local_points), local_points[:: max(1, n // MAX_SAMPLED_LOCATIONS)]
         )
         return float("nan") if resolution_of_points is None else resolution_of_points
     spacing = _rough_spacing(points)
@@ -241,10 +249,12 @@ def _cloud_resolution(points: FloatArray) -> float:
     # Some thousand points, of which the inner ones have all their neighbours.
     half = 30.0 * spacing
     resolutions = []
-    for local in _windows(points, half):
-        inner = local[(np.abs(local) <= 0.4 * half).all(axis=1)]
-        inner = inner[:: max(1, len(inner) // (MAX_SAMPLED_LOCATIONS // WINDOW_COUNT))]
-        window_resolution = effective_resolution(local, cKDTree(local), inner)
+    for local_points in _windows(points, half):
+        inner_points = local_points[(np.abs(local_points) <= 0.4 * half).all(axis=1)]
+        inner_points = inner_points[
+            :: max(1, len(inner_points) // (MAX_SAMPLED_LOCATIONS // WINDOW_COUNT))
+        ]
+        window_resolution = effective_resolution(local_points, cKDTree(local_points), inner_points)
         if window_resolution is not None:
             resolutions.append(window_resolution)
     return float(np.median(resolutions)) if resolutions else float(spacing)
@@ -256,9 +266,9 @@ def _mean_nearest(tree: object, queries: FloatArray) -> float:
     return _mean_of(distance)
 
 
-def _brute_force_distances(local: FloatArray) -> FloatArray:
+def _brute_force_distances(local_points: FloatArray) -> FloatArray:
     """Return the same distances as a tree would, without the slower import of scipy."""
-    x, y, z = (local[:, None, j] - local[None, :, j] for j in range(3))
+    x, y, z = (local_points[:, None, j] - local_points[None, :, j] for j in range(3))
     return np.sort(np.sqrt(x * x + y * y + z * z), axis=1)[:, :4]
 
 
@@ -270,13 +280,13 @@ def _mean_of(distance: FloatArray) -> float:
 
 def _first_positive(distance: FloatArray) -> FloatArray:
     """Return the distance to the nearest distinct neighbour; NaN if all distances are 0."""
-    positive = distance > 0
-    nearest = distance[np.arange(len(distance)), positive.argmax(axis=1)]
-    return np.where(positive.any(axis=1), nearest, np.nan)
+    is_positive = distance > 0
+    nearest_distance = distance[np.arange(len(distance)), is_positive.argmax(axis=1)]
+    return np.where(is_positive.any(axis=1), nearest_distance, np.nan)
 
 
 def convert_axes(
-    loaded: LoadedModel, options: FrameOptions = DEFAULT_FRAME
+    loaded_model: LoadedModel, options: FrameOptions = DEFAULT_FRAME
 ) -> tuple[LoadedModel, Finding | None]:
     """Determine the CRS of a model and convert x, y and z to the same unit.
 
@@ -286,46 +296,55 @@ def convert_axes(
     refusal_finding : Finding or None
         Reason why the data cannot be used as a model.
     """
-    messages: list[Finding] = list(loaded.warnings)
-    axes = _axes(loaded, options, messages)
-    if axes.kind == "none" and loaded.units != UNKNOWN_UNITS:
-        axes = replace(axes, units=loaded.units, unit_m=METRES.get(loaded.units[0]))
+    messages: list[Finding] = list(loaded_model.warnings)
+    axes = _axes(loaded_model, options, messages)
+    if axes.kind == "none" and loaded_model.units != UNKNOWN_UNITS:
+        axes = replace(axes, units=loaded_model.units, unit_m=METRES.get(loaded_model.units[0]))
     if options.to_crs is not None and not axes.unusual_directions:
-        return _reprojected(loaded, axes, options, messages), None
-    refusal_finding = refusal(axes, loaded.data.bounds)
+        return _reprojected(loaded_model, axes, options, messages), None
+    refusal_finding = refusal(axes, loaded_model.data.bounds)
     messages += unit_findings(axes) if refusal_finding is None else ()
     has_crs = axes.kind not in ("none", "local") and refusal_finding is None
     if axes.crs is None and has_crs and not axes.unusual_directions:
-        messages.append(unreadable(loaded.path, loaded.crs or axes.kind))
-    data = _scale(loaded.data, axes)
+        messages.append(unreadable(loaded_model.path, loaded_model.crs or axes.kind))
+    data = _scale(loaded_model.data, axes)
     unit_m = 1.0 if axes.kind == "local" and axes.unit_m else axes.unit_m
     converted = replace(
-        loaded, data=data, crs=axes.crs, warnings=tuple(messages), units=axes.units, unit_m=unit_m
+        loaded_model,
+        data=data,
+        crs=axes.crs,
+        warnings=tuple(messages),
+        units=axes.units,
+        unit_m=unit_m,
     )
     return converted, refusal_finding
 
 
-def _axes(loaded: LoadedModel, options: FrameOptions, messages: list[Finding]) -> StatedAxes:
+def _axes(loaded_model: LoadedModel, options: FrameOptions, messages: list[Finding]) -> StatedAxes:
     """Return the axes according to the options, or else the file, or else its .prj file."""
-    text = loaded.crs
+    text = loaded_model.crs
     if text is None:
-        text, problem = sidecar_crs(loaded.path, np.asarray(loaded.data.bounds, np.float64))
+        text, problem = sidecar_crs(
+            loaded_model.path, np.asarray(loaded_model.data.bounds, np.float64)
+        )
         if problem is not None and options.crs is None:
             messages.append(problem)
-    axes, findings = choose_axes(text, options, file=loaded.path, height_unit=loaded.height_unit)
+    axes, findings = choose_axes(
+        text, options, file=loaded_model.path, height_unit=loaded_model.height_unit
+    )
     messages += findings
     return axes
 
 
 def _reprojected(
-    loaded: LoadedModel, axes: StatedAxes, options: FrameOptions, messages: list[Finding]
+    loaded_model: LoadedModel, axes: StatedAxes, options: FrameOptions, messages: list[Finding]
 ) -> LoadedModel:
     """Return the model with its coordinates converted to another CRS, in metres."""
     assert options.to_crs is not None
     conversion = Reprojection.create(
-        require_crs(axes, loaded.path), options.to_crs, height_factor=axes.metres[2]
+        require_crs(axes, loaded_model.path), options.to_crs, height_factor=axes.metres[2]
     )
-    data, turned_about = loaded.data, loaded.turned_about
+    data, turned_about = loaded_model.data, loaded_model.turned_about
     if options.up == "y" and turned_about is None:
         data, turned_about = transform_model(data, Frame(up_axis="y").to_world()), (0.0, 0.0, 0.0)
     if isinstance(data, Mesh):
@@ -335,15 +354,15 @@ def _reprojected(
         if normals is not None:
             # A normal is perpendicular to the surface, so it is transformed by the inverse
             # transpose.
-            middle = np.asarray(data.bounds, np.float64).mean(axis=0)
-            normals = normals @ np.linalg.inv(conversion.jacobian(middle))
+            centre = np.asarray(data.bounds, np.float64).mean(axis=0)
+            normals = normals @ np.linalg.inv(conversion.jacobian(centre))
             normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
             normals = np.ascontiguousarray(normals, np.float32)
         points = conversion.apply(data.points)
         data = replace(data, points=points, normals=normals, arrangement=None)
     messages.append(conversion.finding)
     return replace(
-        loaded,
+        loaded_model,
         data=data,
         crs=conversion.target,
         warnings=tuple(messages),
@@ -355,18 +374,20 @@ def _reprojected(
 
 def _scale(data: Mesh | PointCloud, axes: StatedAxes) -> Mesh | PointCloud:
     """Scale heights to the unit of x and y, and for a local CRS all axes to metres."""
-    horizontal, vertical = axes.unit_factor, axes.unit_factor * axes.height_factor
-    if horizontal == vertical == 1.0:
+    horizontal, vertical_values = axes.unit_factor, axes.unit_factor * axes.height_factor
+    if horizontal == vertical_values == 1.0:
         return data
-    factors = np.array([horizontal, horizontal, vertical])
+    factors = np.array([horizontal, horizontal, vertical_values])
     if isinstance(data, Mesh):
         return replace(data, vertices=data.vertices * factors)
     normals = data.normals
-    if normals is not None and horizontal != vertical:
+    if normals is not None and horizontal != vertical_values:
         # The normal of a plane that is stretched along z is scaled by the inverse factor.
-        stretched = normals / factors
-        length = np.sqrt(np.einsum("ij,ij->i", stretched, stretched))[:, None]
-        normals = np.where(length > 0, stretched / np.where(length > 0, length, 1.0), normals)
+        stretched_values = normals / factors
+        length = np.sqrt(np.einsum("ij,ij->i", stretched_values, stretched_values))[:, None]
+        normals = np.where(
+            length > 0, stretched_values / np.where(length > 0, length, 1.0), normals
+        )
         normals = np.ascontiguousarray(normals, np.float32)
     return replace(data, points=data.points * factors, normals=normals, arrangement=None)
 
@@ -380,8 +401,8 @@ def describe(
     texture coordinates counts twice). `bounds` is in metres if the unit of x and y is known (World
     frame), otherwise as in the file; `units` contains the units of the file. Raises InputError.
     """
-    loaded, refusal_finding = convert_axes(_read(Path(path), progress), options)
-    data = loaded.data
+    loaded_model, refusal_finding = convert_axes(_read(Path(path), progress), options)
+    data = loaded_model.data
     spacing = resolution(data)
     mesh = data if isinstance(data, Mesh) else None
     fields = list(data.fields)
@@ -389,17 +410,17 @@ def describe(
         fields.insert(0, "rgb")
     if isinstance(data, PointCloud) and data.normals is not None:
         fields.insert(0, "normals")
-    frame_warnings = [refusal_finding] if refusal_finding else frame_findings(loaded, options)
-    units, metres = loaded.units, loaded.unit_m
-    if units == UNKNOWN_UNITS and has_known_scale(loaded.path):
+    frame_warnings = [refusal_finding] if refusal_finding else frame_findings(loaded_model, options)
+    units, metres = loaded_model.units, loaded_model.unit_m
+    if units == UNKNOWN_UNITS and has_known_scale(loaded_model.path):
         units, metres = ("m", "m", "m"), 1.0
     spacing_or_none = spacing if np.isfinite(spacing) else None
     size: dict[str, float | None] = {"resolution_m": None, "resolution": spacing_or_none}
     if metres:
         size = {"resolution_m": None if spacing_or_none is None else spacing_or_none * metres}
     return {
-        "path": os.fspath(loaded.path),
-        "kind": loaded.kind,
+        "path": os.fspath(loaded_model.path),
+        "kind": loaded_model.kind,
         "points": len(mesh.vertices) if mesh else len(data.points),  # type: ignore[union-attr]
         "faces": len(mesh.faces) if mesh else 0,
         "materials": [m.name for m in mesh.materials] if mesh else [],
@@ -409,10 +430,10 @@ def describe(
         if mesh
         else [],
         "bounds": (data.bounds * (metres or 1.0)).tolist(),
-        "crs": loaded.crs,
+        "crs": loaded_model.crs,
         "units": list(units),
         **size,
         "fields": fields,
-        "warnings": [*loaded.warnings, *frame_warnings],
-        "content_hash": loaded.content_hash,
+        "warnings": [*loaded_model.warnings, *frame_warnings],
+        "content_hash": loaded_model.content_hash,
     }

@@ -25,7 +25,7 @@ from vomstudio.io.models.writing import write_model
 
 
 def write_piece(
-    loaded: LoadedModel,
+    loaded_model: LoadedModel,
     packed_mask: ByteArray,
     source: Path,
     content_hash: str,
@@ -43,7 +43,7 @@ def write_piece(
 
     Parameters
     ----------
-    loaded : LoadedModel
+    loaded_model : LoadedModel
     packed_mask : array of uint8
         Packed mask with one bit per face or point.
     source, content_hash : Path, str
@@ -68,9 +68,9 @@ def write_piece(
         If the source has changed.
     TargetError, Cancelled
     """
-    if loaded.content_hash != content_hash:
+    if loaded_model.content_hash != content_hash:
         raise InputError(Finding("model.file-changed"), file=source)
-    data = loaded.data
+    data = loaded_model.data
     count = len(data.faces) if isinstance(data, Mesh) else len(data.points)
     mask = np.unpackbits(packed_mask, count=count).view(np.bool_)
     piece = extract_piece(data, mask)
@@ -130,14 +130,14 @@ def extract_piece(data: Mesh | PointCloud, mask: BoolArray) -> Mesh | PointCloud
 
 
 def _faces_of(mesh: Mesh, mask: BoolArray) -> Mesh:
-    selected = np.flatnonzero(mask)
-    faces = np.asarray(mesh.faces)[selected]
-    used = np.zeros(len(mesh.vertices), np.bool_)
-    used[faces.ravel()] = True
-    rows = np.flatnonzero(used)
-    new_index = np.empty(len(used), np.int32)
+    selected_rows = np.flatnonzero(mask)
+    faces = np.asarray(mesh.faces)[selected_rows]
+    is_used = np.zeros(len(mesh.vertices), np.bool_)
+    is_used[faces.ravel()] = True
+    rows = np.flatnonzero(is_used)
+    new_index = np.empty(len(is_used), np.int32)
     new_index[rows] = np.arange(len(rows), dtype=np.int32)
-    offsets = np.searchsorted(selected, np.asarray(mesh.material_offsets, np.int64))
+    offsets = np.searchsorted(selected_rows, np.asarray(mesh.material_offsets, np.int64))
     used_materials = (
         np.flatnonzero(np.diff(offsets) > 0) if mesh.materials else np.zeros(0, np.int64)
     )

@@ -164,18 +164,18 @@ def _sha256(path: Path) -> str:
 def _files_of_same(path: Path, registration: Registration) -> Mapping[str, str] | None:
     """Return the files listed in a registration file, or None if its registration differs."""
     try:
-        stored = read_registration(path)
+        stored_registration = read_registration(path)
     except InputError:
         return None
-    same = is_same_registration(stored.registration, registration)
-    return stored.files if same else None
+    is_same = is_same_registration(stored_registration.registration, registration)
+    return stored_registration.files if is_same else None
 
 
 def _to_plain(registration: Registration, files: Mapping[str, str]) -> dict[str, Any]:
     fields = {
         field.name: getattr(registration, field.name) for field in dataclasses.fields(registration)
     }
-    plain = encode_fields(fields, _NESTED)
+    plain_fields = encode_fields(fields, _NESTED)
     frame = registration.frame
     north = "grid" if frame.kind == "crs" else "local" if frame.has_north else None
     covariance = None
@@ -183,10 +183,10 @@ def _to_plain(registration: Registration, files: Mapping[str, str]) -> dict[str,
         covariance = {
             "parameters": PARAMETERS,
             "units": UNITS,
-            "centre": plain["centre"],
-            "matrix": plain["covariance"],
+            "centre": plain_fields["centre"],
+            "matrix": plain_fields["covariance"],
         }
-    evidence = {name: plain[name] for name in _EVIDENCE}
+    evidence = {name: plain_fields[name] for name in _EVIDENCE}
     evidence["observations"] = [
         {"kind": group.kind, "count": group.count, "labels": group.labels}
         for group in registration.observations
@@ -203,12 +203,12 @@ def _to_plain(registration: Registration, files: Mapping[str, str]) -> dict[str,
         "crs": frame.crs,
         "north": north,
         "level": frame.has_up,
-        "matrix": plain["matrix"],
+        "matrix": plain_fields["matrix"],
         "covariance": covariance,
-        "rotation_error_deg": plain["rotation_error_deg"],
-        "scale_error": plain["scale_error"],
+        "rotation_error_deg": plain_fields["rotation_error_deg"],
+        "scale_error": plain_fields["scale_error"],
         "evidence": evidence,
-        "shape": {name: plain[name] for name in _SHAPE},
+        "shape": {name: plain_fields[name] for name in _SHAPE},
     }
 
 
@@ -231,13 +231,15 @@ def find_registration(model: Path, content_hash: str) -> SidecarRegistration:
     path = registration_path(model)
     try:
         if path_exists(path):
-            stored = read_registration(path)
-            if content_hash not in stored.files.values():
+            stored_registration = read_registration(path)
+            if content_hash not in stored_registration.files.values():
                 finding = Finding(
-                    "registration.other-model", file=path.name, models=sorted(stored.files)
+                    "registration.other-model",
+                    file=path.name,
+                    models=sorted(stored_registration.files),
                 )
                 return SidecarRegistration(None, (finding,))
-            return SidecarRegistration(stored.registration)
+            return SidecarRegistration(stored_registration.registration)
         if is_reconstructed(model):
             return SidecarRegistration(_registration_of_result(model))
     except InputError as error:
@@ -276,7 +278,7 @@ def read_registration(path: Path) -> StoredRegistration:
         )
         raise InputError(finding, file=path)
     files = plain.get("files")
-    if not isinstance(files, dict) or not all(isinstance(each, str) for each in files.values()):
+    if not isinstance(files, dict) or not all(isinstance(file, str) for file in files.values()):
         raise _damaged(path, tr("“files” is not a list of names with their SHA-256"))
     try:
         values = decode_fields(Registration, _values_of(plain), _NESTED)
@@ -287,34 +289,34 @@ def read_registration(path: Path) -> StoredRegistration:
     return StoredRegistration(registration, {str(name): hash_ for name, hash_ in files.items()})
 
 
-def _values_of(plain: Mapping[str, Any]) -> dict[str, Any]:
+def _values_of(plain_items: Mapping[str, Any]) -> dict[str, Any]:
     """Return the JSON values of the fields of a registration. Raises KeyError, TypeError."""
-    covariance = plain["covariance"]
+    covariance = plain_items["covariance"]
     if covariance is not None and (
         tuple(covariance["parameters"]) != PARAMETERS or tuple(covariance["units"]) != UNITS
     ):
         raise TypeError(tr("the parameters of the covariance are not {names}", names=PARAMETERS))
-    evidence = {name: plain["evidence"][name] for name in _EVIDENCE}
+    evidence = {name: plain_items["evidence"][name] for name in _EVIDENCE}
     evidence["observations"] = [
         {"kind": group["kind"], "labels": group["labels"]} for group in evidence["observations"]
     ]
-    frame = Frame(plain["frame"], plain["crs"])
+    frame = Frame(plain_items["frame"], plain_items["crs"])
     return {
         "id": new_id("registration"),
-        "name": plain["name"],
-        "method": plain["method"],
+        "name": plain_items["name"],
+        "method": plain_items["method"],
         "frame": {
             "kind": frame.kind,
             "crs": frame.crs,
-            "level": plain["level"] is True and not frame.has_north,
+            "level": plain_items["level"] is True and not frame.has_north,
         },
-        "matrix": plain["matrix"],
+        "matrix": plain_items["matrix"],
         "covariance": None if covariance is None else covariance["matrix"],
         "centre": None if covariance is None else covariance["centre"],
-        "rotation_error_deg": plain["rotation_error_deg"],
-        "scale_error": plain["scale_error"],
+        "rotation_error_deg": plain_items["rotation_error_deg"],
+        "scale_error": plain_items["scale_error"],
         **evidence,
-        **{name: plain["shape"][name] for name in _SHAPE},
+        **{name: plain_items["shape"][name] for name in _SHAPE},
     }
 
 

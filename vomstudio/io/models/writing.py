@@ -119,8 +119,8 @@ def write_model(
 def _require_finite(data: Mesh | PointCloud, path: Path) -> None:
     points = data.vertices if isinstance(data, Mesh) else data.points
     # Processed by column, which is many times faster than processing rows of three values.
-    bad = np.flatnonzero(~np.logical_and.reduce([np.isfinite(column) for column in points.T]))
-    if len(bad):
+    bad_rows = np.flatnonzero(~np.logical_and.reduce([np.isfinite(column) for column in points.T]))
+    if len(bad_rows):
         raise GeometryError(
-            Finding("model.not-finite", count=len(bad), first_row=bad[0]), file=path
+            Finding("model.not-finite", count=len(bad_rows), first_row=bad_rows[0]), file=path
         )

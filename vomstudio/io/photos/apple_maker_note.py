@@ -43,7 +43,9 @@ def acceleration(note: object) -> Vector | None:
     return None
 
 
-def down_in_photo(measured: Vector, orientation: int, width: int, height: int) -> Vector | None:
+def down_in_photo(
+    measured_vector: Vector, orientation: int, width: int, height: int
+) -> Vector | None:
     """Return the direction of gravity in the frame of the rear camera, as a unit vector (3,).
 
     The frame is x right, y down, z forward in the photo as stored. The long side of the sensor is
@@ -53,7 +55,7 @@ def down_in_photo(measured: Vector, orientation: int, width: int, height: int) -
 
     Parameters
     ----------
-    measured : tuple of float
+    measured_vector : tuple of float
         Acceleration along Apple's axes, in units of g.
     orientation : int
         EXIF orientation, 1 to 8.
@@ -65,10 +67,10 @@ def down_in_photo(measured: Vector, orientation: int, width: int, height: int) -
     tuple of float or None
         Direction of gravity, or None if the phone was moving.
     """
-    size = math.hypot(*measured)
+    size = math.hypot(*measured_vector)
     if not REST_RANGE_G[0] <= size <= REST_RANGE_G[1]:
         return None
-    x, y, z = (value / size for value in measured)
+    x, y, z = (value / size for value in measured_vector)
     right, down, forward = -y, -x, -z
     turns = 0
     if orientation == 1 and math.hypot(right, down) > 0.5:

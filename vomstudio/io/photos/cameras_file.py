@@ -58,9 +58,12 @@ def find_photos(cameras: Cameras, path: Path, others: Sequence[Path] = ()) -> Pa
     The folders searched are `others`, the stored folder, and folders next to the cameras file
     `path`.
     """
-    stored = cameras.photos
-    folders = [*others, stored if stored.is_absolute() else path.parent / stored]
-    folders += [path.parent / stored.name, path.parent / "photos", path.parent]
+    stored_photos = cameras.photos
+    folders = [
+        *others,
+        stored_photos if stored_photos.is_absolute() else path.parent / stored_photos,
+    ]
+    folders += [path.parent / stored_photos.name, path.parent / "photos", path.parent]
     names = [view.name for view in cameras.views[:3]]
     for folder in folders:
         if any((folder / name).is_file() for name in names):

@@ -48,18 +48,18 @@ def load_mask(mask: Path, width: int, height: int) -> BoolArray:
     return mask_array
 
 
-def mask_png(used: BoolArray) -> bytes:
+def mask_png(is_used: BoolArray) -> bytes:
     """Return a mask (height, width), True where the photo is used, as a 1-bit PNG."""
     import io
 
     from PIL import Image
 
     stream = io.BytesIO()
-    Image.fromarray(used).save(stream, format="PNG", compress_level=1)
+    Image.fromarray(is_used).save(stream, format="PNG", compress_level=1)
     return stream.getvalue()
 
 
-def write_mask(path: Path, used: BoolArray) -> Path | None:
+def write_mask(path: Path, is_used: BoolArray) -> Path | None:
     """Write a mask (height, width), True where the photo is used, completely or not at all.
 
     Returns the new path of an existing mask that was created by another program or person. Raises
@@ -72,7 +72,7 @@ def write_mask(path: Path, used: BoolArray) -> Path | None:
     moved_file = back_up(path) if path.exists() and not is_own_mask(path) else None
     png_info = PngInfo()
     png_info.add_text("Software", _SOFTWARE)
-    image = Image.fromarray(used.astype(np.uint8) * np.uint8(255))
+    image = Image.fromarray(is_used.astype(np.uint8) * np.uint8(255))
     with atomic_write(path, force=True) as temporary:
         image.save(temporary, format="PNG", compress_level=3, pnginfo=png_info)
     return moved_file
@@ -88,7 +88,7 @@ def is_own_mask(path: Path) -> bool:
 
 
 def store_mask(
-    path: Path, used: BoolArray, previous: Path | None
+    path: Path, is_used: BoolArray, previous_path: Path | None
 ) -> tuple[Path | None, Path | None]:
     """Write a mask, or remove the file if nothing is masked.
 
@@ -98,9 +98,9 @@ def store_mask(
     ----------
     path : Path
         Path of the mask.
-    used : (h, w) ndarray of bool
+    is_used : (h, w) ndarray of bool
         True for used pixels.
-    previous : Path or None
+    previous_path : Path or None
         Previous mask of the photo.
 
     Returns
@@ -114,8 +114,8 @@ def store_mask(
     TargetError
         If a file cannot be written or removed.
     """
-    if not used.all() or (previous is not None and previous != path):
-        return path, write_mask(path, used)
+    if not is_used.all() or (previous_path is not None and previous_path != path):
+        return path, write_mask(path, is_used)
     if not path.exists():
         return None, None
     moved_file = None if is_own_mask(path) else back_up(path)

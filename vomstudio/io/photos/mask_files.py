@@ -51,11 +51,11 @@ class MaskFinder:
         If there are several masks, the first one is used, which is the one drawn with this program.
         """
         path = photo.path
-        places = (
+        positions = (
             self._masks_by_name.get(key) or self._neighbour_folder_mask(key)
             for key in self._places(path)
         )
-        candidates = list(dict.fromkeys(p for p in places if p is not None and p != path))
+        candidates = list(dict.fromkeys(p for p in positions if p is not None and p != path))
         self._used.update(candidates)
         return self._check_size(candidates[0], photo) if candidates else (None, None)
 

@@ -40,14 +40,14 @@ def signed_altitude(exif_m: float | None, xmp_m: float | None) -> float | None:
 
 def altitude_findings(photos: Sequence[Photo]) -> list[Finding]:
     """Return ``photo.altitude-sign`` if heights in EXIF and XMP have contradictory signs."""
-    wrong = [photo for photo in photos if photo.exif_altitude_m is not None]
-    if not wrong:
+    wrong_photos = [photo for photo in photos if photo.exif_altitude_m is not None]
+    if not wrong_photos:
         return []
-    first = wrong[0]
+    first = wrong_photos[0]
     return [
         Finding(
             "photo.altitude-sign",
-            photos=len(wrong),
+            photos=len(wrong_photos),
             photo=first.name,
             exif_m=first.exif_altitude_m,
             xmp_m=first.altitude_m,

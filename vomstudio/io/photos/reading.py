@@ -257,14 +257,14 @@ def _natural_sort_key(text: str) -> list[tuple[int, int, str]]:
 
 def _drop_unprintable_names(paths: Sequence[Path], root: Path, result: PhotoFolder) -> list[Path]:
     """Drop files whose name is not valid text, because no table or report could name them."""
-    printable = []
+    printable_items = []
     for path in paths:
         name = path.relative_to(root).as_posix()
         if _printable(name) == name:
-            printable.append(path)
+            printable_items.append(path)
         else:
             result.skipped.append((_printable(name), Finding("file.name-encoding")))
-    return printable
+    return printable_items
 
 
 def _drop_duplicates(paths: Sequence[Path], root: Path, result: PhotoFolder) -> list[Path]:
@@ -495,10 +495,12 @@ def _names(names: Sequence[str]) -> str:
     return tr("{name} and {count} more", name=names[0], count=len(names) - 1)
 
 
-def _no_photos_finding(skipped: Sequence[tuple[str, Finding]], files: Sequence[Path]) -> Finding:
-    if skipped:
-        name, reason = skipped[0]
-        return Finding("photo.none-usable", count=len(skipped), photo=name, reason=reason)
+def _no_photos_finding(
+    skipped_pairs: Sequence[tuple[str, Finding]], files: Sequence[Path]
+) -> Finding:
+    if skipped_pairs:
+        name, reason = skipped_pairs[0]
+        return Finding("photo.none-usable", count=len(skipped_pairs), photo=name, reason=reason)
     if files:
         return Finding("photo.only-other-files", count=len(files))
     return Finding("photo.none")

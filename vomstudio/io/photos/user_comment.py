@@ -72,9 +72,9 @@ def comment_angles(text: str | None) -> Angles | None:
     if not text:
         return None
     # Remove runs of white space, for which the pattern would take exponential time.
-    words = " ".join(text[:_MAX_CHARACTERS].split())
+    label = " ".join(text[:_MAX_CHARACTERS].split())
     angles: dict[str, list[set[float]]] = {}
-    for prefix, name, number in _ANGLE.findall(words):
+    for prefix, name, number in _ANGLE.findall(label):
         axes = angles.setdefault(prefix.lower(), [set(), set(), set()])
         axes[_AXES[name.lower()]].add(float(number))
     for prefix in _CAMERA_PREFIXES:

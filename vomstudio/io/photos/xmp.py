@@ -65,8 +65,12 @@ def read_drone_tags(packet: bytes | str | None) -> DroneTags:
         return DroneTags()
     (yaw, pitch, roll), has_zero_angles = _angles(tags)
     standard_deviations = [_number(tags, name) for name in ("RtkStdLon", "RtkStdLat")]
-    valid = [value for value in standard_deviations if value is not None and value > 0]
-    accuracy = math.hypot(*valid) if len(valid) == 2 else None
+    valid_standard_deviations = [
+        value for value in standard_deviations if value is not None and value > 0
+    ]
+    accuracy = (
+        math.hypot(*valid_standard_deviations) if len(valid_standard_deviations) == 2 else None
+    )
     for name in ("GPSXYAccuracy", "GpsHorizontalAccuracy", "GPSHPositioningError"):
         value = _number(tags, name)
         if accuracy is None and value is not None and value > 0:
@@ -161,9 +165,9 @@ def _number(tags: Mapping[str, str], *names: str) -> float | None:
         text = tags.get(name, tags.get(f"Camera:{name}"))
         if text is None:
             continue
-        above, _, below = text.partition("/")
+        numerator, _, denominator = text.partition("/")
         try:
-            value = float(above) / float(below) if below else float(above)
+            value = float(numerator) / float(denominator) if denominator else float(numerator)
         except (ValueError, ZeroDivisionError):
             continue
         if math.isfinite(value):

@@ -24,14 +24,14 @@ def _remove_brackets(text: str) -> str:
     A single pattern is not used: for a long name with unclosed brackets, its run time would be
     quadratic.
     """
-    parts, at = [], 0
-    while opening := _OPENING.search(text, at):
+    parts, offset = [], 0
+    while opening := _OPENING.search(text, offset):
         closing = _CLOSING.search(text, opening.end())
         if closing is None:
             break
-        parts += [text[at : opening.start()], " "]
-        at = closing.end()
-    return "".join([*parts, text[at:]])
+        parts += [text[offset : opening.start()], " "]
+        offset = closing.end()
+    return "".join([*parts, text[offset:]])
 
 
 _OPENING, _CLOSING = re.compile(r"[\[(]"), re.compile(r"[\])]")

@@ -7,16 +7,16 @@ MARKS = (b"\xff\xfe", b"\xfe\xff")
 _UTF8_MARK = b"\xef\xbb\xbf"
 
 
-def convert_to_utf8(raw: bytes) -> bytes:
+def convert_to_utf8(raw_bytes: bytes) -> bytes:
     """Convert UTF-16 to UTF-8 and remove a byte order mark.
 
     Other data are unchanged; damaged UTF-16 characters are replaced.
     """
-    if raw[:2] in MARKS:
-        return raw.decode("utf-16", "replace").encode()
-    return raw.removeprefix(_UTF8_MARK)
+    if raw_bytes[:2] in MARKS:
+        return raw_bytes.decode("utf-16", "replace").encode()
+    return raw_bytes.removeprefix(_UTF8_MARK)
 
 
-def decode_text(raw: bytes) -> str:
+def decode_text(raw_bytes: bytes) -> str:
     """Decode UTF-16 or UTF-8. Raises UnicodeDecodeError for other data."""
-    return convert_to_utf8(raw).decode("utf-8")
+    return convert_to_utf8(raw_bytes).decode("utf-8")

@@ -57,7 +57,7 @@ def _unreadable(path: Path, error: OSError | ValueError) -> InputError:
 
 
 def read_text(
-    path: Path, max_lines: int = MAX_LINES, accepted: Collection[str] = ()
+    path: Path, max_lines: int = MAX_LINES, accepted_names: Collection[str] = ()
 ) -> tuple[str, list[Finding]]:
     """Read a text file with line feeds as line ends; return findings about its encoding.
 
@@ -66,7 +66,7 @@ def read_text(
     path : Path
     max_lines : int
         Maximum number of lines.
-    accepted : collection of str
+    accepted_names : collection of str
         Kinds of `vomstudio.core.files.file_kinds` that the caller can read; others are rejected.
 
     Raises
@@ -74,14 +74,14 @@ def read_text(
     InputError
         If the file is not text, is of another kind (``file.other-kind``), or has too many lines.
     """
-    refuse_other_kind(path, accepted)
-    raw = read_bytes(path)
+    refuse_other_kind(path, accepted_names)
+    raw_bytes = read_bytes(path)
     notes: list[Finding] = []
-    if not raw.strip():
+    if not raw_bytes.strip():
         raise InputError(Finding("file.empty"), file=path)
-    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
+    if raw_bytes[:2] in (b"\xff\xfe", b"\xfe\xff"):
         try:
-            text = raw.decode("utf-16")
+            text = raw_bytes.decode("utf-16")
         except UnicodeDecodeError as error:
             raise InputError(
                 Finding(
@@ -91,14 +91,14 @@ def read_text(
                 ),
                 file=path,
             ) from error
-        require_text(path, text.encode("utf-8", "replace"), accepted)
+        require_text(path, text.encode("utf-8", "replace"), accepted_names)
         notes.append(Finding("file.encoding", "info", encoding="UTF-16"))
     else:
-        require_text(path, raw, accepted)
+        require_text(path, raw_bytes, accepted_names)
         try:
-            text = raw.decode("utf-8-sig")
+            text = raw_bytes.decode("utf-8-sig")
         except UnicodeDecodeError:
-            text = raw.decode("cp1252", errors="replace")
+            text = raw_bytes.decode("cp1252", errors="replace")
             notes.append(Finding("file.encoding", encoding="Windows-1252"))
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")

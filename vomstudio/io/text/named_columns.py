@@ -155,7 +155,9 @@ class NamedTable:
     def _find(self, names: Sequence[str]) -> int | None:
         for name in names:
             matches = [
-                i for i, each in enumerate(self._normalised_names) if each == normalise_name(name)
+                i
+                for i, normalised_name in enumerate(self._normalised_names)
+                if normalised_name == normalise_name(name)
             ]
             if matches:
                 return matches[0]
@@ -251,10 +253,10 @@ class NamedTable:
                     "label",
                 )
 
-    def require_coordinates(self, places: FloatArray) -> None:
+    def require_coordinates(self, positions: FloatArray) -> None:
         """Raise InputError if coordinates (n, 3) are out of range."""
-        for row, place in enumerate(places.tolist()):
-            if (finding := check_coordinates((place[0], place[1], place[2]))) is not None:
+        for row, position in enumerate(positions.tolist()):
+            if (finding := check_coordinates((position[0], position[1], position[2]))) is not None:
                 raise self.at(row, finding, "x")
 
     def at(self, row: int, cause: Finding, title: str) -> InputError:

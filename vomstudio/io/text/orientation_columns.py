@@ -151,9 +151,9 @@ class OrientationColumns:
         names = [self.table.label(c) for c in columns]
         return ", ".join(f"'{n}'" if self.table.names else n for n in names)
 
-    def azimuths(self, column: int, undefined: BoolArray) -> FloatArray:
-        """Return azimuths (n,) in [0, 360), in degrees; 0 where the direction is `undefined`."""
-        values = np.where(undefined, 0.0, self._angles(column, parse_azimuth))
+    def azimuths(self, column: int, is_undefined: BoolArray) -> FloatArray:
+        """Return azimuths (n,) in [0, 360), in degrees; 0 where the direction is `is_undefined`."""
+        values = np.where(is_undefined, 0.0, self._angles(column, parse_azimuth))
         is_outside = np.isfinite(values) & ((values < 0.0) | (values > 360.0))
         is_invalid = np.isinf(values) | (
             is_outside & ((values < _MIN_AZIMUTH_DEG) | (values > _MAX_AZIMUTH_DEG))
@@ -177,12 +177,12 @@ class OrientationColumns:
                 )
             )
 
-    def inclinations(self, column: int, lowest: float) -> FloatArray:
+    def inclinations(self, column: int, lowest_value: float) -> FloatArray:
         """Return dips or plunges (n,) in [lowest, 90], in degrees. Raises InputError."""
         values = self._angles(column, parse_angle)
-        is_outside = ~np.isnan(values) & ~((values >= lowest) & (values <= 90.0))
+        is_outside = ~np.isnan(values) & ~((values >= lowest_value) & (values <= 90.0))
         if is_outside.any():
-            raise self._outside(int(np.argmax(is_outside)), column, values, lowest, 90.0)
+            raise self._outside(int(np.argmax(is_outside)), column, values, lowest_value, 90.0)
         return values
 
     def _angles(self, column: int, read: Callable[[str], float]) -> FloatArray:
@@ -210,13 +210,15 @@ class OrientationColumns:
             ) from error
 
     def _outside(
-        self, row: int, column: int, values: FloatArray, lowest: float, highest: float
+        self, row: int, column: int, values: FloatArray, lowest_value: float, highest_value: float
     ) -> InputError:
         value = float(values[row])
-        if (lowest, highest) == (0.0, 90.0) and 90.0 < value < 180.0:
+        if (lowest_value, highest_value) == (0.0, 90.0) and 90.0 < value < 180.0:
             finding = Finding("orientation.overturned-dip", value=value, dip=180.0 - value)
         else:
-            finding = Finding("angle.out-of-range", value=value, minimum=lowest, maximum=highest)
+            finding = Finding(
+                "angle.out-of-range", value=value, minimum=lowest_value, maximum=highest_value
+            )
         return InputError(
             finding,
             file=self.table.path,

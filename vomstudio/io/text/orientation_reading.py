@@ -158,11 +158,14 @@ class _TableReader:
         has_line = np.isfinite(self.trend) & np.isfinite(self.plunge)
         geometry = self._geometry(has_plane, has_line)
         row_indices = np.flatnonzero(geometry != _NONE)
-        dropped = tuple(int(n) for n in table.line_numbers[geometry == _NONE])
-        if dropped:
+        dropped_lines = tuple(int(n) for n in table.line_numbers[geometry == _NONE])
+        if dropped_lines:
             self.warnings.append(
                 Finding(
-                    "table.rows-left-out", count=len(dropped), needed=tr("angles"), lines=dropped
+                    "table.rows-left-out",
+                    count=len(dropped_lines),
+                    needed=tr("angles"),
+                    lines=dropped_lines,
                 )
             )
         if not len(row_indices):
@@ -190,7 +193,7 @@ class _TableReader:
             sets=self.columns.words("set", row_indices),
             overturned=overturned,
             convention="; ".join(self.conventions),
-            dropped=dropped,
+            dropped=dropped_lines,
             warnings=tuple(self.warnings),
         )
 
@@ -373,7 +376,7 @@ class _TableReader:
 
     def _read_text(self, columns: list[int], notation: str | None) -> None:
         cells = [self.table.cells(c) for c in columns]
-        wrapped: list[int] = []
+        wrapped_items: list[int] = []
         for i, words in enumerate(zip(*cells, strict=True)):
             if not all(words[:2]) or any(w.casefold() in ("nan", "na") for w in words[:2]):
                 continue
@@ -388,8 +391,8 @@ class _TableReader:
                 ) from error
             self.dip_direction[i], self.dip[i] = plane.dip_direction_deg, plane.dip_deg
             if (azimuth := _plain_number(words[0])) is not None and azimuth > 360.0:
-                wrapped.append(int(self.table.line_numbers[i]))
-        self.columns.report_wrapped(columns[0], wrapped)
+                wrapped_items.append(int(self.table.line_numbers[i]))
+        self.columns.report_wrapped(columns[0], wrapped_items)
 
     def _compare_strike(self, strike: int) -> None:
         """Compare the strike with the dip direction, which is used if they disagree."""
@@ -422,17 +425,17 @@ class _TableReader:
         if plunge is None or trend is None:
             if self.conventions or (trend is not None and self.columns.find("trend") is None):
                 return
-            missing = "plunge" if plunge is None else "trend"
+            missing_text = "plunge" if plunge is None else "trend"
             raise InputError(
                 Finding(
                     "table.missing-column",
-                    column=missing,
+                    column=missing_text,
                     columns=self.table.names or (),
-                    names=(missing,),
+                    names=(missing_text,),
                 ),
                 file=self.table.path,
                 line=self.table.header_line,
-                field=missing,
+                field=missing_text,
             )
         self.plunge = self.columns.inclinations(plunge, -90.0)
         self.trend = self.columns.azimuths(trend, np.abs(self.plunge) == 90.0)

@@ -43,7 +43,7 @@ def extract_planes(table: OrientationTable) -> list[OrientedPlane]:
     if not table.is_plane.any():
         raise InputError(Finding("orientation.no-planes"), file=table.path)
     names = _words(table, "name") or list(table.ids)
-    places = np.column_stack([_numbers(table, axis) for axis in "xyz"])
+    positions = np.column_stack([_numbers(table, axis) for axis in "xyz"])
     extent = _numbers(table, "extent_m")
     error = _numbers(table, "total95_deg")
     error = np.where(np.isfinite(error), error, _numbers(table, "max_confidence95_deg"))
@@ -54,7 +54,7 @@ def extract_planes(table: OrientationTable) -> list[OrientedPlane]:
             names[row] or table.ids[row],
             kinds[row],
             normals[row],
-            places[row] if np.isfinite(places[row]).all() else None,
+            positions[row] if np.isfinite(positions[row]).all() else None,
             float(extent[row]) if np.isfinite(extent[row]) else None,
             float(error[row]) if np.isfinite(error[row]) else None,
         )

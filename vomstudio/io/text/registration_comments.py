@@ -32,7 +32,7 @@ def table_rotation_errors(table: TextTable, rows: IntArray) -> Turns | None:
     """Return the rotation errors of selected rows of a table, or None if not stated."""
     errors = _cells(table, _COLUMN, rows)
     models = _cells(table, _MODEL, rows) or [""] * len(rows)
-    stated = _stated_covariances(table.comments)
+    stated_covariances = _stated_covariances(table.comments)
     values = [math.nan] * len(rows) if errors is None else [_number(cell) for cell in errors]
     max_error_deg: dict[str, float] = {}
     for model, value in zip(models, values, strict=True):
@@ -40,15 +40,15 @@ def table_rotation_errors(table: TextTable, rows: IntArray) -> Turns | None:
             max_error_deg[model] = max(max_error_deg.get(model, 0.0), value)
     row_errors: list[tuple[object, FloatArray | None]] = []
     for model, value in zip(models, values, strict=True):
-        if model in stated and (errors is None or value == value):
-            row_errors.append(stated[model])
+        if model in stated_covariances and (errors is None or value == value):
+            row_errors.append(stated_covariances[model])
         elif value == value:
             variance = math.radians(max_error_deg[model]) ** 2 / CHI2_TWO
             row_errors.append((("column", model), variance * np.eye(3)))
         else:
             row_errors.append((None, None))
-    turns = shared_rotations(row_errors)
-    return turns if turns.known else None
+    rotations = shared_rotations(row_errors)
+    return rotations if rotations.known else None
 
 
 def stated_bowing_deg(comments: Iterable[str]) -> float | None:
@@ -56,7 +56,7 @@ def stated_bowing_deg(comments: Iterable[str]) -> float | None:
 
     The bowing is the difference in dip between opposite edges, in degrees.
     """
-    values = [each.get("bowed_deg") for each in stated_registrations(comments)]
+    values = [item.get("bowed_deg") for item in stated_registrations(comments)]
     angles = [float(v) for v in values if isinstance(v, int | float) and 0.0 < v <= 180.0]
     return max(angles) if angles else None
 
@@ -65,14 +65,14 @@ def _stated_covariances(
     comments: Iterable[str],
 ) -> dict[str, tuple[object, FloatArray]]:
     """Return the registration and its covariance (radians squared) by model name."""
-    stated: dict[str, tuple[object, FloatArray]] = {}
+    stated_items: dict[str, tuple[object, FloatArray]] = {}
     repeated = set()
     for number, comment in enumerate(comments):
         for model, covariance in _parse_registration(comment):
-            repeated |= {model} & stated.keys()
-            stated[model] = ("stated", number), covariance
+            repeated |= {model} & stated_items.keys()
+            stated_items[model] = ("stated", number), covariance
     # Models with the same name cannot be distinguished.
-    return {model: each for model, each in stated.items() if model not in repeated}
+    return {model: item for model, item in stated_items.items() if model not in repeated}
 
 
 def _parse_registration(comment: str) -> list[tuple[str, FloatArray]]:

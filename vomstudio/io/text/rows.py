@@ -123,12 +123,12 @@ def read_rows(path: Path, *, has_header: bool = False, max_lines: int = MAX_LINE
     stated_delimiter = _EXCEL_DELIMITER.fullmatch(lines[0])
     if stated_delimiter is not None:
         lines[0] = ""
-    longest = max(map(len, lines))
-    if longest > MAX_LINE_LENGTH:
+    max_length = max(map(len, lines))
+    if max_length > MAX_LINE_LENGTH:
         raise InputError(
-            Finding("table.long-line", count=longest),
+            Finding("table.long-line", count=max_length),
             file=path,
-            line=next(i for i, line in enumerate(lines, 1) if len(line) == longest),
+            line=next(i for i, line in enumerate(lines, 1) if len(line) == max_length),
         )
     data, numbers, comments, separators = _separate_comments(lines)
     if not data:
@@ -198,9 +198,9 @@ _NON_ROW_STARTS = frozenset(
 """First characters of blank lines, comments and separators, and of some data rows."""
 
 
-def is_blank(stripped: str) -> bool:
+def is_blank(stripped_text: str) -> bool:
     """Return whether a stripped line is empty, an end-of-file mark, or only delimiters."""
-    return not stripped.strip(",;\x1a")
+    return not stripped_text.strip(",;\x1a")
 
 
 def _separate_comments(lines: list[str]) -> tuple[list[str], list[int], list[str], list[int]]:
@@ -290,11 +290,11 @@ def sniff(sample: list[str]) -> str:
     It is the delimiter that gives rows of the most uniform length, then the most numbers, and then
     the first one in `_DELIMITERS`: a semicolon or tab in addition to commas means decimal commas.
     """
-    quoted = any('"' in line for line in sample)
+    is_quoted = any('"' in line for line in sample)
     best, best_score = " ", (-1.0, -1.0)
     for delimiter in _DELIMITERS:
         try:
-            rows = _split_sample(sample, delimiter, quoted)
+            rows = _split_sample(sample, delimiter, is_quoted)
         except csv.Error:  # an unterminated cell; reading the table reports its line
             continue
         width, count = Counter(len(row) for row in rows).most_common(1)[0]
@@ -302,15 +302,15 @@ def sniff(sample: list[str]) -> str:
             continue
         cells = [cell for row in rows for cell in row if cell]
         decimal_comma = delimiter in ";\t"
-        numeric = sum(parse_number(c, decimal_comma=decimal_comma) is not None for c in cells)
-        score = (round(count / len(rows), 1), numeric / max(len(cells), 1))
+        numeric_count = sum(parse_number(c, decimal_comma=decimal_comma) is not None for c in cells)
+        score = (round(count / len(rows), 1), numeric_count / max(len(cells), 1))
         if score > best_score:
             best, best_score = delimiter, score
     return best
 
 
-def _split_sample(sample: list[str], delimiter: str, quoted: bool) -> list[list[str]]:
-    if not quoted:
+def _split_sample(sample: list[str], delimiter: str, is_quoted: bool) -> list[list[str]]:
+    if not is_quoted:
         return [cut(line, delimiter) for line in sample]
     text = [line.replace("\t", " ") if delimiter == " " else line for line in sample]
     return list(csv.reader(text, delimiter=delimiter, skipinitialspace=True))
@@ -357,17 +357,17 @@ def rejoin_header(header: list[str], data: list[str], rows: list[list[str]] | No
     sample = rows[0] if rows else (data[0].split() if data else header)
     surplus = len(header) - len(sample)
     second = {"direction", "dir", "azimuth", "quadrant"}
-    joined: list[str] = []
+    joined_items: list[str] = []
     for word in header:
-        is_continuation = joined and (
-            word[0] in "([" or (joined[-1].casefold() == "dip" and word.casefold() in second)
+        is_continuation = joined_items and (
+            word[0] in "([" or (joined_items[-1].casefold() == "dip" and word.casefold() in second)
         )
         if surplus > 0 and is_continuation:
-            joined[-1] += f" {word}"
+            joined_items[-1] += f" {word}"
             surplus -= 1
         else:
-            joined.append(word)
-    return joined
+            joined_items.append(word)
+    return joined_items
 
 
 def _most_common_width(rows: Sequence[str | list[str]], delimiter: str) -> int:

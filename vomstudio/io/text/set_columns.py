@@ -22,7 +22,7 @@ SET, PROBABILITY, DISCONTINUITY = "set", "set_probability", "discontinuity"
 _WKT = "wkt"
 
 
-def pieces_of(table: OrientationTable, places: FloatArray | None) -> Pieces | None:
+def pieces_of(table: OrientationTable, positions: FloatArray | None) -> Pieces | None:
     """Return the position, extent and border of each plane in a table.
 
     The columns used are area_m2, rms_m with lambda1 to lambda3, and a border `wkt`.
@@ -30,7 +30,7 @@ def pieces_of(table: OrientationTable, places: FloatArray | None) -> Pieces | No
     Parameters
     ----------
     table : OrientationTable
-    places : (n, 3) float or None
+    positions : (n, 3) float or None
         World coordinates of the rows (`vomstudio.io.gate.point_tables.read_places`).
 
     Returns
@@ -43,9 +43,9 @@ def pieces_of(table: OrientationTable, places: FloatArray | None) -> Pieces | No
     InputError
         If a border is not WKT.
     """
-    if places is None:
+    if positions is None:
         return None
-    n = len(places)
+    n = len(positions)
 
     def numbers(*names: str) -> FloatArray:
         if not all(table.table.has(name) for name in names):
@@ -62,7 +62,7 @@ def pieces_of(table: OrientationTable, places: FloatArray | None) -> Pieces | No
     scatters = (normal_variance - tangential_variance)[
         :, None, None
     ] * normal_products + tangential_variance[:, None, None] * np.eye(3)
-    return Pieces(places, scatters, numbers("area_m2")[:, 0], _rings(table, n))
+    return Pieces(positions, scatters, numbers("area_m2")[:, 0], _rings(table, n))
 
 
 def _rings(table: OrientationTable, n: int) -> tuple[FloatArray, ...]:
@@ -105,8 +105,10 @@ def _outer_ring(shape: Any) -> FloatArray:
 
 
 def _ring_area(ring: FloatArray) -> float:
-    centred = ring - ring.mean(axis=0)
-    return float(np.linalg.norm(np.cross(centred, np.roll(centred, -1, axis=0)).sum(axis=0)))
+    centred_values = ring - ring.mean(axis=0)
+    return float(
+        np.linalg.norm(np.cross(centred_values, np.roll(centred_values, -1, axis=0)).sum(axis=0))
+    )
 
 
 def table_with_sets(

@@ -131,14 +131,14 @@ def extract_slips(table: TextTable) -> SlipTable:
         cells["sense"] = ["RL" if normalise_name(word) == "r" else word for word in cells["sense"]]
         notes.append(Finding("slip.right-lateral"))
     faults: list[tuple[str, Plane, float]] = []
-    dropped: list[int] = []
+    dropped_items: list[int] = []
     off_plane_lines: list[int] = []
     for row, line in enumerate(table.line_numbers.tolist()):
         row_values = _Row(
             table.path, line, {key: c[row].strip() for key, c in cells.items()}
         ).read()
         if row_values is None:
-            dropped.append(line)
+            dropped_items.append(line)
             continue
         plane, slip, off_plane_deg = row_values
         name = cells["id"][row].strip() if "id" in cells else ""
@@ -156,20 +156,20 @@ def extract_slips(table: TextTable) -> SlipTable:
         np.array([plane.dip_direction_deg for _, plane, _ in faults]),
         np.array([plane.dip_deg for _, plane, _ in faults]),
         np.array([slip for _, _, slip in faults]),
-        tuple(dropped),
-        (*notes, *_row_findings(dropped, off_plane_lines)),
+        tuple(dropped_items),
+        (*notes, *_row_findings(dropped_items, off_plane_lines)),
     )
 
 
-def _row_findings(dropped: list[int], off_plane_lines: list[int]) -> list[Finding]:
+def _row_findings(dropped_indices: list[int], off_plane_lines: list[int]) -> list[Finding]:
     findings = []
-    if dropped:
+    if dropped_indices:
         findings.append(
             Finding(
                 "table.rows-left-out",
-                count=len(dropped),
+                count=len(dropped_indices),
                 needed=tr("fault, slip and sense"),
-                lines=dropped,
+                lines=dropped_indices,
             )
         )
     if off_plane_lines:
@@ -248,9 +248,9 @@ class _Row:
         try:
             plane = Plane(azimuth, dip)
             turn = _strike_difference(plane, azimuth - 90.0, has_strike=has_strike)
-            directed = self._number("slip_rake")
-            if directed is not None:
-                return plane, _convert_directed_rake(plane, directed, turn), 0.0
+            directed_number = self._number("slip_rake")
+            if directed_number is not None:
+                return plane, _convert_directed_rake(plane, directed_number, turn), 0.0
             rake, off_plane_deg = self._rake(plane, turn)
         except GeometryError as error:
             raise InputError(error, file=self.path, line=self.line, field=error.field) from error
@@ -260,7 +260,7 @@ class _Row:
         slip = self._slip(plane, rake, word)
         return None if slip is None else (plane, slip, off_plane_deg)
 
-    def _rake(self, plane: Plane, turn: float) -> tuple[float | None, float]:
+    def _rake(self, plane: Plane, angle: float) -> tuple[float | None, float]:
         trend, plunge = self._number("trend"), self._number("plunge")
         if trend is not None and plunge is not None:
             line = Line(trend, plunge)
@@ -272,7 +272,7 @@ class _Row:
             except InputError as error:
                 raise self._error(error) from error
         rake = self._number("rake")
-        return (None if rake is None else _convert_axial_rake(plane, rake, turn)), 0.0
+        return (None if rake is None else _convert_axial_rake(plane, rake, angle)), 0.0
 
     def _slip(self, plane: Plane, rake: float, word: str) -> float | None:
         """Return the directed rake, or None if the sense does not define the direction."""
@@ -309,17 +309,17 @@ def _strike_difference(plane: Plane, strike_deg: float, *, has_strike: bool) -> 
     return 180.0 if plane.vertical and has_strike and strike_deg % 360.0 >= 180.0 else 0.0
 
 
-def _convert_axial_rake(plane: Plane, rake_deg: float, turn: float) -> float:
+def _convert_axial_rake(plane: Plane, rake_deg: float, angle: float) -> float:
     """Return the rake of a line from the reference strike, in [0, 180), degrees."""
     if plane.undefined:
-        return (rake_deg + turn) % 180.0
+        return (rake_deg + angle) % 180.0
     # Measured from the opposite end of the strike, with the same sense of dip.
-    return (turn - rake_deg if turn else rake_deg) % 180.0
+    return (angle - rake_deg if angle else rake_deg) % 180.0
 
 
-def _convert_directed_rake(plane: Plane, rake_deg: float, turn: float) -> float:
+def _convert_directed_rake(plane: Plane, rake_deg: float, angle: float) -> float:
     """Return the directed rake from the reference strike, degrees."""
-    if plane.undefined and turn:
-        return 180.0 - (180.0 - (rake_deg - turn)) % 360.0
+    if plane.undefined and angle:
+        return 180.0 - (180.0 - (rake_deg - angle)) % 360.0
     # The other wall is the hanging wall and moves in the opposite direction.
-    return -rake_deg if turn else rake_deg
+    return -rake_deg if angle else rake_deg

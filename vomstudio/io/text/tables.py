@@ -249,10 +249,10 @@ def line_numbers_text(lines: Sequence[int], limit: int = 8) -> str:
     """Return `line 4`, `lines 4, 7 and 9`, or a longer list with the number of further lines."""
     if len(lines) == 1:
         return tr("line {number}", number=lines[0])
-    head = ", ".join(str(n) for n in (lines[:-1] if len(lines) <= limit else lines[:limit]))
+    heading = ", ".join(str(n) for n in (lines[:-1] if len(lines) <= limit else lines[:limit]))
     if len(lines) <= limit:
-        return tr("lines {numbers} and {last}", numbers=head, last=lines[-1])
-    return tr("lines {numbers} and {count} more", numbers=head, count=len(lines) - limit)
+        return tr("lines {numbers} and {last}", numbers=heading, last=lines[-1])
+    return tr("lines {numbers} and {count} more", numbers=heading, count=len(lines) - limit)
 
 
 def read_table(
@@ -347,12 +347,15 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
     points = table.numbers(columns)
     _refuse_large_coordinates(table, columns, points)
     keep: BoolArray = np.asarray(np.isfinite(points).all(axis=1))
-    dropped = tuple(int(n) for n in table.line_numbers[~keep])
+    dropped_lines = tuple(int(n) for n in table.line_numbers[~keep])
     warnings = list(table.notes)
-    if dropped:
+    if dropped_lines:
         warnings.append(
             Finding(
-                "table.rows-left-out", count=len(dropped), needed=tr("coordinates"), lines=dropped
+                "table.rows-left-out",
+                count=len(dropped_lines),
+                needed=tr("coordinates"),
+                lines=dropped_lines,
             )
         )
     if not keep.any():
@@ -383,8 +386,10 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
                     field=by,
                 )
     words, word_findings = _kinds_and_sets(table, groups, keep, by)
-    named = groups if all(groups) else [g for g, k in zip(groups, keep, strict=True) if k or g]
-    codes = {name: i for i, name in enumerate(dict.fromkeys(named))}
+    named_groups = (
+        groups if all(groups) else [g for g, k in zip(groups, keep, strict=True) if k or g]
+    )
+    codes = {name: i for i, name in enumerate(dict.fromkeys(named_groups))}
     codes_of_points = np.fromiter(
         map(codes.__getitem__, itertools.compress(groups, keep)), np.int64
     )
@@ -393,7 +398,7 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
         ids=tuple(codes),
         points=np.ascontiguousarray(points[keep][np.argsort(codes_of_points, kind="stable")]),
         offsets=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
-        dropped=dropped,
+        dropped=dropped_lines,
         words=words,
         warnings=(*warnings, *word_findings),
         comments=table.comments,
@@ -478,7 +483,7 @@ def _segments(table: TextTable) -> list[str]:
     return [str(n + 1) for n in number]
 
 
-def _detect_groups(table: TextTable, excluded: list[int]) -> list[Finding]:
+def _detect_groups(table: TextTable, excluded_indices: list[int]) -> list[Finding]:
     """Return findings if the table seems to contain more than one feature."""
     warnings = []
     if table.separators and len(parts := set(_segments(table))) > 1:
@@ -488,7 +493,9 @@ def _detect_groups(table: TextTable, excluded: list[int]) -> list[Finding]:
             table.names is not None and normalise_name(table.names[column]) in _GROUP_NAMES
         )
         # The first rows are sufficient to distinguish labels from a million colours.
-        if column in excluded or not (has_group_name or _is_grouped(table.cells(column, 1000))):
+        if column in excluded_indices or not (
+            has_group_name or _is_grouped(table.cells(column, 1000))
+        ):
             continue
         cells = table.cells(column)
         values = Counter(cells)

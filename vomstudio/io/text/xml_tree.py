@@ -99,12 +99,12 @@ def is_xml(path: str | Path) -> bool:
         return False
     try:
         with open_regular(path) as stream:
-            head = stream.read(256)
+            header = stream.read(256)
     except (InputError, OSError):
         return False
     for mark in (b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff"):
-        head = head.removeprefix(mark)
-    return head.replace(b"\0", b"").lstrip().startswith(b"<")
+        header = header.removeprefix(mark)
+    return header.replace(b"\0", b"").lstrip().startswith(b"<")
 
 
 def element_error(

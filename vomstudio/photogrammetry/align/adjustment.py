@@ -90,23 +90,25 @@ def cross_validation_error(
     unseen = set(long[::_FOLD_SIZE])
     if not unseen or len(unseen) == len(ids):
         return float("nan")
-    fitted, judged = (
+    fitted_reconstruction, validation_reconstruction = (
         pycolmap.Reconstruction(reconstruction),
         pycolmap.Reconstruction(reconstruction),
     )
     for i in ids:
-        (fitted if i in unseen else judged).delete_point3D(i)
-    adjuster = create_adjuster(fitted, freedoms, threads, loss_px=LOSS_PX)
+        (fitted_reconstruction if i in unseen else validation_reconstruction).delete_point3D(i)
+    adjuster = create_adjuster(fitted_reconstruction, freedoms, threads, loss_px=LOSS_PX)
     cancellable(lambda _token: adjuster.solve(), progress or SilentProgress())
-    for number in fitted.cameras:
-        judged.camera(number).params = fitted.camera(number).params
-    for image in judged.reg_image_ids():
-        pose = fitted.image(image).frame.rig_from_world
-        judged.image(image).frame.rig_from_world = pose
-    points = create_adjuster(judged, {}, threads, poses=False)
+    for number in fitted_reconstruction.cameras:
+        validation_reconstruction.camera(number).params = fitted_reconstruction.camera(
+            number
+        ).params
+    for image in validation_reconstruction.reg_image_ids():
+        pose = fitted_reconstruction.image(image).frame.rig_from_world
+        validation_reconstruction.image(image).frame.rig_from_world = pose
+    points = create_adjuster(validation_reconstruction, {}, threads, poses=False)
     cancellable(lambda _token: points.solve(), progress or SilentProgress())
-    judged.update_point_3d_errors()
-    return float(judged.compute_mean_reprojection_error())
+    validation_reconstruction.update_point_3d_errors()
+    return float(validation_reconstruction.compute_mean_reprojection_error())
 
 
 def free_parameters(camera: Any, freedom: Freedom) -> list[int]:
@@ -192,12 +194,12 @@ def create_adjuster(
     if poses and gauge:
         config.fix_gauge(pycolmap.BundleAdjustmentGauge.TWO_CAMS_FROM_WORLD)
     numbers = sorted({reconstruction.image(i).camera_id for i in images})
-    free = [n for n in numbers if freedoms.get(n, ALL_FIXED) != ALL_FIXED]
+    free_numbers = [n for n in numbers if freedoms.get(n, ALL_FIXED) != ALL_FIXED]
     for number in numbers:
-        if number not in free:
+        if number not in free_numbers:
             config.set_constant_cam_intrinsics(number)
     adjuster = pycolmap.create_default_ceres_bundle_adjuster(options, config, reconstruction)
-    for number in free:
+    for number in free_numbers:
         fix_parameters(adjuster.problem, reconstruction.camera(number), freedoms[number])
     return adjuster
 

@@ -112,27 +112,27 @@ class Alignment:
             "cameras": [asdict(c) | {"reasons": plain(c.reasons)} for c in self.cameras],
             "notes": plain(self.notes),
         }
-        temporary = folder / (_HEADER_FILE + ".part")
-        temporary.write_text(json.dumps(head, indent=1), encoding="utf-8")
-        temporary.replace(folder / _HEADER_FILE)
+        temporary_values = folder / (_HEADER_FILE + ".part")
+        temporary_values.write_text(json.dumps(head, indent=1), encoding="utf-8")
+        temporary_values.replace(folder / _HEADER_FILE)
 
     @classmethod
     def load(cls, folder: Path) -> Alignment:
         """Load an alignment. Raises InputError if the folder is incomplete."""
         try:
-            head = read_json(folder / _HEADER_FILE)
-            if head["version"] > _VERSION:
+            header = read_json(folder / _HEADER_FILE)
+            if header["version"] > _VERSION:
                 raise InputError(
                     Finding("alignment.newer-version"),
                     file=folder / _HEADER_FILE,
                 )
             return cls(
-                tuple(SparseScene.load(folder / f"part{i}") for i in range(head["parts"])),
-                tuple((str(n), Finding.from_dict(r)) for n, r in head["unregistered"]),
-                float(head["reprojection_error_px"]),
-                tuple(_calibration(c) for c in head["cameras"]),
-                int(head["tie_points"]),
-                tuple(map(Finding.from_dict, head["notes"])),
+                tuple(SparseScene.load(folder / f"part{i}") for i in range(header["parts"])),
+                tuple((str(n), Finding.from_dict(r)) for n, r in header["unregistered"]),
+                float(header["reprojection_error_px"]),
+                tuple(_calibration(c) for c in header["cameras"]),
+                int(header["tie_points"]),
+                tuple(map(Finding.from_dict, header["notes"])),
             )
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise InputError(
@@ -181,27 +181,27 @@ def align(
     if max(best, default=0) < _MIN_MATCHES:
         raise InputError(_no_overlap(photos, features, best))
     settings = mapping.MappingOptions(options.mapper, threads, options.seed)  # type: ignore[arg-type]
-    mapped = mapping.map_photos(database, photos, work, settings, progress)
-    mapped = (
+    mapped_photos = mapping.map_photos(database, photos, work, settings, progress)
+    mapped_photos = (
         shared_lenses.separate_lenses(
-            database, photos, features, work, settings, mapped.reconstructions, progress
+            database, photos, features, work, settings, mapped_photos.reconstructions, progress
         )
-        or mapped
+        or mapped_photos
     )
-    reconstructions = list(mapped.reconstructions)
+    reconstructions = list(mapped_photos.reconstructions)
     if not reconstructions:
         raise InputError(Finding("alignment.no-base"))
     progress.stage(tr("Bundle adjustment"), len(reconstructions))
     parts: list[SparseScene] = []
     cameras: list[Calibration] = []
-    shared = mapping.shared_images(reconstructions)
+    shared_images = mapping.shared_images(reconstructions)
     for number, reconstruction in enumerate(reconstructions):
         progress.step(number)
         reconstruction, part_cameras = calibrate(
-            reconstruction, photos, threads, mapped.exif_trusted, progress
+            reconstruction, photos, threads, mapped_photos.exif_trusted, progress
         )
         # Not before the adjustment, because the shared photos help to connect this part.
-        mapping.remove_images(reconstruction, shared[number])
+        mapping.remove_images(reconstruction, shared_images[number])
         reconstructions[number] = reconstruction
         parts.append(mapping.scene_of(reconstruction, photos, features))
         cameras += _limit_to_photos(part_cameras, {view.name for view in parts[-1].views})
@@ -212,9 +212,9 @@ def align(
         reconstruction.write_binary(model)
     notes: list[Finding] = [
         choice.rule,
-        *mapped.notes,
+        *mapped_photos.notes,
         *_result_notes(parts, cameras),
-        *_sharing_notes(photos, set().union(*shared)),
+        *_sharing_notes(photos, set().union(*shared_images)),
     ]
     lengths = np.linalg.norm(mapping.residuals(parts[0]), axis=1)
     alignment = Alignment(
@@ -312,13 +312,15 @@ def _result_notes(
         )
 
 
-def _sharing_notes(photos: Sequence[PhotoLike], shared: Collection[int]) -> Iterator[Finding]:
+def _sharing_notes(
+    photos: Sequence[PhotoLike], shared_indices: Collection[int]
+) -> Iterator[Finding]:
     """Report the photos that several components have in common."""
-    if shared:
+    if shared_indices:
         yield Finding(
             "alignment.shared-photos",
-            count=len(shared),
-            photos=[photos[image - 1].name for image in sorted(shared)],
+            count=len(shared_indices),
+            photos=[photos[image - 1].name for image in sorted(shared_indices)],
         )
 
 

@@ -26,7 +26,7 @@ def calibrate(
     reconstruction: Any,
     photos: Sequence[PhotoLike],
     threads: int,
-    trusted: bool,
+    is_trusted: bool,
     progress: Progress,
 ) -> tuple[Any, list[Calibration]]:
     """Adjust the free parameters of each camera, and fix those that are poorly determined.
@@ -42,9 +42,9 @@ def calibrate(
     freedoms: dict[int, Freedom] = {}
     reasons: dict[int, tuple[Finding, ...]] = {}
     for number, rows in photos_by_camera.items():
-        known = photos[rows[0]].focal_px is not None
+        is_known = photos[rows[0]].focal_px is not None
         freedoms[number], reason = priors.select_free_parameters(
-            known, len(rows), convergence, trusted
+            is_known, len(rows), convergence, is_trusted
         )
         reasons[number] = (reason,)
     covariances = adjust(reconstruction, freedoms, threads=threads, progress=progress)
@@ -53,10 +53,10 @@ def calibrate(
     for number, rows in photos_by_camera.items():
         if not freedoms[number].focal:
             continue
-        relative = _focal_sigma(reconstruction, number, covariances) * factors[number]
+        relative_focal_sigma = _focal_sigma(reconstruction, number, covariances) * factors[number]
         lens = photos[rows[0]]
         replacement = priors.fixed_focal(
-            lens.focal_px, max(lens.width, lens.height), relative, trusted
+            lens.focal_px, max(lens.width, lens.height), relative_focal_sigma, is_trusted
         )
         if replacement is not None:
             freedoms[number] = replace(freedoms[number], focal=False)
@@ -71,11 +71,11 @@ def calibrate(
     def widen() -> None:
         nonlocal reconstruction, freedoms, covariances
         reasons.update(first_reasons)
-        wider = _free_lens_parameters(
+        wider_lens_parameters = _free_lens_parameters(
             reconstruction, photos_by_camera, freedoms, reasons, convergence, threads, progress
         )
-        if wider is not None:
-            reconstruction, freedoms, covariances = wider
+        if wider_lens_parameters is not None:
+            reconstruction, freedoms, covariances = wider_lens_parameters
 
     widen()
     fixed_to_exif = [
@@ -233,17 +233,17 @@ def _keep_determined(
     names = priors.parameter_names(str(camera.model_name))
     row_of = {names[place]: row for row, place in enumerate(indices)}
     values = dict(zip(names, camera.params, strict=True))
-    scaled = covariance * factor**2
+    scaled_values = covariance * factor**2
     corner = float(np.hypot(camera.width, camera.height)) / 2
     if freedom.second:
-        sigma = float(np.sqrt(scaled[row_of["k2"], row_of["k2"]]))
+        sigma = float(np.sqrt(scaled_values[row_of["k2"], row_of["k2"]]))
         second, checks["k2"] = priors.judge_second(values["f"], corner, values["k2"], sigma)
         freedom = replace(freedom, second=second)
     if freedom.centre:
         rows = [row_of["cx"], row_of["cy"]]
         shift = np.array([values["cx"] - camera.width / 2, values["cy"] - camera.height / 2])
         centre, checks["centre"] = priors.judge_centre(
-            values["f"], corner, shift, scaled[np.ix_(rows, rows)]
+            values["f"], corner, shift, scaled_values[np.ix_(rows, rows)]
         )
         freedom = replace(freedom, centre=centre)
     return freedom

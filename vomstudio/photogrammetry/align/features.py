@@ -204,12 +204,12 @@ def sift(image: ByteArray, options: FeatureOptions) -> tuple[Float32Array, ByteA
         pycolmap.extract_features(
             database, pictures, extraction_options=settings, device=pycolmap.Device.cpu
         )
-        opened = pycolmap.Database.open(database)
+        open_model = pycolmap.Database.open(database)
         try:
-            keypoints = np.array(opened.read_keypoints(1), np.float32).reshape(-1, 6)
-            descriptors = np.array(opened.read_descriptors(1).data, np.uint8).reshape(-1, 128)
+            keypoints = np.array(open_model.read_keypoints(1), np.float32).reshape(-1, 6)
+            descriptors = np.array(open_model.read_descriptors(1).data, np.uint8).reshape(-1, 128)
         finally:
-            opened.close()
+            open_model.close()
     largest = _largest(keypoints, options.max_features)
     return keypoints[largest], descriptors[largest]
 

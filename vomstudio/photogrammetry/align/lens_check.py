@@ -19,7 +19,7 @@ _MIN_RELATIVE_DIFFERENCE = 0.04
 def lens_findings(cameras: Sequence[Calibration]) -> list[Finding]:
     """Find focal lengths that are poorly determined or wrong in EXIF, which stretch depths."""
     vague: dict[str, float] = {}
-    wrong: dict[str, float] = {}
+    wrong_items: dict[str, float] = {}
     for camera in cameras:
         focal, sigma = camera.values[0], camera.sigma[0]
         if camera.exif_px is None:
@@ -28,15 +28,17 @@ def lens_findings(cameras: Sequence[Calibration]) -> list[Finding]:
             if not error <= _MAX_RELATIVE_ERROR:
                 vague |= dict.fromkeys(camera.photos, error)
         elif abs(camera.exif_px / focal - 1) > max(_MIN_RELATIVE_DIFFERENCE, 3 * sigma / focal):
-            wrong |= dict.fromkeys(camera.photos, camera.exif_px / focal - 1)
+            wrong_items |= dict.fromkeys(camera.photos, camera.exif_px / focal - 1)
     findings = []
     if vague:
         error = max(vague.values())
-        known = error if math.isfinite(error) else None
-        findings.append(Finding("focal-vague", photos=tuple(vague), value=known))
-    if wrong:
-        worst = max(wrong.values(), key=abs)
+        known_error = error if math.isfinite(error) else None
+        findings.append(Finding("focal-vague", photos=tuple(vague), value=known_error))
+    if wrong_items:
+        worst = max(wrong_items.values(), key=abs)
         percent = 100 * worst
-        finding = Finding("focal-wrong", photos=tuple(wrong), value=worst, error_percent=percent)
+        finding = Finding(
+            "focal-wrong", photos=tuple(wrong_items), value=worst, error_percent=percent
+        )
         findings.append(finding)
     return findings

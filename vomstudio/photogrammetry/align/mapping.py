@@ -79,7 +79,7 @@ def map_photos(
     placed, mapping is repeated with free focal lengths, since EXIF does not account for digital
     zoom. The result with more photos is used. Raises Cancelled.
     """
-    known = [p.focal_px is not None for p in photos]
+    has_focal = [p.focal_px is not None for p in photos]
     if options.mapper == "auto":
         mapper = "incremental" if len(photos) <= _INCREMENTAL_UP_TO else "global"
     else:
@@ -88,10 +88,10 @@ def map_photos(
     notes: list[Finding] = []
     if mapper == "global":
         notes.append(Finding("alignment.global-mapping"))
-    free: FreeFocals = "none" if all(known) else "unknown"
-    parts = run(database, photos, work, options, progress, free)
+    free_text: FreeFocals = "none" if all(has_focal) else "unknown"
+    parts = run(database, photos, work, options, progress, free_text)
     placed = _placed(parts)
-    if any(known) and placed < _MIN_PLACED_SHARE * len(photos):
+    if any(has_focal) and placed < _MIN_PLACED_SHARE * len(photos):
         others = run(database, photos, work, options, progress, "all")
         if _placed(others) > placed:
             notes.append(
@@ -113,7 +113,7 @@ def _incremental(
     work: Path,
     options: MappingOptions,
     progress: Progress,
-    free: FreeFocals,
+    free_focals: FreeFocals,
 ) -> list[Any]:
     pycolmap = colmap()
     settings = pycolmap.IncrementalPipelineOptions()
@@ -121,12 +121,12 @@ def _incremental(
     settings.random_seed = options.seed
     settings.num_threads = options.threads
     settings.min_model_size = 2
-    settings.ba_refine_focal_length = free != "none"
-    settings.mapper.abs_pose_refine_focal_length = free != "none"
+    settings.ba_refine_focal_length = free_focals != "none"
+    settings.mapper.abs_pose_refine_focal_length = free_focals != "none"
     # With many photos, points seen in only two of them are more often wrong matches. With only two
     # photos, every point is seen in two.
     settings.triangulation.ignore_two_view_tracks = len(photos) > 3
-    if free == "unknown":
+    if free_focals == "unknown":
         settings.constant_cameras = _known_cameras(database)
     progress.stage(tr("Computing poses"), len(photos))
     placed = [0]
@@ -162,14 +162,14 @@ def _global(
     work: Path,
     options: MappingOptions,
     progress: Progress,
-    free: FreeFocals,
+    free_focals: FreeFocals,
 ) -> list[Any]:
     pycolmap = colmap()
     settings = pycolmap.GlobalPipelineOptions()
     settings.num_threads = options.threads
     settings.random_seed = options.seed
     settings.min_model_size = 2
-    settings.mapper.bundle_adjustment.refine_focal_length = free != "none"
+    settings.mapper.bundle_adjustment.refine_focal_length = free_focals != "none"
     progress.stage(tr("Computing poses"))
     folder = _empty_folder(work / "mapping")
     # The mapper cannot be interrupted: to cancel, wait until it ends or kill the worker.
@@ -187,11 +187,11 @@ def _empty_folder(folder: Path) -> Path:
 
 
 def _known_cameras(database: Path) -> set[int]:
-    opened = colmap().Database.open(database)
+    open_model = colmap().Database.open(database)
     try:
-        return {c.camera_id for c in opened.read_all_cameras() if c.has_prior_focal_length}
+        return {c.camera_id for c in open_model.read_all_cameras() if c.has_prior_focal_length}
     finally:
-        opened.close()
+        open_model.close()
 
 
 def _largest_first(reconstructions: dict[int, Any]) -> list[Any]:
@@ -216,13 +216,13 @@ def _largest_first(reconstructions: dict[int, Any]) -> list[Any]:
 
 def shared_images(parts: Sequence[Any]) -> list[set[int]]:
     """List the images of each part that also belong to an earlier part."""
-    shared: list[set[int]] = []
+    shared_items: list[set[int]] = []
     placed: set[int] = set()
     for part in parts:
         images = set(part.reg_image_ids())
-        shared.append(images & placed)
+        shared_items.append(images & placed)
         placed |= images
-    return shared
+    return shared_items
 
 
 def remove_images(reconstruction: Any, images: Collection[int]) -> None:
@@ -293,8 +293,8 @@ def scene_of(
             -1, 2
         )
         pixels[rows_of_view] = image_pixels[numbers[rows_of_view]]
-        inside = numbers[rows_of_view] < len(photo_features.colors)
-        colors[rows_of_view[inside]] = photo_features.colors[numbers[rows_of_view[inside]]]
+        is_inside = numbers[rows_of_view] < len(photo_features.colors)
+        colors[rows_of_view[is_inside]] = photo_features.colors[numbers[rows_of_view[is_inside]]]
     offsets = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
     scene = SparseScene(
         tuple(views),

@@ -186,8 +186,8 @@ def match_counts(path: Path) -> dict[Pair, tuple[int, int]]:
     """
     with open_for_reading(path) as database:
         matches = _counts_by_pair(*database.read_num_matches())
-        verified = _counts_by_pair(*database.read_two_view_geometry_num_inliers())
-        pairs = {pair for pair in {*matches, *verified} if is_compared(database, pair)}
+        verified_counts = _counts_by_pair(*database.read_two_view_geometry_num_inliers())
+        pairs = {pair for pair in {*matches, *verified_counts} if is_compared(database, pair)}
         # COLMAP does not list pairs without a match.
         total = count_compared(database)
         for pair in combinations(range(database.num_images()), 2):
@@ -196,7 +196,10 @@ def match_counts(path: Path) -> dict[Pair, tuple[int, int]]:
             if pair not in pairs and is_compared(database, pair):
                 pairs.add(pair)
     return {
-        pair: (max(matches.get(pair, 0), verified.get(pair, 0)), verified.get(pair, 0))
+        pair: (
+            max(matches.get(pair, 0), verified_counts.get(pair, 0)),
+            verified_counts.get(pair, 0),
+        )
         for pair in pairs
     }
 

@@ -109,58 +109,58 @@ def _positions(photos: Sequence[PhotoLike]) -> FloatArray:
         else (np.nan,) * 3
         for p in photos
     ]
-    places = np.array(rows, np.float64).reshape(-1, 3)
-    if np.isnan(places).all():
-        return places
+    positions = np.array(rows, np.float64).reshape(-1, 3)
+    if np.isnan(positions).all():
+        return positions
     metres = 111_320.0
-    east = metres * np.cos(np.radians(np.nanmean(places[:, 1])))
-    return np.asarray((places - np.nanmedian(places, axis=0)) * [east, metres, 1.0])
+    east = metres * np.cos(np.radians(np.nanmean(positions[:, 1])))
+    return np.asarray((positions - np.nanmedian(positions, axis=0)) * [east, metres, 1.0])
 
 
 def _has_useful_gps(photos: Sequence[PhotoLike]) -> bool:
-    places = _positions(photos)
-    known = ~np.isnan(places[:, 0])
-    if known.mean() < 0.9:
+    positions = _positions(photos)
+    is_known = ~np.isnan(positions[:, 0])
+    if is_known.mean() < 0.9:
         return False
     accuracy = [p.gps_accuracy_m for p in photos if p.gps_accuracy_m is not None]
     noise = float(np.median(accuracy)) if accuracy else 3.0
-    spread = float(np.ptp(places[known, :2], axis=0).max())
+    spread = float(np.ptp(positions[is_known, :2], axis=0).max())
     return spread > max(_MIN_SPREAD_M, 5 * noise)
 
 
 def _nearest(photos: Sequence[PhotoLike]) -> set[Pair]:
     from scipy.spatial import cKDTree
 
-    places = _positions(photos)
-    known = np.flatnonzero(~np.isnan(places[:, 0]))
-    count = min(_NEIGHBOURS + 1, len(known))
-    _, rows = cKDTree(places[known]).query(places[known], k=count)
+    positions = _positions(photos)
+    known_rows = np.flatnonzero(~np.isnan(positions[:, 0]))
+    count = min(_NEIGHBOURS + 1, len(known_rows))
+    _, rows = cKDTree(positions[known_rows]).query(positions[known_rows], k=count)
     pairs = {
         (int(min(i, j)), int(max(i, j)))
-        for i, near in zip(known, known[rows.reshape(len(known), -1)], strict=True)
+        for i, near in zip(known_rows, known_rows[rows.reshape(len(known_rows), -1)], strict=True)
         for j in near
         if i != j
     }
     # Photos without a position are compared with all photos.
-    for i in np.flatnonzero(np.isnan(places[:, 0])):
+    for i in np.flatnonzero(np.isnan(positions[:, 0])):
         pairs |= {(min(int(i), j), max(int(i), j)) for j in range(len(photos)) if j != i}
     return pairs
 
 
 def _most_similar(features: Sequence[Features], progress: Progress) -> set[Pair]:
     n = len(features)
-    largest: list[Float32Array] = []
+    largest_items: list[Float32Array] = []
     for f in features:
         largest_rows = np.argsort(-sizes(f.keypoints), kind="stable")[:_PRESELECTION_FEATURES]
         d = f.descriptors[largest_rows].astype(np.float32)
-        largest.append(d / np.maximum(np.linalg.norm(d, axis=1, keepdims=True), 1e-6))
+        largest_items.append(d / np.maximum(np.linalg.norm(d, axis=1, keepdims=True), 1e-6))
     score = np.zeros((n, n), np.int32)
     every = n * (n - 1) // 2
     progress.stage(tr("Finding similar photos"), every)
     for i in range(n):
         progress.step(every - (n - i) * (n - i - 1) // 2)
         for j in range(i + 1, n):
-            score[i, j] = score[j, i] = _mutual_matches(largest[i], largest[j])
+            score[i, j] = score[j, i] = _mutual_matches(largest_items[i], largest_items[j])
     pairs: set[Pair] = set()
     for i in range(n):
         best = np.argsort(-score[i], kind="stable")
@@ -205,8 +205,8 @@ def match_pairs(
     with open_for_reading(path) as database:
         remaining_pairs = [pair for pair in pairs if not is_compared(database, pair)]
     progress.stage(tr("Matching photos"), len(pairs))
-    finished = len(pairs) - len(remaining_pairs)
-    progress.step(finished)
+    finished_count = len(pairs) - len(remaining_pairs)
+    progress.step(finished_count)
     matching = pycolmap.FeatureMatchingOptions()
     matching.num_threads = threads
     matching.use_gpu = False
@@ -223,10 +223,10 @@ def match_pairs(
 
         def now_finished() -> int:
             try:
-                return finished + count_compared(database_view) - before
+                return finished_count + count_compared(database_view) - before
             except RuntimeError:
                 # COLMAP is merging its log into the database.
-                return finished
+                return finished_count
 
         pairing.match_list_path = Path(folder, "pairs.txt")
         pairing.match_list_path.write_text(

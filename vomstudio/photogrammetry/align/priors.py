@@ -130,30 +130,30 @@ ALL_FIXED = Freedom(False, False)
 
 
 def select_free_parameters(
-    known: bool, photos: int, convergence: float, trusted: bool = True
+    is_known: bool, photos: int, convergence: float, is_trusted: bool = True
 ) -> tuple[Freedom, Finding]:
     """Select the free parameters of a camera before their errors are known, with the reason.
 
     Parameters
     ----------
-    known : bool
+    is_known : bool
         Whether EXIF contains the focal length.
     photos : int
         Number of placed photos of the camera.
     convergence : float
         Convergence of all photos of the part, in degrees.
-    trusted : bool
+    is_trusted : bool
         Whether the photos could be placed with the EXIF focal length.
     """
     distortion = photos >= MIN_PHOTOS_DISTORTION
     weak = convergence < CONVERGENT_DEG
-    if not known:
+    if not is_known:
         if weak:
             return Freedom(True, distortion), Finding("lens.focal-weak", spread_deg=convergence)
         return Freedom(True, distortion), Finding(
             "lens.focal-estimated-without-exif", spread_deg=convergence
         )
-    if not trusted:
+    if not is_trusted:
         return Freedom(True, distortion), Finding("lens.exif-unusable")
     if weak:
         return Freedom(False, distortion), Finding(
@@ -167,7 +167,7 @@ def select_free_parameters(
 
 
 def fixed_focal(
-    exif_px: float | None, long_side: int, sigma: float, trusted: bool
+    exif_px: float | None, long_side: int, sigma: float, is_trusted: bool
 ) -> tuple[float, Finding] | None:
     """Return the fixed focal length that replaces an uncertain one, and the reason.
 
@@ -183,7 +183,7 @@ def fixed_focal(
         return DEFAULT_FOCAL * long_side, Finding(
             "lens.focal-assumed", focal_mm=36 * DEFAULT_FOCAL, error_percent=None
         )
-    if not trusted or sigma <= MAX_SIGMA:
+    if not is_trusted or sigma <= MAX_SIGMA:
         return None
     return exif_px, Finding("lens.focal-held-uncertain", error_percent=100 * sigma)
 
@@ -214,8 +214,8 @@ def judge_second(focal: float, corner_px: float, k2: float, sigma: float) -> tup
     radius = np.linspace(0.02, 1.0, 50) * corner_px / focal
     bend = focal * k2 * radius**5
     alternatives = np.column_stack([radius, radius**3])
-    remaining = bend - alternatives @ np.linalg.lstsq(alternatives, bend, rcond=None)[0]
-    effect, sigmas = float(np.abs(remaining).max()), abs(k2) / sigma if sigma > 0 else 0.0
+    remaining_values = bend - alternatives @ np.linalg.lstsq(alternatives, bend, rcond=None)[0]
+    effect, sigmas = float(np.abs(remaining_values).max()), abs(k2) / sigma if sigma > 0 else 0.0
     if effect >= MIN_EFFECT_PX and sigmas >= MIN_SIGMAS:
         return True, Finding("lens.distortion-estimated", effect_px=effect, times=sigmas)
     return False, Finding(

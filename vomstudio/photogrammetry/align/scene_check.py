@@ -35,7 +35,7 @@ _HIGH_ERROR_PX = 2.0
 def check_scene(
     scene: SparseScene,
     *,
-    unregistered: Sequence[str] = (),
+    unregistered_names: Sequence[str] = (),
     other_parts: Sequence[SparseScene] = (),
     blur: dict[str, float] | None = None,
     cameras: Sequence[Calibration] = (),
@@ -48,7 +48,7 @@ def check_scene(
     Parameters
     ----------
     scene : SparseScene
-    unregistered : sequence of str
+    unregistered_names : sequence of str
         Photos without a pose.
     other_parts : sequence of SparseScene
         The other connected components.
@@ -67,9 +67,9 @@ def check_scene(
         finding = Finding(
             "unregistered",
             "error",
-            photos=tuple(unregistered),
-            value=float(len(unregistered)),
-            total=len(unregistered),
+            photos=tuple(unregistered_names),
+            value=float(len(unregistered_names)),
+            total=len(unregistered_names),
         )
         return SurveyReport(
             "after", (), (finding,), assess([finding], None), None, None, advice_for([finding])
@@ -80,7 +80,7 @@ def check_scene(
     normal = face_normal(scene)
     oblique = obliquity_deg(scene, normal)
     findings = [
-        *_registration_findings(scene, unregistered, other_parts),
+        *_registration_findings(scene, unregistered_names, other_parts),
         *_point_findings(scene, views, overlap, limits),
         *_size_findings(scene, gsd, limits),
         *_direction_findings(scene, limits),
@@ -91,21 +91,21 @@ def check_scene(
         *further,
     ]
     findings = list(sort_by_severity(findings))
-    known = gsd[np.isfinite(gsd)]
-    middle = float(np.median(known)) if len(known) else None
-    expected_planes = planes or (None if middle is None else PlaneSizes.from_pixel_size(middle))
-    metric = _is_metric(scene)
+    known_gsd = gsd[np.isfinite(gsd)]
+    median = float(np.median(known_gsd)) if len(known_gsd) else None
+    expected_planes = planes or (None if median is None else PlaneSizes.from_pixel_size(median))
+    is_metric = _is_metric(scene)
     textbook = None if expected_planes is None else expected_planes.textbook
     figures = tuple(
         PhotoFigures(
             view.name,
-            _finite_or_none(gsd[i]) if metric else None,
+            _finite_or_none(gsd[i]) if is_metric else None,
             None if blur is None else blur.get(view.name),
             _finite_or_none(views[i]),
             None,
             _finite_or_none(overlap[i].max() if len(scene.views) > 1 else math.nan),
             _finite_or_none(oblique[i]),
-            None if metric else _finite_or_none(gsd[i]),
+            None if is_metric else _finite_or_none(gsd[i]),
         )
         for i, view in enumerate(scene.views)
     )
@@ -113,13 +113,13 @@ def check_scene(
         "after",
         figures,
         tuple(findings),
-        assess(findings, middle, metric=metric, planes=planes),
-        middle if metric else None,
-        textbook if metric else None,
+        assess(findings, median, is_metric=is_metric, planes=planes),
+        median if is_metric else None,
+        textbook if is_metric else None,
         advice_for(findings),
-        () if expected_planes is None else expected_planes.curve(metric=metric),
-        None if metric else middle,
-        None if metric else textbook,
+        () if expected_planes is None else expected_planes.curve(is_metric=is_metric),
+        None if is_metric else median,
+        None if is_metric else textbook,
     )
 
 
@@ -156,7 +156,7 @@ def overlap_matrix(scene: SparseScene, grid: int = 8) -> FloatArray:
     Occlusion is ignored.
     """
     count = len(scene.views)
-    shares = np.zeros((count, count))
+    fractions = np.zeros((count, count))
     steps = (np.arange(grid) + 0.5) / grid
     for i, view in enumerate(scene.views):
         is_of_view = scene.track_views == i
@@ -171,11 +171,11 @@ def overlap_matrix(scene: SparseScene, grid: int = 8) -> FloatArray:
         rays = view.intrinsics.rays(pixels)
         is_visible = np.isfinite(rays).all(axis=1)
         camera = rays[is_visible] * depths[nearest[is_visible], None]
-        places = (camera - view.translation) @ view.rotation
+        positions = (camera - view.translation) @ view.rotation
         for j, other in enumerate(scene.views):
-            if i != j and len(places):
-                shares[i, j] = _is_on_photo(other, places).mean()
-    return shares
+            if i != j and len(positions):
+                fractions[i, j] = _is_on_photo(other, positions).mean()
+    return fractions
 
 
 def face_normal(scene: SparseScene) -> FloatArray:
@@ -184,8 +184,8 @@ def face_normal(scene: SparseScene) -> FloatArray:
     if len(points) < 3:
         return -np.asarray(scene.views[0].direction)
     centre = np.median(points, axis=0)
-    away = np.linalg.norm(points - centre, axis=1)
-    near = points[away <= np.quantile(away, 0.9)]
+    distances = np.linalg.norm(points - centre, axis=1)
+    near = points[distances <= np.quantile(distances, 0.9)]
     _, _, axes = np.linalg.svd(near - near.mean(axis=0), full_matrices=False)
     normal = axes[-1]
     return np.asarray(normal * (1.0 if (scene.centres.mean(axis=0) - centre) @ normal > 0 else -1))
@@ -219,18 +219,18 @@ def _orientation_findings(planes: PlaneSizes | None, limits: Limits) -> list[Fin
 
 
 def _registration_findings(
-    scene: SparseScene, unregistered: Sequence[str], parts: Sequence[SparseScene]
+    scene: SparseScene, unregistered_names: Sequence[str], parts: Sequence[SparseScene]
 ) -> list[Finding]:
     findings = []
-    total = len(scene.views) + len(unregistered) + sum(len(part.views) for part in parts)
-    if unregistered:
-        share = len(unregistered) / total
+    total = len(scene.views) + len(unregistered_names) + sum(len(part.views) for part in parts)
+    if unregistered_names:
+        fraction = len(unregistered_names) / total
         findings.append(
             Finding(
                 "unregistered",
-                "error" if share > 0.5 else "warning",
-                photos=tuple(unregistered),
-                value=float(len(unregistered)),
+                "error" if fraction > 0.5 else "warning",
+                photos=tuple(unregistered_names),
+                value=float(len(unregistered_names)),
                 total=total,
             )
         )
@@ -264,10 +264,10 @@ def _point_findings(
         )
     view_counts = count_views_of_points(scene)
     if len(names) >= limits.fewest_photos and len(view_counts):
-        middle = float(np.median(view_counts))
-        if middle < limits.views:
+        median = float(np.median(view_counts))
+        if median < limits.views:
             few = tuple(n for n, v in zip(names, views, strict=True) if not v >= 3.0)
-            findings.append(Finding("few-views", photos=few, value=middle))
+            findings.append(Finding("few-views", photos=few, value=median))
     if len(names) > 1:
         best = overlap.max(axis=1)
         low_overlap = tuple(n for n, b in zip(names, best, strict=True) if b < limits.overlap)
@@ -300,15 +300,17 @@ def count_views_of_points(scene: SparseScene, max_points: int = 2000) -> IntArra
 
 
 def _size_findings(scene: SparseScene, gsd: FloatArray, limits: Limits) -> list[Finding]:
-    known = np.isfinite(gsd)
-    if known.sum() < 2:
+    is_known = np.isfinite(gsd)
+    if is_known.sum() < 2:
         return []
-    ratio = float(gsd[known].max() / gsd[known].min())
+    ratio = float(gsd[is_known].max() / gsd[is_known].min())
     if ratio <= limits.gsd_ratio:
         return []
-    middle = float(np.median(gsd[known]))
-    off = np.abs(np.log(np.where(known, gsd, middle) / middle)) > math.log(limits.gsd_ratio) / 2
-    names = tuple(view.name for view, far in zip(scene.views, off, strict=True) if far)
+    median = float(np.median(gsd[is_known]))
+    distance = (
+        np.abs(np.log(np.where(is_known, gsd, median) / median)) > math.log(limits.gsd_ratio) / 2
+    )
+    names = tuple(view.name for view, far in zip(scene.views, distance, strict=True) if far)
     return [Finding("gsd-spread", photos=names, value=ratio)]
 
 
@@ -316,12 +318,12 @@ def _direction_findings(scene: SparseScene, limits: Limits) -> list[Finding]:
     axes = np.array([view.direction for view in scene.views])
     if len(axes) < 3:
         return []
-    middle = axes.mean(axis=0)
-    norm = float(np.linalg.norm(middle))
+    centre = axes.mean(axis=0)
+    norm = float(np.linalg.norm(centre))
     if norm < 0.2:
         return []
-    away = np.sort(np.degrees(np.arccos(np.clip(axes @ middle / norm, -1.0, 1.0))))
-    spread = float(away[-max(2, math.ceil(0.1 * len(away)))])
+    angles = np.sort(np.degrees(np.arccos(np.clip(axes @ centre / norm, -1.0, 1.0))))
+    spread = float(angles[-max(2, math.ceil(0.1 * len(angles)))])
     if spread >= limits.doming_deg:
         return []
     return [Finding("one-direction", photos=(), value=spread, source="poses")]
@@ -330,7 +332,7 @@ def _direction_findings(scene: SparseScene, limits: Limits) -> list[Finding]:
 def _position_findings(scene: SparseScene, gsd: FloatArray, limits: Limits) -> list[Finding]:
     """Find photos taken from the same position (textbook 3.2.1)."""
     centres = scene.centres
-    turned: list[tuple[str, str]] = []
+    turned_items: list[tuple[str, str]] = []
     for i in range(len(centres)):
         for j in range(i + 1, len(centres)):
             a, b = scene.views[i], scene.views[j]
@@ -340,17 +342,17 @@ def _position_findings(scene: SparseScene, gsd: FloatArray, limits: Limits) -> l
                 continue
             if np.linalg.norm(centres[i] - centres[j]) > limits.same_place * distance:
                 continue
-            turn = math.degrees(math.acos(float(np.clip(a.direction @ b.direction, -1, 1))))
+            angle = math.degrees(math.acos(float(np.clip(a.direction @ b.direction, -1, 1))))
             one, two = (
                 f / max(v.intrinsics.width, v.intrinsics.height)
                 for f, v in zip(focal, (a, b), strict=True)
             )
-            if turn > limits.turn_deg or max(one / two, two / one) > limits.zoom:
-                turned.append((a.name, b.name))
-    if not turned:
+            if angle > limits.turn_deg or max(one / two, two / one) > limits.zoom:
+                turned_items.append((a.name, b.name))
+    if not turned_items:
         return []
-    names = tuple(dict.fromkeys(name for pair in turned for name in pair))
-    return [Finding("same-position", photos=names, value=float(len(turned)))]
+    names = tuple(dict.fromkeys(name for pair in turned_items for name in pair))
+    return [Finding("same-position", photos=names, value=float(len(turned_items)))]
 
 
 def _is_metric(scene: SparseScene) -> bool:
@@ -364,5 +366,5 @@ def _line_findings(scene: SparseScene, limits: Limits) -> list[Finding]:
     width = straightness(scene.centres)
     if width >= limits.straight:
         return []
-    across = width * float(np.linalg.norm(scene.centres.std(axis=0)))
-    return [Finding("collinear", photos=(), value=width, width=across)]
+    across_component = width * float(np.linalg.norm(scene.centres.std(axis=0)))
+    return [Finding("collinear", photos=(), value=width, width=across_component)]

@@ -81,8 +81,10 @@ def separate_lenses(
         if not any(lenses):
             return None
         merged_database = _database(database, scratch / "joined.db", photos, features, lenses)
-        mapped = mapping.map_photos(merged_database, photos, scratch, options, progress)
-        if not mapped.reconstructions or not _is_better(mapped.reconstructions[0], present[0]):
+        mapped_photos = mapping.map_photos(merged_database, photos, scratch, options, progress)
+        if not mapped_photos.reconstructions or not _is_better(
+            mapped_photos.reconstructions[0], present[0]
+        ):
             return None
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
@@ -93,10 +95,10 @@ def separate_lenses(
             tr_n("{count} photo: {focal:.0f} px", "{count} photos: {focal:.0f} px", n, focal=focal)
             for focal, n in sizes
         ),
-        after_px=_error(mapped.reconstructions[0]),
+        after_px=_error(mapped_photos.reconstructions[0]),
         before_px=_error(present[0]),
     )
-    return replace(mapped, notes=(*mapped.notes, note))
+    return replace(mapped_photos, notes=(*mapped_photos.notes, note))
 
 
 def unknown_groups(photos: Sequence[PhotoLike]) -> list[list[int]]:
@@ -133,13 +135,13 @@ def _focals_from_pairs(database: Path, options: MappingOptions, progress: Progre
     require_regular(database)
     shutil.copy(database, trial)
     cancellable(lambda _token: pycolmap.calibrate_view_graph(trial, settings), progress)
-    opened = pycolmap.Database.open(trial)
+    open_model = pycolmap.Database.open(trial)
     try:
-        focal = {c.camera_id: float(c.params[0]) for c in opened.read_all_cameras()}
-        images = sorted(opened.read_all_images(), key=lambda image: image.image_id)
+        focal = {c.camera_id: float(c.params[0]) for c in open_model.read_all_cameras()}
+        images = sorted(open_model.read_all_images(), key=lambda image: image.image_id)
         return [focal[image.camera_id] for image in images]
     finally:
-        opened.close()
+        open_model.close()
 
 
 def _merge_similar(
@@ -157,15 +159,15 @@ def _merge_similar(
     """
     lenses, sizes = [0] * count, []
     for group in groups:
-        placed = [r for r in group if reconstruction.exists_image(r + 1)]
-        placed = [r for r in placed if reconstruction.image(r + 1).has_pose]
-        if not placed:
+        placed_group = [r for r in group if reconstruction.exists_image(r + 1)]
+        placed_group = [r for r in placed_group if reconstruction.image(r + 1).has_pose]
+        if not placed_group:
             continue
         focal = {
             r: float(reconstruction.camera(reconstruction.image(r + 1).camera_id).params[0])
-            for r in placed
+            for r in placed_group
         }
-        order = sorted(placed, key=lambda r: focal[r])
+        order = sorted(placed_group, key=lambda r: focal[r])
         clusters = [[order[0]]]
         for before, row in itertools.pairwise(order):
             if np.log(focal[row] / focal[before]) > _LENS_TOLERANCE:

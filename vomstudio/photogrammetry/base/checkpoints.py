@@ -151,16 +151,16 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
     `write` fills a temporary file, which is then renamed to `path`. Raises TargetError if the disk
     is full or not writable.
     """
-    temporary = path.with_name(f".{path.name}.part")
+    temporary_name = path.with_name(f".{path.name}.part")
     try:
-        write(temporary)
-        _sync_to_disk(temporary)
-        os.replace(temporary, path)
+        write(temporary_name)
+        _sync_to_disk(temporary_name)
+        os.replace(temporary_name, path)
     except OSError as error:
         raise _not_written(path, error) from error
     finally:
         with contextlib.suppress(OSError):
-            temporary.unlink(missing_ok=True)
+            temporary_name.unlink(missing_ok=True)
 
 
 def _not_written(path: Path, error: OSError) -> TargetError:

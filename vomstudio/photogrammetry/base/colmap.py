@@ -18,10 +18,10 @@ _POLL_S = 0.1
 
 def colmap() -> Any:
     """Return the pycolmap module, set to log only fatal errors and never to standard output."""
-    first = "pycolmap" not in sys.modules
+    is_first = "pycolmap" not in sys.modules
     import pycolmap
 
-    if first and threading.current_thread() is threading.main_thread():
+    if is_first and threading.current_thread() is threading.main_thread():
         # COLMAP's logging prints a C++ stack trace on SIGTERM and then ends the process.
         signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGTERM))
     pycolmap.logging.logtostdout = False

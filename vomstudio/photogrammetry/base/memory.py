@@ -30,8 +30,8 @@ def peak_bytes() -> int:
     import resource
     import sys
 
-    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return int(most) if sys.platform == "darwin" else int(most) * 1024
+    maximum = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return int(maximum) if sys.platform == "darwin" else int(maximum) * 1024
 
 
 def workers_at_once(needed_bytes: int, threads: int) -> int:
@@ -43,8 +43,8 @@ def workers_at_once(needed_bytes: int, threads: int) -> int:
 
 def fitting_size(wanted_px: int, needed_bytes: Callable[[int], int]) -> int:
     """Return the largest long side, up to `wanted_px`, for which enough memory is available."""
-    free = MAX_MEMORY_SHARE * available_bytes()
+    free_values = MAX_MEMORY_SHARE * available_bytes()
     size = wanted_px
-    while size > _SMALLEST_PX and needed_bytes(size) > free:
+    while size > _SMALLEST_PX and needed_bytes(size) > free_values:
         size = max(_SMALLEST_PX, int(size * 0.9))
     return size

@@ -47,9 +47,9 @@ class Region:
 
     def inside(self, points: npt.ArrayLike, origin: npt.ArrayLike) -> BoolArray:
         """Return a mask (n,) of the points (n, 3), relative to `origin`, that lie in the region."""
-        places = np.asarray(points, np.float64)
+        positions = np.asarray(points, np.float64)
         low, high = (np.asarray(end) - np.asarray(origin) for end in (self.low, self.high))
-        return np.asarray(((places >= low) & (places <= high)).all(axis=1))
+        return np.asarray(((positions >= low) & (positions <= high)).all(axis=1))
 
     def views_of(self, scene: SparseScene) -> frozenset[int]:
         """Return the photos (rows) that see enough of the region.
@@ -61,9 +61,9 @@ class Region:
         counts = np.bincount(scene.track_views[is_inside_track], minlength=len(scene.views))
         views = frozenset(np.flatnonzero(counts >= MIN_POINTS).tolist())
         if len(views) < 2:
-            places = scene.points + np.asarray(scene.origin, np.float64)
+            positions = scene.points + np.asarray(scene.origin, np.float64)
             frame = tr("local frame") if scene.crs is None else scene.crs
-            ends = [] if not len(places) else [*places.min(axis=0), *places.max(axis=0)]
+            ends = [] if not len(positions) else [*positions.min(axis=0), *positions.max(axis=0)]
             raise GeometryError(
                 Finding(
                     "region.few-points",

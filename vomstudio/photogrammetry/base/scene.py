@@ -91,10 +91,10 @@ class SparseScene:
         """Return the rows of the points that a view observes."""
         return np.asarray(self.track_points[self.track_views == view])
 
-    def pixel_at(self, places: FloatArray) -> float:
+    def pixel_at(self, positions: FloatArray) -> float:
         """Return the size of a pixel of the photos at points (n, 3), in units of the scene."""
         sizes = [
-            np.median(np.abs(view.depths(places))) / np.mean(view.intrinsics.focal)
+            np.median(np.abs(view.depths(positions))) / np.mean(view.intrinsics.focal)
             for view in self.views
         ]
         return float(np.median(sizes))
@@ -126,20 +126,20 @@ class SparseScene:
         """Load a scene. Raises InputError if the folder is incomplete."""
         folder = Path(folder)
         try:
-            head = read_json(folder / "scene.json")
-            if head["version"] > _VERSION:
+            header = read_json(folder / "scene.json")
+            if header["version"] > _VERSION:
                 raise InputError(
                     Finding("alignment.newer-version"),
                     file=folder / "scene.json",
                 )
             with open_arrays(folder / "scene.npz") as arrays:
                 return cls(
-                    tuple(view_from_dict(view) for view in head["views"]),
+                    tuple(view_from_dict(view) for view in header["views"]),
                     **{name: arrays[name] for name in arrays.files},
-                    origin=tuple(head["origin"]),
-                    crs=head["crs"],
-                    scaled=head["scaled"],
-                    notes=tuple(head["notes"]),
+                    origin=tuple(header["origin"]),
+                    crs=header["crs"],
+                    scaled=header["scaled"],
+                    notes=tuple(header["notes"]),
                 )
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise InputError(

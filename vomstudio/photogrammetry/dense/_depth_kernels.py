@@ -35,7 +35,7 @@ def lift(  # type: ignore[no-untyped-def]
     inverse : (h, w) result, 0 if unknown
     """
     h, w = inverse.shape
-    tall, wide = disparities.shape
+    height, width = disparities.shape
     alpha, beta, gamma, unit, f = (
         coefficients[0],
         coefficients[1],
@@ -57,7 +57,7 @@ def lift(  # type: ignore[no-untyped-def]
             v = (to_rect[1, 0] * x + to_rect[1, 1] * y + to_rect[1, 2]) / d
             column, row = u - first_column, v - first_row
             c, r = math.floor(column), math.floor(row)
-            if c < 0 or r < 0 or c >= wide - 1 or r >= tall - 1:
+            if c < 0 or r < 0 or c >= width - 1 or r >= height - 1:
                 continue
             low = min(
                 disparities[r, c],
@@ -86,7 +86,7 @@ def lift(  # type: ignore[no-untyped-def]
             partner_column = round(column - delta)
             if (
                 partner_column < 0
-                or partner_column >= wide
+                or partner_column >= width
                 or other[round(row), partner_column] == 0
             ):
                 continue
@@ -97,7 +97,7 @@ def lift(  # type: ignore[no-untyped-def]
 
 
 @kernel("void(f4[:,:,::1], f4[::1], f4, f4, f4, i8, f4[:,::1], u1[:,::1])")
-def merge(inverse, steps, tolerance, least, most, fewest, merged, agreeing):  # type: ignore[no-untyped-def]
+def merge(inverse, steps, tolerance, least, most, fewest, merged, agreement_counts):  # type: ignore[no-untyped-def]
     """Merge the inverse depths on which most sources agree.
 
     inverse : (n, h, w), 0 = none
@@ -112,7 +112,7 @@ def merge(inverse, steps, tolerance, least, most, fewest, merged, agreeing):  # 
     for j in range(h):
         for i in range(w):
             merged[j, i] = 0.0
-            agreeing[j, i] = 0
+            agreement_counts[j, i] = 0
             best = 0.0
             for a in range(n):
                 q = inverse[a, j, i]
@@ -131,7 +131,7 @@ def merge(inverse, steps, tolerance, least, most, fewest, merged, agreeing):  # 
                 if votes >= fewest and weight > best:
                     best = weight
                     merged[j, i] = total / weight
-                    agreeing[j, i] = votes
+                    agreement_counts[j, i] = votes
 
 
 @kernel("void(f4[:,::1], f4, i8, i8, f8, f8, f8, f8, f4[:,:,::1], f4[:,::1])")

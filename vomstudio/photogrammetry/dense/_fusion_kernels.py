@@ -43,7 +43,7 @@ def compare(  # type: ignore[no-untyped-def]
     votes : (h, w, 3) agreeing views, views that see through the point, 1 if another view keeps it
     """
     h, w = depth.shape
-    tall, wide = depth2.shape
+    height, width = depth2.shape
     fx, fy, cx, cy = lens[0], lens[1], lens[2], lens[3]
     gx, gy, dx, dy = lens2[0], lens2[1], lens2[2], lens2[3]
     most_px, most_part, least_cos = limits[0], limits[1], limits[2]
@@ -62,7 +62,7 @@ def compare(  # type: ignore[no-untyped-def]
             b1 = (move[1, 0] * x + move[1, 1] * y + move[1, 2] * z + move[1, 3]) / b2
             u, v = gx * b0 + dx, gy * b1 + dy
             c, r = math.floor(u), math.floor(v)
-            if c < 0 or r < 0 or c >= wide or r >= tall:
+            if c < 0 or r < 0 or c >= width or r >= height:
                 continue
             other_depth = depth2[r, c]
             if other_depth <= 0.0:
@@ -85,8 +85,8 @@ def compare(  # type: ignore[no-untyped-def]
             off_y = fy * ((y + e * p1) / depth_here - y / z)
             distance_px = math.sqrt(off_x * off_x + off_y * off_y)
             if distance_px > most_px or abs(e) > most_part * b2:
-                large = distance_px > 3.0 * most_px or e > 3.0 * most_part * b2
-                if e > 0.0 and large and votes[j, i, 1] < 254:
+                is_large = distance_px > 3.0 * most_px or e > 3.0 * most_part * b2
+                if e > 0.0 and is_large and votes[j, i, 1] < 254:
                     votes[j, i, 1] += 1
                 continue
             m0, m1, m2 = normals[j, i, 0], normals[j, i, 1], normals[j, i, 2]

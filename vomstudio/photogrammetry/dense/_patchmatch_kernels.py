@@ -19,14 +19,14 @@ _WEIGHT_FALL = 5.0
 
 
 @fastmath_part
-def _random(seeds, at):  # type: ignore[no-untyped-def]
+def _random(seeds, position):  # type: ignore[no-untyped-def]
     """Return a random number in [0, 1) from Marsaglia's xorshift, with one state per pixel."""
     # Numba widens shifted integers, so truncate them to 32 bits.
-    x = np.uint32(seeds[at])
+    x = np.uint32(seeds[position])
     x = np.uint32(x ^ np.uint32((x << np.uint32(13)) & np.uint32(0xFFFFFFFF)))
     x = np.uint32(x ^ (x >> np.uint32(17)))
     x = np.uint32(x ^ np.uint32((x << np.uint32(5)) & np.uint32(0xFFFFFFFF)))
-    seeds[at] = x
+    seeds[position] = x
     return np.float32(x >> np.uint32(8)) * np.float32(1.0 / 16777216.0)
 
 
@@ -86,8 +86,8 @@ def _read_patch(ref, x, y, patch, weights, moments):  # type: ignore[no-untyped-
     for dy in range(-RADIUS, RADIUS + 1, STRIDE):
         for dx in range(-RADIUS, RADIUS + 1, STRIDE):
             value = ref[min(max(y + dy, 0), h - 1), min(max(x + dx, 0), w - 1)]
-            away = np.float32(dx * dx + dy * dy) * np.float32(0.5 / (RADIUS * RADIUS))
-            weight = math.exp(-abs(value - centre) * np.float32(_WEIGHT_FALL) - away)
+            distances = np.float32(dx * dx + dy * dy) * np.float32(0.5 / (RADIUS * RADIUS))
+            weight = math.exp(-abs(value - centre) * np.float32(_WEIGHT_FALL) - distances)
             if y + dy < 0 or x + dx < 0 or y + dy >= h or x + dx >= w:
                 # Areas outside the photo are not similar to anything in the other photos.
                 weight = 0.0
@@ -162,8 +162,12 @@ def _ray_depth(ax, ay, az, deep, p, q, fx, fy, rx, ry):  # type: ignore[no-untyp
     """
     scaled_depth = ax * p * fx
     scaled_depth += ay * q * fy + az
-    along = ax * rx + ay * ry + az
-    return np.float32(0.0) if along > np.float32(-0.05) else deep * scaled_depth / along
+    along_component = ax * rx + ay * ry + az
+    return (
+        np.float32(0.0)
+        if along_component > np.float32(-0.05)
+        else deep * scaled_depth / along_component
+    )
 
 
 @step
@@ -226,12 +230,12 @@ def sweep(  # type: ignore[no-untyped-def]
     selection = np.empty(n, np.int64)
     low, high = np.float32(1.0) / far, np.float32(1.0) / near
     count = min(n, max_sources)
-    share = np.float32(1.0) / np.float32(count)
+    fraction = np.float32(1.0) / np.float32(count)
     for y in range(first, last):
         for x in range((y + parity) % 2, w, 2):
             if active[y, x] == 0:
                 continue
-            at = y * w + x
+            position = y * w + x
             _read_patch(ref, x, y, patch, weights, moments)
             u, v = np.float32(x), np.float32(y)
             rx, ry = (u - lens[2]) * lens[0], (v - lens[3]) * lens[1]
@@ -258,7 +262,7 @@ def sweep(  # type: ignore[no-untyped-def]
                     moments,
                 )
                 trial[s] = costs[y, x, s]
-            best = share * _select_sources(trial, selection, count)
+            best = fraction * _select_sources(trial, selection, count)
             for k in range(11):
                 if k < 8:
                     i, j = _neighbour(k, x, y, reach)
@@ -271,10 +275,14 @@ def sweep(  # type: ignore[no-untyped-def]
                     if near_by and ax * nx + ay * ny + az * nz > np.float32(0.9998):
                         continue
                 else:
-                    shift = np.float32(0.0) if k == 9 else _random(seeds, at)
+                    shift = np.float32(0.0) if k == 9 else _random(seeds, position)
                     q, tilt = _random_trial(k, np.float32(1.0) / z, shift, low, high, unit, spread)
                     d = np.float32(1.0) / max(q, np.float32(1e-20))
-                    a, b, c = _random(seeds, at), _random(seeds, at), _random(seeds, at)
+                    a, b, c = (
+                        _random(seeds, position),
+                        _random(seeds, position),
+                        _random(seeds, position),
+                    )
                     ax, ay, az = _tilt_normal(nx, ny, nz, tilt, a, b, c)
                     size = math.sqrt(rx * rx + ry * ry + np.float32(1.0))
                     if ax * rx + ay * ry + az > np.float32(-0.15) * size:
@@ -284,7 +292,7 @@ def sweep(  # type: ignore[no-untyped-def]
                 total = np.float32(0.0)
                 for m in range(count):
                     s = selection[m]
-                    total += share * _cost(
+                    total += fraction * _cost(
                         u,
                         v,
                         rx,

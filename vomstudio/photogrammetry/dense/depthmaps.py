@@ -164,12 +164,12 @@ def depth_map(task: DepthTask) -> DepthMap:
         return _empty(view, valid.shape)
     first = (view, task.reference.gray(), valid)
     others = [(source.view, source.gray(), source.valid) for source in task.sources]
-    merged, agreeing = _rectified_depths(task, first, others)
+    merged, agreeing_photos = _rectified_depths(task, first, others)
     # Remove the noise that small windows leave, without smoothing across edges.
     merged = _planes(view, merged, 1.0, 1, 1)[1]
     if PATCHMATCH in task.methods and _measured_share(task, merged) < task.options.enough:
-        _fill_by_patchmatch(task, first, others, merged, agreeing)
-    return _finish(first, others, merged, agreeing)
+        _fill_by_patchmatch(task, first, others, merged, agreeing_photos)
+    return _finish(first, others, merged, agreeing_photos)
 
 
 def memory_needed(width: int, height: int, sources: int = SOURCES) -> int:
@@ -192,7 +192,7 @@ def _rectified_depths(
     from vomstudio.photogrammetry.dense.sgbm import pair_inverse_depth
 
     shape = first[1].shape
-    merged, agreeing = np.zeros(shape, np.float32), np.zeros(shape, np.uint8)
+    merged_values, agreeing_values = np.zeros(shape, np.float32), np.zeros(shape, np.uint8)
     inverse, steps = [], []
     for other, method in zip(others, task.methods, strict=True):
         if method == SGBM:
@@ -208,10 +208,10 @@ def _rectified_depths(
             np.float32(1.0 / task.far),
             np.float32(1.0 / task.near),
             min(task.options.fewest_sources, len(inverse)),
-            merged,
-            agreeing,
+            merged_values,
+            agreeing_values,
         )
-    return merged, agreeing
+    return merged_values, agreeing_values
 
 
 def _measured_share(task: DepthTask, inverse: Float32Array) -> float:
@@ -231,16 +231,16 @@ def _fill_by_patchmatch(
     first: Photo,
     others: Sequence[Photo],
     inverse: Float32Array,
-    agreeing: ByteArray,
+    agreeing_values: ByteArray,
 ) -> None:
     """Fill missing depths with PatchMatch, in place."""
     from vomstudio.photogrammetry.dense.patchmatch import match
 
-    missing = first[2] & (inverse == 0)
+    is_missing = first[2] & (inverse == 0)
     result = match(
         first[0],
         first[1],
-        missing,
+        is_missing,
         inverse,
         others,
         task.points,
@@ -250,9 +250,9 @@ def _fill_by_patchmatch(
         threads=task.options.threads,
     )
     # Each pixel was fitted separately, so a plane through its neighbours is more accurate.
-    smooth = _planes(first[0], result.inverse, 2.0, 3, 1)[1]
-    inverse[missing] = smooth[missing]
-    agreeing[missing] = result.agreeing[missing]
+    smooth_planes = _planes(first[0], result.inverse, 2.0, 3, 1)[1]
+    inverse[is_missing] = smooth_planes[is_missing]
+    agreeing_values[is_missing] = result.agreeing[is_missing]
 
 
 def _check_task(task: DepthTask) -> None:
@@ -281,7 +281,7 @@ def _finish(
     first: Photo,
     others: Sequence[Photo],
     inverse: Float32Array,
-    agreeing: ByteArray,
+    agreeing_values: ByteArray,
 ) -> DepthMap:
     """Remove depths that no other photo confirms.
 
@@ -292,16 +292,16 @@ def _finish(
 
     view = first[0]
     normals = _planes(view, inverse, 4.0, 4, 2)[0]
-    good = (inverse > 0) & normals.any(axis=2)
+    is_good = (inverse > 0) & normals.any(axis=2)
     depth = np.zeros_like(inverse)
-    np.divide(1.0, inverse, out=depth, where=good)
+    np.divide(1.0, inverse, out=depth, where=is_good)
     alike = likeness(view, first[1], depth, normals, others)
-    good &= alike > 0
-    good &= ~sky_fringe(first[1], first[2], good)
-    depth[~good] = 0.0
-    normals[~good] = 0.0
-    agreeing = np.maximum(agreeing, alike)
-    confidence = np.where(good, 255.0 * (1.0 - 0.5 ** agreeing.astype(np.float32)), 0.0)
+    is_good &= alike > 0
+    is_good &= ~sky_fringe(first[1], first[2], is_good)
+    depth[~is_good] = 0.0
+    normals[~is_good] = 0.0
+    agreeing_values = np.maximum(agreeing_values, alike)
+    confidence = np.where(is_good, 255.0 * (1.0 - 0.5 ** agreeing_values.astype(np.float32)), 0.0)
     return DepthMap(view.name, view, depth, normals, np.round(confidence).astype(np.uint8))
 
 
@@ -313,7 +313,7 @@ def _planes(
 
     (fx, fy), (cx, cy) = view.intrinsics.focal, view.intrinsics.centre
     normals = np.empty((*inverse.shape, 3), np.float32)
-    fitted = np.empty(inverse.shape, np.float32)
+    fitted_values = np.empty(inverse.shape, np.float32)
     plane_normals(
         to_kernel_array(inverse, np.float32),
         np.float32(steepness / min(fx, fy)),
@@ -324,9 +324,9 @@ def _planes(
         cx - 0.5,
         cy - 0.5,
         normals,
-        fitted,
+        fitted_values,
     )
-    return normals, fitted
+    return normals, fitted_values
 
 
 def _empty(view: View, shape: tuple[int, ...]) -> DepthMap:

@@ -18,7 +18,7 @@ _SKY_SIZE, _MIN_SKY_SHARE = 33, 0.85
 _MAX_BRIGHTNESS_DIFFERENCE = 15.0
 
 
-def sky_fringe(gray: ByteArray, valid: BoolArray, has: BoolArray) -> BoolArray:
+def sky_fringe(gray: ByteArray, is_valid: BoolArray, has: BoolArray) -> BoolArray:
     """Find pixels that have a depth although they show sky.
 
     These pixels are featureless, bright and adjacent to sky without depth. A window that lies on
@@ -27,7 +27,7 @@ def sky_fringe(gray: ByteArray, valid: BoolArray, has: BoolArray) -> BoolArray:
     Parameters
     ----------
     gray : (h, w) array
-    valid : (h, w) array of bool
+    is_valid : (h, w) array of bool
         Mask of the photo.
     has : (h, w) array of bool
         Pixels with a depth.
@@ -49,21 +49,21 @@ def sky_fringe(gray: ByteArray, valid: BoolArray, has: BoolArray) -> BoolArray:
     # Mortar and plaster have gaps too, but only sky fills a complete square without depth.
     square = (_SKY_SIZE, _SKY_SIZE)
     is_open_sky = (
-        cv2.blur((is_featureless & valid & ~has).astype(np.float32), square) > _MIN_SKY_SHARE
+        cv2.blur((is_featureless & is_valid & ~has).astype(np.float32), square) > _MIN_SKY_SHARE
     )
-    grown = np.asarray(
+    grown_values = np.asarray(
         cv2.dilate(is_open_sky.astype(np.uint8), np.ones(square, np.uint8)), np.uint8
     )
-    reached = grown & ~has
+    is_reached = grown_values & ~has
     cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
     for _ in range(_REACH):
-        reached = np.where(is_featureless, cv2.dilate(reached, cross), reached)
-    fringe = np.asarray(has & (reached > 0))
+        is_reached = np.where(is_featureless, cv2.dilate(is_reached, cross), is_reached)
+    fringe = np.asarray(has & (is_reached > 0))
     if not fringe.any():
         return fringe
-    sky = (is_featureless & (reached > 0)).astype(np.float32)
+    sky = (is_featureless & (is_reached > 0)).astype(np.float32)
     near = (2 * _WINDOW - 1, 2 * _WINDOW - 1)
-    share = cv2.blur(sky, near)
-    tone = cv2.blur(sky * value, near) / np.maximum(share, 1e-6)
-    is_like_sky = (share > 1e-3) & (np.abs(value - tone) < _MAX_BRIGHTNESS_DIFFERENCE)
-    return np.asarray(has & ((reached > 0) | is_like_sky))
+    fraction = cv2.blur(sky, near)
+    tone = cv2.blur(sky * value, near) / np.maximum(fraction, 1e-6)
+    is_like_sky = (fraction > 1e-3) & (np.abs(value - tone) < _MAX_BRIGHTNESS_DIFFERENCE)
+    return np.asarray(has & ((is_reached > 0) | is_like_sky))

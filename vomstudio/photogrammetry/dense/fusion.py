@@ -126,7 +126,7 @@ def fuse(
     )
 
 
-def memory_needed(pixels: int, largest: int) -> int:
+def memory_needed(pixels: int, largest_count: int) -> int:
     """Estimate the peak memory of `fuse`, in bytes.
 
     Measured: 0.1 to 0.25 points per pixel for photos with an overlap of at least 60 %.
@@ -134,14 +134,14 @@ def memory_needed(pixels: int, largest: int) -> int:
     pixels : number of pixels of all maps
     largest : number of pixels of the largest map
     """
-    return int(0.25 * pixels * 70) + 70 * largest + FusionOptions.cache_bytes
+    return int(0.25 * pixels * 70) + 70 * largest_count + FusionOptions.cache_bytes
 
 
 def _joined(parts: list[Any]) -> Any:
     """Concatenate arrays, and release the parts, which are the largest data in memory."""
-    whole = np.concatenate(parts)
+    whole_values = np.concatenate(parts)
     parts.clear()
-    return whole
+    return whole_values
 
 
 class _Cache:
@@ -208,8 +208,8 @@ def _fuse_one(row: int, others: Sequence[int], maps: _Cache, options: FusionOpti
     normals = to_kernel_array(one.normals, np.float32)
     for other in others:
         two = maps[other]
-        turn = two.view.rotation @ one.view.rotation.T
-        move = np.column_stack([turn, two.view.translation - turn @ one.view.translation])
+        rotation = two.view.rotation @ one.view.rotation.T
+        move = np.column_stack([rotation, two.view.translation - rotation @ one.view.translation])
         compare(
             depth,
             normals,
@@ -243,12 +243,12 @@ def _fuse_one(row: int, others: Sequence[int], maps: _Cache, options: FusionOpti
         * (sums_of_points[:, 1] / np.maximum(sums_of_points[:, 0], 1e-300))[:, None]
     )
     mean = _toward_photo(sums_of_points[:, 3:], one.normals[j, i].astype(np.float64), rays)
-    turn = one.view.rotation
+    rotation = one.view.rotation
     return (
         j,
         i,
-        (points - one.view.translation) @ turn,
-        (mean @ turn).astype(np.float32),
+        (points - one.view.translation) @ rotation,
+        (mean @ rotation).astype(np.float32),
         confidence[j, i],
         votes[j, i, 0] + np.uint8(1),
     )

@@ -14,12 +14,12 @@ def memory_of_all(side: int, sizes: Sequence[tuple[int, int]]) -> int:
     side : long side of the reduced photos
     sizes : width and height of each original photo
     """
-    reduced = []
+    reduced_items = []
     for width, height in sizes:
         scale = min(1.0, side / max(width, height))
-        reduced.append((round(width * scale), round(height * scale)))
-    areas = [width * height for width, height in reduced]
-    one = max(depthmaps.memory_needed(*size) for size in reduced)
+        reduced_items.append((round(width * scale), round(height * scale)))
+    areas = [width * height for width, height in reduced_items]
+    one = max(depthmaps.memory_needed(*size) for size in reduced_items)
     return max(one, fusion.memory_needed(sum(areas), max(areas)))
 
 

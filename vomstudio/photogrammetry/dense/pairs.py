@@ -128,7 +128,7 @@ def select_pairs(
     if len(scene.views) < 2:
         raise GeometryError(Finding("dense.too-few-photos", photos=len(scene.views)))
     points_by_view = _points_of_views(scene)
-    shared = _views_with_common_points(scene)
+    shared_views = _views_with_common_points(scene)
     centres = scene.centres
     plans, left_out = [], []
     for row, view in enumerate(scene.views):
@@ -138,7 +138,7 @@ def select_pairs(
         if len(depths) < _MIN_POINTS:
             left_out.append(Finding("dense.few-tie-points", count=len(depths), photo=view.name))
             continue
-        candidates = _candidates(scene, row, shared[row], points_by_view, centres)
+        candidates = _candidates(scene, row, shared_views[row], points_by_view, centres)
         if not candidates:
             left_out.append(Finding("dense.no-neighbour", photo=view.name))
             continue
@@ -205,19 +205,19 @@ def _views_with_common_points(scene: SparseScene) -> list[IntArray]:
 def _candidates(
     scene: SparseScene,
     row: int,
-    shared: IntArray,
+    shared_indices: IntArray,
     points_by_view: list[IntArray],
     centres: FloatArray,
 ) -> list[_Candidate]:
     """Return the candidates among photos (rows) with enough common points."""
     candidates = []
-    for other in shared.tolist():
+    for other in shared_indices.tolist():
         both = np.intersect1d(points_by_view[row], points_by_view[other], assume_unique=True)
         first = scene.points[both] - centres[row]
         second = scene.points[both] - centres[other]
         angles = _angles_deg(first, second)
-        typical = float(np.median(angles))
-        if not typical > _MIN_ANGLE_DEG:
+        typical_value = float(np.median(angles))
+        if not typical_value > _MIN_ANGLE_DEG:
             continue
         baseline = centres[other] - centres[row]
         axis = scene.views[row].direction
@@ -226,7 +226,7 @@ def _candidates(
             _Candidate(
                 other,
                 len(both),
-                typical,
+                typical_value,
                 float(_angles_deg(axis[None], scene.views[other].direction[None])[0]),
                 float(_angle_weights(angles).sum()),
                 side / max(float(np.linalg.norm(side)), 1e-300),
@@ -236,8 +236,8 @@ def _candidates(
 
 
 def _angle_weights(angles_deg: FloatArray) -> FloatArray:
-    off = angles_deg - _BEST_ANGLE_DEG
-    return np.asarray(np.exp(-0.5 * (off / np.where(off < 0, _BELOW_DEG, _ABOVE_DEG)) ** 2))
+    offset = angles_deg - _BEST_ANGLE_DEG
+    return np.asarray(np.exp(-0.5 * (offset / np.where(offset < 0, _BELOW_DEG, _ABOVE_DEG)) ** 2))
 
 
 def _select_spread(candidates: list[_Candidate], count: int) -> list[_Candidate]:
@@ -245,8 +245,8 @@ def _select_spread(candidates: list[_Candidate], count: int) -> list[_Candidate]
     remaining = list(candidates)
 
     def rank(c: _Candidate) -> tuple[float, int]:
-        same = max((float(c.side @ d.side) for d in selection), default=0.0)
-        return -c.score * (1.0 - 0.6 * max(same, 0.0) ** 6), c.view
+        is_same = max((float(c.side @ d.side) for d in selection), default=0.0)
+        return -c.score * (1.0 - 0.6 * max(is_same, 0.0) ** 6), c.view
 
     while remaining and len(selection) < count:
         best = min(remaining, key=rank)
@@ -260,9 +260,9 @@ def _method(view: View, other: View, points: FloatArray, candidate: _Candidate) 
     if candidate.convergence_deg > _MAX_CONVERGENCE_DEG or candidate.angle_deg > _MAX_ANGLE_DEG:
         return PATCHMATCH
     baseline = (other.centre - view.centre)[None]
-    for one in (view, other):
-        across = float(_angles_deg(one.direction[None], baseline)[0])
-        if min(across, 180.0 - across) < _MIN_ACROSS_DEG:
+    for item in (view, other):
+        across_component = float(_angles_deg(item.direction[None], baseline)[0])
+        if min(across_component, 180.0 - across_component) < _MIN_ACROSS_DEG:
             return PATCHMATCH
     sizes = [
         float(np.median(v.depths(points))) / float(np.mean(v.intrinsics.focal))

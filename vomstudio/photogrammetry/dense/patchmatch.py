@@ -50,8 +50,8 @@ class PatchMatchResult:
 def match(
     view: View,
     gray: ByteArray,
-    active: BoolArray,
-    known: Float32Array,
+    is_active: BoolArray,
+    known_values: Float32Array,
     sources: Sequence[tuple[View, ByteArray, BoolArray]],
     points: FloatArray,
     near: float,
@@ -66,9 +66,9 @@ def match(
     ----------
     view, gray : View, (h, w) array
         Pinhole view and grey picture of the photo.
-    active : (h, w) array of bool
+    is_active : (h, w) array of bool
         Pixels to compute.
-    known : (h, w) array
+    known_values : (h, w) array
         Known inverse depths, 0 = none; their planes are propagated.
     sources : sequence of (View, array, array of bool)
         View, picture and mask of each source.
@@ -86,8 +86,8 @@ def match(
     costs = np.empty((0, 0, 0), np.float32)
     with thread_pool(threads) as pool:
         for reduction, sweeps, spread, reach in levels:
-            setting = _Setting.make(view, gray, active, sources, reduction)
-            fixed = _reduced(known, setting.ref.shape)
+            setting = _Setting.make(view, gray, is_active, sources, reduction)
+            fixed = _reduced(known_values, setting.ref.shape)
             if planes is None:
                 depth, normal = _start(setting.lens, fixed, view, points, near, far, rng)
                 sweeps, spread, reach = _LEVELS[0][1:]
@@ -123,16 +123,16 @@ def match(
             planes = depth, normal
         _run_in_blocks(pool, h, _measure, arrays, ())
     inverse = np.zeros((h, w), np.float32)
-    alike = costs < _MAX_COST
+    is_alike = costs < _MAX_COST
     for s, (_, _, counts) in enumerate(sources):
         if not counts.all():
-            alike[..., s] &= _is_on_source(view, sources[s][0], depth, counts)
-    agreeing = alike.sum(axis=2).astype(np.uint8)
-    good = (todo > 0) & (agreeing >= 1)
-    inverse[good] = 1.0 / depth[good]
+            is_alike[..., s] &= _is_on_source(view, sources[s][0], depth, counts)
+    agreement_counts = is_alike.sum(axis=2).astype(np.uint8)
+    is_good = (todo > 0) & (agreement_counts >= 1)
+    inverse[is_good] = 1.0 / depth[is_good]
     _drop_specks(inverse, float(unit))
-    agreeing[inverse == 0] = 0
-    return PatchMatchResult(inverse, agreeing)
+    agreement_counts[inverse == 0] = 0
+    return PatchMatchResult(inverse, agreement_counts)
 
 
 def likeness(
@@ -154,10 +154,10 @@ def likeness(
     masked = [(v, np.where(counts, g, np.uint8(0)), counts) for v, g, counts in sources]
     setting = _Setting.make(view, gray, depth > 0, masked, step)
     small = _reduced(depth, setting.ref.shape)
-    tall, wide = small.shape
-    rows = ((np.arange(tall) + 0.5) * h / tall).astype(int)
-    columns = ((np.arange(wide) + 0.5) * w / wide).astype(int)
-    costs = np.full((tall, wide, len(sources)), 2.0, np.float32)
+    height, width = small.shape
+    rows = ((np.arange(height) + 0.5) * h / height).astype(int)
+    columns = ((np.arange(width) + 0.5) * w / width).astype(int)
+    costs = np.full((height, width, len(sources)), 2.0, np.float32)
     _measure(
         setting.ref,
         setting.pictures,
@@ -170,11 +170,11 @@ def likeness(
         to_kernel_array(normals[rows[:, None], columns], np.float32),
         costs,
         0,
-        tall,
+        height,
     )
-    back = ((np.arange(h) + 0.5) * tall / h).astype(int)[:, None]
-    across = ((np.arange(w) + 0.5) * wide / w).astype(int)
-    return np.asarray((costs < _ALIKE).sum(axis=2).astype(np.uint8)[back, across])
+    back = ((np.arange(h) + 0.5) * height / h).astype(int)[:, None]
+    across_component = ((np.arange(w) + 0.5) * width / w).astype(int)
+    return np.asarray((costs < _ALIKE).sum(axis=2).astype(np.uint8)[back, across_component])
 
 
 def _sweep(*arguments: object) -> None:
@@ -236,23 +236,23 @@ class _Setting:
         k = np.array([1 / fx, 1 / fy, cx - 0.5, cy - 0.5], np.float32)
         back = np.linalg.inv(_matrix_of_centres(lens))
         small = [_shrunk(source[1], reduction) for source in sources]
-        tall, wide = np.max([one.shape for one in small], axis=0)
-        pictures = np.zeros((len(small), tall, wide), np.float32)
+        height, width = np.max([item.shape for item in small], axis=0)
+        pictures = np.zeros((len(small), height, width), np.float32)
         turns, shifts = np.empty((len(small), 3, 3)), np.empty((len(small), 3))
-        for s, (one, source) in enumerate(zip(small, sources, strict=True)):
-            pictures[s, : one.shape[0], : one.shape[1]] = one
+        for s, (item, source) in enumerate(zip(small, sources, strict=True)):
+            pictures[s, : item.shape[0], : item.shape[1]] = item
             other = source[0]
-            matrix = _matrix_of_centres(other.intrinsics.scaled(one.shape[1], one.shape[0]))
-            turn = other.rotation @ view.rotation.T
-            turns[s] = matrix @ turn @ back
-            shifts[s] = matrix @ (other.translation - turn @ view.translation)
+            matrix = _matrix_of_centres(other.intrinsics.scaled(item.shape[1], item.shape[0]))
+            rotation = other.rotation @ view.rotation.T
+            turns[s] = matrix @ rotation @ back
+            shifts[s] = matrix @ (other.translation - rotation @ view.translation)
         return cls(
             lens,
             ref,
             _reduced(active.astype(np.float32), ref.shape) > 0,
             k,
             pictures,
-            np.array([one.shape[::-1] for one in small], np.int64),
+            np.array([item.shape[::-1] for item in small], np.int64),
             turns.astype(np.float32),
             shifts.astype(np.float32),
         )
@@ -288,7 +288,7 @@ def _unit(view: View, lens: Intrinsics, sources: Sequence[View]) -> float:
 
 def _start(
     lens: Intrinsics,
-    fixed: Float32Array,
+    fixed_values: Float32Array,
     view: View,
     points: FloatArray,
     near: float,
@@ -302,16 +302,16 @@ def _start(
     """
     from scipy.spatial import cKDTree
 
-    shape = fixed.shape
+    shape = fixed_values.shape
     inverse = 1 / far + (1 / near - 1 / far) * rng.random(shape)
     pixels, depths = lens.project(_into(view, points)), view.depths(points)
-    good = np.isfinite(pixels).all(axis=1) & (depths > near) & (depths < far)
-    if good.sum() > 3:
+    is_good = np.isfinite(pixels).all(axis=1) & (depths > near) & (depths < far)
+    if is_good.sum() > 3:
         x, y = np.meshgrid(np.arange(shape[1]) + 0.5, np.arange(shape[0]) + 0.5)
-        _, which = cKDTree(pixels[good]).query(np.stack([x, y], axis=-1))
+        _, which = cKDTree(pixels[is_good]).query(np.stack([x, y], axis=-1))
         jitter = 1.0 + 0.02 * rng.standard_normal(shape)
         tied = rng.random(shape) < 0.5
-        inverse = np.where(tied, jitter / depths[good][which], inverse)
+        inverse = np.where(tied, jitter / depths[is_good][which], inverse)
     normal = rng.normal(0.0, 0.25, (*shape, 3)) - [0.0, 0.0, 1.0]
     normal /= np.linalg.norm(normal, axis=2, keepdims=True)
     depth = np.clip(1.0 / inverse, near, far)
@@ -328,9 +328,9 @@ def _refine_planes(
     """Intersect the planes of a coarser level with the rays of a finer one."""
     depth, normal = planes
     h, w = lens.height, lens.width
-    tall, wide = depth.shape
-    rows = ((np.arange(h) + 0.5) * tall / h).astype(int)
-    columns = ((np.arange(w) + 0.5) * wide / w).astype(int)
+    height, width = depth.shape
+    rows = ((np.arange(h) + 0.5) * height / h).astype(int)
+    columns = ((np.arange(w) + 0.5) * width / w).astype(int)
     z, n = depth[rows[:, None], columns], normal[rows[:, None], columns]
     (fx, fy), (cx, cy) = lens.focal, lens.centre
 
@@ -339,11 +339,11 @@ def _refine_planes(
             n[..., 0] * ((x - cx) / fx) + n[..., 1] * ((y - cy) / fy)[:, None] + n[..., 2]
         )
 
-    before = along((columns + 0.5) * w / wide, (rows + 0.5) * h / tall)
+    before = along((columns + 0.5) * w / width, (rows + 0.5) * h / height)
     after = along(np.arange(w) + 0.5, np.arange(h) + 0.5)
-    cut = z * before / np.where(after < -0.05, after, -1.0)
-    good = (after < -0.05) & (np.abs(cut - z) < 0.1 * z)
-    depth = np.clip(np.where(good, cut, z), near, far)
+    cut_values = z * before / np.where(after < -0.05, after, -1.0)
+    is_good = (after < -0.05) & (np.abs(cut_values - z) < 0.1 * z)
+    depth = np.clip(np.where(is_good, cut_values, z), near, far)
     return to_kernel_array(depth, np.float32), to_kernel_array(n, np.float32)
 
 
@@ -373,8 +373,8 @@ def _drop_specks(inverse: Float32Array, unit: float) -> None:
     inverse[np.abs(inverse - middle) > unit] = 0.0
     if not (inverse > 0).any():
         return
-    least = float(inverse[inverse > 0].min())
-    steps = np.where(inverse > 0, (inverse - least) / (0.125 * unit) + 1.0, 0.0)
+    least_value = float(inverse[inverse > 0].min())
+    steps = np.where(inverse > 0, (inverse - least_value) / (0.125 * unit) + 1.0, 0.0)
     levels = np.ascontiguousarray(np.minimum(steps, 32_000), np.int16)
     cv2.filterSpeckles(levels, 0, 60, 16)
     inverse[levels == 0] = 0.0

@@ -110,13 +110,13 @@ def rectify(
     width, height = right - left + before + after, bottom - top
     if width * height > _MAX_GROWTH * lens.width * lens.height:
         return None
-    flat = np.diag([focal, focal, 1.0])
+    flat_values = np.diag([focal, focal, 1.0])
     alpha, beta, gamma = plane
     shear = np.array([[1.0 - alpha, -beta, -gamma], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 
     def project_onto(view: View) -> FloatArray:
         return np.asarray(
-            flat @ turn @ view.rotation.T @ np.linalg.inv(view.intrinsics.matrix), np.float64
+            flat_values @ turn @ view.rotation.T @ np.linalg.inv(view.intrinsics.matrix), np.float64
         )
 
     return Rectified(
@@ -207,19 +207,27 @@ def pair_inverse_depth(
     return inverse, pair.step
 
 
-def _box(view: View, turn: FloatArray, focal: float) -> tuple[int, int, int, int] | None:
+def _box(view: View, rotation: FloatArray, focal: float) -> tuple[int, int, int, int] | None:
     """Return the bounds of the photo on the rectified plane: left, top, right, bottom."""
     w, h = view.intrinsics.width, view.intrinsics.height
-    corners = view.intrinsics.rays([[0, 0], [w, 0], [w, h], [0, h]]) @ view.rotation @ turn.T
+    corners = view.intrinsics.rays([[0, 0], [w, 0], [w, h], [0, h]]) @ view.rotation @ rotation.T
     if not (corners[:, 2] > 0.2 * np.linalg.norm(corners, axis=1)).all():
         return None
-    flat = focal * corners[:, :2] / corners[:, 2:]
-    (left, top), (right, bottom) = np.floor(flat.min(axis=0)), np.ceil(flat.max(axis=0))
+    flat_values = focal * corners[:, :2] / corners[:, 2:]
+    (left, top), (right, bottom) = (
+        np.floor(flat_values.min(axis=0)),
+        np.ceil(flat_values.max(axis=0)),
+    )
     return int(left), int(top), int(right), int(bottom)
 
 
 def _search(
-    xyz: FloatArray, focal: float, baseline: float, near: float, far: float, across: tuple[int, int]
+    xyz: FloatArray,
+    focal: float,
+    baseline: float,
+    near: float,
+    far: float,
+    across_component: tuple[int, int],
 ) -> tuple[tuple[float, float, float], float, float]:
     """Return the disparity plane through tie points, and the range of differences from it."""
     xyz = xyz[(xyz[:, 2] > 0.7 * near) & (xyz[:, 2] < 1.4 * far)]

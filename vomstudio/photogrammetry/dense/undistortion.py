@@ -206,9 +206,9 @@ def _drop_distortion(lens: Intrinsics) -> Intrinsics:
 
 def _pinhole_of(lens: Intrinsics) -> Intrinsics:
     """Return the pinhole camera with the same focal length and field of view."""
-    across = np.linspace(0.0, lens.width, 65)
+    across_component = np.linspace(0.0, lens.width, 65)
     down = np.linspace(0.0, lens.height, 65)
-    pixels = np.stack(np.meshgrid(across, down), axis=-1).reshape(-1, 2)
+    pixels = np.stack(np.meshgrid(across_component, down), axis=-1).reshape(-1, 2)
     rays = lens.rays(pixels)[:, :2]
     rays = rays[np.isfinite(rays).all(axis=1)]
     if not len(rays):
@@ -217,9 +217,9 @@ def _pinhole_of(lens: Intrinsics) -> Intrinsics:
     size = np.array([lens.width, lens.height], float)
     low = np.maximum(rays.min(axis=0), -_MAX_TAN) * focal
     high = np.minimum(rays.max(axis=0), _MAX_TAN) * focal
-    middle = size / 2 - centre
-    low = np.floor(np.maximum(low, middle - _MAX_GROWTH * size / 2))
-    high = np.ceil(np.minimum(high, middle + _MAX_GROWTH * size / 2))
+    midpoint = size / 2 - centre
+    low = np.floor(np.maximum(low, midpoint - _MAX_GROWTH * size / 2))
+    high = np.ceil(np.minimum(high, midpoint + _MAX_GROWTH * size / 2))
     width, height = (max(1, int(n)) for n in high - low)
     return Intrinsics("PINHOLE", width, height, (*focal.tolist(), *(-low).tolist()))
 
@@ -233,7 +233,7 @@ def _remapping(
     """
     shape = (ideal.height, ideal.width)
     x, y = np.full(shape, -1.0, np.float32), np.full(shape, -1.0, np.float32)
-    shown = np.zeros(shape, bool)
+    is_shown = np.zeros(shape, bool)
     columns = np.arange(ideal.width) + 0.5
     for top in range(0, ideal.height, _ROWS_AT_ONCE):
         rows = np.arange(top, min(top + _ROWS_AT_ONCE, ideal.height)) + 0.5
@@ -245,8 +245,8 @@ def _remapping(
         # OpenCV counts pixels from the centre of the first pixel.
         x[part] = np.where(on, u * (size[0] / lens.width) - 0.5, -1.0).reshape(len(rows), -1)
         y[part] = np.where(on, v * (size[1] / lens.height) - 0.5, -1.0).reshape(len(rows), -1)
-        shown[part] = on.reshape(len(rows), -1)
-    return x, y, shown
+        is_shown[part] = on.reshape(len(rows), -1)
+    return x, y, is_shown
 
 
 def _encode_photo(image: ByteArray, lossless: bool) -> bytes:
@@ -264,7 +264,7 @@ def _encode_photo(image: ByteArray, lossless: bool) -> bytes:
     return cv2.imencode(".jpg", bgr, options)[1].tobytes()
 
 
-def _encode_mask(valid: BoolArray) -> bytes:
+def _encode_mask(is_valid: BoolArray) -> bytes:
     import cv2
 
-    return cv2.imencode(".png", valid.astype(np.uint8) * np.uint8(255))[1].tobytes()
+    return cv2.imencode(".png", is_valid.astype(np.uint8) * np.uint8(255))[1].tobytes()

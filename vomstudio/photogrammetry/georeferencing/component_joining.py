@@ -123,30 +123,32 @@ def join_components(
     report : JoinReport
     """
     remaining = list(parts)
-    joined: list[Junction] = []
-    failed: dict[tuple[str, str], Finding] = {}
-    surveyed = [point for point in control if not point.check]
+    joined_items: list[Junction] = []
+    failed_items: dict[tuple[str, str], Finding] = {}
+    surveyed_control = [point for point in control if not point.check]
     while len(remaining) > 1:
         links = [
-            (_common_points(remaining[i], remaining[j], marks, surveyed), i, j)
+            (_common_points(remaining[i], remaining[j], marks, surveyed_control), i, j)
             for i in range(len(remaining))
             for j in range(i + 1, len(remaining))
-            if _pair(remaining[i], remaining[j]) not in failed
+            if _pair(remaining[i], remaining[j]) not in failed_items
         ]
         count, i, j = max(links, key=lambda link: (link[0], -link[1], -link[2]), default=(0, 0, 0))
         if count < MIN_COMMON_POINTS:
             break
         try:
-            whole, junction = _join(remaining[i], remaining[j], marks, surveyed, threads, progress)
+            whole, junction = _join(
+                remaining[i], remaining[j], marks, surveyed_control, threads, progress
+            )
         except GeometryError as error:
-            failed[_pair(remaining[i], remaining[j])] = finding_of(error)
+            failed_items[_pair(remaining[i], remaining[j])] = finding_of(error)
             continue
-        joined.append(junction)
+        joined_items.append(junction)
         remaining = [whole, *(p for k, p in enumerate(remaining) if k not in (i, j))]
         remaining.sort(key=lambda part: -len(part.views))
     not_joined = []
     for part in remaining[1:]:
-        cause = failed.get(_pair(remaining[0], part)) or _missing(remaining[0], part, marks)
+        cause = failed_items.get(_pair(remaining[0], part)) or _missing(remaining[0], part, marks)
         not_joined.append(
             Finding(
                 "join.not-joined",
@@ -157,7 +159,7 @@ def join_components(
                 **{name: value for name, value in cause.values.items() if name != "size"},
             )
         )
-    return tuple(remaining), JoinReport(tuple(joined), tuple(not_joined))
+    return tuple(remaining), JoinReport(tuple(joined_items), tuple(not_joined))
 
 
 def _pair(one: SparseScene, other: SparseScene) -> tuple[str, str]:
@@ -169,8 +171,8 @@ def _pair(one: SparseScene, other: SparseScene) -> tuple[str, str]:
 def _places(scene: SparseScene, marks: Sequence[Mark]) -> dict[str, FloatArray]:
     """Return the positions of the markers that the photos of a part can locate."""
     marks_by_label, _ = marks_by_point(scene, marks)
-    places = {label: seen_at.place(scene) for label, seen_at in marks_by_label.items()}
-    return {label: place for label, place in places.items() if np.isfinite(place).all()}
+    positions = {label: seen_at.place(scene) for label, seen_at in marks_by_label.items()}
+    return {label: position for label, position in positions.items() if np.isfinite(position).all()}
 
 
 def _common_points(
@@ -178,9 +180,9 @@ def _common_points(
 ) -> int:
     """Return the number of common markers, or of control points in the part that has fewer."""
     a, b = _places(one, marks), _places(other, marks)
-    common = len(a.keys() & b.keys())
-    if common >= MIN_COMMON_POINTS:
-        return common
+    common_count = len(a.keys() & b.keys())
+    if common_count >= MIN_COMMON_POINTS:
+        return common_count
     labels = {point.label for point in control}
     return min(len(labels & a.keys()), len(labels & b.keys()))
 
@@ -211,12 +213,12 @@ def _join(
     before = mean_error(rough)
     wrong = {label for label, good in zip(common, used, strict=True) if not good}
     marks_by_label, _ = marks_by_point(rough, [mark for mark in marks if mark.label not in wrong])
-    known = [
+    known_points = [
         KnownPoint(None, 0.0, seen_at.views, seen_at.pixels)
         for seen_at in marks_by_label.values()
         if np.isfinite(seen_at.place(rough)).all()
     ]
-    whole = bundle_adjust(rough, known, threads=threads, progress=progress)
+    whole = bundle_adjust(rough, known_points, threads=threads, progress=progress)
     after = mean_error(whole)
     if not after <= 1.2 * before + 0.1:
         worst = common[int(misses.argmax())]
@@ -236,8 +238,8 @@ def _join(
     )
     freedom = 3 * int(used.sum()) - 7
     sigma = max(math.sqrt(float((misses[used] ** 2).sum()) / freedom), pixel)
-    turn = np.degrees(np.sqrt(np.diag(rotation_covariance(first_places[used], sigma))))
-    turned = (float(turn[0]), float(turn[1]), float(turn[2]))
+    rotation = np.degrees(np.sqrt(np.diag(rotation_covariance(first_places[used], sigma))))
+    turned = (float(rotation[0]), float(rotation[1]), float(rotation[2]))
     warnings = _warnings(markers, turned)
     return whole, Junction(
         photos, "markers", markers, fit.scale, before, after, turned, tuple(warnings)
@@ -249,11 +251,11 @@ def _fit_by_control(
 ) -> Similarity:
     """Return the similarity between two parts that are each registered by control points."""
     fits = []
-    middle = np.mean([point.position for point in control], axis=0)
-    for places in (a, b):
-        common_points = [point for point in control if point.label in places]
-        model_places = np.array([places[point.label] for point in common_points])
-        world = np.array([point.position for point in common_points]) - middle
+    centre = np.mean([point.position for point in control], axis=0)
+    for positions in (a, b):
+        common_points = [point for point in control if point.label in positions]
+        model_places = np.array([positions[point.label] for point in common_points])
+        world = np.array([point.position for point in common_points]) - centre
         if nearly_on_a_line(world):
             raise GeometryError(Finding("control.collinear"))
         fits.append(fit_similarity(model_places, world))

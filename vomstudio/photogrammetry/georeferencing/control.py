@@ -181,14 +181,14 @@ def place_by_control(
     return placed, replace(report, warnings=tuple(warnings))
 
 
-def _bowing(points: Sequence[PointFit], adjusted: bool, extent: FloatArray) -> Bowing | None:
-    known = [p for p in points if p.role in ("control", "check") and p.residual_m]
-    judges = [p for p in known if p.role == "check"]
-    if adjusted and len(judges) >= MIN_BOWING_POINTS:
-        known = judges
-    places = np.array([p.surveyed for p in known], np.float64).reshape(-1, 3)
-    residuals = np.array([p.residual_m for p in known], np.float64).reshape(-1, 3)
-    return fit_bowing(places, residuals, extent=extent)
+def _bowing(points: Sequence[PointFit], is_adjusted: bool, extent: FloatArray) -> Bowing | None:
+    known_points = [p for p in points if p.role in ("control", "check") and p.residual_m]
+    judges = [p for p in known_points if p.role == "check"]
+    if is_adjusted and len(judges) >= MIN_BOWING_POINTS:
+        known_points = judges
+    positions = np.array([p.surveyed for p in known_points], np.float64).reshape(-1, 3)
+    residuals = np.array([p.residual_m for p in known_points], np.float64).reshape(-1, 3)
+    return fit_bowing(positions, residuals, extent=extent)
 
 
 def _marked_points(
@@ -205,21 +205,21 @@ def _marked_points(
     ground = _ground(scene, control, control_marks, ties, mark_px, findings)
     # If two marks contradict each other, the position of the point as determined by the other
     # points shows which mark is wrong.
-    fitted = ground.fitted(scene)
-    placed = place_in_world(scene, fitted.fit, ground.origin, None)
-    limit = 6.0 * fitted.sigma / ground.pixel
-    wrong: list[WrongMark] = []
+    ground_fit = ground.fitted(scene)
+    placed = place_in_world(scene, ground_fit.fit, ground.origin, None)
+    limit = 6.0 * ground_fit.sigma / ground.pixel
+    wrong_items: list[WrongMark] = []
     for i, point in enumerate(control):
-        others = [k for k in fitted.used if k != i]
+        others = [k for k in ground_fit.used if k != i]
         if len(others) >= RECOMMENDED_POINTS - 1 and len(control_marks[i].views) >= 2:
             point_marks = control_marks[i].match_views(placed)
             rows, outliers = find_misplaced(
                 point.label, point_marks, ground.local[i], agreement_px(mark_px), limit
             )
             control_marks[i] = control_marks[i].select(rows)
-            wrong += outliers
-    if wrong:
-        findings = [*findings, *(mark.finding for mark in wrong)]
+            wrong_items += outliers
+    if wrong_items:
+        findings = [*findings, *(mark.finding for mark in wrong_items)]
         ground = _ground(scene, control, control_marks, ties, mark_px, findings)
     return ground, findings
 
@@ -246,12 +246,12 @@ def _ground(
     ]
     fitting = [i for i in usable if not control[i].check]
     if len(fitting) < MIN_POINTS:
-        apart = [
+        unused_labels = [
             point.label
             for i, point in enumerate(control)
             if i not in usable and len(control_marks[i].views) >= 2
         ]
-        causes = [marks_disagree(apart)] if apart else causes[:1]
+        causes = [marks_disagree(unused_labels)] if unused_labels else causes[:1]
         raise GeometryError(
             Finding(
                 "control.too-few",
@@ -264,20 +264,29 @@ def _ground(
             )
         )
     origin = integer_origin(world[fitting])
-    local = world - origin
-    places = np.array([control_marks[i].place(scene) for i in fitting])
-    require_width(local[fitting])
+    local_points = world - origin
+    positions = np.array([control_marks[i].place(scene) for i in fitting])
+    require_width(local_points[fitting])
     stated = [p.sigma_m for p in (control[i] for i in fitting) if p.sigma_m is not None]
-    surveyed = float(np.median(stated)) if stated else 0.0
-    first = fit_similarity(places, local[fitting])
-    pixel = scene.pixel_at(places) * first.scale
-    marked = [
+    surveyed_value = float(np.median(stated)) if stated else 0.0
+    first = fit_similarity(positions, local_points[fitting])
+    pixel = scene.pixel_at(positions) * first.scale
+    marked_values = [
         first.scale * math.sqrt(np.linalg.eigvalsh(control_marks[i].covariance(scene, mark_px))[-1])
         for i in fitting
     ]
-    floor = 3 * math.hypot(surveyed, max(2 * pixel, float(np.median(marked))))
+    floor = 3 * math.hypot(surveyed_value, max(2 * pixel, float(np.median(marked_values))))
     return GroundPoints(
-        control, control_marks, local, origin, fitting, ties, surveyed, pixel, floor, mark_px
+        control,
+        control_marks,
+        local_points,
+        origin,
+        fitting,
+        ties,
+        surveyed_value,
+        pixel,
+        floor,
+        mark_px,
     )
 
 
@@ -297,7 +306,7 @@ def _observations(
     findings : list of Finding
         Findings about unusable marks.
     """
-    marks_by_label, missing = marks_by_point(scene, marks)
+    marks_by_label, missing_names = marks_by_point(scene, marks)
     findings: list[Finding] = []
     mark_px = mark_error_px(
         [point_marks.match_views(scene) for point_marks in marks_by_label.values()]
@@ -311,8 +320,8 @@ def _observations(
     labels = {point.label for point in control}
     ties = {label: s for label, s in marks_by_label.items() if np.isfinite(s.place(scene)).all()}
     unknown_labels = {mark.label for mark in marks} - labels - set(ties)
-    if missing:
-        findings.append(Finding("control.photos-without-pose", photos=sorted(missing)))
+    if missing_names:
+        findings.append(Finding("control.photos-without-pose", photos=sorted(missing_names)))
     if unknown_labels:
         findings.append(Finding("control.without-coordinates", labels=sorted(unknown_labels)))
     return control_marks, list(ties.values()), mark_px, findings
@@ -321,24 +330,28 @@ def _observations(
 def _fit_of(
     scene: SparseScene,
     point: ControlPoint,
-    local: FloatArray,
+    local_points: FloatArray,
     point_marks: PointMarks,
-    used: bool,
+    is_used: bool,
 ) -> PointFit:
     place = point_marks.place(scene)
     residual = None
     if np.isfinite(place).all():
-        dx, dy, dz = (float(v) for v in place - local)
+        dx, dy, dz = (float(v) for v in place - local_points)
         residual = (dx, dy, dz)
     rows, pixels = point_marks.views, point_marks.pixels
     distances = [
-        float(np.linalg.norm(scene.views[r].project(local)[0] - pixel))
+        float(np.linalg.norm(scene.views[r].project(local_points)[0] - pixel))
         for r, pixel in zip(rows, pixels, strict=True)
     ]
-    finite = [d for d in distances if math.isfinite(d)]
-    role = "check" if point.check else "control" if used else "left out"
+    finite_distances = [d for d in distances if math.isfinite(d)]
+    role = "check" if point.check else "control" if is_used else "left out"
     role = "unseen" if residual is None else role
-    pixel_rms = math.sqrt(sum(d * d for d in finite) / len(finite)) if finite else None
+    pixel_rms = (
+        math.sqrt(sum(d * d for d in finite_distances) / len(finite_distances))
+        if finite_distances
+        else None
+    )
     return PointFit(point.label, role, len(rows), residual, pixel_rms, point.position)
 
 
@@ -348,22 +361,22 @@ def _rms(points: Sequence[PointFit], role: str) -> float | None:
 
 
 def _warnings(report: ControlReport) -> Iterator[Finding]:
-    used = [p for p in report.points if p.role == "control"]
+    used_points = [p for p in report.points if p.role == "control"]
     yield from report.findings(_WARN_DEG, "control")
     yield from mark_scatter_findings(report.mark_scatter_px)
     yield from drift_findings({"points": report.drift})
     out = [p.label for p in report.points if p.role == "left out"]
-    unseen = [p.label for p in report.points if p.role == "unseen" and p.photos < 2]
-    apart = [p.label for p in report.points if p.role == "unseen" and p.photos >= 2]
-    few = [p.label for p in used if p.photos < RECOMMENDED_PHOTOS]
+    unseen_labels = [p.label for p in report.points if p.role == "unseen" and p.photos < 2]
+    unused_labels = [p.label for p in report.points if p.role == "unseen" and p.photos >= 2]
+    few = [p.label for p in used_points if p.photos < RECOMMENDED_PHOTOS]
     if out:
         yield Finding("control.left-out", labels=out)
-    if unseen:
-        yield Finding("control.few-marks", labels=unseen)
-    if apart:
-        yield marks_disagree(apart)
-    if len(used) < RECOMMENDED_POINTS:
-        yield Finding("control.no-redundancy", count=len(used), least=RECOMMENDED_POINTS)
+    if unseen_labels:
+        yield Finding("control.few-marks", labels=unseen_labels)
+    if unused_labels:
+        yield marks_disagree(unused_labels)
+    if len(used_points) < RECOMMENDED_POINTS:
+        yield Finding("control.no-redundancy", count=len(used_points), least=RECOMMENDED_POINTS)
     if few:
         yield Finding("control.more-marks", wanted=RECOMMENDED_PHOTOS, labels=few)
     if not any(p.role == "check" for p in report.points):

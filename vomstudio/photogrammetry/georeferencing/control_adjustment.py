@@ -105,16 +105,16 @@ class GroundPoints:
         Raises GeometryError if the scene does not locate the points, or if they do not determine
         the similarity.
         """
-        places = self.places(scene, self.fitting)
-        if not np.isfinite(places).all():
+        positions = self.places(scene, self.fitting)
+        if not np.isfinite(positions).all():
             raise GeometryError(Finding("control.not-located"))
         targets = self.local[list(self.fitting)]
-        require_width(places)
-        fit, good = fit_robustly(places, targets, min_sigma=self.floor)
-        misses = (fit(places) - targets)[good]
+        require_width(positions)
+        fit, good = fit_robustly(positions, targets, min_sigma=self.floor)
+        misses = (fit(positions) - targets)[good]
         used = [i for i, keep in zip(self.fitting, good, strict=True) if keep]
-        stated = self.errors(scene, fit, used) if self.surveyed else None
-        scatter = scatter_of(targets[good], misses, stated, is_ordered=True)
+        stated_errors = self.errors(scene, fit, used) if self.surveyed else None
+        scatter = scatter_of(targets[good], misses, stated_errors, is_ordered=True)
         # Even with exact coordinates, the error is a fraction of a pixel.
         if not scatter.covariance.any():
             scatter = scatter_of(targets[good], misses, _MIN_ERROR_PIXELS * self.pixel)
@@ -134,12 +134,14 @@ class GroundPoints:
 
         fit : similarity from the scene to the control points
         """
-        turn = fit.scale * fit.rotation
+        rotation = fit.scale * fit.rotation
         errors = []
         for row in rows:
-            marked = self.control_marks[row].covariance(scene, self.mark_px)
-            surveyed = self.control[row].sigma_m or self.surveyed
-            errors.append(turn @ marked @ turn.T + surveyed**2 * np.eye(3))
+            marked_control_marks = self.control_marks[row].covariance(scene, self.mark_px)
+            surveyed_control = self.control[row].sigma_m or self.surveyed
+            errors.append(
+                rotation @ marked_control_marks @ rotation.T + surveyed_control**2 * np.eye(3)
+            )
         return np.array(errors)
 
     def off(self, scene: SparseScene, rows: Sequence[int]) -> float:
@@ -149,20 +151,22 @@ class GroundPoints:
 
     def adjusted(
         self,
-        placed: SparseScene,
+        placed_sparse_scene: SparseScene,
         fit: ControlFit,
         threads: int,
         progress: Progress | None,
     ) -> tuple[SparseScene, tuple[LensVerdict, ...]]:
         """Adjust the scene with the points of a fit and all tie markers."""
-        known = self.known(fit.used, fit.sigma)
-        return adjust_to_ground(placed, known, threads=threads, progress=progress)
+        known_points = self.known(fit.used, fit.sigma)
+        return adjust_to_ground(
+            placed_sparse_scene, known_points, threads=threads, progress=progress
+        )
 
-    def known(self, used: Sequence[int], sigma: float) -> list[KnownPoint]:
+    def known(self, used_indices: Sequence[int], sigma: float) -> list[KnownPoint]:
         """Return the used points and all tie markers as input of an adjustment."""
         usual = max(self.surveyed or sigma, self.pixel)
         mark_px = max(HAND_MARK_PX, self.mark_px)
-        known = [
+        known_points = [
             KnownPoint(
                 self.local[i],
                 self.control[i].sigma_m or usual,
@@ -170,9 +174,11 @@ class GroundPoints:
                 self.control_marks[i].pixels,
                 mark_px,
             )
-            for i in used
+            for i in used_indices
         ]
-        return known + [KnownPoint(None, 0.0, tie.views, tie.pixels, mark_px) for tie in self.ties]
+        return known_points + [
+            KnownPoint(None, 0.0, tie.views, tie.pixels, mark_px) for tie in self.ties
+        ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,29 +199,31 @@ class BendingResult:
 
 def bend_to_control(
     ground: GroundPoints,
-    placed: SparseScene,
+    placed_sparse_scene: SparseScene,
     first: ControlFit,
     threads: int,
     progress: Progress | None,
 ) -> BendingResult:
     """Adjust the scene with the control points if this improves it."""
-    better, lenses = ground.adjusted(placed, first, threads, progress)
+    better, lenses = ground.adjusted(placed_sparse_scene, first, threads, progress)
     again = _fitted_or_none(ground, better)
     # A wrong lens makes good points scatter and contradict each other, so judge them again without
     # it.
     if again is not None and (
         again.used != first.used or (not ground.surveyed and again.sigma < 0.7 * first.sigma)
     ):
-        better, lenses = ground.adjusted(placed, again, threads, progress)
+        better, lenses = ground.adjusted(placed_sparse_scene, again, threads, progress)
         again = _fitted_or_none(ground, better)
     # Control points that no bundle of rays can fit bend the model, which shows in the tie points.
-    if again is None or not mean_error(better) <= 1.2 * mean_error(placed) + 0.1:
+    if again is None or not mean_error(better) <= 1.2 * mean_error(placed_sparse_scene) + 0.1:
         refusal = Finding("control.contradicts-photos")
         return BendingResult(None, first, (), (), refusal)
     decisions = [lens.reason for lens in lenses]
     if ground.ties:
         decisions.append(Finding("control.tie-points", count=len(ground.ties)))
-    misses = _cross_validation_residuals(ground, placed, better, again, threads, progress)
+    misses = _cross_validation_residuals(
+        ground, placed_sparse_scene, better, again, threads, progress
+    )
     if misses is not None:
         bent, stiff = misses
         values = {"adjusted_m": bent, "similarity_m": stiff}
@@ -252,8 +260,8 @@ def _has_converged(scene: SparseScene) -> bool:
 
 def _cross_validation_residuals(
     ground: GroundPoints,
-    placed: SparseScene,
-    adjusted: SparseScene,
+    placed_sparse_scene: SparseScene,
+    adjusted_sparse_scene: SparseScene,
     fit: ControlFit,
     threads: int,
     progress: Progress | None,
@@ -266,33 +274,33 @@ def _cross_validation_residuals(
     """
     if len(fit.used) < _MIN_POINTS_TO_COMPARE:
         return None
-    bent, stiff = [], []
+    bent_items, stiff = [], []
     for k in range(_FOLDS):
         left_out_rows = fit.used[k::_FOLDS]
         others = [i for i in fit.used if i not in left_out_rows]
         try:
             require_width(ground.local[others])
-            again = fit_similarity(ground.places(placed, others), ground.local[others])
+            again = fit_similarity(ground.places(placed_sparse_scene, others), ground.local[others])
         except GeometryError:
             continue
-        start = place_in_world(placed, again, ground.origin, placed.crs)
+        start = place_in_world(placed_sparse_scene, again, ground.origin, placed_sparse_scene.crs)
         # Use the lenses of the complete adjustment, because estimating them takes most of the time.
-        views = zip(start.views, adjusted.views, strict=True)
+        views = zip(start.views, adjusted_sparse_scene.views, strict=True)
         start_with_lenses = replace(
             start, views=tuple(replace(v, intrinsics=b.intrinsics) for v, b in views)
         )
-        known = ground.known(others, fit.sigma)
-        trial = bundle_adjust(start_with_lenses, known, threads=threads, progress=progress)
+        known_points = ground.known(others, fit.sigma)
+        trial = bundle_adjust(start_with_lenses, known_points, threads=threads, progress=progress)
         if not _has_converged(trial):
             return math.inf, ground.off(start, left_out_rows)
-        bent += [ground.off(trial, [i]) for i in left_out_rows]
+        bent_items += [ground.off(trial, [i]) for i in left_out_rows]
         stiff += [ground.off(start, [i]) for i in left_out_rows]
-    if not bent:
+    if not bent_items:
         return None
-    return float(np.sqrt(np.mean(np.square(bent)))), float(np.sqrt(np.mean(np.square(stiff))))
+    return float(np.sqrt(np.mean(np.square(bent_items)))), float(np.sqrt(np.mean(np.square(stiff))))
 
 
-def require_width(local: FloatArray) -> None:
+def require_width(local_points: FloatArray) -> None:
     """Raise GeometryError if points (n, 3) are collinear."""
-    if nearly_on_a_line(local):
+    if nearly_on_a_line(local_points):
         raise GeometryError(Finding("control.collinear"))

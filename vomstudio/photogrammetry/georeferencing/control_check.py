@@ -163,12 +163,12 @@ def _problem(
     no_photo: dict[str, None],
     no_point: Sequence[str],
 ) -> Finding | None:
-    places = [
+    positions = [
         p.position
         for p, facts in zip(control, points, strict=True)
         if facts.usable and facts.use == "control"
     ]
-    if len(places) < MIN_POINTS:
+    if len(positions) < MIN_POINTS:
         reasons = []
         if no_photo:
             reasons = [Finding("control.photos-missing", photos=sorted(no_photo))]
@@ -176,16 +176,16 @@ def _problem(
             reasons = [Finding("control.without-coordinates", labels=no_point)]
         return Finding(
             "control.too-few",
-            count=len(places),
+            count=len(positions),
             total=sum(facts.use == "control" for facts in points),
             least=MIN_POINTS,
             photos=MIN_PHOTOS,
-            reasons=" ".join(each.message for each in reasons),
-            reason_codes=[each.code for each in reasons],
+            reasons=" ".join(item.message for item in reasons),
+            reason_codes=[item.code for item in reasons],
         )
     try:
-        local = np.array(places, np.float64)
-        require_width(local - local.mean(axis=0))
+        local_points = np.array(positions, np.float64)
+        require_width(local_points - local_points.mean(axis=0))
     except GeometryError as error:
         return finding_of(error)
     return None
@@ -194,15 +194,15 @@ def _problem(
 def _warnings(
     points: Sequence[PointCheck], no_photo: dict[str, None], others: dict[str, set[int]]
 ) -> Iterator[Finding]:
-    used = [p for p in points if p.usable and p.use == "control"]
-    unseen = [p.label for p in points if not p.usable]
-    few = [p.label for p in used if p.photos < RECOMMENDED_PHOTOS]
-    if MIN_POINTS <= len(used) < RECOMMENDED_POINTS:
-        yield Finding("control.no-redundancy", count=len(used), least=RECOMMENDED_POINTS)
+    used_points = [p for p in points if p.usable and p.use == "control"]
+    unseen_labels = [p.label for p in points if not p.usable]
+    few = [p.label for p in used_points if p.photos < RECOMMENDED_PHOTOS]
+    if MIN_POINTS <= len(used_points) < RECOMMENDED_POINTS:
+        yield Finding("control.no-redundancy", count=len(used_points), least=RECOMMENDED_POINTS)
     if not any(p.usable and p.use == "check" for p in points):
         yield Finding("control.no-check-points")
-    if unseen:
-        yield Finding("control.few-marks", labels=sorted(unseen))
+    if unseen_labels:
+        yield Finding("control.few-marks", labels=sorted(unseen_labels))
     if few:
         yield Finding("control.more-marks", wanted=RECOMMENDED_PHOTOS, labels=sorted(few))
     ties = sorted(label for label, rows in others.items() if len(rows) >= MIN_PHOTOS)
@@ -228,24 +228,24 @@ def _crs(
         world_positions,
     )
 
-    placed = [photo for photo in photos if has_position(photo)]
-    if not placed or not control:
+    placed_photos = [photo for photo in photos if has_position(photo)]
+    if not placed_photos or not control:
         return crs, reason if crs else Finding("control.crs-local"), []
-    guess = crs or crs_of(placed, None)
+    guess = crs or crs_of(placed_photos, None)
     try:
-        cameras = np.median(world_positions(placed, guess), axis=0)
+        cameras = np.median(world_positions(placed_photos, guess), axis=0)
     except GeometryError as error:
         return crs, reason, [finding_of(error)]
-    middle = np.median([p.position for p in control], axis=0)
-    away = math.dist(cameras[:2], middle[:2])
+    median = np.median([p.position for p in control], axis=0)
+    distances = math.dist(cameras[:2], median[:2])
     if crs is None:
-        if away > _FAR_M:
+        if distances > _FAR_M:
             return None, Finding("control.crs-local"), []
-        return guess, Finding("control.crs-proposed", distance_m=away), []
-    if away > _FAR_M:
+        return guess, Finding("control.crs-proposed", distance_m=distances), []
+    if distances > _FAR_M:
         return (
             crs,
             reason,
-            [Finding("control.far-from-photos", crs=crs, distance_km=away / 1000)],
+            [Finding("control.far-from-photos", crs=crs, distance_km=distances / 1000)],
         )
     return crs, reason, []

@@ -118,29 +118,29 @@ def place_by_gps(
             )
         )
     centres = scene.centres[rows]
-    stated = _stated_accuracy(placed)
+    stated_accuracy = _stated_accuracy(placed)
     _check_not_on_a_line(centres, spread)
     origin = integer_origin(world)
-    local = world - origin
+    local_points = world - origin
     # A receiver that does not state its accuracy may drift, so positions within its drift are not
     # treated as wrong.
-    floor = 2.5 * (stated or _DEFAULT_ACCURACY_M / 2)
-    fit, used = fit_robustly(centres, local, min_sigma=floor)
-    scatter = _scatter(fit(centres), local, used, stated)
-    each = _each_sigma(placed, stated or scatter.horizontal_sigma)
+    floor = 2.5 * (stated_accuracy or _DEFAULT_ACCURACY_M / 2)
+    fit, used = fit_robustly(centres, local_points, min_sigma=floor)
+    scatter = _scatter(fit(centres), local_points, used, stated_accuracy)
+    each = _each_sigma(placed, stated_accuracy or scatter.horizontal_sigma)
     better, entered = adjust_to_positions(
         place_in_world(scene, fit, origin, crs),
         rows,
-        local,
+        local_points,
         each,
         threads=threads,
         progress=progress,
     )
-    residuals = fit(centres) - local
+    residuals = fit(centres) - local_points
     if entered.adjusted:
-        _, used = fit_robustly(better.centres[rows], local, min_sigma=floor)
-        scatter = _scatter(better.centres[rows], local, used, stated)
-        residuals = better.centres[rows] - local
+        _, used = fit_robustly(better.centres[rows], local_points, min_sigma=floor)
+        scatter = _scatter(better.centres[rows], local_points, used, stated_accuracy)
+        residuals = better.centres[rows] - local_points
     some = np.asarray(rows)[used]
     report = GpsReport(
         **placement_errors(
@@ -148,9 +148,9 @@ def place_by_gps(
             cameras,
             scatter,
             lambda other: other.centres[some],
-            local[used],
+            local_points[used],
             lenses=entered.lenses if entered.adjusted else None,
-            centres=known_centres(some, local[used], each[used]),
+            centres=known_centres(some, local_points[used], each[used]),
         ),
         scale=fit.scale,
         crs=crs,
@@ -177,29 +177,29 @@ def _photos_with_position(
     Raises GeometryError if there are fewer than three.
     """
     photo_by_name = {photo.name: photo for photo in photos}
-    rows, placed = [], []
+    rows, placed_items = [], []
     for row, view in enumerate(scene.views):
         photo = photo_by_name.get(view.name)
         if photo is not None and has_position(photo):
             rows.append(row)
-            placed.append(photo)
-    if not placed:
+            placed_items.append(photo)
+    if not placed_items:
         raise GeometryError(Finding("gps-few", "error", total=len(scene.views), photos=(), value=0))
-    if len(placed) < 3:
+    if len(placed_items) < 3:
         raise GeometryError(
             Finding(
                 "gps-few",
                 "error",
-                value=len(placed),
+                value=len(placed_items),
                 total=len(scene.views),
-                photos=[photo.name for photo in placed],
+                photos=[photo.name for photo in placed_items],
             )
         )
-    return rows, placed
+    return rows, placed_items
 
 
 def _scatter(
-    centres: FloatArray, local: FloatArray, used: BoolArray, stated: float | None
+    centres: FloatArray, local_points: FloatArray, is_used: BoolArray, stated_value: float | None
 ) -> Scatter:
     """Estimate the errors of a registration by camera positions.
 
@@ -207,10 +207,16 @@ def _scatter(
 
     centres, local : (n, 3) camera centres and GPS positions
     """
-    each = None if stated is None else np.array([stated, stated, HEIGHT_ERROR_FACTOR * stated])
-    scatter = scatter_of(local[used], (centres - local)[used], each, is_ordered=True)
+    each = (
+        None
+        if stated_value is None
+        else np.array([stated_value, stated_value, HEIGHT_ERROR_FACTOR * stated_value])
+    )
+    scatter = scatter_of(
+        local_points[is_used], (centres - local_points)[is_used], each, is_ordered=True
+    )
     sigma = scatter.horizontal_sigma
-    inside = local[used] - local[used].mean(axis=0)
+    inside = local_points[is_used] - local_points[is_used].mean(axis=0)
     baseline = float(np.sqrt((inside**2).sum(1).mean()))
     if sigma > 0.5 * baseline:
         raise GeometryError(Finding("gps.imprecise", sigma_m=sigma, spread_m=baseline))
@@ -244,10 +250,10 @@ def world_positions(photos: Sequence[PhotoLike], crs: str) -> FloatArray:
     to_grid = degrees_to_grid(crs)
     rows = []
     for photo in photos:
-        place = to_grid(float(photo.longitude_deg or 0), float(photo.latitude_deg or 0))
-        if place is None:
+        position = to_grid(float(photo.longitude_deg or 0), float(photo.latitude_deg or 0))
+        if position is None:
             raise GeometryError(Finding("crs.outside-area", photo=photo.name, crs=crs))
-        rows.append((*place, float(photo.altitude_m or 0)))
+        rows.append((*position, float(photo.altitude_m or 0)))
     return np.array(rows, np.float64)
 
 
@@ -263,9 +269,9 @@ def _stated_accuracy(photos: Sequence[PhotoLike]) -> float | None:
     return float(np.median(stated)) / _RADIUS_PER_SIGMA if len(stated) > len(photos) / 2 else None
 
 
-def _each_sigma(photos: Sequence[PhotoLike], usual: float) -> FloatArray:
-    """Return the horizontal coordinate error (n,) of each photo, or `usual` if not stated."""
-    return np.array([(p.gps_accuracy_m or 0) / _RADIUS_PER_SIGMA or usual for p in photos])
+def _each_sigma(photos: Sequence[PhotoLike], usual_value: float) -> FloatArray:
+    """Return the horizontal coordinate error (n,) of each photo, or `usual_value` if not stated."""
+    return np.array([(p.gps_accuracy_m or 0) / _RADIUS_PER_SIGMA or usual_value for p in photos])
 
 
 def _check_not_on_a_line(centres: FloatArray, spread: FloatArray) -> None:

@@ -85,16 +85,16 @@ def adjust_to_positions(
     """
     sigmas = np.maximum(sigmas_m, _MIN_SIGMA_M)
     for _ in range(2):
-        middle = float(np.median(sigmas))
+        median = float(np.median(sigmas))
         if refusal := _refusal(scene, sigmas):
-            return scene, GpsAdjustment(False, refusal, middle)
+            return scene, GpsAdjustment(False, refusal, median)
         # A bent block misses good positions by more than their errors, so at first it is only
         # pulled towards them.
         misses = np.linalg.norm(scene.centres[list(rows)] - positions, axis=1)
-        wide = float(np.median(misses))
+        width = float(np.median(misses))
         start = scene
-        if wide > _MAX_MISFIT * middle:
-            loose = known_centres(rows, positions, np.maximum(sigmas, wide))
+        if width > _MAX_MISFIT * median:
+            loose = known_centres(rows, positions, np.maximum(sigmas, width))
             start = bundle_adjust(scene, (), loose, threads=threads, progress=progress)
         centres = known_centres(rows, positions, sigmas)
         bent, lenses = adjust_to_ground(start, (), centres, threads=threads, progress=progress)
@@ -105,11 +105,11 @@ def adjust_to_positions(
     before, after = (float(np.nanmean(s.errors_px)) for s in (scene, bent))
     if after > 1.1 * before + 0.02:
         reason = Finding(
-            "gps.contradicts-photos", accuracy_m=middle, after_px=after, before_px=before
+            "gps.contradicts-photos", accuracy_m=median, after_px=after, before_px=before
         )
-        return scene, GpsAdjustment(False, reason, middle)
-    reason = Finding("gps.adjusted", accuracy_m=middle)
-    return bent, GpsAdjustment(True, reason, middle, lenses)
+        return scene, GpsAdjustment(False, reason, median)
+    reason = Finding("gps.adjusted", accuracy_m=median)
+    return bent, GpsAdjustment(True, reason, median, lenses)
 
 
 def _refusal(scene: SparseScene, sigmas: FloatArray) -> Finding | None:

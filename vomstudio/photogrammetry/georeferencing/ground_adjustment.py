@@ -73,7 +73,7 @@ def bundle_adjust(
     points: Sequence[KnownPoint],
     centres: Sequence[KnownCentre] = (),
     *,
-    free: Collection[Intrinsics] = (),
+    free_lenses: Collection[Intrinsics] = (),
     threads: int = -1,
     progress: Progress | None = None,
 ) -> SparseScene:
@@ -87,7 +87,7 @@ def bundle_adjust(
     scene : SparseScene
     points : sequence of KnownPoint
     centres : sequence of KnownCentre
-    free : collection of Intrinsics
+    free_lenses : collection of Intrinsics
         Lenses whose focal length is refined. k1 is always refined, and all other parameters are
         fixed.
     threads : int
@@ -96,10 +96,10 @@ def bundle_adjust(
     """
     for _ in range(_MAX_ROUNDS):
         noise = noise_px(scene)
-        problem = _Problem(scene, points, centres, free, noise, threads, LOSS_PX)
+        problem = _Problem(scene, points, centres, free_lenses, noise, threads, LOSS_PX)
         cancellable(lambda _token, p=problem: p.adjuster.solve(), progress or SilentProgress())  # type: ignore[misc]
         scene, lenses = _updated(scene, problem.reconstruction)
-        free = [lenses[lens] for lens in free]
+        free_lenses = [lenses[lens] for lens in free_lenses]
         if abs(math.log(noise_px(scene) / noise)) < _WEIGHT_TOLERANCE:
             break
     return scene
@@ -110,34 +110,34 @@ def focal_sigmas(
     points: Sequence[KnownPoint],
     centres: Sequence[KnownCentre] = (),
     *,
-    free: Collection[Intrinsics],
+    free_lenses: Collection[Intrinsics],
     threads: int = -1,
 ) -> dict[Intrinsics, float]:
-    """Return the relative one-sigma errors of the focal lengths of the lenses in `free`.
+    """Return the relative one-sigma errors of the focal lengths of the lenses in `free_lenses`.
 
     They follow from tie points, control points and GPS positions, and are infinite if undetermined.
     """
     noise = noise_px(scene)
-    problem = _Problem(scene, points, centres, free, noise, threads)
+    problem = _Problem(scene, points, centres, free_lenses, noise, threads)
     covariances = estimate_covariances(problem.reconstruction, problem.adjuster, problem.freedoms)
     sigmas = {}
-    for lens in free:
+    for lens in free_lenses:
         covariance = covariances.get(problem.numbers[lens])
         variance = float("inf") if covariance is None else float(covariance[0, 0])
-        known = math.isfinite(variance) and variance > 0
-        sigmas[lens] = noise * math.sqrt(variance) / lens.focal[0] if known else float("inf")
+        is_known = math.isfinite(variance) and variance > 0
+        sigmas[lens] = noise * math.sqrt(variance) / lens.focal[0] if is_known else float("inf")
     return sigmas
 
 
 def noise_px(scene: SparseScene) -> float:
     """Return the error of a correlated tie point observation in one direction, pixels."""
     misses = residuals(scene)
-    good = np.isfinite(misses).all(axis=1)
-    if not good.any():
+    is_good = np.isfinite(misses).all(axis=1)
+    if not is_good.any():
         return 1.0
     # RMS of a two-dimensional Gaussian from its mean length, which is robust to a few outliers.
-    rms = float(np.linalg.norm(misses[good], axis=1).mean()) / math.sqrt(math.pi / 2)
-    return max(_MIN_NOISE_PX, rms * correlated_factor(int(good.sum()), len(scene.views)))
+    rms = float(np.linalg.norm(misses[is_good], axis=1).mean()) / math.sqrt(math.pi / 2)
+    return max(_MIN_NOISE_PX, rms * correlated_factor(int(is_good.sum()), len(scene.views)))
 
 
 class _Problem:
@@ -155,7 +155,7 @@ class _Problem:
         scene: SparseScene,
         points: Sequence[KnownPoint],
         centres: Sequence[KnownCentre],
-        free: Collection[Intrinsics],
+        free_lenses: Collection[Intrinsics],
         noise: float,
         threads: int,
         loss_px: float | None = None,
@@ -168,7 +168,7 @@ class _Problem:
         self.reconstruction, self.numbers = reconstruction_of(scene)
         count = Counter(view.intrinsics for view in scene.views)
         self.freedoms = {
-            number: Freedom(lens in free, count[lens] >= MIN_PHOTOS_DISTORTION)
+            number: Freedom(lens in free_lenses, count[lens] >= MIN_PHOTOS_DISTORTION)
             for lens, number in self.numbers.items()
         }
         grounded = bool(centres) or sum(p.position is not None for p in points) >= 3

@@ -71,26 +71,31 @@ def adjust_to_ground(
     fixed_result = bundle_adjust(scene, points, centres, threads=threads, progress=progress)
     order = list(dict.fromkeys(view.intrinsics for view in fixed_result.views))
     alone, _ = _sigmas_by_ground(fixed_result, points, centres, order, threads)
-    free = [lens for lens in order if alone[lens] <= _TRIAL_FACTOR * MAX_SIGMA]
+    free_order = [lens for lens in order if alone[lens] <= _TRIAL_FACTOR * MAX_SIGMA]
     result, sigma = fixed_result, dict.fromkeys(order, 0.0)
-    while free:
+    while free_order:
         trial = bundle_adjust(
-            fixed_result, points, centres, free=free, threads=threads, progress=progress
+            fixed_result,
+            points,
+            centres,
+            free_lenses=free_order,
+            threads=threads,
+            progress=progress,
         )
         new_lenses = _adjusted_lenses(fixed_result, trial)
-        trial_lenses = [new_lenses[lens] for lens in free]
+        trial_lenses = [new_lenses[lens] for lens in free_order]
         excess = ground_misfit(trial, points, centres)
         sigmas_by_ground, both = _sigmas_by_ground(trial, points, centres, trial_lenses, threads)
-        alone |= {lens: sigmas_by_ground[new_lenses[lens]] * excess for lens in free}
-        determined = [lens for lens in free if alone[lens] <= MAX_SIGMA]
-        if determined == free:
-            sigma |= {lens: both[new_lenses[lens]] * excess for lens in free}
+        alone |= {lens: sigmas_by_ground[new_lenses[lens]] * excess for lens in free_order}
+        determined = [lens for lens in free_order if alone[lens] <= MAX_SIGMA]
+        if determined == free_order:
+            sigma |= {lens: both[new_lenses[lens]] * excess for lens in free_order}
             result = trial
             break
-        free = determined
+        free_order = determined
     new_lenses = _adjusted_lenses(fixed_result, result)
     return result, tuple(
-        _verdict(fixed_result, lens, new_lenses[lens], alone[lens], sigma[lens], lens in free)
+        _verdict(fixed_result, lens, new_lenses[lens], alone[lens], sigma[lens], lens in free_order)
         for lens in order
     )
 
@@ -114,12 +119,12 @@ def ground_misfit(
     for centre in centres:
         miss = (scene.views[centre.view].centre - centre.position) / centre.sigma
         squares += (miss**2).tolist()
-    known = np.array([s for s in squares if math.isfinite(s)])
-    if not len(known):
+    known_values = np.array([s for s in squares if math.isfinite(s)])
+    if not len(known_values):
         return 1.0
     # The median of squared standard Gaussian errors is 0.455; unlike the mean, it is robust to
     # wrong positions.
-    return max(1.0, math.sqrt(float(np.median(known)) / 0.455))
+    return max(1.0, math.sqrt(float(np.median(known_values)) / 0.455))
 
 
 def _sigmas_by_ground(
@@ -134,18 +139,19 @@ def _sigmas_by_ground(
     Returns two dictionaries, for ground control alone and together with the tie points. Errors are
     infinite if undetermined.
     """
-    both = focal_sigmas(scene, points, centres, free=lenses, threads=threads)
-    ties = focal_sigmas(scene, (), (), free=lenses, threads=threads)
+    both = focal_sigmas(scene, points, centres, free_lenses=lenses, threads=threads)
+    ties = focal_sigmas(scene, (), (), free_lenses=lenses, threads=threads)
     ground_sigmas = {}
     for lens in lenses:
-        added = both[lens] ** -2 - ties[lens] ** -2
-        ground_sigmas[lens] = added**-0.5 if added > 0 else float("inf")
+        added_information = both[lens] ** -2 - ties[lens] ** -2
+        ground_sigmas[lens] = added_information**-0.5 if added_information > 0 else float("inf")
     return ground_sigmas, both
 
 
 def _adjusted_lenses(before: SparseScene, after: SparseScene) -> dict[Intrinsics, Intrinsics]:
     return {
-        old.intrinsics: new.intrinsics for old, new in zip(before.views, after.views, strict=True)
+        old_view.intrinsics: new_view.intrinsics
+        for old_view, new_view in zip(before.views, after.views, strict=True)
     }
 
 
@@ -155,7 +161,7 @@ def _verdict(
     became: Intrinsics,
     sigma_without_ties: float,
     sigma: float,
-    freed: bool,
+    is_freed: bool,
 ) -> LensVerdict:
     photos = tuple(view.name for view in scene.views if view.intrinsics == lens)
     before, focal = lens.focal[0], became.focal[0]
@@ -166,6 +172,6 @@ def _verdict(
         "sigma_px": sigma * focal,
         "change_percent": 100 * (focal / before - 1),
     }
-    code = "lens.ground-estimated" if freed else "lens.ground-held"
+    code = "lens.ground-estimated" if is_freed else "lens.ground-held"
     reason = Finding(code, count=len(photos), **values)
-    return LensVerdict(photos, freed, before, focal, sigma * focal if freed else 0.0, reason)
+    return LensVerdict(photos, is_freed, before, focal, sigma * focal if is_freed else 0.0, reason)

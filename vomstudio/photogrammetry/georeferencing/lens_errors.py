@@ -69,7 +69,7 @@ class LensEffect:
 def lens_effect(
     scene: SparseScene,
     cameras: Sequence[Calibration],
-    about: FloatArray,
+    centre: FloatArray,
     placed_again: Callable[[SparseScene], Similarity] | None = None,
     points: Sequence[KnownPoint] = (),
     centres: Sequence[KnownCentre] = (),
@@ -84,7 +84,7 @@ def lens_effect(
     scene : SparseScene
         Registered scene.
     cameras : sequence of Calibration
-    about : (3,) array
+    centre : (3,) array
         Reference point of the covariance, in the frame of the scene.
     placed_again : callable, optional
         Function that registers a similar scene. By default, a scene is registered by its own
@@ -96,16 +96,16 @@ def lens_effect(
     """
     if not cameras or len(scene.points) < _MIN_POINTS or len(scene.views) > _MAX_VIEWS:
         return None
-    free = dict(_focal_errors(scene, cameras, lenses))
-    if not free:
+    focal_errors = dict(_focal_errors(scene, cameras, lenses))
+    if not focal_errors:
         return None
     thin_scene = _thin_points(scene)
-    wide_scene = _add_second_radial(thin_scene, free)
+    wide_scene = _add_second_radial(thin_scene, focal_errors)
     response = response_of(wide_scene, noise_px(wide_scene), points, centres)
     middle, axes, reach = model_shape(scene.points)
     changes = []
     try:
-        for change in _changes(response, [free.get(lens) for lens in _lenses(thin_scene)]):
+        for change in _changes(response, [focal_errors.get(lens) for lens in _lenses(thin_scene)]):
             changed_scene = response.moved(change)
             fit = (
                 _fit_by_tie_points(wide_scene, changed_scene)
@@ -119,9 +119,9 @@ def lens_effect(
     shape_centre, _, _ = model_shape(wide_scene.points)
     rows = np.zeros((len(changes), 7))
     for row, change_ in zip(rows, changes, strict=True):
-        away = about - shape_centre
+        offsets = centre - shape_centre
         row[:3], row[3] = change_.turn, change_.growth
-        row[4:] = change_.shift + np.cross(change_.turn, away) + change_.growth * away
+        row[4:] = change_.shift + np.cross(change_.turn, offsets) + change_.growth * offsets
     covariance = rows.T @ rows
     curvature = float(np.sqrt(sum(change_.curvature_per_m**2 for change_ in changes)))
     stretch = float(np.sqrt(sum(change_.stretch**2 for change_ in changes)))
@@ -166,11 +166,11 @@ def _focal_errors(
         if camera is None:
             continue
         count[view.intrinsics] = count.get(view.intrinsics, 0) + 1
-        known = _EXIF_SIGMA if camera.exif_px is not None else UNKNOWN_FOCAL_SIGMA
-        freed = camera.focal == "freed" or view.name in freed_photos
-        focal_errors[view.intrinsics] = 0.0 if freed else known
-    most = sorted(count, key=lambda lens: -count[lens])[:_MAX_LENSES]
-    return [(lens, focal_errors[lens]) for lens in most]
+        focal_error = _EXIF_SIGMA if camera.exif_px is not None else UNKNOWN_FOCAL_SIGMA
+        is_freed = camera.focal == "freed" or view.name in freed_photos
+        focal_errors[view.intrinsics] = 0.0 if is_freed else focal_error
+    maximum = sorted(count, key=lambda lens: -count[lens])[:_MAX_LENSES]
+    return [(lens, focal_errors[lens]) for lens in maximum]
 
 
 def _thin_points(scene: SparseScene) -> SparseScene:
@@ -202,12 +202,12 @@ def _thin_points(scene: SparseScene) -> SparseScene:
     )
 
 
-def _add_second_radial(scene: SparseScene, known: dict[Intrinsics, float]) -> SparseScene:
+def _add_second_radial(scene: SparseScene, known_items: dict[Intrinsics, float]) -> SparseScene:
     """Add k2, which bends a block most, to lenses without it."""
 
     def widen_view(view: View) -> View:
         lens = view.intrinsics
-        if lens.model != "SIMPLE_RADIAL" or lens not in known:
+        if lens.model != "SIMPLE_RADIAL" or lens not in known_items:
             return view
         return replace(view, intrinsics=replace(lens, model="RADIAL", params=(*lens.params, 0.0)))
 
@@ -219,19 +219,19 @@ def _changes(response: Response, focal_errors: Sequence[float | None]) -> list[F
 
     focal_errors : relative error of each lens's focal length, 0 if estimated; None for a fixed lens
     """
-    prior, fixed, focal_changes = [], [], []
-    for lens, share in zip(response.lenses, focal_errors, strict=True):
+    prior, fixed_items, focal_changes = [], [], []
+    for lens, fraction in zip(response.lenses, focal_errors, strict=True):
         diagonal = float(np.hypot(lens.width, lens.height))
         for name in MODELS[lens.model]:
             spread = {"c": _CENTRE * diagonal, "k": _K2, "p": 0.1 * _K2}.get(name[0], np.inf)
             prior.append(_K1 if name == "k1" else spread)
             focal = name[0] == "f"
-            fixed.append(share is None or (focal and share > 0.0))
-            focal_changes.append((share or 0.0) * lens.focal[0] if focal else 0.0)
-    is_free = ~np.array(fixed)
+            fixed_items.append(fraction is None or (focal and fraction > 0.0))
+            focal_changes.append((fraction or 0.0) * lens.focal[0] if focal else 0.0)
+    is_free = ~np.array(fixed_items)
     information = response.information + np.diag(np.array(prior) ** -2.0)
-    inner = information[np.ix_(is_free, is_free)]
-    values, axes = np.linalg.eigh(inner)
+    free_information = information[np.ix_(is_free, is_free)]
+    values, axes = np.linalg.eigh(free_information)
     values = np.maximum(values, 1e-12 * values[-1])
     changes = []
     for value, axis in zip(values, axes.T, strict=True):

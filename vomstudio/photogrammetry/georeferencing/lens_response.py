@@ -100,20 +100,20 @@ def response_of(
     number = {lens: k for k, lens in enumerate(lenses)}
     rows = np.array([number[view.intrinsics] for view in scene.views], np.int64)
     starts = np.concatenate([[0], np.cumsum([len(lens.params) for lens in lenses])])
-    places, observations = _observations(scene, noise_px, points)
-    wide = max(len(lens.params) for lens in lenses)
+    positions, observations = _observations(scene, noise_px, points)
+    width = max(len(lens.params) for lens in lenses)
     pose_derivatives, point_derivatives, lens_derivatives = _derivatives(
-        scene.views, places, observations, wide
+        scene.views, positions, observations, width
     )
     views, which = observations.views, observations.points
-    count = len(places)
+    count = len(positions)
 
-    inner = np.zeros((count, 3, 3))
-    np.add.at(inner, which, np.einsum("mki,mkj->mij", point_derivatives, point_derivatives))
-    inner += observations.prior[:, None, None] * np.eye(3)
+    inner_values = np.zeros((count, 3, 3))
+    np.add.at(inner_values, which, np.einsum("mki,mkj->mij", point_derivatives, point_derivatives))
+    inner_values += observations.prior[:, None, None] * np.eye(3)
     # Points on two almost parallel rays need a prior of the size of the scene.
-    scale = float(np.trace(inner, axis1=1, axis2=2).mean()) if count else 1.0
-    inverse: FloatArray = np.linalg.inv(inner + 1e-12 * scale * np.eye(3)).astype(np.float64)
+    scale = float(np.trace(inner_values, axis1=1, axis2=2).mean()) if count else 1.0
+    inverse: FloatArray = np.linalg.inv(inner_values + 1e-12 * scale * np.eye(3)).astype(np.float64)
     to_pose: FloatArray = np.einsum("mki,mkj->mij", point_derivatives, pose_derivatives)
     to_lens: FloatArray = np.einsum("mki,mkj->mij", point_derivatives, lens_derivatives)
 
@@ -123,23 +123,23 @@ def response_of(
     lens_of = rows[views]
     columns = np.concatenate([pose_derivatives, lens_derivatives], axis=2)
     pull = np.concatenate([to_pose, to_lens], axis=2)
-    places_of = np.full((len(views), 6 + wide), total, np.int64)
+    places_of = np.full((len(views), 6 + width), total, np.int64)
     places_of[:, :6] = 6 * views[:, None] + np.arange(6)
     for k, lens in enumerate(lenses):
         is_of_lens = lens_of == k
         places_of[np.ix_(is_of_lens, 6 + np.arange(len(lens.params)))] = (
             size + starts[k] + np.arange(len(lens.params))
         )
-    padded = np.zeros((total + 1, total + 1))
+    padded_values = np.zeros((total + 1, total + 1))
     products = np.einsum("mki,mkj->mij", columns, columns)
-    np.add.at(padded, (places_of[:, :, None], places_of[:, None, :]), products)
-    _eliminate(padded, which, places_of, pull, inverse)
-    normal = padded[:total, :total]
+    np.add.at(padded_values, (places_of[:, :, None], places_of[:, None, :]), products)
+    _eliminate(padded_values, which, places_of, pull, inverse)
+    normal = padded_values[:total, :total]
     _add_priors(normal, scene, centres)
     poses = normal[:size, :size]
-    mixed = normal[:size, size:]
-    answer = np.asarray(-np.linalg.solve(poses, mixed), np.float64)
-    information = normal[size:, size:] + mixed.T @ answer
+    mixed_normal = normal[:size, size:]
+    answer = np.asarray(-np.linalg.solve(poses, mixed_normal), np.float64)
+    information = normal[size:, size:] + mixed_normal.T @ answer
     information = (information + information.T) / 2.0
     return Response(
         scene, lenses, information, answer, inverse, to_pose, to_lens, (views, which, lens_of)
@@ -166,7 +166,7 @@ def _observations(
 ) -> tuple[FloatArray, _Observed]:
     views, which = [scene.track_views.astype(np.int64)], [scene.track_points]
     weight = [np.full(len(scene.track_views), 1.0 / noise_px)]
-    places, prior = [scene.points], [np.zeros(len(scene.points))]
+    positions, prior = [scene.points], [np.zeros(len(scene.points))]
     count = len(scene.points)
     for point in points:
         if point.position is None or len(point.views) < 1:
@@ -174,15 +174,15 @@ def _observations(
         views.append(np.asarray(point.views, np.int64))
         which.append(np.full(len(point.views), count, np.int64))
         weight.append(np.full(len(point.views), 1.0 / point.mark_px))
-        places.append(np.asarray(point.position, np.float64)[None])
+        positions.append(np.asarray(point.position, np.float64)[None])
         prior.append(np.array([point.sigma**-2.0]))
         count += 1
-    observations = _Observed(*(np.concatenate(each) for each in (views, which, weight, prior)))
-    return np.concatenate(places), observations
+    observations = _Observed(*(np.concatenate(item) for item in (views, which, weight, prior)))
+    return np.concatenate(positions), observations
 
 
 def _derivatives(
-    views: Sequence[View], places: FloatArray, observations: _Observed, n_unknowns: int
+    views: Sequence[View], positions: FloatArray, observations: _Observed, n_unknowns: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the weighted derivatives (m, 2, k) of observations for pose, point and lens.
 
@@ -197,17 +197,17 @@ def _derivatives(
         if not len(rows_of_view):
             continue
         camera_points = (
-            places[observations.points[rows_of_view]] @ view.rotation.T + view.translation
+            positions[observations.points[rows_of_view]] @ view.rotation.T + view.translation
         )
         step = 1e-5 * np.abs(camera_points[:, 2:3])
         slopes = np.zeros((len(rows_of_view), 2, 3))
         for k in range(3):
             move = step * np.eye(3)[k]
-            ahead, back = (
+            forward, back = (
                 view.intrinsics.project(camera_points + move),
                 view.intrinsics.project(camera_points - move),
             )
-            slopes[:, :, k] = (ahead - back) / (2.0 * step)
+            slopes[:, :, k] = (forward - back) / (2.0 * step)
         turns = np.zeros((len(rows_of_view), 3, 6))
         x, y, z = camera_points.T
         turns[:, 0, 1], turns[:, 0, 2] = z, -y
@@ -229,8 +229,8 @@ def _derivatives(
     weight = observations.weight[:, None, None]
     weighted = pose_derivatives * weight, point_derivatives * weight, lens_derivatives * weight
     is_undefined = ~np.isfinite(np.concatenate(weighted, axis=2)).all(axis=(1, 2))
-    for each in weighted:
-        each[is_undefined] = 0.0
+    for item in weighted:
+        item[is_undefined] = 0.0
     return weighted
 
 
@@ -261,22 +261,26 @@ def _eliminate(
 
 def _add_priors(normal: FloatArray, scene: SparseScene, centres: Sequence[KnownCentre]) -> None:
     """Add known camera positions and a weak prior of the poses, in place."""
-    reach = float(np.linalg.norm(scene.centres - scene.centres.mean(axis=0), axis=1).max()) or 1.0
-    loose = np.array([_POSE_SIGMA, _POSE_SIGMA, _POSE_SIGMA, *(3 * [_POSE_SIGMA / reach**2])])
+    max_distance = (
+        float(np.linalg.norm(scene.centres - scene.centres.mean(axis=0), axis=1).max()) or 1.0
+    )
+    loose = np.array(
+        [_POSE_SIGMA, _POSE_SIGMA, _POSE_SIGMA, *(3 * [_POSE_SIGMA / max_distance**2])]
+    )
     for row in range(len(scene.views)):
-        at = np.arange(6 * row, 6 * row + 6)
-        normal[at, at] += loose
+        position = np.arange(6 * row, 6 * row + 6)
+        normal[position, position] += loose
     for centre in centres:
         view = scene.views[centre.view]
         # The centre moves by -R^T times the translation in the camera frame.
-        known = view.rotation @ np.diag(np.asarray(centre.sigma) ** -2.0) @ view.rotation.T
-        at = np.arange(6 * centre.view + 3, 6 * centre.view + 6)
-        normal[np.ix_(at, at)] += known
+        known_values = view.rotation @ np.diag(np.asarray(centre.sigma) ** -2.0) @ view.rotation.T
+        position = np.arange(6 * centre.view + 3, 6 * centre.view + 6)
+        normal[np.ix_(position, position)] += known_values
 
 
 def _turned(view: View, move: FloatArray, lens: Intrinsics) -> View:
     from scipy.spatial.transform import Rotation
 
-    turn = Rotation.from_rotvec(move[:3]).as_matrix()
-    shift = turn @ view.translation + move[3:]
-    return View(view.name, lens, np.ascontiguousarray(turn @ view.rotation), shift)
+    rotation = Rotation.from_rotvec(move[:3]).as_matrix()
+    shift = rotation @ view.translation + move[3:]
+    return View(view.name, lens, np.ascontiguousarray(rotation @ view.rotation), shift)

@@ -62,8 +62,8 @@ def upright(scene: SparseScene, photos: Sequence[Photo]) -> SparseScene:
         if len(point_rows := scene.seen_by(number))
     ]
     scale = 10.0 / float(np.median(depths)) if depths else 1.0
-    middle = np.median(scene.points, axis=0) if len(scene.points) else scene.centres.mean(axis=0)
-    shift = -scale * turn @ middle
+    median = np.median(scene.points, axis=0) if len(scene.points) else scene.centres.mean(axis=0)
+    shift = -scale * turn @ median
     return transform_scene(scene, scale, turn, shift)
 
 

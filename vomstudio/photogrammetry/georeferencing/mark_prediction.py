@@ -56,9 +56,9 @@ class Marking:
     @cached_property
     def labels(self) -> tuple[str, ...]:
         """Labels of points with coordinates in table order, then others as created."""
-        named = [p.label for p in self.control]
+        named_labels = [p.label for p in self.control]
         others = [*(m.label for m in self.marks), *self.begun]
-        return tuple(dict.fromkeys([*named, *others]))
+        return tuple(dict.fromkeys([*named_labels, *others]))
 
     def point(self, label: str) -> ControlPoint | None:
         """Return the control or check point with this label, or None if it has no coordinates."""
@@ -99,8 +99,8 @@ class Marking:
     def unmarked(self, label: str, photo: str) -> Marking:
         """Return a copy without the mark of a point in a photo; the point remains."""
         marks = tuple(m for m in self.marks if (m.label, m.photo) != (label, photo))
-        begun = self.begun if label in self.begun else (*self.begun, label)
-        return replace(self, marks=marks, begun=begun)
+        started_points = self.begun if label in self.begun else (*self.begun, label)
+        return replace(self, marks=marks, begun=started_points)
 
     def begun_with(self, label: str) -> Marking:
         """Return a copy with a new label that has neither coordinates nor marks yet."""
@@ -116,8 +116,8 @@ class Marking:
     def unplaced(self, label: str) -> Marking:
         """Return a copy in which a point has no coordinates and is therefore a tie point."""
         control = tuple(p for p in self.control if p.label != label)
-        begun = self.begun if label in self.begun else (*self.begun, label)
-        return replace(self, control=control, begun=begun)
+        started_points = self.begun if label in self.begun else (*self.begun, label)
+        return replace(self, control=control, begun=started_points)
 
     def removed(self, label: str) -> Marking:
         """Return a copy without a point and its marks."""
@@ -127,20 +127,20 @@ class Marking:
             _remove_label(self.begun, label),
         )
 
-    def renamed(self, old: str, new: str) -> Marking:
+    def renamed(self, old_text: str, new_text: str) -> Marking:
         """Return a copy in which a point is renamed.
 
         Raises GeometryError if the new label is already used or invalid.
         """
-        if new == old:
+        if new_text == old_text:
             return self
-        check_label(new)
-        if new in self.labels:
-            raise GeometryError(Finding("label.in-use", label=new))
+        check_label(new_text)
+        if new_text in self.labels:
+            raise GeometryError(Finding("label.in-use", label=new_text))
         return Marking(
-            tuple(replace(p, label=new) if p.label == old else p for p in self.control),
-            tuple(replace(m, label=new) if m.label == old else m for m in self.marks),
-            tuple(new if label == old else label for label in self.begun),
+            tuple(replace(p, label=new_text) if p.label == old_text else p for p in self.control),
+            tuple(replace(m, label=new_text) if m.label == old_text else m for m in self.marks),
+            tuple(new_text if label == old_text else label for label in self.begun),
         )
 
     def add_marks(self, marks: Iterable[Mark], photos: Sequence[str]) -> tuple[Marking, list[str]]:
@@ -165,7 +165,7 @@ def check_label(label: str) -> None:
 
 
 def _remove_label(labels: tuple[str, ...], label: str) -> tuple[str, ...]:
-    return tuple(each for each in labels if each != label)
+    return tuple(item for item in labels if item != label)
 
 
 # --- with cameras ---------------------------------------------------------------------------------
@@ -240,7 +240,7 @@ class PlacedPhotos:
     def predict(self, marking: Marking, label: str) -> MarkPrediction:
         """Predict the position of a point in all photos with a pose, and compute its residuals."""
         marks = marking.of(label)
-        expected: dict[str, Pixel] = {}
+        expected_items: dict[str, Pixel] = {}
         residuals: dict[str, float] = {}
         sizes: dict[str, float] = {}
         suspect = None
@@ -263,13 +263,13 @@ class PlacedPhotos:
             if place is None:
                 continue
             for name, view in views.items():
-                (at,) = view.project(place)
-                if not np.isfinite(at).all() or not view.contains(at)[0]:
+                (pixel,) = view.project(place)
+                if not np.isfinite(pixel).all() or not view.contains(pixel)[0]:
                     continue
                 sizes[name] = float(view.depths(place)[0] / np.mean(view.intrinsics.focal))
                 if name not in marks:
-                    expected[name] = (float(at[0]), float(at[1]))
-        return MarkPrediction(expected, residuals, sizes, suspect)
+                    expected_items[name] = (float(pixel[0]), float(pixel[1]))
+        return MarkPrediction(expected_items, residuals, sizes, suspect)
 
     def epipolar_line(self, marking: Marking, label: str, photo: str) -> FloatArray:
         """Return the epipolar line, pixels (k, 2), of a point that is marked in one other photo.
@@ -284,10 +284,10 @@ class PlacedPhotos:
         if len(mine) != 1:
             return np.zeros((0, 2))
         (view, pixel), other = mine[0], views[photo]
-        apart = float(np.linalg.norm(other.centre - view.centre))
+        baseline = float(np.linalg.norm(other.centre - view.centre))
         # Steps must be small near the camera; far away, the pixel changes very little.
-        away = np.geomspace(0.05, 2000.0, 600)[:, None] * apart
-        pixels = other.project(view.centre + away * view.rays(pixel))
+        distances = np.geomspace(0.05, 2000.0, 600)[:, None] * baseline
+        pixels = other.project(view.centre + distances * view.rays(pixel))
         pixels = pixels[np.isfinite(pixels).all(axis=1)]
         return pixels[other.contains(pixels)]
 
@@ -318,16 +318,16 @@ class PlacedPhotos:
 
     def _frame(self, marking: Marking, number: int) -> Similarity | None:
         """Return the similarity from the World frame to a component, from its marked points."""
-        known, places = [], []
+        known_items, positions = [], []
         for point in marking.control:
             place = self._place(self._marks(number, marking.of(point.label)))
             if place is not None:
-                known.append(point.position)
-                places.append(place[0])
-        if len(known) < MIN_POINTS:
+                known_items.append(point.position)
+                positions.append(place[0])
+        if len(known_items) < MIN_POINTS:
             return None
         try:
-            return fit_robustly(np.array(known), np.array(places))[0]
+            return fit_robustly(np.array(known_items), np.array(positions))[0]
         except GeometryError:
             return None
 
@@ -347,8 +347,8 @@ def usable_tables(
     rows = [(mark, find(mark.photo)) for mark in read_marks(marks)]
     here = tuple(replace(mark, photo=photos[row]) for mark, row in rows if row is not None)
     marking = Marking(tuple(read_control(control)), here)
-    good = find_usable_points(marking)
-    if len(good) < MIN_POINTS or _is_collinear(marking, good):
+    good_usable_points = find_usable_points(marking)
+    if len(good_usable_points) < MIN_POINTS or _is_collinear(marking, good_usable_points):
         return None, marks, missing(marking)
     return control, marks, []
 
@@ -356,57 +356,60 @@ def usable_tables(
 # --- what is missing ------------------------------------------------------------------------------
 def find_usable_points(marking: Marking, photos: Iterable[str] | None = None) -> list[str]:
     """Return the control points that can place the model, i.e. those marked in two photos."""
-    allowed = None if photos is None else set(photos)
+    allowed_photos = None if photos is None else set(photos)
     return [
         p.label
         for p in marking.control
-        if not p.check and len(_counted(marking, p.label, allowed)) >= MIN_PHOTOS
+        if not p.check and len(_counted(marking, p.label, allowed_photos)) >= MIN_PHOTOS
     ]
 
 
-def missing(marking: Marking, placed: PlacedPhotos | None = None) -> list[Finding]:
+def missing(marking: Marking, placed_photos: PlacedPhotos | None = None) -> list[Finding]:
     """Report what is still needed to register by control points and to join components."""
     findings = []
-    allowed = None if placed is None else {v.name for v in placed.parts[0].views}
+    allowed_photos = (
+        None if placed_photos is None else {v.name for v in placed_photos.parts[0].views}
+    )
     control = [p.label for p in marking.control if not p.check]
-    good = find_usable_points(marking, allowed)
-    if control and len(good) < MIN_POINTS:
-        lacking = [label for label in control if label not in good]
+    good_usable_points = find_usable_points(marking, allowed_photos)
+    if control and len(good_usable_points) < MIN_POINTS:
+        lacking_control = [label for label in control if label not in good_usable_points]
         findings.append(
             Finding(
                 "control.too-few",
                 "info",
-                count=len(good),
+                count=len(good_usable_points),
                 total=len(control),
                 least=MIN_POINTS,
                 photos=MIN_PHOTOS,
                 reasons=_too_few_marks(
-                    _marks(label, len(_counted(marking, label, allowed))) for label in lacking
+                    _marks(label, len(_counted(marking, label, allowed_photos)))
+                    for label in lacking_control
                 ),
-                labels=lacking,
+                labels=lacking_control,
             )
         )
-    elif control and _is_collinear(marking, good):
+    elif control and _is_collinear(marking, good_usable_points):
         findings.append(Finding("control.collinear", "info"))
-    unseen = [
+    unseen_labels = [
         p.label
         for p in marking.control
-        if p.check and len(_counted(marking, p.label, allowed)) < MIN_PHOTOS
+        if p.check and len(_counted(marking, p.label, allowed_photos)) < MIN_PHOTOS
     ]
-    if unseen:
-        findings.append(Finding("control.few-marks", "info", labels=unseen))
-    if placed is not None and allowed is not None:
-        findings += _missing_joins(marking, placed, allowed)
+    if unseen_labels:
+        findings.append(Finding("control.few-marks", "info", labels=unseen_labels))
+    if placed_photos is not None and allowed_photos is not None:
+        findings += _missing_joins(marking, placed_photos, allowed_photos)
     return findings
 
 
-def _missing_joins(marking: Marking, placed: PlacedPhotos, model: set[str]) -> list[Finding]:
+def _missing_joins(marking: Marking, placed_photos: PlacedPhotos, model: set[str]) -> list[Finding]:
     """Report what is still needed to join the other components.
 
     model : photos of the first component
     """
     findings = []
-    for number, part in enumerate(placed.parts[1:], start=2):
+    for number, part in enumerate(placed_photos.parts[1:], start=2):
         other = {view.name for view in part.views}
         counts = {
             label: (
@@ -415,22 +418,24 @@ def _missing_joins(marking: Marking, placed: PlacedPhotos, model: set[str]) -> l
             )
             for label in marking.labels
         }
-        joined = [label for label, both in counts.items() if min(both) >= MIN_PHOTOS]
-        if len(joined) < MIN_POINTS:
+        joined_labels = [label for label, both in counts.items() if min(both) >= MIN_PHOTOS]
+        if len(joined_labels) < MIN_POINTS:
             findings.append(
                 Finding(
                     "join.few-markers",
                     "info",
                     size=len(other),
-                    common=len(joined),
+                    common=len(joined_labels),
                     least=MIN_POINTS,
-                    markers=joined,
+                    markers=joined_labels,
                     not_located=[
-                        label for label, (_, b) in counts.items() if label not in joined and b
+                        label
+                        for label, (_, b) in counts.items()
+                        if label not in joined_labels and b
                     ],
                 )
             )
-            begun = [
+            started_labels = [
                 tr(
                     "{point} ({first} in the model, {second} in component {number})",
                     point=label,
@@ -439,10 +444,12 @@ def _missing_joins(marking: Marking, placed: PlacedPhotos, model: set[str]) -> l
                     number=number,
                 )
                 for label, (a, b) in counts.items()
-                if label not in joined and b
+                if label not in joined_labels and b
             ]
-            if begun:
-                findings.append(Finding("join.begun-markers", component=number, markers=begun))
+            if started_labels:
+                findings.append(
+                    Finding("join.begun-markers", component=number, markers=started_labels)
+                )
     return findings
 
 

@@ -137,14 +137,14 @@ def placement_errors(
     def place_again(other: SparseScene) -> Similarity:
         return fit_similarity(locate(other), targets)
 
-    about = targets.mean(axis=0)
+    centre = targets.mean(axis=0)
     if lenses is None:
-        effect = lens_effect(scene, cameras, about, place_again)
+        effect = lens_effect(scene, cameras, centre, place_again)
     else:
-        effect = lens_effect(scene, cameras, about, identity, points, centres, lenses)
+        effect = lens_effect(scene, cameras, centre, identity, points, centres, lenses)
     covariance = scatter.covariance + (0.0 if effect is None else effect.covariance)
-    east, north, up = (float(turn) for turn in np.degrees(np.sqrt(np.diag(covariance)[:3])))
-    x, y, z = (float(value) for value in about + np.array(scene.origin))
+    east, north, up = (float(angle) for angle in np.degrees(np.sqrt(np.diag(covariance)[:3])))
+    x, y, z = (float(value) for value in centre + np.array(scene.origin))
     return {
         "sigma_m": scatter.horizontal_sigma,
         "sigma_height_m": float(scatter.sigma[2]),

@@ -172,9 +172,11 @@ def pair(out: Path, a: str, b: str) -> PairOfPhotos:
     left, right, all_rows, verified_rows = match_database.matches_of_pair(
         folder / "database.db", names.index(a), names.index(b)
     )
-    known = {(int(i), int(j)) for i, j in verified_rows}
-    refused = np.array([row for row in all_rows.tolist() if tuple(row) not in known], np.int64)
-    return PairOfPhotos(left, right, verified_rows, refused.reshape(-1, 2))
+    verified_pairs = {(int(i), int(j)) for i, j in verified_rows}
+    refused_values = np.array(
+        [row for row in all_rows.tolist() if tuple(row) not in verified_pairs], np.int64
+    )
+    return PairOfPhotos(left, right, verified_rows, refused_values.reshape(-1, 2))
 
 
 def residual_vectors(out: Path, name: str) -> tuple[Float32Array, Float32Array]:
@@ -189,8 +191,8 @@ def residual_vectors(out: Path, name: str) -> tuple[Float32Array, Float32Array]:
     mine = scene.track_views == row
     pixels = scene.track_pixels[mine]
     miss = pixels - scene.views[row].project(scene.points[scene.track_points[mine]])
-    good = np.isfinite(miss).all(axis=1)
-    return pixels[good].astype(np.float32), miss[good].astype(np.float32)
+    is_good = np.isfinite(miss).all(axis=1)
+    return pixels[is_good].astype(np.float32), miss[is_good].astype(np.float32)
 
 
 # ------------------------------------------------------------------------------------------------
@@ -236,12 +238,12 @@ def depth_pictures(out: Path, name: str) -> DepthPictures:
         raise InputError(Finding("dense.no-neighbour", photo=name))
     depth_map = DepthMap.load(path)
     photo = np.zeros((*depth_map.depth.shape, 3), np.uint8)
-    usable = np.ones(depth_map.depth.shape, bool)
-    straight = stage_folder(out, "straight")
-    if straight is not None and _depth_path(straight, name).exists():
-        undistorted = load_undistorted(_depth_path(straight, name))
+    is_usable = np.ones(depth_map.depth.shape, bool)
+    straight_stage_folder = stage_folder(out, "straight")
+    if straight_stage_folder is not None and _depth_path(straight_stage_folder, name).exists():
+        undistorted = load_undistorted(_depth_path(straight_stage_folder, name))
         if undistorted.pixels().shape == photo.shape:
-            photo, usable = undistorted.pixels(), undistorted.valid
+            photo, is_usable = undistorted.pixels(), undistorted.valid
     has = depth_map.depth > 0
     low, high = depth_range(depth_map.depth)
     table = color_table()
@@ -257,7 +259,7 @@ def depth_pictures(out: Path, name: str) -> DepthPictures:
         depth_colors(depth_map.depth, low, high, table),
         confidence,
         normals,
-        float((has & usable).sum() / max(1, usable.sum())),
+        float((has & is_usable).sum() / max(1, is_usable.sum())),
     )
 
 
@@ -271,9 +273,9 @@ def coverage(out: Path, name: str) -> float | None:
     try:
         with open_arrays(_depth_path(folder, name)) as arrays:
             has = arrays["depth"] > 0
-        straight = stage_folder(out, "straight")
-        if straight is not None:
-            usable = load_undistorted(_depth_path(straight, name)).valid
+        straight_stage_folder = stage_folder(out, "straight")
+        if straight_stage_folder is not None:
+            usable = load_undistorted(_depth_path(straight_stage_folder, name)).valid
             if usable.shape == has.shape:
                 return float((has & usable).sum() / max(1, usable.sum()))
     except (OSError, ValueError, KeyError, EOFError):
@@ -283,10 +285,10 @@ def coverage(out: Path, name: str) -> float | None:
 
 def depth_range(depth: Float32Array) -> tuple[float, float]:
     """Return the 1 % and 99 % quantiles of the depths; (0, 1) without any."""
-    known = depth[depth > 0]
-    if not len(known):
+    known_depth = depth[depth > 0]
+    if not len(known_depth):
         return 0.0, 1.0
-    low, high = (float(value) for value in np.percentile(known, (1, 99)))
+    low, high = (float(value) for value in np.percentile(known_depth, (1, 99)))
     return (low, high) if high > low else (low * 0.999, low * 1.001)
 
 

@@ -150,22 +150,22 @@ class PhotoViews:
         slack_m : maximum distance behind the first surface, in the model's unit; default: twice the
         model's resolution
         """
-        local = self.local(world)
-        return self._shows(view, local, self.views[view].project(local), slack_m)
+        local_points = self.local(world)
+        return self._shows(view, local_points, self.views[view].project(local_points), slack_m)
 
     def _shows(
-        self, view: int, local: FloatArray, pixels: FloatArray, slack_m: float | None
+        self, view: int, local_points: FloatArray, pixels: FloatArray, slack_m: float | None
     ) -> BoolArray:
-        visible = self.views[view].contains(pixels)
-        rows = np.flatnonzero(visible)
+        visible_views = self.views[view].contains(pixels)
+        rows = np.flatnonzero(visible_views)
         if len(rows):
-            visible[rows] = ~self._hidden(self._centres[view], local[rows], slack_m)
-        return visible
+            visible_views[rows] = ~self._hidden(self._centres[view], local_points[rows], slack_m)
+        return visible_views
 
     def _hidden(
-        self, centre: FloatArray, local: FloatArray, slack_m: float | FloatArray | None
+        self, centre: FloatArray, local_points: FloatArray, slack_m: float | FloatArray | None
     ) -> BoolArray:
-        ways = local - centre
+        ways = local_points - centre
         far = np.linalg.norm(ways, axis=1)
         slack = 2.0 * self.resolution if slack_m is None else slack_m
         # Of a cloud every point within reach of the line of sight counts.
@@ -180,16 +180,16 @@ class PhotoViews:
         Photos are sorted by their share of visible points, in fifths and largest first, then by
         pixel size on the surface, finest first.
         """
-        local = self.local(world)
-        if not len(local) or not self.views:
+        local_points = self.local(world)
+        if not len(local_points) or not self.views:
             return []
         sightings = []
         for number, view in enumerate(self.views):
-            pixels = view.project(local)
-            visible = self._shows(number, local, pixels, slack_m)
+            pixels = view.project(local_points)
+            visible = self._shows(number, local_points, pixels, slack_m)
             if visible.any():
                 rows = np.flatnonzero(visible)
-                subset = local[rows[:: max(1, len(rows) // _OBLIQUITY_POINTS)]]
+                subset = local_points[rows[:: max(1, len(rows) // _OBLIQUITY_POINTS)]]
                 sightings.append(
                     Sighting(
                         number,
@@ -208,8 +208,8 @@ class PhotoViews:
     def _focal(self, view: int) -> float:
         return float(np.sqrt(np.prod(self.views[view].intrinsics.focal)))
 
-    def _obliquity(self, view: int, local: FloatArray) -> float | None:
-        directions = local - self._centres[view]
+    def _obliquity(self, view: int, local_points: FloatArray) -> float | None:
+        directions = local_points - self._centres[view]
         hits = self.tree.cast(self._centres[view] + self._origin, directions)
         cosines = []
         for direction, index in zip(directions, hits.index.tolist(), strict=True):
@@ -231,19 +231,19 @@ class PhotoViews:
 
         step_px : approximate distance of the pixels
         """
-        local = self.local(line)
-        if len(local) < 2:
+        local_points = self.local(line)
+        if len(local_points) < 2:
             return np.zeros((0, 2)), np.zeros(0, np.bool_)
-        steps = self._steps(view, local, step_px)
+        steps = self._steps(view, local_points, step_px)
         pieces: list[FloatArray] = []
         slacks: list[FloatArray] = []
-        for a, b, count in zip(local[:-1], local[1:], steps, strict=True):
+        for a, b, count in zip(local_points[:-1], local_points[1:], steps, strict=True):
             t = np.linspace(0.0, 1.0, count, endpoint=False)[:, None]
             pieces.append(a + t * (b - a))
             # 0 at the corners, the maximum half way between them.
             sag = 4.0 * (t * (1.0 - t)).ravel() * _MAX_SAG_SHARE * float(np.linalg.norm(b - a))
             slacks.append(sag + 2.0 * self.resolution)
-        points = np.concatenate([*pieces, local[-1:]])
+        points = np.concatenate([*pieces, local_points[-1:]])
         slack = np.append(np.concatenate(slacks), 2.0 * self.resolution)
         if slack_m is not None:
             slack[:] = slack_m
@@ -255,8 +255,8 @@ class PhotoViews:
             visible[rows] = ~self._hidden(self._centres[view], points[rows], slack[rows])
         return pixels, visible
 
-    def _steps(self, view: int, local: FloatArray, step_px: float) -> list[int]:
-        pixels = self.views[view].project(local)
+    def _steps(self, view: int, local_points: FloatArray, step_px: float) -> list[int]:
+        pixels = self.views[view].project(local_points)
         lengths = np.hypot(*np.diff(pixels, axis=0).T)
         size = float(np.hypot(*(self.views[view].intrinsics.width,) * 2))
         # The length is unknown if the lens does not show the ends.
@@ -273,15 +273,19 @@ class PhotoViews:
         pixels : (n, 2) pixels of the photo
         """
         photo = self.views[view]
-        queried = np.asarray(pixels, np.float64).reshape(-1, 2)
-        directions = photo.rays(queried)
+        queried_values = np.asarray(pixels, np.float64).reshape(-1, 2)
+        directions = photo.rays(queried_values)
         hits = self.tree.cast(self._centres[view] + self._origin, directions)
-        is_hit = (hits.index >= 0) & photo.contains(queried)
-        places = np.full((len(queried), 3), np.nan)
+        is_hit = (hits.index >= 0) & photo.contains(queried_values)
+        places = np.full((len(queried_values), 3), np.nan)
         hit_places = self.tree.positions(hits.index[is_hit], hits.weights[is_hit])
         if not isinstance(self.tree.data, Mesh):
-            start, along = self._centres[view] + self._origin, directions[is_hit]
-            hit_places = start + ((hit_places - start) * along).sum(axis=1, keepdims=True) * along
+            start, along_component = self._centres[view] + self._origin, directions[is_hit]
+            hit_places = (
+                start
+                + ((hit_places - start) * along_component).sum(axis=1, keepdims=True)
+                * along_component
+            )
         places[is_hit] = (hit_places - self._origin) @ self._forth.T + self._anchor
         return places
 

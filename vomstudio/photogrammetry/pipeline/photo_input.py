@@ -89,25 +89,27 @@ def usable_photos(
         ]
         raise InputError(Finding("alignment.too-few-photos", reasons=reasons), file=folder)
     if settings.control is not None:
-        checked = check_control(tables.points, tables.marks, photo_folder.photos, settings.crs)
-        if checked.problem is not None:
-            raise InputError(checked.problem, file=settings.marks)
+        checked_control = check_control(
+            tables.points, tables.marks, photo_folder.photos, settings.crs
+        )
+        if checked_control.problem is not None:
+            raise InputError(checked_control.problem, file=settings.marks)
     photo_folder.warnings.extend(labels_on_one_spot(tables.marks))
     if settings.crs is not None and settings.control is None:
-        placed = [photo for photo in photo_folder.photos if has_position(photo)]
-        if len(placed) < 3:
+        placed_photos = [photo for photo in photo_folder.photos if has_position(photo)]
+        if len(placed_photos) < 3:
             raise InputError(
                 Finding(
                     "gps-few",
                     "error",
-                    value=len(placed),
+                    value=len(placed_photos),
                     total=len(photo_folder.photos),
                     crs=settings.crs,
-                    photos=[photo.name for photo in placed],
+                    photos=[photo.name for photo in placed_photos],
                 ),
                 file=folder,
             )
-        world_positions(placed, crs_of(placed, settings.crs))
+        world_positions(placed_photos, crs_of(placed_photos, settings.crs))
     return photo_folder
 
 

@@ -65,7 +65,7 @@ class PhotoResults(Sequence[Result], Generic[Result]):
     def __getitem__(self, number: slice) -> list[Result]: ...
     def __getitem__(self, number: int | slice) -> Result | list[Result]:
         if isinstance(number, slice):
-            return [self[each] for each in range(*number.indices(len(self)))]
+            return [self[item] for item in range(*number.indices(len(self)))]
         if not -len(self) <= number < len(self):
             raise IndexError(number)
         path = self.path(number % len(self))

@@ -74,11 +74,11 @@ def registration_findings(
 
     Bad marks are those that scatter.
     """
-    if refused := registration.get("refused"):
+    if refused_registration := registration.get("refused"):
         reason = {
             "value": None,
-            "reason": refused["message"],
-            "reason_code": refused["code"],
+            "reason": refused_registration["message"],
+            "reason_code": refused_registration["code"],
         }
         if settings.control is not None:
             yield Finding("control-unused", photos=(), **reason)

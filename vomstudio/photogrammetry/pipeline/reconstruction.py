@@ -203,14 +203,16 @@ class _Run:
             stage.finish()
         return Alignment.load(stage.folder), stage
 
-    def _join(self, alignment: Alignment, aligned: StageFolder) -> tuple[Alignment, StageFolder]:
+    def _join(
+        self, alignment: Alignment, aligned_stage_folder: StageFolder
+    ) -> tuple[Alignment, StageFolder]:
         """Join components by markers; other marks are used in the registration."""
         from vomstudio.photogrammetry.georeferencing.joined_alignment import join_alignment
 
         tables = self.tables
         alignment, stage, findings = join_alignment(
             alignment,
-            lambda: self.checkpoints.stage("joined", aligned.key, *tables.hashes),
+            lambda: self.checkpoints.stage("joined", aligned_stage_folder.key, *tables.hashes),
             tables.points,
             tables.marks,
             self.settings.threads,
@@ -218,16 +220,18 @@ class _Run:
         )
         for finding in findings:
             self.log.note(finding)
-        return alignment, stage or aligned
+        return alignment, stage or aligned_stage_folder
 
     def _place(
-        self, alignment: Alignment, photos: PhotoFolder, aligned: StageFolder
+        self, alignment: Alignment, photos: PhotoFolder, aligned_stage_folder: StageFolder
     ) -> _Registered:
         """Register the largest part by control or GPS, else place it upright in a local frame."""
         from vomstudio.photogrammetry.pipeline.placing import place_scene
 
         settings, tables = self.settings, self.tables
-        stage = self.checkpoints.stage("frame", aligned.key, settings.crs, *tables.hashes)
+        stage = self.checkpoints.stage(
+            "frame", aligned_stage_folder.key, settings.crs, *tables.hashes
+        )
         if not stage.done:
             self.log.stage(tr("Registering the model"))
             scene, facts = place_scene(alignment, photos.photos, settings, tables, self.log)
@@ -235,22 +239,22 @@ class _Run:
             stage.finish(registration=facts)
         for warning in stage.facts["registration"].get("warnings", []):
             self.log.note(Finding.from_dict(warning))
-        if refused := stage.facts["registration"].get("refused"):
-            cause = {"reason": refused["message"], "reason_code": refused["code"]}
+        if refused_facts := stage.facts["registration"].get("refused"):
+            cause = {"reason": refused_facts["message"], "reason_code": refused_facts["code"]}
             self.log.note(Finding("reconstruct.local-frame", **cause))
         return _Registered(SparseScene.load(stage.folder), stage.facts["registration"], stage)
 
     def _undistort(
-        self, placed: _Registered, photos: PhotoFolder
+        self, placed_registered: _Registered, photos: PhotoFolder
     ) -> tuple[PhotoResults[Undistorted], StageFolder]:
         """Undistort the photos in the size of the depth maps."""
         from vomstudio.photogrammetry.dense import undistortion
 
-        views = placed.scene.views
-        size = self._dense_size(placed)
+        views = placed_registered.scene.views
+        size = self._dense_size(placed_registered)
         self.dense_px = size
         stage = self.checkpoints.stage(
-            "straight", placed.stage.key, report_data.versions("cv2"), size
+            "straight", placed_registered.stage.key, report_data.versions("cv2"), size
         )
         photo_by_name = {photo.name: photo for photo in photos.photos}
 
@@ -267,16 +271,16 @@ class _Run:
         self._each(tr("Undistorting photos"), stage, results, undistortion.undistort, task, need)
         return results.at(stage.folder), stage
 
-    def _dense_size(self, placed: _Registered) -> int:
+    def _dense_size(self, placed_registered: _Registered) -> int:
         """Return the size of depth maps, at most the size used by an earlier run."""
         from vomstudio.photogrammetry.dense.memory_limits import fitting_size
 
         requested_px, lenses = (
             self.settings.steps.dense_px,
-            [v.intrinsics for v in placed.scene.views],
+            [v.intrinsics for v in placed_registered.scene.views],
         )
         size = fitting_size(requested_px, [(lens.width, lens.height) for lens in lenses])
-        stage = self.checkpoints.stage(_SIZE, placed.stage.key, requested_px)
+        stage = self.checkpoints.stage(_SIZE, placed_registered.stage.key, requested_px)
         if not stage.done:
             stage.finish(dense_px=size)
         size = min(size, int(stage.facts["dense_px"]))
@@ -285,7 +289,10 @@ class _Run:
         return size
 
     def _depths(
-        self, scene: SparseScene, straight: PhotoResults[Undistorted], flat: StageFolder
+        self,
+        scene: SparseScene,
+        straight: PhotoResults[Undistorted],
+        flat_stage_folder: StageFolder,
     ) -> tuple[DepthMapPlans, PhotoResults[DepthMap], StageFolder]:
         from vomstudio.photogrammetry.dense import depthmaps
         from vomstudio.photogrammetry.dense.pairs import select_pairs
@@ -298,7 +305,9 @@ class _Run:
         names = [scene.views[plan.view].name for plan in pairs.plans]
         if self.device == "cuda":
             versions = report_data.versions("pycolmap")
-            stage = self.checkpoints.stage("depths", flat.key, versions, "cuda", *self.only)
+            stage = self.checkpoints.stage(
+                "depths", flat_stage_folder.key, versions, "cuda", *self.only
+            )
             results = PhotoResults(stage.folder, names, _save_map, depthmaps.DepthMap.load)
             if stage.done:
                 return pairs, results.at(stage.folder), stage
@@ -307,7 +316,7 @@ class _Run:
                 return pairs, results.at(stage.folder), stage
             self.device = "cpu"
         versions = report_data.versions("cv2", "numba")
-        stage = self.checkpoints.stage("depths", flat.key, versions, *self.only)
+        stage = self.checkpoints.stage("depths", flat_stage_folder.key, versions, *self.only)
 
         def task(number: int) -> depthmaps.DepthTask:
             return depthmaps.make_task(pairs.plans[number], straight.__getitem__)
@@ -363,7 +372,7 @@ class _Run:
         return load_result(load_cloud, stage.folder / _CLOUD), stage
 
     def _surface(
-        self, cloud: PointCloud, placed: _Registered, fused: StageFolder
+        self, cloud: PointCloud, placed_registered: _Registered, fused_stage_folder: StageFolder
     ) -> tuple[Mesh, StageFolder]:
         from vomstudio.photogrammetry.surface.meshing import (
             MeshingOptions,
@@ -372,7 +381,9 @@ class _Run:
         )
 
         faces = self.settings.steps.faces
-        stage = self.checkpoints.stage("surface", fused.key, report_data.versions("open3d"), faces)
+        stage = self.checkpoints.stage(
+            "surface", fused_stage_folder.key, report_data.versions("open3d"), faces
+        )
         if not stage.done:
             threads = self.settings.threads or os.cpu_count() or 1
             options = MeshingOptions(faces=faces, threads=threads, max_points=fitting_points())
@@ -384,7 +395,7 @@ class _Run:
         return load_result(load_mesh, stage.folder / _MESH), stage
 
     def _texture(
-        self, mesh: Mesh, placed: _Registered, photos: PhotoFolder, surfaced: StageFolder
+        self, mesh: Mesh, placed_registered: _Registered, photos: PhotoFolder, surfaced: StageFolder
     ) -> tuple[Mesh, StageFolder]:
         """Compute the texture from original photos, so that nothing is resampled twice."""
         from vomstudio.photogrammetry.surface.atlas import AtlasOptions
@@ -394,15 +405,17 @@ class _Run:
         stage = self.checkpoints.stage("texture", surfaced.key, steps.page_px, steps.pages)
         if not stage.done:
             photo_by_name = {photo.name: photo for photo in photos.photos}
-            sources = [TakenPhoto(photo_by_name[view.name], view) for view in placed.scene.views]
+            sources = [
+                TakenPhoto(photo_by_name[view.name], view) for view in placed_registered.scene.views
+            ]
             options = TextureOptions(atlas=AtlasOptions(page=steps.page_px, most_pages=steps.pages))
-            textured = make_texture(mesh, sources, options, self.executor, self.log)
-            for material, page in zip(textured.mesh.materials, textured.pages, strict=True):
+            texture = make_texture(mesh, sources, options, self.executor, self.log)
+            for material, page in zip(texture.mesh.materials, texture.pages, strict=True):
                 picture = jpeg(page)
                 path = stage.folder / f"{material.name}.jpg"
                 write_atomically(path, lambda p, picture=picture: p.write_bytes(picture))  # type: ignore[misc]
-            write_atomically(stage.folder / _MESH, lambda path: save_mesh(path, textured.mesh))
-            stage.finish(report=asdict(textured.report))
+            write_atomically(stage.folder / _MESH, lambda path: save_mesh(path, texture.mesh))
+            stage.finish(report=asdict(texture.report))
         for warning in stage.facts["report"]["warnings"]:
             self.log.note(Finding.from_dict(warning))
         return load_result(load_mesh, stage.folder / _MESH), stage
@@ -417,15 +430,15 @@ class _Run:
         self,
         photos: PhotoFolder,
         alignment: Alignment,
-        placed: _Registered,
+        placed_registered: _Registered,
         cloud: PointCloud,
-        textured: Mesh,
+        textured_mesh: Mesh,
         dressed: StageFolder,
     ) -> dict[str, Any]:
         from vomstudio.photogrammetry.pipeline.placing import registration_findings
 
         self.log.end_stage()
-        outputs, scene = self.outputs, placed.scene
+        outputs, scene = self.outputs, placed_registered.scene
         for name, reason in alignment.unregistered:
             finding = Finding(
                 "alignment.photo-left-out",
@@ -438,18 +451,18 @@ class _Run:
             names = [view.name for view in part.views]
             self.log.note(Finding("alignment.separate-component", photos=names))
         registration = report_data.add_edge_bowing(
-            placed.registration, scene, textured, self.log.note
+            placed_registered.registration, scene, textured_mesh, self.log.note
         )
         placed_names = {view.name for view in scene.views}
-        missing = [p.name for p in photos.photos if p.name not in placed_names]
+        missing_names = [p.name for p in photos.photos if p.name not in placed_names]
         cameras = report_data.cameras_after_placement(alignment.cameras, scene, registration)
         survey = check_scene(
             scene,
             # Photos of other parts have a pose, and are counted there.
-            unregistered=[name for name, _ in alignment.unregistered],
+            unregistered_names=[name for name, _ in alignment.unregistered],
             other_parts=alignment.parts[1:],
             cameras=cameras,
-            planes=report_data.planes_of_model(cloud, textured, registration),
+            planes=report_data.planes_of_model(cloud, textured_mesh, registration),
             further=tuple(registration_findings(self.settings, registration)),
         )
         rows = report_data.photo_rows(photos.photos, scene, registration)
@@ -459,7 +472,7 @@ class _Run:
         result = {
             "photos": len(photos.photos),
             "registered": len(scene.views),
-            "unregistered": missing,
+            "unregistered": missing_names,
             "survey": survey.to_dict(),
             "alignment_notes": plain(alignment.notes),
             "reprojection_error_px": float(alignment.reprojection_error_px),
@@ -468,7 +481,7 @@ class _Run:
             "dense": str(outputs.dense),
             "mesh": str(outputs.mesh),
             "dense_points": len(cloud.points),
-            "faces": len(textured.faces),
+            "faces": len(textured_mesh.faces),
             "frame": scene.crs or "local",
             "scaled": scene.scaled,
             **report_data.sizes(scene, dressed.facts["report"]),
@@ -487,7 +500,7 @@ class _Run:
             **report_data.dense_gsd(rows, self.dense_px),
             "calibration": report_data.calibration(cameras, photos.photos),
             "registration": registration,
-            "model": report_data.model(cloud, textured, dressed.facts["report"]),
+            "model": report_data.model(cloud, textured_mesh, dressed.facts["report"]),
             "settings": self.settings.to_dict(),
             "versions": report_data.versions("pycolmap", "open3d", "cv2", "numba"),
             "drawing": report_data.drawing(scene),

@@ -114,9 +114,9 @@ def gps_registration(report: GpsReport) -> dict[str, Any]:
             "dz": float(miss[2]),
             "error_m": float(np.linalg.norm(miss)),
             "used": bool(used),
-            "surveyed": at.tolist(),
+            "surveyed": position.tolist(),
         }
-        for name, miss, used, at in zip(
+        for name, miss, used, position in zip(
             report.names, report.residuals_m, report.used, report.positions, strict=True
         )
     ]
@@ -165,7 +165,7 @@ def _placement(report: Placement) -> dict[str, Any]:
         "centre": list(report.centre),
         "bowing": _bowing(report.bowing),
         "lens_bowing": lens_bowing(report.lens_bend),
-        "warnings": plain([each for each in report.warnings if each not in bowing]),
+        "warnings": plain([item for item in report.warnings if item not in bowing]),
     }
 
 
@@ -229,7 +229,7 @@ def cameras_after_placement(
     cameras: Sequence[Calibration], scene: SparseScene, registration: Mapping[str, Any]
 ) -> list[Calibration]:
     """Return the cameras after the adjustment to ground control, if there was one."""
-    adjusted = []
+    adjusted_items = []
     for camera in cameras:
         photos = set(camera.photos)
         for view in scene.views:
@@ -243,8 +243,8 @@ def cameras_after_placement(
                 if lens["freed"]:
                     sigma = (lens["sigma_px"], *camera.sigma[1:])
                     camera = replace(camera, focal="freed", sigma=sigma)
-        adjusted.append(camera)
-    return adjusted
+        adjusted_items.append(camera)
+    return adjusted_items
 
 
 def calibration(cameras: Sequence[Calibration], photos: Sequence[Photo]) -> list[dict[str, Any]]:
@@ -254,8 +254,8 @@ def calibration(cameras: Sequence[Calibration], photos: Sequence[Photo]) -> list
     for camera in cameras:
         first = photo_by_name[camera.photos[0]]
         # Parameters freed by the ground have an error, but no correlations with others.
-        alone = np.isfinite(camera.sigma) & np.isnan(np.diag(camera.correlation))
-        free = [i for i, value in enumerate(camera.sigma) if value != 0 and not alone[i]]
+        is_alone = np.isfinite(camera.sigma) & np.isnan(np.diag(camera.correlation))
+        free_indices = [i for i, value in enumerate(camera.sigma) if value != 0 and not is_alone[i]]
         rows.append(
             {
                 "camera": first.camera,
@@ -266,8 +266,10 @@ def calibration(cameras: Sequence[Calibration], photos: Sequence[Photo]) -> list
                 "names": list(camera.names),
                 "params": list(camera.values),
                 "sigma": [value if value == value else None for value in camera.sigma],
-                "free": [camera.names[i] for i in free],
-                "correlation": [[camera.correlation[i][j] for j in free] for i in free],
+                "free": [camera.names[i] for i in free_indices],
+                "correlation": [
+                    [camera.correlation[i][j] for j in free_indices] for i in free_indices
+                ],
                 "focal": camera.focal,
                 "focal_exif_px": camera.exif_px,
                 "rule": " ".join(reason.message for reason in camera.reasons),
@@ -309,10 +311,12 @@ def planes_of_model(
     """
     from vomstudio.io.models.opening import resolution
 
-    known = [value for value in (resolution(cloud), resolution(mesh)) if math.isfinite(value)]
-    if not known:
+    resolutions = [value for value in (resolution(cloud), resolution(mesh)) if math.isfinite(value)]
+    if not resolutions:
         return None
-    return PlaneSizes.from_resolution(max(known), registration_deg=rotation95_deg(registration))
+    return PlaneSizes.from_resolution(
+        max(resolutions), registration_deg=rotation95_deg(registration)
+    )
 
 
 def sizes(scene: SparseScene, texture: Mapping[str, Any]) -> dict[str, Any]:

@@ -53,7 +53,7 @@ def write_cameras_of(
 
 
 def write_models(
-    outputs: Outputs, scene: SparseScene, cloud: PointCloud, textured: Mesh, progress: Progress
+    outputs: Outputs, scene: SparseScene, cloud: PointCloud, textured_mesh: Mesh, progress: Progress
 ) -> None:
     """Write the cloud and the textured mesh, in World."""
     from vomstudio.io.models.writing import write_model
@@ -61,7 +61,7 @@ def write_models(
     progress.stage(tr("Writing the model"), 2 + len(outputs.others))
     world = replace(cloud, points=cloud.points + scene.origin)
     write_model(world, scene.crs, outputs.dense, force=True, axes=scene.axes)
-    mesh = replace(textured, vertices=textured.vertices + scene.origin)
+    mesh = replace(textured_mesh, vertices=textured_mesh.vertices + scene.origin)
     for done, path in enumerate((outputs.mesh, *outputs.others), start=1):
         progress.step(done)
         write_model(mesh, scene.crs, path, force=True, axes=scene.axes)
@@ -84,9 +84,9 @@ def write_registrations(outputs: Outputs, result: Mapping[str, Any]) -> None:
     names = ("registration", "frame", "scaled")
     text = json.dumps({name: result[name] for name in names}, default=_plain)
     registration = result_registration(json.loads(text), outputs.folder.name)
-    known = registration.rotation_covariance() is not None
+    is_known = registration.rotation_covariance() is not None
     for models in ((outputs.mesh, *outputs.others), (outputs.dense,)):
-        if known:
+        if is_known:
             write_registration(registration, models, force=True)
         else:
             registration_path(models[0]).unlink(missing_ok=True)

@@ -9,7 +9,7 @@ from vomstudio.photogrammetry.surface._triangle_parts import frame_of, weights_a
 
 
 @kernel("void(f8[:,::1], f8[:,::1], i4[:,::1], f8[:,::1], f8, f8, i8, i4[::1])")
-def settle_labels(smooth, exact, across, directions, min_cosine, joining, sweeps, labels):  # type: ignore[no-untyped-def]
+def settle_labels(smooth, exact, neighbour_faces, directions, min_cosine, joining, sweeps, labels):  # type: ignore[no-untyped-def]
     """Assign each face the direction that suits it and its neighbours.
 
     The labels are optimised by iterated conditional modes.
@@ -20,7 +20,7 @@ def settle_labels(smooth, exact, across, directions, min_cosine, joining, sweeps
     """
     count = len(directions)
     for _ in range(sweeps):
-        changed = 0
+        changed_count = 0
         for f in range(len(labels)):
             best, best_label = -1e9, labels[f]
             for d in range(count):
@@ -30,15 +30,15 @@ def settle_labels(smooth, exact, across, directions, min_cosine, joining, sweeps
                 if facing < min_cosine:
                     value -= 4.0 * (min_cosine - facing) + 0.5
                 for side in range(3):
-                    g = across[f, side]
+                    g = neighbour_faces[f, side]
                     if g >= 0 and labels[g] == d:
                         value += joining
                 if value > best + 1e-12:
                     best, best_label = value, d
             if best_label != labels[f]:
                 labels[f] = best_label
-                changed += 1
-        if changed == 0:
+                changed_count += 1
+        if changed_count == 0:
             break
 
 
@@ -49,8 +49,8 @@ def find_overlap(corners, members, grid, overlaps):  # type: ignore[no-untyped-d
     corners : (m, 3, 2) of all faces, x right and y down in texels; members : the faces to draw
     """
     h, w = grid.shape
-    for at in range(len(members)):
-        f = members[at]
+    for k in range(len(members)):
+        f = members[k]
         ax, ay = corners[f, 0, 0], corners[f, 0, 1]
         bx, by = corners[f, 1, 0], corners[f, 1, 1]
         cx, cy = corners[f, 2, 0], corners[f, 2, 1]
@@ -80,8 +80,8 @@ def cover_cells(corners, members, shift, gutter, side, cells):  # type: ignore[n
     shift : added to the corners, texels
     """
     h, w = cells.shape
-    for at in range(len(members)):
-        f = members[at]
+    for index in range(len(members)):
+        f = members[index]
         ax, ay = corners[f, 0, 0] + shift, corners[f, 0, 1] + shift
         bx, by = corners[f, 1, 0] + shift, corners[f, 1, 1] + shift
         cx, cy = corners[f, 2, 0] + shift, corners[f, 2, 1] + shift
@@ -122,14 +122,14 @@ def place_chart(page, chart, first_row, last_row):  # type: ignore[no-untyped-de
     columns = page.shape[1]
     for j in range(first_row, min(last_row, page.shape[0] - h) + 1):
         for i in range(columns - w + 1):
-            free = True
+            is_free = True
             for y in range(h):
                 for x in range(w):
                     if chart[y, x] and page[j + y, i + x]:
-                        free = False
+                        is_free = False
                         break
-                if not free:
+                if not is_free:
                     break
-            if free:
+            if is_free:
                 return j * columns + i
     return -1

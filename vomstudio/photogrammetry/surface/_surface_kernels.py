@@ -38,14 +38,14 @@ def pull_to_points(vertices, normals, near, points, point_normals, width, max_di
                     p = near[v, j]
                     dx, dy, dz = x - points[p, 0], y - points[p, 1], z - points[p, 2]
                     ax, ay, az = point_normals[p, 0], point_normals[p, 1], point_normals[p, 2]
-                    off = dx * ax + dy * ay + dz * az
+                    offset = dx * ax + dy * ay + dz * az
                     w = math.exp(-(dx * dx + dy * dy + dz * dz) / (2 * width * width))
                     ux, uy, uz = ax - gx, ay - gy, az - gz
                     w *= math.exp(-(ux * ux + uy * uy + uz * uz) / (NORMAL_WIDTH * NORMAL_WIDTH))
                     if outer > 0 or inner > 0:
-                        w *= math.exp(-((off - value) ** 2) / (spread * spread))
+                        w *= math.exp(-((offset - value) ** 2) / (spread * spread))
                     total += w
-                    f += w * off
+                    f += w * offset
                     nx += w * ax
                     ny += w * ay
                     nz += w * az

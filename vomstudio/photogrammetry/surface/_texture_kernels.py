@@ -7,18 +7,18 @@ from vomstudio.photogrammetry.surface._triangle_parts import frame_of, weights_a
 
 
 @kernel("void(i4[::1], i4[::1], f4[::1], i4[:,::1], i8, f4[::1])")
-def smooth_quality(starts, views, quality, across, rounds, spare):  # type: ignore[no-untyped-def]
+def smooth_quality(starts, views, quality, neighbour_faces, rounds, spare):  # type: ignore[no-untyped-def]
     """Average the qualities of each view over neighbouring faces that it sees.
 
     Entries of face f are starts[f] to starts[f + 1], sorted by view; `spare` is as long as
     `quality`.
     """
     for _ in range(rounds):
-        for f in range(len(across)):
+        for f in range(len(neighbour_faces)):
             for e in range(starts[f], starts[f + 1]):
                 total, weight = 2.0 * quality[e], 2.0
                 for side in range(3):
-                    g = across[f, side]
+                    g = neighbour_faces[f, side]
                     if g < 0:
                         continue
                     for o in range(starts[g], starts[g + 1]):
@@ -32,14 +32,14 @@ def smooth_quality(starts, views, quality, across, rounds, spare):  # type: igno
 
 
 @kernel("void(i4[::1], i4[::1], f4[::1], i4[:,::1], f8, i8, i4[::1])")
-def choose_views(starts, views, quality, across, joining, sweeps, labels):  # type: ignore[no-untyped-def]
+def choose_views(starts, views, quality, neighbour_faces, joining, sweeps, labels):  # type: ignore[no-untyped-def]
     """Select the view from which each face is drawn, or -1 for a face without views.
 
     The view maximises its quality relative to the best view of the face, plus `joining` for each
     neighbour with the same view (iterated conditional modes).
     """
     for sweep in range(sweeps):
-        changed = 0
+        changed_count = 0
         for f in range(len(labels)):
             first, last = starts[f], starts[f + 1]
             if first == last:
@@ -53,15 +53,15 @@ def choose_views(starts, views, quality, across, joining, sweeps, labels):  # ty
                 value = quality[e] / top
                 if sweep > 0:
                     for side in range(3):
-                        g = across[f, side]
+                        g = neighbour_faces[f, side]
                         if g >= 0 and labels[g] == views[e]:
                             value += joining
                 if value > best + 1e-9:
                     best, best_view = value, views[e]
             if best_view != labels[f]:
                 labels[f] = best_view
-                changed += 1
-        if changed == 0:
+                changed_count += 1
+        if changed_count == 0:
             break
 
 
@@ -78,8 +78,8 @@ def diffuse(starts, links, some, counts, values, spare, rounds):  # type: ignore
             count = 1.0
             for c in range(channels):
                 spare[k, c] = values[v, c]
-            for at in range(starts[v], starts[v + 1]):
-                o = links[at]
+            for index in range(starts[v], starts[v + 1]):
+                o = links[index]
                 if counts[o]:
                     count += 1.0
                     for c in range(channels):
@@ -100,10 +100,10 @@ def fill_outward(starts, links, known, values, queue):  # type: ignore[no-untype
         if known[v]:
             queue[count] = v
             count += 1
-    at = 0
-    while at < count:
-        v = queue[at]
-        at += 1
+    position = 0
+    while position < count:
+        v = queue[position]
+        position += 1
         for k in range(starts[v], starts[v + 1]):
             o = links[k]
             if known[o]:
@@ -141,15 +141,15 @@ def median_distances(starts, colors, distance, spread):  # type: ignore[no-untyp
         for c in range(3):
             values = colors[first:last, c].copy()
             values.sort()
-            middle = 0.5 * (values[(n - 1) // 2] + values[n // 2])
+            centre = 0.5 * (values[(n - 1) // 2] + values[n // 2])
             for k in range(n):
-                values[k] = abs(values[k] - middle)
+                values[k] = abs(values[k] - centre)
             values.sort()
             # Use the nearer half, so that outliers do not widen the spread.
-            usual = values[(n - 1) // 2]
+            median = values[(n - 1) // 2]
             for e in range(first, last):
-                distance[e] = max(distance[e], abs(colors[e, c] - middle))
-                spread[e] = max(spread[e], usual)
+                distance[e] = max(distance[e], abs(colors[e, c] - centre))
+                spread[e] = max(spread[e], median)
 
 
 @kernel("void(f8[:,:,::1], f8, f8, i4[:,::1])")

@@ -100,11 +100,13 @@ def count_seen(  # type: ignore[no-untyped-def]
                     near = za + u * (zb - za) + v * (zc - za)
                     z = 1.0 / near
                     # The depth that this face's own slope allows nearby.
-                    steep = slope * z * z
-                    tolerance = depth_tolerance * pixel * z + (steep if attempt == 1 else 0.0)
+                    steep_values = slope * z * z
+                    tolerance = depth_tolerance * pixel * z + (
+                        steep_values if attempt == 1 else 0.0
+                    )
                     if z <= buffer[j, i] + tolerance:
                         visible_count += 1
-                        if z <= nearest[j, i] + tolerance + radius * steep:
+                        if z <= nearest[j, i] + tolerance + radius * steep_values:
                             clear_count += 1
         if total > 0:
             visible[row] = visible_count / total
@@ -112,12 +114,12 @@ def count_seen(  # type: ignore[no-untyped-def]
 
 
 @kernel("void(u1[:,:,::1], f8[:,::1], f4[:,::1])")
-def look_up(picture, places, values):  # type: ignore[no-untyped-def]
+def look_up(picture, positions, values):  # type: ignore[no-untyped-def]
     """Interpolate a picture (h, w, c) at pixels (n, 2), with the first centre at 0.5; clamped."""
     h, w, channels = picture.shape
-    for k in range(len(places)):
-        x = min(max(places[k, 0] - 0.5, 0.0), w - 1.0)
-        y = min(max(places[k, 1] - 0.5, 0.0), h - 1.0)
+    for k in range(len(positions)):
+        x = min(max(positions[k, 0] - 0.5, 0.0), w - 1.0)
+        y = min(max(positions[k, 1] - 0.5, 0.0), h - 1.0)
         i, j = int(x), int(y)
         fx, fy = x - i, y - j
         i1, j1 = min(i + 1, w - 1), min(j + 1, h - 1)

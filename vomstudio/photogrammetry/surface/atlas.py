@@ -142,14 +142,14 @@ def make_atlas(
     else:
         raise GeometryError(Finding("texture.charts-too-large"))
     corners, page, sizes = packed
-    drawn = np.abs(_doubled_areas(corners)).sum() / 2
+    drawn_values = np.abs(_doubled_areas(corners)).sum() / 2
     facts = {
         "texel_m": texel,
         "wanted_texel_m": requested,
         "charts": int(chart.max()) + 1,
         "pages": len(sizes),
         "page_sizes": sizes.tolist(),
-        "filled_share": float(drawn / (sizes[:, 0] * sizes[:, 1]).sum()),
+        "filled_share": float(drawn_values / (sizes[:, 0] * sizes[:, 1]).sum()),
     }
     return Atlas(corners, page, chart, sizes, texel, facts)
 
@@ -171,13 +171,13 @@ def uv_mesh(atlas: Atlas, faces: Int32Array) -> tuple[IntArray, Int32Array, Floa
     order = np.argsort(atlas.page, kind="stable")
     key = faces[order].astype(np.int64) << 32 | atlas.chart[order, None]
     _, first, inverse = np.unique(key.ravel(), return_index=True, return_inverse=True)
-    old = faces[order].ravel()[first].astype(np.int64)
+    old_faces = faces[order].ravel()[first].astype(np.int64)
     place = atlas.corners[order].reshape(-1, 2)[first]
     size = atlas.sizes[np.repeat(atlas.page[order], 3)[first]]
     uv = place / size
     uv[:, 1] = 1.0 - uv[:, 1]
     fresh = inverse.reshape(-1, 3).astype(np.int32)
-    return old, fresh, np.clip(uv, 0, 1).astype(np.float32), order
+    return old_faces, fresh, np.clip(uv, 0, 1).astype(np.float32), order
 
 
 # --- charts ------------------------------------------------------------------------------------
@@ -196,49 +196,53 @@ def _flatten(
     Corners are in the unit of the vertices, from (0, 0).
     """
     length = np.linalg.norm(cross, axis=1)
-    exact = np.divide(cross, length[:, None], out=np.zeros_like(cross), where=length[:, None] > 0)
-    across = neighbours(faces)
-    labels = _labels(cross, exact, across)
+    exact_values = np.divide(
+        cross, length[:, None], out=np.zeros_like(cross), where=length[:, None] > 0
+    )
+    neighbour_faces = neighbours(faces)
+    labels = _labels(cross, exact_values, neighbour_faces)
     piece = _connected_pieces(faces, labels)
-    flat = np.zeros((len(faces), 3, 2))
+    flat_values = np.zeros((len(faces), 3, 2))
     chart = np.full(len(faces), -1, np.int32)
-    remaining = np.arange(len(faces))
+    remaining_values = np.arange(len(faces))
     count = 0
     longest = (options.page - 2 * options.gutter - 2 * _CELL_TEXELS) * texel
     for attempt in range(_MAX_ATTEMPTS):
         progress.step(attempt)
-        if not len(remaining):
+        if not len(remaining_values):
             break
         is_last = attempt == _MAX_ATTEMPTS - 1
-        groups = np.arange(len(remaining)) if is_last else piece[remaining]
+        groups = np.arange(len(remaining_values)) if is_last else piece[remaining_values]
         order = np.argsort(groups, kind="stable")
         bounds = np.flatnonzero(np.r_[True, np.diff(groups[order]) != 0, True])
         overlapping_faces = []
         for start, stop in itertools.pairwise(bounds):
-            rows = remaining[order[start:stop]]
-            is_facing_away = _project(vertices, faces, rows, cross, exact, flat)
-            for part in _cut_chart(flat, rows[~is_facing_away], longest, texel):
-                clash = _overlapping(flat, part, texel)
+            rows = remaining_values[order[start:stop]]
+            is_facing_away = _project(vertices, faces, rows, cross, exact_values, flat_values)
+            for part in _cut_chart(flat_values, rows[~is_facing_away], longest, texel):
+                clash = _overlapping(flat_values, part, texel)
                 fitting = part[~clash]
                 if len(fitting):
-                    flat[fitting] -= flat[fitting].reshape(-1, 2).min(axis=0)
+                    flat_values[fitting] -= flat_values[fitting].reshape(-1, 2).min(axis=0)
                     chart[fitting] = count
                     count += 1
                 overlapping_faces.append(part[clash])
             overlapping_faces.append(rows[is_facing_away])
-        remaining = (
-            np.sort(np.concatenate(overlapping_faces)) if overlapping_faces else remaining[:0]
+        remaining_values = (
+            np.sort(np.concatenate(overlapping_faces))
+            if overlapping_faces
+            else remaining_values[:0]
         )
-        if len(remaining):
+        if len(remaining_values):
             is_remaining = np.zeros(len(faces), bool)
-            is_remaining[remaining] = True
+            is_remaining[remaining_values] = True
             piece = components(faces, is_remaining)
-    if len(remaining):
+    if len(remaining_values):
         raise GeometryError(Finding("texture.charts-too-large"))
-    return flat, chart
+    return flat_values, chart
 
 
-def _labels(cross: FloatArray, exact: FloatArray, across: Int32Array) -> Int32Array:
+def _labels(cross: FloatArray, exact_values: FloatArray, neighbour_faces: Int32Array) -> Int32Array:
     """Return the projection direction (m,) of each face."""
     from vomstudio.photogrammetry.surface._atlas_kernels import settle_labels
 
@@ -246,8 +250,8 @@ def _labels(cross: FloatArray, exact: FloatArray, across: Int32Array) -> Int32Ar
     for _ in range(12):
         total = smooth.copy()
         for side in range(3):
-            has_neighbour = across[:, side] >= 0
-            total[has_neighbour] += smooth[across[has_neighbour, side]]
+            has_neighbour = neighbour_faces[:, side] >= 0
+            total[has_neighbour] += smooth[neighbour_faces[has_neighbour, side]]
         smooth = total
         smooth /= 4
     length = np.linalg.norm(smooth, axis=1, keepdims=True)
@@ -256,8 +260,8 @@ def _labels(cross: FloatArray, exact: FloatArray, across: Int32Array) -> Int32Ar
     labels = np.ascontiguousarray((smooth @ directions.T).argmax(axis=1), np.int32)
     settle_labels(
         smooth,
-        np.ascontiguousarray(exact),
-        across,
+        np.ascontiguousarray(exact_values),
+        neighbour_faces,
         directions,
         _MIN_FACING,
         _EQUAL_LABEL_GAIN,
@@ -306,12 +310,14 @@ def _connected_pieces(faces: Int32Array, labels: Int32Array) -> Int32Array:
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
-    across = neighbours(faces)
-    face, side = np.nonzero(across >= 0)
-    other = across[face, side]
-    same = labels[face] == labels[other]
+    neighbour_faces = neighbours(faces)
+    face, side = np.nonzero(neighbour_faces >= 0)
+    other = neighbour_faces[face, side]
+    is_same = labels[face] == labels[other]
     n = len(faces)
-    links = coo_matrix((np.ones(int(same.sum()), np.int8), (face[same], other[same])), shape=(n, n))
+    links = coo_matrix(
+        (np.ones(int(is_same.sum()), np.int8), (face[is_same], other[is_same])), shape=(n, n)
+    )
     return np.asarray(connected_components(links, directed=False)[1], np.int32)
 
 
@@ -320,8 +326,8 @@ def _project(
     faces: Int32Array,
     rows: IntArray,
     cross: FloatArray,
-    exact: FloatArray,
-    flat: FloatArray,
+    exact_values: FloatArray,
+    flat_values: FloatArray,
 ) -> BoolArray:
     """Project faces along their mean normal into the narrowest upright box, in place.
 
@@ -339,14 +345,14 @@ def _project(
     # y increases downwards on a page: right x down = into the surface.
     down = np.cross(right, normal)
     corners = vertices[faces[rows]]
-    drawn = np.stack([corners @ right, corners @ down], -1)
-    flatness = exact[rows] @ normal
+    drawn_values = np.stack([corners @ right, corners @ down], -1)
+    flatness = exact_values[rows] @ normal
     areas = np.linalg.norm(cross[rows], axis=1)
     cosine = float((areas * flatness).sum() / areas.sum()) if areas.sum() > 0 else 1.0
-    angle = _smallest_box_angle(drawn.reshape(-1, 2))
+    angle = _smallest_box_angle(drawn_values.reshape(-1, 2))
     c, s = math.cos(angle), math.sin(angle)
     stretch = 1 / math.sqrt(min(max(cosine, 0.5), 1.0))
-    flat[rows] = drawn @ np.array([[c, s], [-s, c]]) * stretch
+    flat_values[rows] = drawn_values @ np.array([[c, s], [-s, c]]) * stretch
     is_facing_away = (flatness < _MIN_FACING / 2) & (areas > 0)
     return is_facing_away if len(rows) > 1 else np.zeros(1, bool)
 
@@ -360,46 +366,50 @@ def _smallest_box_angle(points: FloatArray) -> float:
     return float(angles[(np.ptp(x, axis=0) * np.ptp(y, axis=0)).argmin()])
 
 
-def _cut_chart(flat: FloatArray, rows: IntArray, max_side: float, texel: float) -> list[IntArray]:
+def _cut_chart(
+    flat_values: FloatArray, rows: IntArray, max_side: float, texel: float
+) -> list[IntArray]:
     """Divide a chart, by its face centres, into parts that fit a page and fill their boxes."""
     if not len(rows):
         return []
-    low = flat[rows].reshape(-1, 2).min(axis=0)
-    extent = flat[rows].reshape(-1, 2).max(axis=0) - low
-    large = (extent > max_side).any()
-    if not large:
-        drawn = np.abs(_doubled_areas(flat[rows])).sum() / 2
+    low = flat_values[rows].reshape(-1, 2).min(axis=0)
+    extent = flat_values[rows].reshape(-1, 2).max(axis=0) - low
+    is_large = (extent > max_side).any()
+    if not is_large:
+        drawn_values = np.abs(_doubled_areas(flat_values[rows])).sum() / 2
         # A ring or a winding ledge keeps more of a page free than its parts do.
-        ragged = drawn < _MIN_FILL * extent.prod() and extent.max() > _MIN_DIVIDED_TEXELS * texel
-        if not ragged or len(rows) < _MIN_DIVIDED_FACES:
+        is_ragged = (
+            drawn_values < _MIN_FILL * extent.prod() and extent.max() > _MIN_DIVIDED_TEXELS * texel
+        )
+        if not is_ragged or len(rows) < _MIN_DIVIDED_FACES:
             return [rows]
     if len(rows) == 1:
         raise GeometryError(
             Finding("texture.triangle-too-large"),
             field="page",
         )
-    middle = flat[rows].mean(axis=1) - low
+    centre = flat_values[rows].mean(axis=1) - low
     axis = int(extent.argmax())
-    far = middle[:, axis] > extent[axis] / 2
+    far = centre[:, axis] > extent[axis] / 2
     if far.all() or not far.any():
         far = np.arange(len(rows)) >= len(rows) // 2
     return [
-        *_cut_chart(flat, rows[~far], max_side, texel),
-        *_cut_chart(flat, rows[far], max_side, texel),
+        *_cut_chart(flat_values, rows[~far], max_side, texel),
+        *_cut_chart(flat_values, rows[far], max_side, texel),
     ]
 
 
-def _overlapping(flat: FloatArray, rows: IntArray, texel: float) -> BoolArray:
+def _overlapping(flat_values: FloatArray, rows: IntArray, texel: float) -> BoolArray:
     from vomstudio.photogrammetry.surface._atlas_kernels import find_overlap
 
     if len(rows) < 2:
         return np.zeros(len(rows), bool)
-    drawn = np.ascontiguousarray(flat[rows] / texel)
-    drawn -= drawn.reshape(-1, 2).min(axis=0)
-    width, height = (np.ceil(drawn.reshape(-1, 2).max(axis=0)).astype(int) + 1).tolist()
+    drawn_values = np.ascontiguousarray(flat_values[rows] / texel)
+    drawn_values -= drawn_values.reshape(-1, 2).min(axis=0)
+    width, height = (np.ceil(drawn_values.reshape(-1, 2).max(axis=0)).astype(int) + 1).tolist()
     clash = np.zeros(len(rows), bool)
     grid = np.full((height, width), -1, np.int32)
-    find_overlap(drawn, np.arange(len(rows), dtype=np.int32), grid, clash)
+    find_overlap(drawn_values, np.arange(len(rows), dtype=np.int32), grid, clash)
     return clash
 
 
@@ -407,7 +417,7 @@ def _overlapping(flat: FloatArray, rows: IntArray, texel: float) -> BoolArray:
 
 
 def _pack(
-    drawn: FloatArray, chart: Int32Array, options: AtlasOptions, progress: Progress
+    drawn_values: FloatArray, chart: Int32Array, options: AtlasOptions, progress: Progress
 ) -> tuple[FloatArray, Int32Array, IntArray] | None:
     """Return corners on pages, in texels; None if there are too many pages."""
     from vomstudio.photogrammetry.surface._atlas_kernels import cover_cells
@@ -415,26 +425,28 @@ def _pack(
     count = int(chart.max()) + 1
     order = np.argsort(chart, kind="stable").astype(np.int32)
     bounds = np.r_[0, np.cumsum(np.bincount(chart, minlength=count))]
-    shapes, filled = [], np.zeros(count, np.int64)
+    shapes, filled_values = [], np.zeros(count, np.int64)
     pad = float(options.gutter)
     for k in range(count):
         rows = order[bounds[k] : bounds[k + 1]]
-        size = drawn[rows].reshape(-1, 2).max(axis=0) + 2 * pad
+        size = drawn_values[rows].reshape(-1, 2).max(axis=0) + 2 * pad
         cells = np.zeros(np.ceil(size[::-1] / _CELL_TEXELS).astype(int), bool)
-        cover_cells(drawn, np.ascontiguousarray(rows), pad, pad, float(_CELL_TEXELS), cells)
+        cover_cells(drawn_values, np.ascontiguousarray(rows), pad, pad, float(_CELL_TEXELS), cells)
         shapes.append(cells)
-        filled[k] = cells.sum()
-    side = _page_side(shapes, int(filled.sum()), options) // _CELL_TEXELS
+        filled_values[k] = cells.sum()
+    side = _page_side(shapes, int(filled_values.sum()), options) // _CELL_TEXELS
     while True:
-        packed = _place_charts(shapes, filled, side, options, progress)
+        packed_charts = _place_charts(shapes, filled_values, side, options, progress)
         # One slightly larger page is better than a second one for the remaining charts.
-        if side == options.page // _CELL_TEXELS or (packed is not None and len(packed[0]) == 1):
+        if side == options.page // _CELL_TEXELS or (
+            packed_charts is not None and len(packed_charts[0]) == 1
+        ):
             break
         side = min(side + max(side // 20, 1), options.page // _CELL_TEXELS)
-    if packed is None:
+    if packed_charts is None:
         return None
-    pages, place = packed
-    corners = drawn + (place[chart, 1:] * _CELL_TEXELS + pad)[:, None, :]
+    pages, place = packed_charts
+    corners = drawn_values + (place[chart, 1:] * _CELL_TEXELS + pad)[:, None, :]
     sizes = []
     for page in pages:
         rows_used, columns_used = np.flatnonzero(page.any(axis=1)), np.flatnonzero(page.any(axis=0))
@@ -446,7 +458,7 @@ def _pack(
 
 def _place_charts(
     shapes: list[BoolArray],
-    filled: IntArray,
+    filled_indices: IntArray,
     side: int,
     options: AtlasOptions,
     progress: Progress,
@@ -458,14 +470,14 @@ def _place_charts(
     pages: list[BoolArray] = []
     starts: list[dict[tuple[int, int], int]] = []
     place = np.zeros((count, 3), np.int64)
-    tallest = np.array([max(s.shape) for s in shapes])
-    for done, k in enumerate(np.lexsort((-filled, -tallest)).tolist()):
+    tallest_values = np.array([max(s.shape) for s in shapes])
+    for done, k in enumerate(np.lexsort((-filled_indices, -tallest_values)).tolist()):
         if done % 64 == 0:
             progress.step(done)
         cells = shapes[k]
         kind = (int(cells.shape[0]).bit_length(), int(cells.shape[1]).bit_length())
-        number, at = 0, -1
-        while at < 0:
+        number, position = 0, -1
+        while position < 0:
             if number == len(pages):
                 if number == options.most_pages:
                     return None
@@ -473,11 +485,11 @@ def _place_charts(
                 starts.append({})
             # Where a chart of this size found room, rows above are full for the next as well.
             first = starts[number].get(kind, 0)
-            at = int(place_chart(pages[number], cells, first, side))
-            if at < 0:
+            position = int(place_chart(pages[number], cells, first, side))
+            if position < 0:
                 starts[number][kind] = side
                 number += 1
-        row, column = divmod(at, side)
+        row, column = divmod(position, side)
         starts[number][kind] = row
         h, w = cells.shape
         pages[number][row : row + h, column : column + w] |= cells
@@ -485,10 +497,10 @@ def _place_charts(
     return pages, place
 
 
-def _page_side(shapes: list[BoolArray], filled: int, options: AtlasOptions) -> int:
+def _page_side(shapes: list[BoolArray], filled_count: int, options: AtlasOptions) -> int:
     """Return the side of a page, which is not larger than all charts need together."""
     widest = max(max(shape.shape) for shape in shapes) * _CELL_TEXELS
-    side = math.ceil(math.sqrt(filled / 0.85) * _CELL_TEXELS / 64) * 64
+    side = math.ceil(math.sqrt(filled_count / 0.85) * _CELL_TEXELS / 64) * 64
     return int(min(max(side, widest), options.page))
 
 

@@ -113,8 +113,8 @@ class _Rows:
         """Return the rows of keys; missing keys have row -1."""
         if not len(self.keys):
             return np.full(keys.shape, -1, np.int64)
-        at = np.minimum(np.searchsorted(self.keys, keys), len(self.keys) - 1)
-        return np.where(self.keys[at] == keys, at, -1)
+        index = np.minimum(np.searchsorted(self.keys, keys), len(self.keys) - 1)
+        return np.where(self.keys[index] == keys, index, -1)
 
 
 def blend(
@@ -157,18 +157,24 @@ def blend(
     quality = np.concatenate([photo.quality for photo in visible])[order]
     well = np.concatenate([photo.well for photo in visible])[order]
     quality = quality * np.clip(sharpness[face_rows.views] / _MIN_SHARPNESS, 0.3, 1.0)
-    doubtful = _flag_faces(occluded, vertex_rows, face_rows, faces, count)
-    seen_by = np.bincount(face_rows.owner[well & ~doubtful], minlength=m).astype(np.int32)
+    doubtful_flag_faces = _flag_faces(occluded, vertex_rows, face_rows, faces, count)
+    seen_by = np.bincount(face_rows.owner[well & ~doubtful_flag_faces], minlength=m).astype(
+        np.int32
+    )
     quality = np.where(well, quality, _POOR_QUALITY * quality)
-    quality = np.where(doubtful, _POOR_QUALITY**2 * quality, quality).astype(np.float32)
+    quality = np.where(doubtful_flag_faces, _POOR_QUALITY**2 * quality, quality).astype(np.float32)
     progress.stage(tr("Selecting a photo for each triangle"))
-    across = neighbours(faces)
-    smooth_quality(face_rows.starts, face_rows.views, quality, across, 6, np.empty_like(quality))
+    neighbour_faces = neighbours(faces)
+    smooth_quality(
+        face_rows.starts, face_rows.views, quality, neighbour_faces, 6, np.empty_like(quality)
+    )
     # Smoothing must not restore excluded entries.
-    factors = np.where(doubtful, _POOR_QUALITY**2, np.where(well, 1.0, _POOR_QUALITY))
+    factors = np.where(doubtful_flag_faces, _POOR_QUALITY**2, np.where(well, 1.0, _POOR_QUALITY))
     quality = (quality * factors).astype(np.float32)
     views = np.full(m, -1, np.int32)
-    choose_views(face_rows.starts, face_rows.views, quality, across, _EQUAL_VIEW_GAIN, 40, views)
+    choose_views(
+        face_rows.starts, face_rows.views, quality, neighbour_faces, _EQUAL_VIEW_GAIN, 40, views
+    )
     progress.stage(tr("Blending low frequencies"), count)
     offsets = _offsets(
         vertices,
@@ -177,7 +183,7 @@ def blend(
         face_rows,
         colors,
         quality,
-        well & ~doubtful,
+        well & ~doubtful_flag_faces,
         occluded,
         links,
         texel,
@@ -236,7 +242,7 @@ def _unclipped(colors: Float32Array) -> BoolArray:
 
 
 def _balance(
-    rows: _Rows, n: int, count: int, values: Float32Array, usable: BoolArray | None
+    rows: _Rows, n: int, count: int, values: Float32Array, is_usable: BoolArray | None
 ) -> FloatArray:
     """Return the excess (count, c) of each photo's values over others at the same vertices.
 
@@ -244,8 +250,8 @@ def _balance(
     """
     step = max(1, n // _MAX_SAMPLE)
     is_sampled = rows.owner % step == 0
-    if usable is not None:
-        is_sampled &= usable
+    if is_usable is not None:
+        is_sampled &= is_usable
     table = np.full((count, n // step + 1, values.shape[1]), np.nan, np.float32)
     table[rows.views[is_sampled], rows.owner[is_sampled] // step] = values[is_sampled]
     is_known = np.isfinite(table[..., 0])
@@ -283,23 +289,25 @@ def _find_occluded(
     spread = np.zeros(len(colors), np.float32)
     median_distances(rows.starts, smoothed, distance, spread)
     # Estimate the usual differences of photos by misregistration and light.
-    usual = float(np.median(distance[distance > 0])) if (distance > 0).any() else 0.0
-    occluded = np.asarray(distance > np.maximum(max(_MIN_DIFFERENCE, 6.0 * usual), 2.5 * spread))
+    median = float(np.median(distance[distance > 0])) if (distance > 0).any() else 0.0
+    occluded_values = np.asarray(
+        distance > np.maximum(max(_MIN_DIFFERENCE, 6.0 * median), 2.5 * spread)
+    )
     for view in range(count):
         mine = rows.rows_of_view(view)
-        if not occluded[mine].any():
+        if not occluded_values[mine].any():
             continue
         owner = rows.owner[mine]
         flags = np.zeros((n, 1), np.float32)
-        flags[owner, 0] = occluded[mine]
+        flags[owner, 0] = occluded_values[mine]
         is_visible = np.zeros(n, bool)
         is_visible[owner] = True
         # A single vertex is noise; an occluder has an edge that is mixed with the rock.
         links.spread(owner, is_visible, flags, 1)
         flags[flags < 0.4] = 0
         links.spread(owner, is_visible, flags, _RINGS_ABOUT_OCCLUDER)
-        occluded[mine] = flags[owner, 0] > 0.01
-    return occluded
+        occluded_values[mine] = flags[owner, 0] > 0.01
+    return occluded_values
 
 
 def _smooth_view(rows: _Rows, view: int, values: Float32Array, links: _Links, rounds: int) -> None:
@@ -339,7 +347,7 @@ def _offsets(
     colors: Float32Array,
     quality: Float32Array,
     well: BoolArray,
-    occluded: BoolArray,
+    is_occluded: BoolArray,
     links: _Links,
     texel: float,
     count: int,
@@ -359,7 +367,7 @@ def _offsets(
     for k in range(3):
         total += np.bincount(corner[:, k], quality, minlength=len(total)).astype(np.float32)
         is_reliable[corner[well, k]] = True
-    is_reliable &= ~occluded
+    is_reliable &= ~is_occluded
     weight = np.zeros(len(colors), np.float32)
     everywhere = np.ones(n, bool)
     for view in range(count):
@@ -372,7 +380,7 @@ def _offsets(
         ramp[owner, 0] = 1.0
         links.spread(owner, everywhere, ramp, min(rounds, 30))
         weight[mine] = total[mine] * np.maximum(ramp[owner, 0], 1e-4)
-    weight = np.maximum(weight, np.where(occluded, 1e-12, 1e-9)).astype(np.float32)
+    weight = np.maximum(weight, np.where(is_occluded, 1e-12, 1e-9)).astype(np.float32)
     mean = np.empty((n, 3), np.float32)
     sums = np.maximum(np.bincount(rows.owner, weight, minlength=n), 1e-30)
     for c in range(3):
@@ -403,20 +411,20 @@ def _photos_of_faces(
     count: int,
 ) -> tuple[Int32Array, Int32Array, Float32Array, Float32Array]:
     """Return the photos of faces: both along a seam, each fading over its adjacent faces."""
-    known = np.flatnonzero(views >= 0)
-    keys = (faces[known].astype(np.int64) * count + views[known, None]).ravel()
-    pairs, shares = np.unique(keys, return_counts=True)
+    known_rows = np.flatnonzero(views >= 0)
+    keys = (faces[known_rows].astype(np.int64) * count + views[known_rows, None]).ravel()
+    pairs, fractions = np.unique(keys, return_counts=True)
     starts = np.searchsorted(pairs, np.arange(len(rows.starts), dtype=np.int64) * count)
     # Each face uses the photos of its three corners.
     face, view = [], []
     for k in range(3):
-        v = faces[known, k]
+        v = faces[known_rows, k]
         counts = starts[v + 1] - starts[v]
-        at = np.repeat(starts[v], counts) + (
+        index = np.repeat(starts[v], counts) + (
             np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
         )
-        face.append(np.repeat(known, counts))
-        view.append((pairs[at] % count).astype(np.int32))
+        face.append(np.repeat(known_rows, counts))
+        view.append((pairs[index] % count).astype(np.int32))
     both = np.unique(np.concatenate(face) * np.int64(count) + np.concatenate(view))
     draw_face, draw_view = (both // count).astype(np.int32), (both % count).astype(np.int32)
     entry = face_rows.find(both)
@@ -425,10 +433,10 @@ def _photos_of_faces(
     is_useful = (entry >= 0) & (quality[entry] > 0.05 * quality[best_entry])
     draw_face, draw_view = draw_face[is_useful], draw_view[is_useful]
     corner = faces[draw_face].astype(np.int64) * count + draw_view[:, None]
-    at = np.minimum(np.searchsorted(pairs, corner), max(len(pairs) - 1, 0))
-    weights = np.where(pairs[at] == corner, shares[at], 0).astype(np.float32)
-    whole = np.bincount(faces[known].ravel(), minlength=len(rows.starts) - 1)
-    weights /= np.maximum(whole[faces[draw_face]], 1)
+    index = np.minimum(np.searchsorted(pairs, corner), max(len(pairs) - 1, 0))
+    weights = np.where(pairs[index] == corner, fractions[index], 0).astype(np.float32)
+    whole_values = np.bincount(faces[known_rows].ravel(), minlength=len(rows.starts) - 1)
+    weights /= np.maximum(whole_values[faces[draw_face]], 1)
     return draw_face, draw_view, weights.astype(np.float32), offsets[rows.find(corner)]
 
 
@@ -449,22 +457,26 @@ def _vertex_colors(
     from vomstudio.photogrammetry.surface._texture_kernels import fill_outward
 
     n = len(rows.starts) - 1
-    drawn = np.flatnonzero(views >= 0)
-    at = rows.find((faces[drawn].astype(np.int64) * count + views[drawn, None]).ravel())
-    owner = faces[drawn].ravel()
+    drawn_rows = np.flatnonzero(views >= 0)
+    position = rows.find(
+        (faces[drawn_rows].astype(np.int64) * count + views[drawn_rows, None]).ravel()
+    )
+    owner = faces[drawn_rows].ravel()
     total = np.bincount(owner, minlength=n)
-    shown = np.zeros((n, 3), np.float32)
+    shown_values = np.zeros((n, 3), np.float32)
     for c in range(3):
-        shown[:, c] = np.bincount(owner, colors[at, c], minlength=n) / np.maximum(total, 1)
-    known = total > 0
-    is_well_known = known.copy()
+        shown_values[:, c] = np.bincount(owner, colors[position, c], minlength=n) / np.maximum(
+            total, 1
+        )
+    is_known = total > 0
+    is_well_known = is_known.copy()
     is_well_known[faces[seen_by == 0]] = False
-    filled = shown.copy()
+    filled_colors = shown_values.copy()
     spare = np.zeros(n, np.int32)
-    fill_outward(links.starts, links.others, is_well_known, filled, spare)
+    fill_outward(links.starts, links.others, is_well_known, filled_colors, spare)
     # Parts without a good view use any colour.
-    known |= is_well_known
-    fill_outward(links.starts, links.others, known, filled, spare)
+    is_known |= is_well_known
+    fill_outward(links.starts, links.others, is_known, filled_colors, spare)
     has_all_faces = total > 0
     has_all_faces[faces[views < 0]] = False
-    return np.where(has_all_faces[:, None], shown, filled), known
+    return np.where(has_all_faces[:, None], shown_values, filled_colors), is_known

@@ -111,8 +111,8 @@ class MeshedSurface:
 
 def fitting_points() -> int:
     """Return the maximum number of points whose surface fits into free memory."""
-    most = memory.MAX_MEMORY_SHARE * memory.available_bytes() / _BYTES_PER_POINT
-    return int(min(max(most, _MIN_THINNED_POINTS), MeshingOptions.max_points))
+    maximum = memory.MAX_MEMORY_SHARE * memory.available_bytes() / _BYTES_PER_POINT
+    return int(min(max(maximum, _MIN_THINNED_POINTS), MeshingOptions.max_points))
 
 
 def build_surface(
@@ -146,9 +146,9 @@ def build_surface(
     facts["faces_poisson"] = len(faces)
     progress.stage(tr("Trimming unsupported surface"))
     distance = tree.query(vertices, workers=1)[0]
-    reach = options.trim * spacing
+    max_distance = options.trim * spacing
     hole = 30 * spacing if options.largest_hole_m is None else options.largest_hole_m
-    keep, closed = _trim(vertices, faces, distance, reach, hole)
+    keep, closed = _trim(vertices, faces, distance, max_distance, hole)
     if not keep.any():
         raise GeometryError(Finding("surface.nothing-left"))
     vertices, faces, _ = compact(vertices, faces[keep])
@@ -190,11 +190,11 @@ def _check(
         raise GeometryError(Finding("surface.no-normals"))
     warnings: list[Finding] = []
     length = np.linalg.norm(normals, axis=1)
-    sound = np.isfinite(points).all(axis=1) & np.isfinite(length) & (length > 1e-6)
-    if not sound.all():
-        warnings.append(Finding("surface.points-left-out", count=int((~sound).sum())))
-        points, normals, length = points[sound], normals[sound], length[sound]
-        colors = None if colors is None else colors[sound]
+    is_sound = np.isfinite(points).all(axis=1) & np.isfinite(length) & (length > 1e-6)
+    if not is_sound.all():
+        warnings.append(Finding("surface.points-left-out", count=int((~is_sound).sum())))
+        points, normals, length = points[is_sound], normals[is_sound], length[is_sound]
+        colors = None if colors is None else colors[is_sound]
     if len(points) < _MIN_POINTS:
         raise GeometryError(Finding("surface.few-points", points=len(points), least=_MIN_POINTS))
     normals = (normals / length[:, None]).astype(np.float32)
@@ -237,8 +237,8 @@ def _depth(points: FloatArray, spacing: float, faces: int | None) -> int:
     extent = 1.1 * float(np.ptp(points, axis=0).max())
     cell = 2.0 * spacing
     if faces is not None:
-        covered = len(points) * (2 * spacing) ** 2
-        cell = max(cell, 0.4 * math.sqrt(2 * covered / faces))
+        covered_count = len(points) * (2 * spacing) ** 2
+        cell = max(cell, 0.4 * math.sqrt(2 * covered_count / faces))
     return int(np.clip(math.ceil(math.log2(extent / cell) - 0.25), *_DEPTHS))
 
 
@@ -259,15 +259,15 @@ def _poisson(
 
 
 def _trim(
-    vertices: FloatArray, faces: Int32Array, distance: FloatArray, reach: float, hole: float
+    vertices: FloatArray, faces: Int32Array, distance: FloatArray, max_distance: float, hole: float
 ) -> tuple[BoolArray, int]:
     """Return which faces remain, and the number of holes closed by the Poisson surface.
 
-    Within `reach` of the points the surface remains if it continues behind; at its rim it ends
-    sooner.
+    Within `max_distance` of the points the surface remains if it continues behind; at its rim it
+    ends sooner.
     """
-    farthest = distance[faces].max(axis=1)
-    keep = farthest <= _RIM_DISTANCE_SHARE * reach
+    farthest_distance = distance[faces].max(axis=1)
+    keep = farthest_distance <= _RIM_DISTANCE_SHARE * max_distance
     if keep.all() or not keep.any():
         return keep, 0
     piece = components(faces, ~keep)
@@ -279,15 +279,21 @@ def _trim(
     np.minimum.at(low, labels, corners.min(axis=1))
     np.maximum.at(high, labels, corners.max(axis=1))
     far = np.zeros(count)
-    np.maximum.at(far, labels, farthest[rows])
+    np.maximum.at(far, labels, farthest_distance[rows])
     # A border of the Poisson surface is a rim, not a hole.
     rim = np.zeros(count, bool)
     rim[labels[(neighbours(faces)[rows] < 0).any(axis=1)]] = True
-    sparse = (far <= reach) & ~rim
-    closed = ~sparse & ~rim & (np.linalg.norm(high - low, axis=1) <= 1.2 * hole)
-    keep[rows[(sparse | closed)[labels]]] = True
-    keep |= _find_cracks(vertices, faces, ~keep & (farthest <= reach), farthest > reach, reach)
-    return keep, int(closed.sum())
+    sparse = (far <= max_distance) & ~rim
+    is_closed = ~sparse & ~rim & (np.linalg.norm(high - low, axis=1) <= 1.2 * hole)
+    keep[rows[(sparse | is_closed)[labels]]] = True
+    keep |= _find_cracks(
+        vertices,
+        faces,
+        ~keep & (farthest_distance <= max_distance),
+        farthest_distance > max_distance,
+        max_distance,
+    )
+    return keep, int(is_closed.sum())
 
 
 def _find_cracks(
@@ -295,7 +301,7 @@ def _find_cracks(
     faces: Int32Array,
     band: BoolArray,
     air: BoolArray,
-    reach: float,
+    max_distance: float,
 ) -> BoolArray:
     """Return the band faces farther from the air, along the surface, than the width of a rim.
 
@@ -322,7 +328,7 @@ def _find_cracks(
     seeds = np.flatnonzero(is_adjacent_to_air[used])
     far = np.full(len(used), np.inf)
     if len(seeds):
-        rim = _RIM_WIDTH * reach
+        rim = _RIM_WIDTH * max_distance
         far = dijkstra(graph, directed=False, indices=seeds, min_only=True, limit=rim)
     is_crack[rows] = np.isinf(far[corners]).all(axis=1)
     return is_crack
@@ -340,29 +346,34 @@ def _refine(
     """Move vertices onto the points near them, unless their faces would flip."""
     from vomstudio.photogrammetry.surface._surface_kernels import pull_to_points
 
-    refined = np.ascontiguousarray(vertices.copy())
+    refined_values = np.ascontiguousarray(vertices.copy())
     facing = vertex_normals(vertices, faces)
     step = 100_000
-    for start in range(0, len(refined), step):
+    for start in range(0, len(refined_values), step):
         progress.step(start)
         part = slice(start, start + step)
-        distance, near = tree.query(refined[part], k=min(_NEIGHBOURS, len(points)), workers=1)
+        distance, near = tree.query(
+            refined_values[part], k=min(_NEIGHBOURS, len(points)), workers=1
+        )
         rows = start + np.flatnonzero(distance[:, 0] < 4 * width)
-        subset, ahead = np.ascontiguousarray(refined[rows]), np.ascontiguousarray(facing[rows])
+        subset, forward = (
+            np.ascontiguousarray(refined_values[rows]),
+            np.ascontiguousarray(facing[rows]),
+        )
         neighbour_rows = np.ascontiguousarray(near[rows - start].astype(np.int64))
-        pull_to_points(subset, ahead, neighbour_rows, points, normals, width, 2.5 * width)
-        refined[rows] = subset
+        pull_to_points(subset, forward, neighbour_rows, points, normals, width, 2.5 * width)
+        refined_values[rows] = subset
     before = cross_products(vertices, faces)
     for _ in range(5):
-        after = cross_products(refined, faces)
-        turned = (before * after).sum(axis=1) < 0.2 * np.linalg.norm(before, axis=1) * (
+        after = cross_products(refined_values, faces)
+        is_turned = (before * after).sum(axis=1) < 0.2 * np.linalg.norm(before, axis=1) * (
             np.linalg.norm(after, axis=1)
         )
-        if not turned.any():
+        if not is_turned.any():
             break
-        rows = np.unique(faces[turned])
-        refined[rows] = vertices[rows]
-    return refined
+        rows = np.unique(faces[is_turned])
+        refined_values[rows] = vertices[rows]
+    return refined_values
 
 
 def _decimate(
@@ -374,9 +385,9 @@ def _decimate(
     # Its stubs lack its arguments.
     o3d: Any = open3d
     mesh = o3d.t.geometry.TriangleMesh(o3d.core.Tensor(vertices), o3d.core.Tensor(faces))
-    share = 1 - target / len(faces)
+    fraction = 1 - target / len(faces)
     with o3d.utility.VerbosityContextManager(o3d.utility.VerbosityLevel.Error):
-        simplified = mesh.simplify_quadric_decimation(share)
+        simplified = mesh.simplify_quadric_decimation(fraction)
         result = simplified.vertex.positions.numpy(), simplified.triangle.indices.numpy()
         if not 0.5 * target <= len(result[1]) <= 1.05 * target or not np.isfinite(result[0]).all():
             legacy_mesh = o3d.geometry.TriangleMesh(
@@ -389,31 +400,31 @@ def _decimate(
 
 
 def _remove_islands(
-    vertices: FloatArray, faces: Int32Array, smallest: int
+    vertices: FloatArray, faces: Int32Array, smallest_count: int
 ) -> tuple[FloatArray, Int32Array, int]:
     """Remove small pieces, but never the largest one."""
     if not len(faces):
         return vertices, faces, 0
     piece = components(faces)
     size = np.bincount(piece)
-    small = (size < smallest) & (np.arange(len(size)) != size.argmax())
-    if not small.any():
+    is_small = (size < smallest_count) & (np.arange(len(size)) != size.argmax())
+    if not is_small.any():
         return vertices, faces, 0
-    vertices, faces, _ = compact(vertices, faces[~small[piece]])
-    return vertices, faces, int(small.sum())
+    vertices, faces, _ = compact(vertices, faces[~is_small[piece]])
+    return vertices, faces, int(is_small.sum())
 
 
 def _orient_to_normals(
     vertices: FloatArray, faces: Int32Array, tree: Any, normals: Float32Array
 ) -> Int32Array:
     """Orient the faces of each piece counter-clockwise, seen from the air."""
-    middle = vertices[faces].mean(axis=1)
-    nearest = tree.query(middle)[1]
+    centre = vertices[faces].mean(axis=1)
+    nearest = tree.query(centre)[1]
     agree = (cross_products(vertices, faces) * normals[nearest]).sum(axis=1)
     piece = components(faces)
-    wrong = np.bincount(piece, agree)[piece] < 0
+    is_wrong = np.bincount(piece, agree)[piece] < 0
     faces = faces.copy()
-    faces[wrong] = faces[wrong][:, ::-1]
+    faces[is_wrong] = faces[is_wrong][:, ::-1]
     return faces
 
 

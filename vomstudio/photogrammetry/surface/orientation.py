@@ -19,8 +19,8 @@ MAX_UNSEEN = 0.5
 def visible_faces(visible: Sequence[PhotoVisibility], count: int) -> BoolArray:
     """Return a mask (count,) of the faces that at least one photo shows from outside."""
     is_visible = np.zeros(count, bool)
-    for one in visible:
-        is_visible[one.faces] = True
+    for item in visible:
+        is_visible[item.faces] = True
     return is_visible
 
 
@@ -54,13 +54,13 @@ def orient_to_photos(
     whole = max(float(area.sum()), 1e-300)
     visible = look(faces)
     is_visible = visible_faces(visible, len(faces))
-    turned = 0
+    turned_count = 0
     if area[~is_visible].sum() > MAX_UNSEEN * whole:
         seen_behind = visible_faces(look(faces[:, ::-1].copy()), len(faces))
         piece = components(faces)
         gain = np.bincount(piece, area * seen_behind) - np.bincount(piece, area * is_visible)
-        turned = int((gain > 0).sum())
-        if turned:
+        turned_count = int((gain > 0).sum())
+        if turned_count:
             is_flipped = (gain > 0)[piece]
             faces = faces.copy()
             faces[is_flipped] = faces[is_flipped][:, ::-1]
@@ -68,7 +68,7 @@ def orient_to_photos(
             is_visible = visible_faces(visible, len(faces))
     if not is_visible.any():
         raise GeometryError(Finding("texture.no-photo-sees"))
-    unseen = float(area[~is_visible].sum() / whole)
-    if unseen > MAX_UNSEEN:
-        raise GeometryError(Finding("texture.mostly-unseen", share_percent=100 * unseen))
-    return faces, visible, turned
+    unseen_value = float(area[~is_visible].sum() / whole)
+    if unseen_value > MAX_UNSEEN:
+        raise GeometryError(Finding("texture.mostly-unseen", share_percent=100 * unseen_value))
+    return faces, visible, turned_count

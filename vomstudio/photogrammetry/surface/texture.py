@@ -152,8 +152,8 @@ class Textured:
                 vertices=self.mesh.vertices + np.asarray(origin, np.float64),
                 materials=tuple(self._files(Path(folder), stem, quality)),
             )
-            for one in paths:
-                findings += write_model(mesh, crs, one, force=force, progress=progress)
+            for one_path in paths:
+                findings += write_model(mesh, crs, one_path, force=force, progress=progress)
         return findings
 
     def _files(self, folder: Path, stem: str, quality: int) -> Iterator[Material]:
@@ -220,14 +220,14 @@ def make_texture(
     )
     resolved = options.texel_m or _photo_resolution(visible, len(faces)) / options.texels_per_pixel
     atlas = make_atlas(vertices, faces, resolved, options.atlas, progress)
-    blended = blend(vertices, faces, visible, atlas.texel, progress)
-    colors = _all_colors(blended, mesh)
+    blend_result = blend(vertices, faces, visible, atlas.texel, progress)
+    colors = _all_colors(blend_result, mesh)
     pages = draw_pages(
         shifted_photos,
         vertices,
         faces,
         atlas,
-        blended,
+        blend_result,
         colors,
         options.atlas.gutter,
         executor,
@@ -243,8 +243,8 @@ def make_texture(
         uv,
         np.clip(np.rint(colors), 0, 255).astype(np.uint8)[old],
     )
-    report = _report(vertices, faces, visible, atlas, blended, turned)
-    return Textured(finished, tuple(pages), report, blended.views[order])
+    report = _report(vertices, faces, visible, atlas, blend_result, turned)
+    return Textured(finished, tuple(pages), report, blend_result.views[order])
 
 
 class _ShiftedPhoto:
@@ -283,20 +283,20 @@ def _visibility(
 def _photo_resolution(visible: Sequence[PhotoVisibility], m: int) -> float:
     """Return the median size on the rock of a pixel in the best photo of each face."""
     best = np.zeros(m, np.float32)
-    for one in visible:
-        np.maximum.at(best, one.faces, one.quality)
+    for item in visible:
+        np.maximum.at(best, item.faces, item.quality)
     return float(1 / np.median(best[best > 0]))
 
 
-def _all_colors(blended: Blend, mesh: Mesh) -> Float32Array:
+def _all_colors(blend_result: Blend, mesh: Mesh) -> Float32Array:
     """Complete vertex colours by those of the cloud, or by the mean."""
-    colors = blended.colors.copy()
-    is_unknown = ~blended.known
+    colors = blend_result.colors.copy()
+    is_unknown = ~blend_result.known
     if is_unknown.any():
         if mesh.colors is not None:
             colors[is_unknown] = mesh.colors[is_unknown]
         else:
-            colors[is_unknown] = colors[blended.known].mean(axis=0)
+            colors[is_unknown] = colors[blend_result.known].mean(axis=0)
     return colors
 
 
@@ -305,46 +305,50 @@ def _report(
     faces: Int32Array,
     visible: Sequence[PhotoVisibility],
     atlas: Atlas,
-    blended: Blend,
+    blend_result: Blend,
     n_rotated_faces: int,
 ) -> TextureReport:
     area = np.linalg.norm(cross_products(vertices, faces), axis=1) / 2
     whole = max(float(area.sum()), 1e-300)
-    names = [one.name for one in visible]
-    drawn = np.bincount(
-        blended.views[blended.views >= 0], area[blended.views >= 0], minlength=len(names)
+    names = [item.name for item in visible]
+    drawn_values = np.bincount(
+        blend_result.views[blend_result.views >= 0],
+        area[blend_result.views >= 0],
+        minlength=len(names),
     )
-    area_by_count = np.bincount(blended.seen_by, area)
+    area_by_count = np.bincount(blend_result.seen_by, area)
     occluded_shares = [
-        occluded / max(len(one.vertices), 1)
-        for occluded, one in zip(blended.occluded, visible, strict=True)
+        occluded / max(len(item.vertices), 1)
+        for occluded, item in zip(blend_result.occluded, visible, strict=True)
     ]
-    unseen = float(area[blended.views < 0].sum() / whole)
+    unseen_value = float(area[blend_result.views < 0].sum() / whole)
     warnings = [
-        Finding("texture.photo-sees-nothing", photo=one.name)
-        for one in visible
-        if not len(one.faces)
+        Finding("texture.photo-sees-nothing", photo=item.name)
+        for item in visible
+        if not len(item.faces)
     ]
-    larger = atlas.texel / atlas.facts["wanted_texel_m"]
-    if larger > 1.001:
+    larger_values = atlas.texel / atlas.facts["wanted_texel_m"]
+    if larger_values > 1.001:
         # Without a length: the model may have no scale.
-        warnings.append(Finding("texture.larger-pixels", count=len(atlas.sizes), factor=larger))
-    if unseen > 0.05:
-        warnings.append(Finding("texture.unseen", share_percent=100 * unseen))
+        warnings.append(
+            Finding("texture.larger-pixels", count=len(atlas.sizes), factor=larger_values)
+        )
+    if unseen_value > 0.05:
+        warnings.append(Finding("texture.unseen", share_percent=100 * unseen_value))
     if n_rotated_faces:
         warnings.append(Finding("texture.turned-over", count=n_rotated_faces))
-    for name, share in zip(names, occluded_shares, strict=True):
-        if share > 0.3:
-            warnings.append(Finding("texture.occluded", photo=name, share_percent=100 * share))
+    for name, fraction in zip(names, occluded_shares, strict=True):
+        if fraction > 0.3:
+            warnings.append(Finding("texture.occluded", photo=name, share_percent=100 * fraction))
     return TextureReport(
         atlas.texel,
         tuple((int(w), int(h)) for w, h in atlas.sizes),
         int(atlas.facts["charts"]),
-        {n: tuple(g) for n, g in zip(names, blended.gains.tolist(), strict=True)},
-        dict(zip(names, blended.sharpness.tolist(), strict=True)),
-        dict(zip(names, (drawn / whole).tolist(), strict=True)),
-        dict(zip(names, (float(share) for share in occluded_shares), strict=True)),
-        {k: float(share / whole) for k, share in enumerate(area_by_count) if share > 0},
-        unseen,
+        {n: tuple(g) for n, g in zip(names, blend_result.gains.tolist(), strict=True)},
+        dict(zip(names, blend_result.sharpness.tolist(), strict=True)),
+        dict(zip(names, (drawn_values / whole).tolist(), strict=True)),
+        dict(zip(names, (float(fraction) for fraction in occluded_shares), strict=True)),
+        {k: float(fraction / whole) for k, fraction in enumerate(area_by_count) if fraction > 0},
+        unseen_value,
         tuple(warnings),
     )

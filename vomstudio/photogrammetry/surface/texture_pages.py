@@ -100,7 +100,7 @@ def draw_tile(task: TileTask) -> TextureTile:
     grow_faces(owner, np.empty_like(owner), task.gutter)
     owner = np.ascontiguousarray(owner[rim:-rim, rim:-rim])
     total = np.zeros((*owner.shape, 4), np.float32)
-    at = (float(task.left), float(task.top))
+    position = (float(task.left), float(task.top))
     for part in task.photos:
         layers = pyramid(decode(part.photo, part.view), _MAX_LEVEL)
         entry = np.full(len(task.corners), -1, np.int32)
@@ -111,7 +111,7 @@ def draw_tile(task: TileTask) -> TextureTile:
             add_view(
                 owner,
                 task.corners,
-                *at,
+                *position,
                 entry,
                 part.pixels,
                 part.depths,
@@ -125,7 +125,7 @@ def draw_tile(task: TileTask) -> TextureTile:
                 total,
             )
     rgb = np.zeros((*owner.shape, 3), np.uint8)
-    finish(owner, task.corners, *at, task.fallback, total, rgb)
+    finish(owner, task.corners, *position, task.fallback, total, rgb)
     return TextureTile(rgb, owner >= 0)
 
 
@@ -146,7 +146,7 @@ def draw_pages(
     vertices: FloatArray,
     faces: Int32Array,
     atlas: Atlas,
-    blended: Blend,
+    blend_result: Blend,
     colors: Float32Array,
     gutter: int,
     executor: Executor,
@@ -156,24 +156,24 @@ def draw_pages(
 
     colors : (n, 3) of vertices, for faces without a photo
     """
-    places = [
+    positions = [
         (page, left, top)
         for page, (width, height) in enumerate(atlas.sizes.tolist())
         for top in range(0, height, _TILE)
         for left in range(0, width, _TILE)
     ]
     pages = [np.zeros((h, w, 3), np.uint8) for w, h in atlas.sizes.tolist()]
-    filled = [np.zeros((h, w), bool) for w, h in atlas.sizes.tolist()]
-    progress.stage(tr("Rendering the texture"), len(places))
-    tasks = _Tasks(photos, vertices, faces, atlas, blended, colors, gutter)
-    tiles = (tasks.tile(*place) for place in places)
+    filled_masks = [np.zeros((h, w), bool) for w, h in atlas.sizes.tolist()]
+    progress.stage(tr("Rendering the texture"), len(positions))
+    tasks = _Tasks(photos, vertices, faces, atlas, blend_result, colors, gutter)
+    tiles = (tasks.tile(*position) for position in positions)
     for number, tile in executor.map(draw_tile, tiles, progress, _tile_memory(photos)):
-        page, left, top = places[number]
+        page, left, top = positions[number]
         h, w = tile.filled.shape
         pages[page][top : top + h, left : left + w] = tile.rgb
-        filled[page][top : top + h, left : left + w] = tile.filled
+        filled_masks[page][top : top + h, left : left + w] = tile.filled
     progress.stage(tr("Filling gaps between charts"), len(pages))
-    for number, (page_rgb, is_filled) in enumerate(zip(pages, filled, strict=True)):
+    for number, (page_rgb, is_filled) in enumerate(zip(pages, filled_masks, strict=True)):
         progress.step(number)
         fill_between(page_rgb, is_filled)
     return pages
@@ -192,16 +192,16 @@ class _Tasks:
         vertices: FloatArray,
         faces: Int32Array,
         atlas: Atlas,
-        blended: Blend,
+        blend_result: Blend,
         colors: Float32Array,
         gutter: int,
     ) -> None:
         self._photos, self._vertices, self._faces = photos, vertices, faces
-        self._atlas, self._blended, self._colors, self._gutter = atlas, blended, colors, gutter
+        self._atlas, self._blended, self._colors, self._gutter = atlas, blend_result, colors, gutter
         self._low = atlas.corners.min(axis=1)
         self._high = atlas.corners.max(axis=1)
         starts = np.zeros(len(faces) + 1, np.int64)
-        np.cumsum(np.bincount(blended.draw_face, minlength=len(faces)), out=starts[1:])
+        np.cumsum(np.bincount(blend_result.draw_face, minlength=len(faces)), out=starts[1:])
         self._starts = starts
 
     def tile(self, page: int, left: int, top: int) -> TileTask:
@@ -216,29 +216,29 @@ class _Tasks:
             & (high[:, 1] > top - rim)
             & (low[:, 1] < top + height + rim)
         )
-        blended = self._blended
+        blend_result = self._blended
         counts = self._starts[faces_in_tile + 1] - self._starts[faces_in_tile]
         draws = np.repeat(self._starts[faces_in_tile], counts) + (
             np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
         )
-        local = np.repeat(np.arange(len(faces_in_tile)), counts).astype(np.int32)
-        view = blended.draw_view[draws]
+        local_points = np.repeat(np.arange(len(faces_in_tile)), counts).astype(np.int32)
+        view = blend_result.draw_view[draws]
         parts = []
         for k in np.unique(view).tolist():
             mine = view == k
-            rows, face = draws[mine], local[mine]
+            rows, face = draws[mine], local_points[mine]
             _, corners, used = compact(self._vertices, self._faces[faces_in_tile[face]])
             pixels, depths = project(self._photos[k].view, self._vertices[used])
             parts.append(
                 TilePhoto(
                     self._photos[k].photo,
                     self._photos[k].view,
-                    tuple(blended.gains[k].tolist()),
+                    tuple(blend_result.gains[k].tolist()),
                     face,
                     pixels[corners].astype(np.float32),
                     depths[corners].astype(np.float32),
-                    blended.draw_weights[rows],
-                    blended.draw_offsets[rows],
+                    blend_result.draw_weights[rows],
+                    blend_result.draw_offsets[rows],
                 )
             )
         return TileTask(
@@ -253,24 +253,24 @@ class _Tasks:
         )
 
 
-def fill_between(page: ByteArray, filled: BoolArray) -> None:
+def fill_between(page: ByteArray, is_filled: BoolArray) -> None:
     """Fill free texels with smooth colours of the surrounding charts (pull-push).
 
     Otherwise JPEG compression or the mipmaps of a renderer would draw black lines into the charts.
     """
-    if filled.all() or not filled.any():
+    if is_filled.all() or not is_filled.any():
         return
     # The page itself stays in bytes, four times smaller than as float.
-    page[~filled] = 0
-    levels = [_halved(page, filled.astype(np.uint8) * np.uint8(255), 255.0)]
+    page[~is_filled] = 0
+    levels = [_halved(page, is_filled.astype(np.uint8) * np.uint8(255), 255.0)]
     while min(levels[-1][1].shape) > 1:
         levels.append(_halved(*levels[-1], 1.0))
     color, weight = levels[-1]
     below = color / np.maximum(weight, 1e-12)[..., None]
     for color, weight in reversed(levels[:-1]):
         below = color + (1 - weight)[..., None] * _enlarged(below, color.shape)
-    grown = _enlarged(np.clip(np.rint(below), 0, 255).astype(np.uint8), page.shape)
-    np.copyto(page, grown, where=~filled[..., None])
+    enlarged_page = _enlarged(np.clip(np.rint(below), 0, 255).astype(np.uint8), page.shape)
+    np.copyto(page, enlarged_page, where=~is_filled[..., None])
 
 
 def _halved(color: Any, weight: Any, full: float) -> tuple[Any, Any]:
@@ -281,10 +281,10 @@ def _halved(color: Any, weight: Any, full: float) -> tuple[Any, Any]:
     import cv2
 
     size = (max(1, (weight.shape[1] + 1) // 2), max(1, (weight.shape[0] + 1) // 2))
-    share = cv2.resize(weight, size, interpolation=cv2.INTER_AREA).astype(np.float32) / full
+    fraction = cv2.resize(weight, size, interpolation=cv2.INTER_AREA).astype(np.float32) / full
     mean = cv2.resize(color, size, interpolation=cv2.INTER_AREA).astype(np.float32)
-    enough = np.minimum(share * 4, 1)
-    ratio = np.where(share > 0, enough / np.maximum(share, 1e-12), 0)
+    enough = np.minimum(fraction * 4, 1)
+    ratio = np.where(fraction > 0, enough / np.maximum(fraction, 1e-12), 0)
     return mean * ratio[..., None], enough
 
 

@@ -21,10 +21,10 @@ def neighbours(faces: Int32Array) -> Int32Array:
     first = np.flatnonzero(np.r_[True, ranked[1:] != ranked[:-1]])
     count = np.diff(np.r_[first, len(ranked)])
     pair = first[count == 2]
-    across = np.full(len(keys), -1, np.int32)
+    across_component = np.full(len(keys), -1, np.int32)
     a, b = order[pair], order[pair + 1]
-    across[a], across[b] = b // 3, a // 3
-    return across.reshape(-1, 3)
+    across_component[a], across_component[b] = b // 3, a // 3
+    return across_component.reshape(-1, 3)
 
 
 def components(faces: Int32Array, among: BoolArray | None = None) -> Int32Array:
@@ -32,9 +32,9 @@ def components(faces: Int32Array, among: BoolArray | None = None) -> Int32Array:
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
-    across = neighbours(faces)
-    face, side = np.nonzero(across >= 0)
-    other = across[face, side]
+    neighbour_faces = neighbours(faces)
+    face, side = np.nonzero(neighbour_faces >= 0)
+    other = neighbour_faces[face, side]
     if among is not None:
         is_inside = among[face] & among[other]
         face, other = face[is_inside], other[is_inside]
@@ -52,10 +52,10 @@ def components(faces: Int32Array, among: BoolArray | None = None) -> Int32Array:
 
 def compact(vertices: FloatArray, faces: Int32Array) -> tuple[FloatArray, Int32Array, IntArray]:
     """Remove unused vertices, and return the original rows of the remaining ones."""
-    used = np.zeros(len(vertices), bool)
-    used[faces] = True
-    rows = np.flatnonzero(used)
-    return vertices[rows], (np.cumsum(used) - 1)[faces].astype(np.int32), rows
+    is_used = np.zeros(len(vertices), bool)
+    is_used[faces] = True
+    rows = np.flatnonzero(is_used)
+    return vertices[rows], (np.cumsum(is_used) - 1)[faces].astype(np.int32), rows
 
 
 def cross_products(vertices: FloatArray, faces: Int32Array) -> FloatArray:
@@ -106,9 +106,9 @@ def _split_vertices(vertices: FloatArray, faces: Int32Array) -> tuple[FloatArray
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
-    across = neighbours(faces)
-    face, side = np.nonzero(across >= 0)
-    other = across[face, side]
+    neighbour_faces = neighbours(faces)
+    face, side = np.nonzero(neighbour_faces >= 0)
+    other = neighbour_faces[face, side]
     ends = []
     for corner in (side, (side + 1) % 3):
         vertex = faces[face, corner]

@@ -176,28 +176,28 @@ def _visible_shares(
     lens = task.view.intrinsics
     shrink = max(1.0, math.sqrt(lens.width * lens.height / _MAX_DEPTH_PIXELS))
     size = (max(1, round(lens.width / shrink)), max(1, round(lens.height / shrink)))
-    scaled = pixels * (np.array(size) / (lens.width, lens.height))
+    scaled_values = pixels * (np.array(size) / (lens.width, lens.height))
     buffer = np.full(size[::-1], np.inf, np.float32)
-    draw_depths(scaled, depths, task.faces, selection, buffer)
+    draw_depths(scaled_values, depths, task.faces, selection, buffer)
     kernel = np.ones((2 * _MARGIN_PX + 1,) * 2, np.uint8)
-    nearest = np.ascontiguousarray(cv2.erode(buffer, kernel, borderValue=math.inf))
-    usable = np.full(size[::-1], 255, np.uint8)
+    nearest_values = np.ascontiguousarray(cv2.erode(buffer, kernel, borderValue=math.inf))
+    usable_values = np.full(size[::-1], 255, np.uint8)
     if task.mask is not None:
         mask = cv2.resize(
             decode(task.mask, task.view, grey=True), size, interpolation=cv2.INTER_AREA
         )
-        usable = np.ascontiguousarray(cv2.erode((mask > 127).astype(np.uint8), kernel))
+        usable_values = np.ascontiguousarray(cv2.erode((mask > 127).astype(np.uint8), kernel))
     visible_share = np.zeros(len(selection), np.float32)
     clear_share = np.zeros(len(selection), np.float32)
     pixel = lens.width / size[0] / lens.focal[0]
     count_seen(
-        scaled,
+        scaled_values,
         depths,
         task.faces,
         selection,
         buffer,
-        nearest,
-        usable,
+        nearest_values,
+        usable_values,
         pixel,
         float(_MARGIN_PX),
         _SLACK,

@@ -35,15 +35,15 @@ def metres_from_gps(photos: Sequence[Photo]) -> FloatArray:
     for i, photo in enumerate(photos):
         if photo.latitude_deg is not None and photo.longitude_deg is not None:
             coordinates[i] = photo.longitude_deg, photo.latitude_deg, photo.altitude_m or 0.0
-    known = np.isfinite(coordinates[:, 0])
-    if not known.any():
+    is_known = np.isfinite(coordinates[:, 0])
+    if not is_known.any():
         return coordinates
-    middle = coordinates[known].mean(axis=0)
-    phi = math.radians(middle[1])
+    centre = coordinates[is_known].mean(axis=0)
+    phi = math.radians(centre[1])
     w = math.sqrt(1.0 - _E2 * math.sin(phi) ** 2)
     east = math.radians(1.0) * _A / w * math.cos(phi)
     north = math.radians(1.0) * _A * (1.0 - _E2) / w**3
-    return np.asarray((coordinates - middle) * [east, north, 1.0])
+    return np.asarray((coordinates - centre) * [east, north, 1.0])
 
 
 def accuracy_of(photos: Sequence[Photo]) -> tuple[float, bool]:
@@ -65,8 +65,8 @@ def rotation_error95_deg(positions: FloatArray, sigma_m: float) -> tuple[float, 
     sigma_m : independent error of each coordinate
     """
     values, axes = np.linalg.eigh(rotation_covariance(positions, sigma_m))
-    worst = math.degrees(_Z95 * math.sqrt(values[-1]))
-    return (180.0 if len(positions) < 3 else min(180.0, worst)), axes[:, -1]
+    worst_value = math.degrees(_Z95 * math.sqrt(values[-1]))
+    return (180.0 if len(positions) < 3 else min(180.0, worst_value)), axes[:, -1]
 
 
 def straightness(positions: FloatArray) -> float:
@@ -74,6 +74,6 @@ def straightness(positions: FloatArray) -> float:
 
     It is 0 if the positions are collinear.
     """
-    centred = positions - positions.mean(axis=0)
-    s = np.linalg.svd(centred, compute_uv=False)
+    centred_values = positions - positions.mean(axis=0)
+    s = np.linalg.svd(centred_values, compute_uv=False)
     return float(s[1] / s[0]) if len(s) > 1 and s[0] > 0 else 0.0

@@ -89,9 +89,9 @@ def report(
         *station_checks.position_findings(photos, limits),
     ]
     findings = list(sort_by_severity(findings))
-    known = [value for value in gsd if value is not None]
-    middle = float(np.median(known)) if known else None
-    planes = None if middle is None else PlaneSizes.from_pixel_size(middle)
+    known_gsd = [value for value in gsd if value is not None]
+    median = float(np.median(known_gsd)) if known_gsd else None
+    planes = None if median is None else PlaneSizes.from_pixel_size(median)
     figures = tuple(
         PhotoFigures(
             photo.name,
@@ -107,8 +107,8 @@ def report(
         "before",
         figures,
         tuple(findings),
-        assess(findings, middle, hint=_hint(photos)),
-        middle,
+        assess(findings, median, hint=_hint(photos)),
+        median,
         None if planes is None else planes.textbook,
         advice_for(findings),
         () if planes is None else planes.curve(),

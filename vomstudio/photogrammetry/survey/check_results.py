@@ -161,7 +161,7 @@ def assess(
     findings: Sequence[Finding],
     gsd_m: float | None,
     *,
-    metric: bool = True,
+    is_metric: bool = True,
     planes: PlaneSizes | None = None,
     hint: Sequence[Finding] = (),
 ) -> tuple[Finding, ...]:
@@ -187,12 +187,16 @@ def assess(
     else:
         first = Finding("survey.sound")
     if planes is not None:
-        size = length_text(planes.resolution, 2, metric=metric)
+        size = length_text(planes.resolution, 2, is_metric=is_metric)
         resolved = Finding("survey.model-resolution", size=size)
-        return first, resolved, expected_planes(planes, metric=metric, source="model")
+        return first, resolved, expected_planes(planes, is_metric=is_metric, source="model")
     if gsd_m is not None:
-        covered = Finding("survey.pixel-size", pixel=length_text(gsd_m, 2, metric=metric))
-        return first, covered, expected_planes(PlaneSizes.from_pixel_size(gsd_m), metric=metric)
+        covered = Finding("survey.pixel-size", pixel=length_text(gsd_m, 2, is_metric=is_metric))
+        return (
+            first,
+            covered,
+            expected_planes(PlaneSizes.from_pixel_size(gsd_m), is_metric=is_metric),
+        )
     return first, *hint
 
 

@@ -55,10 +55,10 @@ def check_folder(
     """
     photo_folder = read_photos(folder, progress)
     report = check_photos(photo_folder, distance_m=distance_m, progress=progress)
-    checked = FolderCheck(
+    folder_check = FolderCheck(
         **vars(report),
         folder=str(Path(folder)),
         skipped=tuple(photo_folder.skipped),
         warnings=tuple(photo_folder.warnings),
     )
-    return checked, photo_folder
+    return folder_check, photo_folder

@@ -190,10 +190,10 @@ def choose_pairs(count: int, positions: FloatArray | None = None) -> list[tuple[
         return list(itertools.combinations(range(count), 2))
     pairs = {(i, j) for i in range(count) for j in range(i + 1, min(i + _NEIGHBOURS + 1, count))}
     if positions is not None:
-        known = np.flatnonzero(np.isfinite(positions).all(axis=1))
-        for i in known:
-            away = np.linalg.norm(positions[known] - positions[i], axis=1)
-            for j in known[np.argsort(away, kind="stable")[1 : _NEIGHBOURS + 3]]:
+        known_rows = np.flatnonzero(np.isfinite(positions).all(axis=1))
+        for i in known_rows:
+            distances = np.linalg.norm(positions[known_rows] - positions[i], axis=1)
+            for j in known_rows[np.argsort(distances, kind="stable")[1 : _NEIGHBOURS + 3]]:
                 pairs.add((min(i, j), max(i, j)))
     return sorted(pairs)
 
@@ -209,8 +209,8 @@ def match_pair(a: NormalizedFeatures, b: NormalizedFeatures) -> tuple[FloatArray
     second = likeness.copy()
     second[rows, forth] = -1.0
     near, next_ = (np.sqrt(np.maximum(2 - 2 * v, 0)) for v in (best, second.max(1)))
-    good = (back[forth] == rows) & (near < _MATCH_RATIO * next_)
-    return a.points[good], b.points[forth[good]]
+    is_good = (back[forth] == rows) & (near < _MATCH_RATIO * next_)
+    return a.points[is_good], b.points[forth[is_good]]
 
 
 def compare_pair(
@@ -233,8 +233,8 @@ def compare_pair(
     p, q = p[keep], q[keep]
     # The tolerance is larger than the epipolar one, to allow for relief.
     plane, is_on_plane = cv2.findHomography(p, q, cv2.RANSAC, 4.0 / LONG_SIDE, None, 2000, 0.999)
-    share = 0.0 if is_on_plane is None else float(is_on_plane.mean())
-    if plane is None or share < _MIN_PLANE_SHARE or abs(np.linalg.det(plane)) < 1e-9:
+    fraction = 0.0 if is_on_plane is None else float(is_on_plane.mean())
+    if plane is None or fraction < _MIN_PLANE_SHARE or abs(np.linalg.det(plane)) < 1e-9:
         inside, back = _inside_hull(p, a), _inside_hull(q, b)
         rotation, ratio = _rotation_by_essential_matrix(p, q, a, b), None
     else:
@@ -243,7 +243,7 @@ def compare_pair(
         ratio = _pixel_ratio(plane, a)
         rotation = None
     base = None
-    if plane is not None and share >= 0.8:
+    if plane is not None and fraction >= 0.8:
         rotation, base = _plane_motion(plane, a, b)
     if rotation is None:
         rotation = _rotation_by_essential_matrix(p, q, a, b)
@@ -251,7 +251,7 @@ def compare_pair(
         i,
         j,
         len(p),
-        share,
+        fraction,
         float(min(inside.mean(), back.mean())),
         ratio,
         rotation,
@@ -269,21 +269,24 @@ def compare_photos(
     """Compare all useful pairs of photos; photos without features do not match any."""
     progress = progress or SilentProgress()
     count = len(features)
-    compared = choose_pairs(count, positions)
-    progress.stage(tr("Matching photos"), len(compared))
+    compared_pairs = choose_pairs(count, positions)
+    progress.stage(tr("Matching photos"), len(compared_pairs))
     pairs: list[PairOverlap] = []
-    _compare_pairs(features, compared, pairs, progress)
-    extra_pairs = _pairs_between_components(count, compared, pairs)
+    _compare_pairs(features, compared_pairs, pairs, progress)
+    extra_pairs = _pairs_between_components(count, compared_pairs, pairs)
     if extra_pairs:
         progress.stage(tr("Matching disconnected components"), len(extra_pairs))
         _compare_pairs(features, extra_pairs, pairs, progress)
-        compared = compared + extra_pairs
+        compared_pairs = compared_pairs + extra_pairs
     view_counts = np.ones((count, _GRID * _GRID))
     for pair in pairs:
         view_counts[pair.first] += pair.inside
         view_counts[pair.second] += pair.inside_back
     return SetOverlap(
-        tuple(pairs), np.median(view_counts, axis=1), (view_counts < 3).mean(axis=1), len(compared)
+        tuple(pairs),
+        np.median(view_counts, axis=1),
+        (view_counts < 3).mean(axis=1),
+        len(compared_pairs),
     )
 
 
@@ -304,7 +307,7 @@ def _compare_pairs(
 
 
 def _pairs_between_components(
-    count: int, compared: Sequence[tuple[int, int]], pairs: Sequence[PairOverlap]
+    count: int, compared_pairs: Sequence[tuple[int, int]], pairs: Sequence[PairOverlap]
 ) -> list[tuple[int, int]]:
     """Return pairs to compare between components.
 
@@ -313,7 +316,7 @@ def _pairs_between_components(
     if count <= _MAX_PHOTOS_ALL_PAIRS:
         return []
     parts = SetOverlap(tuple(pairs), np.empty(0), np.empty(0), 0).components(count)
-    done = set(compared)
+    done = set(compared_pairs)
     candidates = [
         (min(i, j), max(i, j))
         for p, part in enumerate(parts[1:], 1)
@@ -336,9 +339,9 @@ def optical_axes(look: SetOverlap, count: int) -> tuple[FloatArray, BoolArray]:
     rotation: dict[int, FloatArray] = {}
     if best:
         rotation[best[0].first] = np.eye(3)
-    grown = True
-    while grown:
-        grown = False
+    is_grown = True
+    while is_grown:
+        is_grown = False
         for pair in best:
             i, j = pair.first, pair.second
             assert pair.rotation is not None
@@ -348,7 +351,7 @@ def optical_axes(look: SetOverlap, count: int) -> tuple[FloatArray, BoolArray]:
                 rotation[i] = pair.rotation.T @ rotation[j]
             else:
                 continue
-            grown = True
+            is_grown = True
             break
     axes = np.full((count, 3), np.nan)
     for i, r in rotation.items():
@@ -368,11 +371,11 @@ def _is_in_other_photo(
     plane: FloatArray, a: NormalizedFeatures, b: NormalizedFeatures
 ) -> BoolArray:
     """Return which grid points of photo `a` the homography maps into photo `b`."""
-    at = np.column_stack([_places(a), np.ones(_GRID * _GRID)]) @ plane.T
+    position = np.column_stack([_places(a), np.ones(_GRID * _GRID)]) @ plane.T
     centre = plane[2] @ [a.width / 2, a.height / 2, 1.0]
-    front = at[:, 2] * np.sign(centre) > 1e-9
+    front = position[:, 2] * np.sign(centre) > 1e-9
     with np.errstate(divide="ignore", invalid="ignore"):
-        x, y = at[:, 0] / at[:, 2], at[:, 1] / at[:, 2]
+        x, y = position[:, 0] / position[:, 2], position[:, 1] / position[:, 2]
         on = (x >= 0) & (x <= b.width) & (y >= 0) & (y <= b.height)
     return np.asarray(front & on)
 

@@ -54,7 +54,7 @@ def gsd_for_plane(extent_m: float) -> float:
 
 
 def expected_planes(
-    planes: PlaneSizes, *, metric: bool = True, source: Literal["photos", "model"] = "photos"
+    planes: PlaneSizes, *, is_metric: bool = True, source: Literal["photos", "model"] = "photos"
 ) -> Finding:
     """Report the expected errors of planes of two sizes.
 
@@ -63,13 +63,13 @@ def expected_planes(
     Parameters
     ----------
     planes : PlaneSizes
-    metric : bool
+    is_metric : bool
         Sizes are in metres, not in units of the model.
     source : {"photos", "model"}
         Source of the resolution.
     """
-    smallest = planes.size_for(TARGET_ERROR_DEG)
-    if smallest is None:
+    smallest_size = planes.size_for(TARGET_ERROR_DEG)
+    if smallest_size is None:
         return Finding(
             "survey.no-planes",
             wanted_deg=TARGET_ERROR_DEG,
@@ -77,26 +77,26 @@ def expected_planes(
         )
     return Finding(
         "survey.planes-by-photos" if source == "photos" else "survey.planes-by-model",
-        size=length_text(smallest, 2, metric=metric),
-        error_deg=planes.error_deg(smallest),
-        textbook_size=length_text(planes.textbook, 2, metric=metric),
+        size=length_text(smallest_size, 2, is_metric=is_metric),
+        error_deg=planes.error_deg(smallest_size),
+        textbook_size=length_text(planes.textbook, 2, is_metric=is_metric),
         textbook_error_deg=planes.error_deg(planes.textbook),
     )
 
 
 def planes_in_short(planes: PlaneSizes) -> str:
     """Return the expected errors as text for a table, for the resolution of photos."""
-    large = tr(
+    large_text = tr(
         "{large} (1000 px) ± {better:.1f}°",
         large=length_text(planes.textbook, 2),
         better=planes.error_deg(planes.textbook),
     )
-    smallest = planes.size_for(TARGET_ERROR_DEG)
-    if smallest is None:
-        return large
-    small = tr(
+    smallest_size = planes.size_for(TARGET_ERROR_DEG)
+    if smallest_size is None:
+        return large_text
+    small_text = tr(
         "{small} ± {within:.1f}°",
-        small=length_text(smallest, 2),
-        within=planes.error_deg(smallest),
+        small=length_text(smallest_size, 2),
+        within=planes.error_deg(smallest_size),
     )
-    return f"{small}, {large}"
+    return f"{small_text}, {large_text}"

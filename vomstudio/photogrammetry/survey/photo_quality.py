@@ -95,8 +95,8 @@ def blur(pixels: ByteArray, mask: BoolArray | None = None) -> float | None:
     """
     tiles = [tile.astype(np.float32) for tile in _tiles(pixels, mask)]
     for level in range(4):
-        across, along = (_edge_sigma(tiles, axis) for axis in (1, 0))
-        known = [s for s in (across, along) if s is not None]
+        across_component, along_component = (_edge_sigma(tiles, axis) for axis in (1, 0))
+        known = [s for s in (across_component, along_component) if s is not None]
         if not known:
             return None
         if max(known) <= _MAX_BLUR_SIGMA_PX or level == 3:
@@ -143,10 +143,10 @@ def _edge_sigma(tiles: list[Float32Array], axis: int) -> float | None:
         step = np.abs(cv2.filter2D(tile, cv2.CV_32F, kernel))
         after = np.abs(cv2.filter2D(softer, cv2.CV_32F, kernel))
         other = np.abs(cv2.filter2D(tile, cv2.CV_32F, kernel.T))
-        inner = np.zeros(tile.shape, bool)
-        inner[4:-4, 4:-4] = True
+        is_inner = np.zeros(tile.shape, bool)
+        is_inner[4:-4, 4:-4] = True
         top = (
-            inner
+            is_inner
             & (step >= np.roll(step, 1, axis))
             & (step >= np.roll(step, -1, axis))
             & (step > 2 * other)
@@ -188,9 +188,11 @@ def interpolation_period(pixels: ByteArray) -> float:
         trace = trace - np.convolve(trace, np.ones(15) / 15, "same")
         spectrum = np.abs(np.fft.rfft(trace[8:-8] * np.hanning(len(trace) - 16)))
         frequency = np.fft.rfftfreq(len(trace) - 16)
-        allowed = frequency > 0.1
-        allowed &= np.abs(frequency * 16 - np.round(frequency * 16)) > 16 * 0.004
-        at = int(np.argmax(np.where(allowed, spectrum, 0.0)))
-        peaks.append((frequency[at], float(spectrum[at] / max(float(np.median(spectrum)), 1e-9))))
+        is_allowed = frequency > 0.1
+        is_allowed &= np.abs(frequency * 16 - np.round(frequency * 16)) > 16 * 0.004
+        index = int(np.argmax(np.where(is_allowed, spectrum, 0.0)))
+        peaks.append(
+            (frequency[index], float(spectrum[index] / max(float(np.median(spectrum)), 1e-9)))
+        )
     (f1, p1), (f2, p2) = peaks
     return min(p1, p2) if abs(f1 - f2) < 0.0015 else 0.0

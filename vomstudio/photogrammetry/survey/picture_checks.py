@@ -22,14 +22,14 @@ def pixel_findings(measurements: SurveyMeasurements, limits: Limits) -> list[Fin
     findings = []
     blurs = {i: look.blur_px for i, look in enumerate(quality) if look.blur_px is not None}
     if blurs:
-        middle = float(np.median(list(blurs.values())))
-        limit = max(limits.blur_px, limits.blur_times * middle)
-        bad = tuple(photos[i].name for i, value in blurs.items() if value > limit)
-        if bad:
+        median = float(np.median(list(blurs.values())))
+        limit = max(limits.blur_px, limits.blur_times * median)
+        blurred_names = tuple(photos[i].name for i, value in blurs.items() if value > limit)
+        if blurred_names:
             worst = max(blurs.values())
-            findings.append(Finding("blurred", photos=bad, value=worst, median=middle))
-        if middle > limits.soft_px:
-            findings.append(Finding("soft", photos=(), value=middle, factor=middle / 0.8))
+            findings.append(Finding("blurred", photos=blurred_names, value=worst, median=median))
+        if median > limits.soft_px:
+            findings.append(Finding("soft", photos=(), value=median, factor=median / 0.8))
     findings += _enlargement_findings(measurements, limits)
     findings += _light_findings(measurements, limits)
     return findings
@@ -56,28 +56,28 @@ def _enlargement_findings(measurements: SurveyMeasurements, limits: Limits) -> l
     if zoomed:
         max_zoom = max(value or 1.0 for value in zoomed.values())
         findings.append(Finding("digital-zoom", photos=tuple(zoomed), value=max_zoom))
-    enlarged = []
+    enlarged_items = []
     for photo in photos:
         model = find_camera(photo.camera)
         if model is not None and photo.long_side > 1.05 * max(model.width_px, model.height_px):
-            enlarged.append(photo.name)
-    if enlarged:
-        model = find_camera(next(p.camera for p in photos if p.name == enlarged[0]))
+            enlarged_items.append(photo.name)
+    if enlarged_items:
+        model = find_camera(next(p.camera for p in photos if p.name == enlarged_items[0]))
         assert model is not None
         findings.append(
             Finding(
                 "enlarged",
-                photos=tuple(enlarged),
-                value=len(enlarged),
+                photos=tuple(enlarged_items),
+                value=len(enlarged_items),
                 camera=model.label,
                 width_px=model.width_px,
             )
         )
     looks = [look for look in measurements.quality if look.blur_px is not None]
     traced = [look for look in looks if (look.resampled or 0.0) >= limits.resampled]
-    middle = float(np.median([look.blur_px or 0.0 for look in looks])) if looks else 0.0
+    median = float(np.median([look.blur_px or 0.0 for look in looks])) if looks else 0.0
     # Undistortion and reduction also leave a trace, but do no harm.
-    if not enlarged and len(traced) > 0.6 * len(looks) and middle > limits.enlarged_px:
+    if not enlarged_items and len(traced) > 0.6 * len(looks) and median > limits.enlarged_px:
         findings.append(
             Finding(
                 "enlarged",
@@ -86,7 +86,7 @@ def _enlargement_findings(measurements: SurveyMeasurements, limits: Limits) -> l
                     for p, look in zip(photos, measurements.quality, strict=True)
                     if (look.resampled or 0.0) >= limits.resampled
                 ],
-                value=middle,
+                value=median,
             )
         )
     return findings
@@ -110,10 +110,10 @@ def _light_findings(measurements: SurveyMeasurements, limits: Limits) -> list[Fi
         if look.brightness is not None and look.brightness > 0 and i not in badly_exposed
     }
     if len(bright) >= 3:
-        middle = float(np.median(list(bright.values())))
-        jumps = tuple(photos[i].name for i, v in bright.items() if abs(v - middle) > limits.stops)
+        median = float(np.median(list(bright.values())))
+        jumps = tuple(photos[i].name for i, v in bright.items() if abs(v - median) > limits.stops)
         if jumps:
-            worst = max((v - middle for v in bright.values()), key=abs)
+            worst = max((v - median for v in bright.values()), key=abs)
             findings.append(Finding("brightness-jump", photos=jumps, value=worst, stops=abs(worst)))
     return findings + _time_findings(photos, limits)
 

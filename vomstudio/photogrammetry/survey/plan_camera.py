@@ -35,7 +35,7 @@ class PlanCamera:
         return self.sensor_width_mm / self.width_px
 
 
-def camera_of(words: str, focal_mm: float | None = None) -> PlanCamera:
+def camera_of(text: str, focal_mm: float | None = None) -> PlanCamera:
     """Return a camera by its name in the table, by a photo, or by numbers.
 
     Numbers are sensor in mm, focal length in mm and pixels, as `23.5x15.6,35,6000x4000` or
@@ -44,19 +44,19 @@ def camera_of(words: str, focal_mm: float | None = None) -> PlanCamera:
     focal_mm : focal length that replaces any other value. Raises UsageError, and InputError for a
     photo.
     """
-    words = words.strip()
+    text = text.strip()
     if focal_mm is not None and not 0 < focal_mm < 1e5:
         raise UsageError(Finding("number.not-positive", value=focal_mm), field="--focal")
-    if _is_file(words):
-        return _camera_of_photo(words, focal_mm)
-    if re.match(r"^[\d.=,;xX×\s]*$|.*=", words):
-        return _camera_of_numbers(words, focal_mm)
+    if _is_file(text):
+        return _camera_of_photo(text, focal_mm)
+    if re.match(r"^[\d.=,;xX×\s]*$|.*=", text):
+        return _camera_of_numbers(text, focal_mm)
     from vomstudio.io.photos.camera_table import find_camera, similar_cameras
 
-    model = find_camera(words)
+    model = find_camera(text)
     if model is None:
-        like = similar_cameras(words)
-        finding = Finding("plan.unknown-camera", camera=shorten(words), similar=like or None)
+        like = similar_cameras(text)
+        finding = Finding("plan.unknown-camera", camera=shorten(text), similar=like or None)
         raise UsageError(finding, field="--camera")
     focal = focal_mm or model.focal_mm
     if focal is None:
@@ -75,9 +75,9 @@ def camera_of(words: str, focal_mm: float | None = None) -> PlanCamera:
     )
 
 
-def _is_file(words: str) -> bool:
+def _is_file(text: str) -> bool:
     try:
-        return Path(words).is_file()
+        return Path(text).is_file()
     except (OSError, ValueError):
         # Too long for a name, or with signs that none can have.
         return False
@@ -99,7 +99,7 @@ def _camera_of_photo(path: str, focal_mm: float | None) -> PlanCamera:
             file=path,
             field="--camera",
         )
-    known = find_camera(photo.camera)
+    known_camera = find_camera(photo.camera)
     return PlanCamera(
         photo.camera or Path(path).name,
         sensor,
@@ -107,16 +107,16 @@ def _camera_of_photo(path: str, focal_mm: float | None) -> PlanCamera:
         focal,
         long_side,
         short_side,
-        None if known is None else known.f_number,
+        None if known_camera is None else known_camera.f_number,
     )
 
 
-def _camera_of_numbers(words: str, focal_mm: float | None) -> PlanCamera:
+def _camera_of_numbers(text: str, focal_mm: float | None) -> PlanCamera:
     sensor: tuple[float, ...] = ()
     pixels: tuple[float, ...] = ()
-    unnamed: list[float] = []
+    unnamed_items: list[float] = []
     focal = focal_mm
-    for token in re.split(r"[,;\s]+", words.strip(" ,;")):
+    for token in re.split(r"[,;\s]+", text.strip(" ,;")):
         key, _, value = token.rpartition("=")
         try:
             numbers = tuple(float(part) for part in re.split(r"[xX×]", value))
@@ -138,24 +138,24 @@ def _camera_of_numbers(words: str, focal_mm: float | None) -> PlanCamera:
         elif len(numbers) == 2:
             sensor = numbers
         else:
-            unnamed.append(numbers[0])
+            unnamed_items.append(numbers[0])
     # Numbers without a name are in the order sensor, focal length, pixels.
-    if not sensor and unnamed:
-        sensor = (unnamed.pop(0),)
-    if focal is None and unnamed:
-        focal = unnamed.pop(0)
-    if not pixels and unnamed:
-        pixels = tuple(unnamed[:2])
-        unnamed = unnamed[2:]
-    if not sensor or focal is None or not pixels or unnamed:
-        raise _not_a_camera(words)
+    if not sensor and unnamed_items:
+        sensor = (unnamed_items.pop(0),)
+    if focal is None and unnamed_items:
+        focal = unnamed_items.pop(0)
+    if not pixels and unnamed_items:
+        pixels = tuple(unnamed_items[:2])
+        unnamed_items = unnamed_items[2:]
+    if not sensor or focal is None or not pixels or unnamed_items:
+        raise _not_a_camera(text)
     pixels = tuple(sorted(pixels, reverse=True))
     sensor = tuple(sorted(sensor, reverse=True))
     height = pixels[1] if len(pixels) > 1 else None
     if height is None:
         height = pixels[0] * sensor[1] / sensor[0] if len(sensor) > 1 else pixels[0] * 2.0 / 3.0
     if pixels[0] < 16 or height < 16:
-        raise _not_a_camera(words)
+        raise _not_a_camera(text)
     return PlanCamera(
         tr("custom camera"),
         sensor[0],
@@ -166,8 +166,8 @@ def _camera_of_numbers(words: str, focal_mm: float | None) -> PlanCamera:
     )
 
 
-def _not_a_camera(words: str) -> UsageError:
+def _not_a_camera(text: str) -> UsageError:
     return UsageError(
-        Finding("plan.not-a-camera", camera=shorten(words)),
+        Finding("plan.not-a-camera", camera=shorten(text)),
         field="--camera",
     )

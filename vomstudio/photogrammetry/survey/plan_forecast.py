@@ -49,18 +49,18 @@ def forecasts(plan: SurveyPlan, receiver_m: float, control_m: float) -> tuple[Fo
         Standard deviation of a horizontal coordinate. For heights twice that of the receiver, and
         that of control points, are assumed.
     """
-    upright = plan.manner != "terrain"
+    is_upright = plan.manner != "terrain"
     cameras = np.array([[s.along_m, s.up_m, s.away_m] for s in plan.positions])
     control = np.array(
         [[p.along_m, p.up_m, 0.0] for p in plan.control_points if p.use == "control"]
     )
     receiver_forecast = forecast(
         "receiver",
-        convert_to_world(cameras, upright),
+        convert_to_world(cameras, is_upright),
         (receiver_m, _HEIGHT_ERROR_FACTOR * receiver_m),
     )
     return receiver_forecast, forecast(
-        "control", convert_to_world(control, upright), (control_m, control_m)
+        "control", convert_to_world(control, is_upright), (control_m, control_m)
     )
 
 
@@ -87,14 +87,14 @@ def forecast_findings(plan: SurveyPlan, receiver: Forecast, control: Forecast) -
     return findings
 
 
-def convert_to_world(places: FloatArray, upright: bool) -> FloatArray:
+def convert_to_world(positions: FloatArray, is_upright: bool) -> FloatArray:
     """Convert positions in the frame of the outcrop to a frame with z up.
 
     Parameters
     ----------
-    places : (n, 3) array
+    positions : (n, 3) array
         Coordinates along, up and away from the outcrop.
-    upright : bool
+    is_upright : bool
         Whether the outcrop is a wall and not terrain.
 
     Returns
@@ -102,17 +102,19 @@ def convert_to_world(places: FloatArray, upright: bool) -> FloatArray:
     (n, 3) array
         Coordinates along the outcrop, into it, and up.
     """
-    if not len(places):
+    if not len(positions):
         return np.zeros((0, 3))
-    along, up, away = places.T
-    return np.column_stack([along, -away, up] if upright else [along, up, away])
+    along_component, up, distances = positions.T
+    return np.column_stack(
+        [along_component, -distances, up] if is_upright else [along_component, up, distances]
+    )
 
 
 def _nearly_in_line(plan: SurveyPlan) -> bool:
     """Return whether the extent of the cameras is ten times larger along one line than across."""
-    places = np.array([[s.along_m, s.up_m, s.away_m] for s in plan.positions])
-    reach = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)
-    return bool(len(places) < 3 or reach[1] < 0.1 * reach[0])
+    positions = np.array([[s.along_m, s.up_m, s.away_m] for s in plan.positions])
+    max_distance = np.linalg.svd(positions - positions.mean(axis=0), compute_uv=False)
+    return bool(len(positions) < 3 or max_distance[1] < 0.1 * max_distance[0])
 
 
 def forecast_text(result: Forecast) -> str:

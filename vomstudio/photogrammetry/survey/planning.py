@@ -166,7 +166,7 @@ class SurveyPlan(PrintableResult):
         return super().to_dict() | {
             "photos": self.photos,
             "smallest_plane_m": self.smallest_plane_m,
-            "plane_error": [to_dict(each) for each in self.plane_error],
+            "plane_error": [to_dict(plane_error) for plane_error in self.plane_error],
             "perpendicular": len(self.select_kind("perpendicular")),
             "oblique": len(self.select_kind("oblique")),
             "target_size_m": self.target_size_m,
@@ -310,8 +310,8 @@ def _stations(
         ways.append((1, spacing[1]))
     for beyond, margin in ways:
         rows = _row_heights(height, footprint[1], spacing[1], margin)
-        along = [i * width / columns for i in range(-beyond, columns + 1 + beyond)]
-        aimed = [(u, v, 0.0, 0.0) for v in rows for u in along]
+        along_component = [i * width / columns for i in range(-beyond, columns + 1 + beyond)]
+        aimed = [(u, v, 0.0, 0.0) for v in rows for u in along_component]
         aimed += _obliques(rows, width, footprint, manner)
         stations = tuple(_station_at(n, *target, distance) for n, target in enumerate(aimed, 1))
         views = _views(camera, stations, width, height)
@@ -324,11 +324,11 @@ def _row_heights(
     extent: float, picture_height: float, spacing: float, margin: float
 ) -> list[float]:
     """Return the heights of rows that cover the extent and a margin; one row if sufficient."""
-    free = extent + 2.0 * margin - picture_height
-    if free <= 0:
+    dof = extent + 2.0 * margin - picture_height
+    if dof <= 0:
         return [extent / 2.0]
-    steps = math.ceil(free / spacing - 1e-9)
-    return [picture_height / 2.0 - margin + i * free / steps for i in range(steps + 1)]
+    steps = math.ceil(dof / spacing - 1e-9)
+    return [picture_height / 2.0 - margin + i * dof / steps for i in range(steps + 1)]
 
 
 def _obliques(
@@ -355,13 +355,13 @@ def _station_at(
     number: int, u: float, v: float, turn_deg: float, tilt_deg: float, distance: float
 ) -> CameraStation:
     """Return a camera at `distance` from its target, with this turn and tilt."""
-    turn, tilt = math.radians(turn_deg), math.radians(tilt_deg)
+    angle, tilt = math.radians(turn_deg), math.radians(tilt_deg)
     return CameraStation(
         number,
         "oblique" if turn_deg or tilt_deg else "perpendicular",
-        u - distance * math.sin(turn) * math.cos(tilt),
+        u - distance * math.sin(angle) * math.cos(tilt),
         v - distance * math.sin(tilt),
-        distance * math.cos(turn) * math.cos(tilt),
+        distance * math.cos(angle) * math.cos(tilt),
         u,
         v,
     )
@@ -414,7 +414,7 @@ def _warnings(
     width: float,
     height: float,
     footprint: tuple[float, float],
-    least: int,
+    min_count: int,
 ) -> list[Finding]:
     findings: list[Finding] = []
     highest = max(station.up_m for station in stations)
@@ -426,6 +426,6 @@ def _warnings(
             findings.append(Finding("plan.high-row", height_m=highest))
     if min(width, height) < 0.2 * max(width, height):
         findings.append(Finding("plan.narrow-strip"))
-    if least < RECOMMENDED_VIEWS:
-        findings.append(Finding("plan.thin-border", count=least))
+    if min_count < RECOMMENDED_VIEWS:
+        findings.append(Finding("plan.thin-border", count=min_count))
     return findings

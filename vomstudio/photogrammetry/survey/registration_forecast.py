@@ -51,23 +51,23 @@ class Forecast:
     why_not: Finding | None = None
 
 
-def forecast(by: str, places: FloatArray, sigma: tuple[float, float]) -> Forecast:
+def forecast(by: str, positions: FloatArray, sigma: tuple[float, float]) -> Forecast:
     """Forecast the registration by points.
 
     Parameters
     ----------
     by : {"receiver", "control"}
-    places : (n, 3) array
+    positions : (n, 3) array
         East, north, up (here along the outcrop, into it, up).
     sigma : (float, float)
         Errors of a horizontal coordinate and of a height, one sigma, metres.
     """
     from vomstudio.registration.placing import register_points
 
-    n = len(places)
+    n = len(positions)
     try:
         registration = register_points(
-            places, places, np.full((n, 3), [sigma[0], sigma[0], sigma[1]])
+            positions, positions, np.full((n, 3), [sigma[0], sigma[0], sigma[1]])
         )
     except GeometryError as error:
         return Forecast(by, n, sigma, why_not=cause_of(error))

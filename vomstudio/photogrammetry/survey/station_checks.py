@@ -42,17 +42,17 @@ def pair_findings(
         return []
     findings = []
     parts = pairs.components(count)
-    larger = [g for g in parts if len(g) > 1]
-    if not larger:
+    larger_parts = [g for g in parts if len(g) > 1]
+    if not larger_parts:
         return [
             Finding(
                 "unmatched", "error", photos=[p.name for p in photos], value=0, least=MIN_MATCHES
             )
         ]
     findings += _component_findings(photos, parts)
-    low_overlap = tuple(photos[i].name for g in larger for i in g if best[i] < limits.overlap)
+    low_overlap = tuple(photos[i].name for g in larger_parts for i in g if best[i] < limits.overlap)
     if low_overlap:
-        max_overlap = max(best[i] for g in larger for i in g if best[i] < limits.overlap)
+        max_overlap = max(best[i] for g in larger_parts for i in g if best[i] < limits.overlap)
         findings.append(
             Finding("low-overlap", photos=low_overlap, value=max_overlap, overlap=100 * max_overlap)
         )
@@ -71,39 +71,41 @@ def _component_findings(photos: Sequence[Photo], parts: Sequence[Sequence[int]])
     """
     findings = []
     unmatched = tuple(photos[g[0]].name for g in parts if len(g) == 1)
-    larger = [g for g in parts if len(g) > 1]
+    larger_parts = [g for g in parts if len(g) > 1]
     if unmatched:
         findings.append(Finding("unmatched", photos=unmatched, value=len(unmatched)))
-    if len(larger) > 1:
-        small = tuple(photos[i].name for g in larger[1:] for i in g)
+    if len(larger_parts) > 1:
+        small = tuple(photos[i].name for g in larger_parts[1:] for i in g)
         findings.append(
-            Finding("parts", photos=small, value=len(larger), sizes=[len(g) for g in larger])
+            Finding(
+                "parts", photos=small, value=len(larger_parts), sizes=[len(g) for g in larger_parts]
+            )
         )
     return findings
 
 
 def _same_position_findings(measurements: SurveyMeasurements, limits: Limits) -> list[Finding]:
     photos = measurements.photos
-    turned: list[tuple[str, str]] = []
+    turned_items: list[tuple[str, str]] = []
     twins: list[tuple[str, str]] = []
     for pair in measurements.pairs.pairs:
         if pair.baseline_ratio is None or pair.baseline_ratio > limits.same_place:
             continue
         names = photos[pair.first].name, photos[pair.second].name
-        turn = pair.turn_deg or 0.0
+        angle = pair.turn_deg or 0.0
         f1, f2 = photos[pair.first].focal_px, photos[pair.second].focal_px
         zoom = 1.0
         if f1 and f2:
             one, two = f1 / photos[pair.first].long_side, f2 / photos[pair.second].long_side
             zoom = max(one / two, two / one)
-        if turn > limits.turn_deg or zoom > limits.zoom:
-            turned.append(names)
+        if angle > limits.turn_deg or zoom > limits.zoom:
+            turned_items.append(names)
         elif pair.overlap > limits.near_identical:
             twins.append(names)
     findings = []
-    if turned:
-        photos_of_group = _photos_of_pairs(turned)
-        findings.append(Finding("same-position", photos=photos_of_group, value=len(turned)))
+    if turned_items:
+        photos_of_group = _photos_of_pairs(turned_items)
+        findings.append(Finding("same-position", photos=photos_of_group, value=len(turned_items)))
     if twins:
         photos_of_group = _photos_of_pairs(twins)
         findings.append(Finding("near-identical", photos=photos_of_group, value=len(twins)))
@@ -115,24 +117,24 @@ def _photos_of_pairs(pairs: Sequence[tuple[str, str]]) -> tuple[str, ...]:
 
 
 def direction_findings(
-    measurements: SurveyMeasurements, axes: FloatArray, known: BoolArray, limits: Limits
+    measurements: SurveyMeasurements, axes: FloatArray, is_known: BoolArray, limits: Limits
 ) -> list[Finding]:
     """Find surveys with one view direction only, which causes doming (textbook 3.2.1)."""
     photos = measurements.photos
     gimbal = _gimbal_axes(photos)
     if gimbal is not None:
-        axes, known = gimbal, np.ones(len(photos), bool)
-    if known.sum() < 3 or known.sum() < 0.5 * len(photos):
+        axes, is_known = gimbal, np.ones(len(photos), bool)
+    if is_known.sum() < 3 or is_known.sum() < 0.5 * len(photos):
         return []
-    used = axes[known]
-    middle = used.mean(axis=0)
-    norm = float(np.linalg.norm(middle))
+    used_axes = axes[is_known]
+    centre = used_axes.mean(axis=0)
+    norm = float(np.linalg.norm(centre))
     if norm < 0.2:
         return []
-    away = np.degrees(np.arccos(np.clip(used @ middle / norm, -1.0, 1.0)))
+    angles = np.degrees(np.arccos(np.clip(used_axes @ centre / norm, -1.0, 1.0)))
     # Ignore outliers: obliques are a tenth of the set, at least two.
-    steady = max(2, math.ceil(0.1 * len(away)))
-    spread = float(np.sort(away)[-steady]) if len(away) >= steady else float(away.max())
+    steady = max(2, math.ceil(0.1 * len(angles)))
+    spread = float(np.sort(angles)[-steady]) if len(angles) >= steady else float(angles.max())
     if spread >= limits.doming_deg:
         return []
     down = gimbal is not None and bool(np.all(gimbal[:, 2] < -math.cos(math.radians(15.0))))
@@ -171,11 +173,11 @@ def size_findings(
     ratio = max(known.values()) / min(known.values())
     if ratio <= limits.gsd_ratio:
         return []
-    middle = float(np.median(list(known.values())))
+    median = float(np.median(list(known.values())))
     far = tuple(
         photos[i].name
         for i, value in known.items()
-        if max(value / middle, middle / value) > math.sqrt(limits.gsd_ratio)
+        if max(value / median, median / value) > math.sqrt(limits.gsd_ratio)
     )
     return [Finding("gsd-spread", photos=far, value=ratio)]
 
@@ -185,9 +187,9 @@ def _relative_sizes(pairs: SetOverlap, count: int) -> list[float | None]:
     best = sorted((p for p in pairs.pairs if p.pixel_ratio is not None), key=lambda p: -p.matches)
     if best:
         sizes[best[0].first] = 1.0
-    grown = True
-    while grown:
-        grown = False
+    is_grown = True
+    while is_grown:
+        is_grown = False
         for pair in best:
             i, j, ratio = pair.first, pair.second, pair.pixel_ratio
             assert ratio is not None
@@ -198,7 +200,7 @@ def _relative_sizes(pairs: SetOverlap, count: int) -> list[float | None]:
                 sizes[i] = sizes[j] * ratio
             else:
                 continue
-            grown = True
+            is_grown = True
             break
     return [sizes.get(i) for i in range(count)]
 
@@ -206,40 +208,42 @@ def _relative_sizes(pairs: SetOverlap, count: int) -> list[float | None]:
 def position_findings(photos: Sequence[Photo], limits: Limits) -> list[Finding]:
     """Return findings on GPS positions: whether and how well they would register a model."""
     positions = metres_from_gps(photos)
-    known = np.isfinite(positions[:, 0])
-    placed = [photo for photo, k in zip(photos, known, strict=True) if k]
+    is_known = np.isfinite(positions[:, 0])
+    placed = [photo for photo, k in zip(photos, is_known, strict=True) if k]
     names = tuple(photo.name for photo in placed)
     if not placed:
         return [Finding("no-gps", photos=(), value=0)]
     findings = []
-    located = positions[known]
-    if len(placed) > 1 and _radius(located) < 0.05:
+    located_positions = positions[is_known]
+    if len(placed) > 1 and _radius(located_positions) < 0.05:
         return [Finding("gps-equal", photos=names, value=len(placed))]
     if len(placed) < 0.5 * len(photos):
         findings.append(Finding("gps-few", photos=names, value=len(placed), total=len(photos)))
     if len(placed) >= 3:
-        findings.append(_gps_accuracy_finding(placed, located, limits))
+        findings.append(_gps_accuracy_finding(placed, located_positions, limits))
     return findings
 
 
-def _gps_accuracy_finding(placed: Sequence[Photo], at: FloatArray, limits: Limits) -> Finding:
+def _gps_accuracy_finding(
+    placed_photos: Sequence[Photo], position: FloatArray, limits: Limits
+) -> Finding:
     """Report how well positions (n, 3) of photos determine the rotation of a model."""
-    sigma, stated = accuracy_of(placed)
-    error, _ = rotation_error95_deg(at, sigma)
-    if straightness(at) < limits.straight and error > limits.rotation_deg:
-        return Finding("collinear", photos=(), value=straightness(at))
+    sigma, stated = accuracy_of(placed_photos)
+    error, _ = rotation_error95_deg(position, sigma)
+    if straightness(position) < limits.straight and error > limits.rotation_deg:
+        return Finding("collinear", photos=(), value=straightness(position))
     if error > limits.rotation_deg:
         return Finding(
             "gps-noise",
             photos=(),
             value=error,
-            extent_m=2 * _radius(at),
+            extent_m=2 * _radius(position),
             sigma_m=sigma,
             stated=stated,
         )
     return Finding("gps-registration", photos=(), value=error, sigma_m=sigma, stated=stated)
 
 
-def _radius(at: FloatArray) -> float:
+def _radius(position: FloatArray) -> float:
     """Return the largest horizontal distance of positions (n, 3) from their mean."""
-    return float(np.linalg.norm(at[:, :2] - at[:, :2].mean(axis=0), axis=1).max())
+    return float(np.linalg.norm(position[:, :2] - position[:, :2].mean(axis=0), axis=1).max())

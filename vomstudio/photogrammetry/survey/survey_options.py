@@ -69,7 +69,7 @@ class PlanOptions(Options):
         maximum=128.0,
         metavar="N",
         help=to_translate("f-number, if the aperture is adjustable"),
-        automatic=to_translate("8"),
+        automatic_text=to_translate("8"),
     )
     focal_mm: float | None = option(None, help=to_translate("focal length of the lens, mm"))
     receiver_m: float | None = option(
@@ -80,14 +80,14 @@ class PlanOptions(Options):
             "horizontal standard deviation of the camera's receiver, m; twice this value is"
             " assumed for heights"
         ),
-        automatic=to_translate("3"),
+        automatic_text=to_translate("3"),
     )
     control_m: float | None = option(
         None,
         minimum=MIN_ERROR_M,
         maximum=MAX_LENGTH_M,
         help=to_translate("standard deviation of control point coordinates, m"),
-        automatic=to_translate("0.02"),
+        automatic_text=to_translate("0.02"),
     )
 
 
@@ -100,7 +100,7 @@ class CheckOptions(Options):
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
         help=to_translate("distance from the camera to the rock, m"),
-        automatic=to_translate("flying height, if the photos look down"),
+        automatic_text=to_translate("flying height, if the photos look down"),
     )
 
 

@@ -184,9 +184,10 @@ def _is_video(path: Path) -> bool:
     The decoder detects the content, and would open other files for a playlist or a numbered name.
     """
     with open_regular(path) as file:
-        head = file.read(400)
+        header = file.read(400)
     return any(
-        all(head[at : at + len(sign)] == sign for at, sign in signs) for signs in _SIGNATURES
+        all(header[position : position + len(sign)] == sign for position, sign in signs)
+        for signs in _SIGNATURES
     )
 
 
@@ -333,10 +334,10 @@ def _shift(before: ByteArray, after: ByteArray) -> float | None:
         after, before, forward, np.empty_like(corners), winSize=(21, 21), maxLevel=4
     )
     is_consistent = np.linalg.norm((back - corners).reshape(-1, 2), axis=1) < 1.0
-    good = (status.ravel() == 1) & (back_status.ravel() == 1) & is_consistent
-    if good.sum() < max(12, 0.15 * len(corners)):
+    is_good = (status.ravel() == 1) & (back_status.ravel() == 1) & is_consistent
+    if is_good.sum() < max(12, 0.15 * len(corners)):
         return None
-    steps = np.linalg.norm((forward - corners).reshape(-1, 2)[good], axis=1)
+    steps = np.linalg.norm((forward - corners).reshape(-1, 2)[is_good], axis=1)
     return float(np.median(steps)) / float(max(before.shape))
 
 

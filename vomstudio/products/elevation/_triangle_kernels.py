@@ -44,13 +44,13 @@ def _enclose(points, starts, nx, ny, grid_left, top, side, x, y, reach, tri):  #
     These are the nearest point, and the points with the largest angle to it on either side.
     """
     j0, j1 = _rows(ny, y - reach, y + reach, top, side)
-    nearest, a = math.inf, -1
+    nearest_value, a = math.inf, -1
     for j in range(j0, j1 + 1):
         s, e = _row(starts, nx, j, x - reach, x + reach, grid_left, side)
         for p in range(s, e):
             d = (points[p, 0] - x) ** 2 + (points[p, 1] - y) ** 2
-            if d < nearest:
-                nearest, a = d, p
+            if d < nearest_value:
+                nearest_value, a = d, p
     if a < 0:
         return False
     ax, ay = points[a, 0] - x, points[a, 1] - y
@@ -78,10 +78,10 @@ def _shares(points, a, b, c, x, y):  # type: ignore[no-untyped-def]
     bx, by = points[b, 0] - x, points[b, 1] - y
     cx, cy = points[c, 0] - x, points[c, 1] - y
     u, v, w = bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx
-    whole = u + v + w
-    if whole == 0.0:
+    whole_values = u + v + w
+    if whole_values == 0.0:
         return -math.inf, -math.inf, -math.inf
-    return u / whole, v / whole, w / whole
+    return u / whole_values, v / whole_values, w / whole_values
 
 
 @part
@@ -106,7 +106,7 @@ def _deepest_inside(points, starts, nx, ny, grid_left, top, side, x, y, f, g, h,
     mx, my = f / 2, g / 2
     radius = math.sqrt(max(h + mx * mx + my * my, 0.0))
     low_y, high_y = max(my - radius, -reach), min(my + radius, reach)
-    deepest_point, deepest = -1, -ROUNDING * side * side
+    deepest_point, deepest_values = -1, -ROUNDING * side * side
     if low_y > high_y:
         return deepest_point
     j0, j1 = _rows(ny, y + low_y, y + high_y, top, side)
@@ -118,8 +118,8 @@ def _deepest_inside(points, starts, nx, ny, grid_left, top, side, x, y, f, g, h,
         for p in range(s, e):
             px, py = points[p, 0] - x, points[p, 1] - y
             above = px * px + py * py - f * px - g * py - h
-            if above < deepest:
-                deepest_point, deepest = p, above
+            if above < deepest_values:
+                deepest_point, deepest_values = p, above
     return deepest_point
 
 
@@ -205,12 +205,22 @@ def interpolate(  # type: ignore[no-untyped-def]
             if is_enclosed:
                 u, v, q = _shares(points, tri[0], tri[1], tri[2], x, y)
                 is_enclosed = min(u, v, q) >= 0.0
-            reach = side
-            while not is_enclosed and reach < 2.0 * limit:
+            max_distance = side
+            while not is_enclosed and max_distance < 2.0 * limit:
                 is_enclosed = _enclose(
-                    points, starts, nx, ny, grid_left, top, side, x, y, min(reach, limit), tri
+                    points,
+                    starts,
+                    nx,
+                    ny,
+                    grid_left,
+                    top,
+                    side,
+                    x,
+                    y,
+                    min(max_distance, limit),
+                    tri,
                 )
-                reach *= 2.0
+                max_distance *= 2.0
             is_enclosed = is_enclosed and _settle(
                 points, starts, nx, ny, grid_left, top, side, x, y, limit, tri
             )

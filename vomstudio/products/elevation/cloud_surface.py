@@ -67,8 +67,8 @@ def default_side_limit(xy: FloatArray) -> float:
     for _ in range(8):
         cells = np.floor((xy - low) / side).astype(np.int64)
         key = cells[:, 1] * (cells[:, 0].max() + 1) + cells[:, 0]
-        occupied = _count_cells(key)
-        per_cell = n / occupied
+        occupied_cells = _count_cells(key)
+        per_cell = n / occupied_cells
         # At about four points per cell, few cells within the outline are empty.
         if 3.0 <= per_cell <= 8.0:
             break
@@ -81,9 +81,9 @@ def _count_cells(key: IntArray) -> int:
     count = int(key.max()) + 1
     if count > 40 * len(key):
         return len(np.unique(key))
-    touched = np.zeros(count, bool)
-    touched[key] = True
-    return int(np.count_nonzero(touched))
+    is_touched = np.zeros(count, bool)
+    is_touched[key] = True
+    return int(np.count_nonzero(is_touched))
 
 
 def extract_top_sheet(points: FloatArray) -> FloatArray:
@@ -95,17 +95,17 @@ def extract_top_sheet(points: FloatArray) -> FloatArray:
     in the plane, the uppermost remains.
     """
     order = np.lexsort((points[:, 2], points[:, 1], points[:, 0]))
-    ordered = points[order]
-    first = np.ones(len(ordered), bool)
-    first[1:] = (np.diff(ordered[:, :2], axis=0) != 0).any(axis=1)
-    unique = np.ascontiguousarray(ordered[first])
-    is_open = np.ones(len(unique), bool)
+    ordered_points = points[order]
+    is_first = np.ones(len(ordered_points), bool)
+    is_first[1:] = (np.diff(ordered_points[:, :2], axis=0) != 0).any(axis=1)
+    unique_values = np.ascontiguousarray(ordered_points[is_first])
+    is_open = np.ones(len(unique_values), bool)
     for _ in range(PASSES):
-        if len(unique) <= N_NEIGHBOURS or not is_open.any():
+        if len(unique_values) <= N_NEIGHBOURS or not is_open.any():
             break
-        under, doubtful = _under_another(unique, np.flatnonzero(is_open))
-        unique, is_open = unique[~under], doubtful[~under]
-    return unique
+        under, doubtful = _under_another(unique_values, np.flatnonzero(is_open))
+        unique_values, is_open = unique_values[~under], doubtful[~under]
+    return unique_values
 
 
 def _under_another(points: FloatArray, open_rows: IndexArray) -> tuple[BoolArray, BoolArray]:
@@ -115,24 +115,24 @@ def _under_another(points: FloatArray, open_rows: IndexArray) -> tuple[BoolArray
     """
     from scipy.spatial import cKDTree
 
-    under, doubtful = np.zeros(len(points), bool), np.zeros(len(points), bool)
+    under, is_doubtful = np.zeros(len(points), bool), np.zeros(len(points), bool)
     tree = cKDTree(points[:, :2])
     for start in range(0, len(open_rows), _BLOCK_POINTS):
         rows = open_rows[start : start + _BLOCK_POINTS]
         reach, near = tree.query(points[rows, :2], k=N_NEIGHBOURS, workers=-1)
         above = np.sort(np.maximum(points[rows, None, 2] - points[near, 2], 0.0), axis=1)
         gaps = np.diff(above, axis=1, prepend=0.0)
-        wide = gaps > GAP_SPREADS * np.maximum(reach[:, -1:], 1e-300)
-        some = np.flatnonzero(wide.any(axis=1))
+        width = gaps > GAP_SPREADS * np.maximum(reach[:, -1:], 1e-300)
+        some = np.flatnonzero(width.any(axis=1))
         if not len(some):
             continue
-        away = points[near[some]] - points[rows[some], None]
-        level = above[some, wide[some].argmax(axis=1)]
-        covered = _covered(away[:, :, :2], (0.0 - away[:, :, 2]) >= level[:, None])
-        doubtful[rows[some]] = True
-        doubtful[near[some[covered]]] = True
+        offsets = points[near[some]] - points[rows[some], None]
+        level = above[some, width[some].argmax(axis=1)]
+        covered = _covered(offsets[:, :, :2], (0.0 - offsets[:, :, 2]) >= level[:, None])
+        is_doubtful[rows[some]] = True
+        is_doubtful[near[some[covered]]] = True
         under[rows[some[covered]]] = True
-    return under, doubtful & bool(under.any())
+    return under, is_doubtful & bool(under.any())
 
 
 def _covered(away: FloatArray, over: BoolArray) -> BoolArray:
@@ -150,31 +150,36 @@ def _covered(away: FloatArray, over: BoolArray) -> BoolArray:
     (n,) bool array
     """
     counts = over.sum(axis=1)
-    upper, lower = over[:, :, None], ~over[:, :, None]
+    upper, is_lower = over[:, :, None], ~over[:, :, None]
     middle_up = (away * upper).sum(axis=1) / counts[:, None]
-    middle_low = (away * lower).sum(axis=1) / (over.shape[1] - counts)[:, None]
+    middle_low = (away * is_lower).sum(axis=1) / (over.shape[1] - counts)[:, None]
     # Fisher's linear discriminant gives the direction of best separation.
     deviations = away - np.where(upper, middle_up[:, None], middle_low[:, None])
     scatter = np.einsum("nki,nkj->nij", deviations, deviations)
     scale = np.maximum(np.trace(scatter, axis1=1, axis2=2), 1e-300)
     scatter += 1e-6 * scale[:, None, None] * np.eye(2)
-    toward = np.linalg.solve(scatter, (middle_up - middle_low)[:, :, None])[:, :, 0]
-    along = np.einsum("nki,ni->nk", away, toward)
+    direction = np.linalg.solve(scatter, (middle_up - middle_low)[:, :, None])[:, :, 0]
+    projections = np.einsum("nki,ni->nk", away, direction)
     pairs = over[:, :, None] & ~over[:, None, :]
-    right = (along[:, :, None] > along[:, None, :]) & pairs
+    right = (projections[:, :, None] > projections[:, None, :]) & pairs
     parted = right.sum(axis=(1, 2)) / pairs.sum(axis=(1, 2))
     # Near the edge of an upper sheet, the sheet is on one side, and the lower points are on the
     # other.
     outward = np.einsum("nki,ni->nk", away, middle_up) < 0
-    inside = (outward & over).any(axis=1) | ~(outward & ~over).any(axis=1)
-    mingled = (counts >= MIN_ABOVE) & (parted < MIN_SEPARATED_SHARE) & inside
+    is_inside = (outward & over).any(axis=1) | ~(outward & ~over).any(axis=1)
+    mingled = (counts >= MIN_ABOVE) & (parted < MIN_SEPARATED_SHARE) & is_inside
     # An isolated point of the lower sheet has points above on all sides.
-    right_of, below = away[:, :, 0] >= 0, away[:, :, 1] >= 0
+    right_of, is_below = away[:, :, 0] >= 0, away[:, :, 1] >= 0
     sides = np.zeros(len(away), np.int64)
-    for quarter in (right_of & below, right_of & ~below, ~right_of & below, ~right_of & ~below):
+    for quarter in (
+        right_of & is_below,
+        right_of & ~is_below,
+        ~right_of & is_below,
+        ~right_of & ~is_below,
+    ):
         sides += (quarter & over).any(axis=1)
-    alone = (over.shape[1] - counts <= MAX_BELOW) & (sides >= 3)
-    return np.asarray(mingled | alone)
+    is_alone = (over.shape[1] - counts <= MAX_BELOW) & (sides >= 3)
+    return np.asarray(mingled | is_alone)
 
 
 def average_top_points(points: FloatArray, side: float) -> FloatArray:
@@ -182,12 +187,12 @@ def average_top_points(points: FloatArray, side: float) -> FloatArray:
     cells = np.floor((points[:, :2] - points[:, :2].min(axis=0)) / side).astype(np.int64)
     key = cells[:, 1] * (cells[:, 0].max() + 1) + cells[:, 0]
     order = np.lexsort((points[:, 2], key))
-    ordered, key = points[order], key[order]
+    ordered_points, key = points[order], key[order]
     starts = np.flatnonzero(np.concatenate([[True], np.diff(key) != 0]))
-    top = np.repeat(ordered[starts, 2], np.diff(np.append(starts, len(key))))
-    upper = ordered[:, 2] <= top + GAP_SPREADS * side
-    counts = np.add.reduceat(upper.astype(np.float64), starts)
-    sums = np.add.reduceat(ordered * upper[:, None], starts, axis=0)
+    top = np.repeat(ordered_points[starts, 2], np.diff(np.append(starts, len(key))))
+    is_upper = ordered_points[:, 2] <= top + GAP_SPREADS * side
+    counts = np.add.reduceat(is_upper.astype(np.float64), starts)
+    sums = np.add.reduceat(ordered_points * is_upper[:, None], starts, axis=0)
     return np.ascontiguousarray(sums / counts[:, None])
 
 

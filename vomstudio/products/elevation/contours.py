@@ -39,10 +39,10 @@ def contour_lines(
     UsageError
         If there are too many levels.
     """
-    known = np.isfinite(heights)
-    if not known.any() or min(heights.shape) < 2:
+    is_known = np.isfinite(heights)
+    if not is_known.any() or min(heights.shape) < 2:
         return []
-    low, high = float(heights[known].min()), float(heights[known].max())
+    low, high = float(heights[is_known].min()), float(heights[is_known].max())
     if (high - low) / spacing > MAX_LEVELS:
         raise UsageError(
             Finding(

@@ -25,7 +25,7 @@ class DemOptions(Options):
         label=to_translate("Cell"),
         help=to_translate("cell size, m"),
         tip=to_translate("Cell size"),
-        automatic=to_translate("mean edge length of a mesh, or mean spacing of a cloud"),
+        automatic_text=to_translate("mean edge length of a mesh, or mean spacing of a cloud"),
         empty_text=to_translate("model resolution"),
         decimals=4,
     )
@@ -33,7 +33,7 @@ class DemOptions(Options):
         None,
         metavar="DD/D",
         help=to_translate("reference plane, dip direction and dip"),
-        automatic=to_translate("horizontal"),
+        automatic_text=to_translate("horizontal"),
     )
     limit_m: float | None = option(
         None,
@@ -44,7 +44,7 @@ class DemOptions(Options):
             "longest triangle side between points of a cloud; larger gaps remain open, m"
         ),
         tip=to_translate("Longest triangle side between points; larger gaps remain open"),
-        automatic=to_translate("five times the mean point spacing"),
+        automatic_text=to_translate("five times the mean point spacing"),
         decimals=4,
     )
 

@@ -110,8 +110,8 @@ class CloudHeights:
         self._view = np.ascontiguousarray(view)
         self._limit, self._grid = limit, grid
         g = grid.gsd
-        reach = np.zeros(len(view))
-        self._members = Members.of(bin_points, self._view, reach, grid, limit + g)
+        max_distance = np.zeros(len(view))
+        self._members = Members.of(bin_points, self._view, max_distance, grid, limit + g)
 
     def draw(self, tile: Tile) -> FloatArray:
         members = self._members.members_of(tile)

@@ -45,8 +45,8 @@ class ElevationPicture:
     table: ByteArray
 
 
-def read_picture(raster: Path, most: int = MAX_SIDE_PX) -> ElevationPicture:
-    """Read a raster of `write_elevation`, averaged to at most `most` pixels per side.
+def read_picture(raster: Path, maximum: int = MAX_SIDE_PX) -> ElevationPicture:
+    """Read a raster of `write_elevation`, averaged to at most `maximum` pixels per side.
 
     Raises
     ------
@@ -62,8 +62,8 @@ def read_picture(raster: Path, most: int = MAX_SIDE_PX) -> ElevationPicture:
             rasterio.Env(GDAL_CACHEMAX=RASTER_CACHE_BYTES),
             rasterio.open(raster, driver="GTiff") as file,
         ):
-            share = max(file.width, file.height, most) / most
-            size = tuple(max(1, round(side / share)) for side in (file.height, file.width))
+            fraction = max(file.width, file.height, maximum) / maximum
+            size = tuple(max(1, round(side / fraction)) for side in (file.height, file.width))
             read = file.read(1, out_shape=size, resampling=Resampling.average)
             step = float(file.transform.a) * file.width / size[1]
     except (OSError, rasterio.errors.RasterioError) as error:
@@ -87,15 +87,17 @@ def colour_heights(heights: Float32Array, step: float) -> ElevationPicture:
     from matplotlib import colormaps
 
     table = colormaps["viridis"].resampled(256)(np.arange(256), bytes=True)[:, :3]
-    known = np.isfinite(heights)
-    low, high = (float(f(heights[known])) for f in (np.min, np.max)) if known.any() else (0.0, 0.0)
-    share = np.where(known, (heights - low) / max(high - low, 1e-12), 0.0)
-    rgb = table[np.clip(255 * share, 0, 255).astype(np.uint8)].astype(np.float32)
+    is_known = np.isfinite(heights)
+    low, high = (
+        (float(f(heights[is_known])) for f in (np.min, np.max)) if is_known.any() else (0.0, 0.0)
+    )
+    fraction = np.where(is_known, (heights - low) / max(high - low, 1e-12), 0.0)
+    rgb = table[np.clip(255 * fraction, 0, 255).astype(np.uint8)].astype(np.float32)
     shade = hillshade(heights, step).astype(np.float32) / 255
     # Next to an edge the shading is unknown, so draw it as on a level surface.
     shade[shade == 0] = np.sqrt(0.5)
     rgb *= (_MIN_BRIGHTNESS + (1 - _MIN_BRIGHTNESS) * shade)[:, :, None]
-    rgba = np.dstack([rgb.astype(np.uint8), np.where(known, 255, 0).astype(np.uint8)])
+    rgba = np.dstack([rgb.astype(np.uint8), np.where(is_known, 255, 0).astype(np.uint8)])
     return ElevationPicture(
         np.ascontiguousarray(rgba), heights, step, low, high, np.ascontiguousarray(table)
     )

@@ -96,7 +96,7 @@ def plan_heights(
     *,
     to_world: npt.ArrayLike,
     gsd: float | None = None,
-    metric: bool = True,
+    is_metric: bool = True,
 ) -> HeightPlan:
     """Plan the grid of an elevation model.
 
@@ -108,7 +108,7 @@ def plan_heights(
     to_world : (4, 4) array_like
     gsd : float, optional
         Cell size, m. By default, the mean edge of a mesh or the spacing of a cloud.
-    metric : bool
+    is_metric : bool
 
     Raises
     ------
@@ -118,9 +118,11 @@ def plan_heights(
         If the model is empty.
     """
     frame = view_frame(plane)
-    layout = lay_grid(data, frame, to_world=to_world, gsd=gsd, textured=False, metric=metric)
+    layout = lay_grid(
+        data, frame, to_world=to_world, gsd=gsd, is_textured=False, is_metric=is_metric
+    )
     return HeightPlan(
-        plane, frame, layout.grid, layout.reference, layout.points, layout.notes, metric
+        plane, frame, layout.grid, layout.reference, layout.points, layout.notes, is_metric
     )
 
 

@@ -36,11 +36,11 @@ def compute_gradients(heights: FloatingArray, gsd: float) -> tuple[FloatArray, F
     z = np.asarray(heights, np.float64)
     columns = z[:-2] + 2 * z[1:-1] + z[2:]
     rows = z[:, :-2] + 2 * z[:, 1:-1] + z[:, 2:]
-    whole = np.isfinite(columns[:, :-2] + columns[:, 1:-1] + columns[:, 2:])
+    is_whole = np.isfinite(columns[:, :-2] + columns[:, 1:-1] + columns[:, 2:])
     x = (columns[:, 2:] - columns[:, :-2]) / (8 * gsd)
     y = (rows[2:] - rows[:-2]) / (8 * gsd)
-    right[1:-1, 1:-1] = np.where(whole, x, np.nan)
-    down[1:-1, 1:-1] = np.where(whole, y, np.nan)
+    right[1:-1, 1:-1] = np.where(is_whole, x, np.nan)
+    down[1:-1, 1:-1] = np.where(is_whole, y, np.nan)
     return right, down
 
 
@@ -68,15 +68,15 @@ def compute_dips(
     dip, azimuth = (np.full(heights.shape, np.nan, np.float32) for _ in range(2))
     for rows, part in _strips(heights):
         right, down = (g[rows[1]] for g in compute_gradients(part, gsd))
-        known = np.isfinite(right)
+        is_known = np.isfinite(right)
         normals = (
-            -right[known][:, None] * frame.right
-            - down[known][:, None] * frame.down
+            -right[is_known][:, None] * frame.right
+            - down[is_known][:, None] * frame.down
             - frame.direction
         )
-        toward, steep, level = normals_to_planes(normals)
-        dip[rows[0]][known] = steep
-        azimuth[rows[0]][known] = np.where(level, np.nan, toward)
+        direction, steep, level = normals_to_planes(normals)
+        dip[rows[0]][is_known] = steep
+        azimuth[rows[0]][is_known] = np.where(level, np.nan, direction)
     return dip, azimuth
 
 

@@ -80,8 +80,8 @@ def figures_of(
     InputError
         If no cell has a height.
     """
-    known = np.isfinite(heights)
-    covered = int(known.sum())
+    is_known = np.isfinite(heights)
+    covered = int(is_known.sum())
     if not covered:
         raise InputError(
             edge_on_finding(plan.points, plan.frame, plan.grid.gsd) or Finding("dem.no-heights")
@@ -179,20 +179,22 @@ def write_elevation(
         },
     )
     with atomic_group(list(targets.values()), force) as parts:
-        at = dict(zip(targets, parts, strict=True))
-        _write(at["raster"], base, heights, targets["raster"])
-        if "slope" in at or "aspect" in at:
-            dip, toward = compute_dips(heights, plan.grid.gsd, plan.frame)
-            for name, values in (("slope", dip), ("aspect", toward)):
-                if name in at:
-                    _write(at[name], base, values, targets[name])
-        if "hillshade" in at:
+        part_of_target = dict(zip(targets, parts, strict=True))
+        _write(part_of_target["raster"], base, heights, targets["raster"])
+        if "slope" in part_of_target or "aspect" in part_of_target:
+            dip, direction = compute_dips(heights, plan.grid.gsd, plan.frame)
+            for name, values in (("slope", dip), ("aspect", direction)):
+                if name in part_of_target:
+                    _write(part_of_target[name], base, values, targets[name])
+        if "hillshade" in part_of_target:
             shade = hillshade(heights, plan.grid.gsd)
-            _write(at["hillshade"], replace(base, kind="grey"), shade, targets["hillshade"])
+            _write(
+                part_of_target["hillshade"], replace(base, kind="grey"), shade, targets["hillshade"]
+            )
         if lines is not None:
-            at["contours"].unlink()
-            write_contours(at["contours"], lines, crs)
-        at["sidecar"].write_text(
+            part_of_target["contours"].unlink()
+            write_contours(part_of_target["contours"], lines, crs)
+        part_of_target["sidecar"].write_text(
             json.dumps(facts | {"warnings": plain(warnings)}, indent=1, ensure_ascii=False) + "\n",
             "utf-8",
         )
@@ -204,7 +206,7 @@ def _facts(
 ) -> dict[str, Any]:
     """Collect the content of the sidecar."""
     heights = "metres along the upward normal of the plane of reference through the reference point"
-    north = world_north(world, known=north_known)
+    north = world_north(world, is_known=north_known)
     return {
         **result.to_dict(),
         "raster": Path(result.raster).name,

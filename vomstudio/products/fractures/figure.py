@@ -88,23 +88,23 @@ class FracturePage:
         return _MARGIN_MM + _TITLES_MM + _PANEL_MM + self.legend_mm + self.lower_mm
 
 
-def lay_out_page(mapped: MappedNetwork, style: NetStyle = PRINT) -> FracturePage:
+def lay_out_page(mapped_network: MappedNetwork, style: NetStyle = PRINT) -> FracturePage:
     """Lay out the figure: the legend names all sets, and panels without data are left out.
 
     Parameters
     ----------
-    mapped : MappedNetwork
+    mapped_network : MappedNetwork
     style : NetStyle, optional
 
     Returns
     -------
     FracturePage
     """
-    cut = np.asarray(mapped.pieces.cut.any(axis=1))
-    letters = ("d" if len(cut) and not cut.all() else "") + (
-        "e" if mapped.found.P21_by_size else ""
+    cut_values = np.asarray(mapped_network.pieces.cut.any(axis=1))
+    letters = ("d" if len(cut_values) and not cut_values.all() else "") + (
+        "e" if mapped_network.found.P21_by_size else ""
     )
-    texts = _legend_texts(mapped)
+    texts = _legend_texts(mapped_network)
     if not texts:
         return FracturePage((), 0, letters)
     mm = 25.4 / 72.0
@@ -112,23 +112,25 @@ def lay_out_page(mapped: MappedNetwork, style: NetStyle = PRINT) -> FracturePage
     width = WIDTH_MM - 2 * _MARGIN_MM
     columns = arrange_columns(widths, width, _LEGEND_GAP_MM)
     return FracturePage(
-        tuple(min(each, width) for each in columns), math.ceil(len(texts) / len(columns)), letters
+        tuple(min(column, width) for column in columns),
+        math.ceil(len(texts) / len(columns)),
+        letters,
     )
 
 
 def write_fractures(
     target: str | Path | IO[bytes],
-    mapped: MappedNetwork,
+    mapped_network: MappedNetwork,
     *,
     format: str,
     style: NetStyle = PRINT,
     dpi: float = 300.0,
 ) -> None:
     """Write the figure as SVG, PDF or PNG; text remains editable in SVG and PDF."""
-    page = lay_out_page(mapped, style)
+    page = lay_out_page(mapped_network, style)
     write_figure(
         target,
-        lambda figure: draw_fractures(figure, mapped, page, style),
+        lambda figure: draw_fractures(figure, mapped_network, page, style),
         format=format,
         size_mm=(WIDTH_MM, page.height_mm),
         paper=style.paper,
@@ -138,22 +140,22 @@ def write_fractures(
 
 
 def draw_fractures(
-    figure: Figure, mapped: MappedNetwork, page: FracturePage, style: NetStyle = PRINT
+    figure: Figure, mapped_network: MappedNetwork, page: FracturePage, style: NetStyle = PRINT
 ) -> list[Axes]:
     """Draw the map, rose, nodes, lengths and intensity, and return their axes."""
     figure.set_facecolor(style.paper)
     height = page.height_mm
     bottom = height - _MARGIN_MM - _TITLES_MM - _PANEL_MM
     base = _AXIS_MM
-    places = {
+    positions = {
         "a": (_MARGIN_MM, bottom + _BAR_MM, 54.0, _PANEL_MM - _BAR_MM - _ARROW_MM),
         "b": (61.0, bottom, 52.0, _PANEL_MM),
         "c": (117.0, bottom, 50.0, _PANEL_MM),
     }
     if page.curves == "de":
-        places |= {"d": (16.0, base, 66.0, _CURVES_MM), "e": (104.0, base, 63.0, _CURVES_MM)}
+        positions |= {"d": (16.0, base, 66.0, _CURVES_MM), "e": (104.0, base, 63.0, _CURVES_MM)}
     elif page.curves:
-        places[page.curves] = (16.0, base, 151.0, _CURVES_MM)
+        positions[page.curves] = (16.0, base, 151.0, _CURVES_MM)
     draw = {
         "a": _draw_map,
         "b": _draw_rose,
@@ -166,9 +168,9 @@ def draw_fractures(
     paper.set_ylim(0.0, height)
     paper.set_axis_off()
     axes = []
-    for letter, (x, y, wide, tall) in places.items():
+    for letter, (x, y, wide, tall) in positions.items():
         ax = figure.add_axes((x / WIDTH_MM, y / height, wide / WIDTH_MM, tall / height), zorder=2)
-        title = draw[letter](ax, mapped, style)
+        title = draw[letter](ax, mapped_network, style)
         axes.append(ax)
         letter_x = x - 13.0 if letter in "de" else x
         top = y + tall + _TITLES_MM - 1.0
@@ -192,9 +194,9 @@ def draw_fractures(
             linespacing=1.1,
             parse_math=False,
         )
-    _draw_bar(paper, axes[0], places["a"], style)
-    _draw_directions(paper, places["a"], mapped, style)
-    _draw_legend(paper, mapped, page, bottom, style)
+    _draw_bar(paper, axes[0], positions["a"], style)
+    _draw_directions(paper, positions["a"], mapped_network, style)
+    _draw_legend(paper, mapped_network, page, bottom, style)
     return axes
 
 
@@ -206,30 +208,32 @@ def _dash(i: int) -> Any:
     return _DASHES[i // len(OKABE_ITO) % len(_DASHES)]
 
 
-def _legend_texts(mapped: MappedNetwork) -> list[str]:
+def _legend_texts(mapped_network: MappedNetwork) -> list[str]:
     """Return the names of the sets with their numbers of pieces; empty for a single set."""
-    if len(mapped.sets) < 2:
+    if len(mapped_network.sets) < 2:
         return []
-    counts = np.bincount(mapped.set_of[mapped.set_of >= 0], minlength=len(mapped.sets))
+    counts = np.bincount(
+        mapped_network.set_of[mapped_network.set_of >= 0], minlength=len(mapped_network.sets)
+    )
     width = (WIDTH_MM - 2 * _MARGIN_MM - _LEGEND_LINE_MM - 1.5) * 72.0 / 25.4
     texts = [
         shorten_text(f"{name} ({count:,})", PRINT.font_pt, width)
-        for name, count in zip(mapped.sets, counts.tolist(), strict=True)
+        for name, count in zip(mapped_network.sets, counts.tolist(), strict=True)
     ]
     if len(texts) > MAX_SETS:
-        hidden = len(texts) - MAX_SETS + 1
-        texts[MAX_SETS - 1 :] = [tr("and {count} more", count=hidden)]
+        hidden_count = len(texts) - MAX_SETS + 1
+        texts[MAX_SETS - 1 :] = [tr("and {count} more", count=hidden_count)]
     return texts
 
 
 def _draw_legend(
-    paper: Axes, mapped: MappedNetwork, page: FracturePage, top: float, style: NetStyle
+    paper: Axes, mapped_network: MappedNetwork, page: FracturePage, top: float, style: NetStyle
 ) -> None:
-    for k, text in enumerate(_legend_texts(mapped)):
+    for k, text in enumerate(_legend_texts(mapped_network)):
         row, column = divmod(k, len(page.columns_mm))
         x = _MARGIN_MM + sum(page.columns_mm[:column]) + _LEGEND_GAP_MM * column
         y = top - _MARGIN_MM - _LEGEND_ROW_MM * (row + 0.5)
-        if k < MAX_SETS - 1 or len(mapped.sets) <= MAX_SETS:
+        if k < MAX_SETS - 1 or len(mapped_network.sets) <= MAX_SETS:
             paper.plot(
                 [x, x + _LEGEND_LINE_MM],
                 [y, y],
@@ -248,29 +252,33 @@ def _draw_legend(
         )
 
 
-def _draw_map(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> str:
+def _draw_map(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str:
     import shapely
     from matplotlib.collections import LineCollection
 
     ax.set_axis_off()
-    lines = mapped.pieces.lines
+    lines = mapped_network.pieces.lines
     thin = float(np.clip(12.0 / math.sqrt(max(len(lines), 1)), 0.15, 0.8)) * style.line_pt
-    for i in range(len(mapped.sets)):
-        mine = lines[mapped.set_of == i]
-        color = _color(i, style) if len(mapped.sets) > 1 else style.ink
+    for i in range(len(mapped_network.sets)):
+        mine = lines[mapped_network.set_of == i]
+        color = _color(i, style) if len(mapped_network.sets) > 1 else style.ink
         paths = [shapely.get_coordinates(line) for line in mine]
         ax.add_collection(LineCollection(paths, colors=color, linewidths=thin, linestyles=_dash(i)))
-    counted = mapped.counted
-    edges = [] if counted.area is None else list(shapely.get_parts(shapely.boundary(counted.area)))
-    edges += [] if counted.scanlines is None else list(counted.scanlines)
+    sampling_region = mapped_network.counted
+    edges = (
+        []
+        if sampling_region.area is None
+        else list(shapely.get_parts(shapely.boundary(sampling_region.area)))
+    )
+    edges += [] if sampling_region.scanlines is None else list(sampling_region.scanlines)
     ax.add_collection(
         LineCollection(
             [shapely.get_coordinates(e) for e in edges],
             linewidths=1.2 * style.line_pt,
-            colors=style.ink if len(mapped.sets) > 1 else _color(1, style),
+            colors=style.ink if len(mapped_network.sets) > 1 else _color(1, style),
         )
     )
-    network = mapped.found
+    network = mapped_network.found
     title = tr("{count:,} traces", count=network.traces)
     if network.plane is not None and not network.plane.is_horizontal:
         title = tr("{count:,} traces on {plane}", count=network.traces, plane=network.plane.name)
@@ -289,13 +297,13 @@ def _fill_box(ax: Axes) -> None:
     """Extend the limits of a map to the shape of its box, so that both axes have one scale."""
     figure = ax.get_figure(root=True)
     assert figure is not None
-    place = ax.get_position()
-    wide, tall = place.width * figure.get_figwidth(), place.height * figure.get_figheight()
+    position = ax.get_position()
+    width, height = position.width * figure.get_figwidth(), position.height * figure.get_figheight()
     (x_left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
-    length = 1.02 * max((right - x_left) / wide, (high - low) / tall, 1e-9)
+    length = 1.02 * max((right - x_left) / width, (high - low) / height, 1e-9)
     x, y = 0.5 * (x_left + right), 0.5 * (low + high)
-    ax.set_xlim(x - 0.5 * length * wide, x + 0.5 * length * wide)
-    ax.set_ylim(y - 0.5 * length * tall, y + 0.5 * length * tall)
+    ax.set_xlim(x - 0.5 * length * width, x + 0.5 * length * width)
+    ax.set_ylim(y - 0.5 * length * height, y + 0.5 * length * height)
 
 
 def _draw_bar(
@@ -325,13 +333,13 @@ def _draw_bar(
 def _draw_directions(
     paper: Axes,
     place: tuple[float, float, float, float],
-    mapped: MappedNetwork,
+    mapped_network: MappedNetwork,
     style: NetStyle,
 ) -> None:
     """Draw the upward arrow and, on a face, the directions of its ends."""
     x_left, bottom, wide, tall = place
     top = bottom + tall
-    left_name, right_name, up = _orientation(mapped)
+    left_name, right_name, up = _orientation(mapped_network)
     bold: dict[str, Any] = {
         "weight": "bold",
         "fontsize": 0.9 * style.font_pt,
@@ -340,34 +348,34 @@ def _draw_directions(
     }
     paper.text(x_left, top + 1.5, left_name, ha="left", **bold)
     paper.text(x_left + wide, top + 1.5, right_name, ha="right", **bold)
-    middle = x_left + 0.5 * wide
+    centre = x_left + 0.5 * wide
     paper.annotate(
         "",
-        (middle, top + 5.0),
-        (middle, top),
+        (centre, top + 5.0),
+        (centre, top),
         arrowprops={"arrowstyle": "-|>", "color": style.ink, "linewidth": style.line_pt},
     )
-    paper.text(middle, top + 5.0, up, ha="center", **bold)
+    paper.text(centre, top + 5.0, up, ha="center", **bold)
 
 
-def _orientation(mapped: MappedNetwork) -> tuple[str, str, str]:
+def _orientation(mapped_network: MappedNetwork) -> tuple[str, str, str]:
     """Return the directions to the left, right and top of the map; a map needs only the top."""
-    plane = mapped.found.plane
+    plane = mapped_network.found.plane
     if plane is None or plane.is_horizontal:
-        return "", "", "N" if mapped.y_axis == "N" else tr(mapped.y_axis)
-    if mapped.y_axis != "N":
+        return "", "", "N" if mapped_network.y_axis == "N" else tr(mapped_network.y_axis)
+    if mapped_network.y_axis != "N":
         return "", "", tr("up")
     azimuth = math.degrees(math.atan2(plane.right[0], plane.right[1]))
     return format_wind(azimuth + 180.0), format_wind(azimuth), tr("up")
 
 
-def _draw_rose(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> str:
-    start, end, _ = line_segments(mapped.pieces.lines)
-    plane = mapped.found.plane
+def _draw_rose(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str:
+    start, end, _ = line_segments(mapped_network.pieces.lines)
+    plane = mapped_network.found.plane
     directions = end - start
     rose = count_rose(
         trace_azimuths_deg(directions, plane),
-        axial=True,
+        is_axial=True,
         bin_deg=BIN_DEG,
         weights=np.hypot(*directions.T),
     )
@@ -378,17 +386,17 @@ def _draw_rose(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> str:
     if rose.total <= 0:
         return ""
     is_from_y = plane is None or plane.azimuths_from == "north"
-    y_axis = mapped.y_axis if is_from_y else "up"
+    y_axis = mapped_network.y_axis if is_from_y else "up"
     rings = choose_rings(float(rose.shares.max()))
     draw_rose(ax, rose, rings, True, _color(1, style), style, up=tr(y_axis))
-    count = len(mapped.pieces.lines)
+    count = len(mapped_network.pieces.lines)
     text = (
         tr("Pitch on the face, n = {count:,} pieces", count=count)
         if y_axis == "up"
         else tr("Strike, n = {count:,} pieces", count=count)
     )
-    share = tr("% of {length:,.0f} m in {step:g}°", length=rose.total, step=BIN_DEG)
-    return f"{text}\n{share}"
+    fraction = tr("% of {length:,.0f} m in {step:g}°", length=rose.total, step=BIN_DEG)
+    return f"{text}\n{fraction}"
 
 
 def triangle_place(i: float, y: float, x: float) -> tuple[float, float]:
@@ -400,19 +408,19 @@ def triangle_place(i: float, y: float, x: float) -> tuple[float, float]:
     return (0.5 * i + x) / total, math.sqrt(0.75) * i / total
 
 
-def _draw_triangle(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> str:
+def _draw_triangle(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str:
     ax.set_aspect("equal")
     ax.set_axis_off()
     ax.set_xlim(-0.14, 1.14)
     ax.set_ylim(-0.16, 1.0)
     corners = [triangle_place(*row) for row in np.eye(3)]
     ax.plot(*zip(*corners, corners[0], strict=True), color=style.ink, linewidth=1.2 * style.line_pt)
-    for share in (0.2, 0.4, 0.6, 0.8):
-        remainder = 1 - share
+    for fraction in (0.2, 0.4, 0.6, 0.8):
+        remainder = 1 - fraction
         for one, other in (
-            ((share, remainder, 0), (share, 0, remainder)),
-            ((remainder, share, 0), (0, share, remainder)),
-            ((remainder, 0, share), (0, remainder, share)),
+            ((fraction, remainder, 0), (fraction, 0, remainder)),
+            ((remainder, fraction, 0), (0, fraction, remainder)),
+            ((remainder, 0, fraction), (0, remainder, fraction)),
         ):
             ends = [triangle_place(*row) for row in (one, other)]
             ax.plot(*zip(*ends, strict=True), color=style.soft, linewidth=0.35 * style.line_pt)
@@ -431,7 +439,7 @@ def _draw_triangle(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> str:
             fontsize=1.15 * style.font_pt,
             color=style.ink,
         )
-    nodes = mapped.found.nodes
+    nodes = mapped_network.found.nodes
     if nodes.I + nodes.Y + nodes.X:
         ax.plot(
             *triangle_place(nodes.I, nodes.Y, nodes.X),
@@ -456,9 +464,9 @@ def _draw_connections(ax: Axes, per_branch: float, style: NetStyle) -> None:
     ends = []
     for weight, which in ((3.0, 1), (4.0, 2)):
         ratio = (2.0 - per_branch) / per_branch * weight
-        isolated = 1.0 / (1.0 + ratio)
-        row = [1.0 - isolated, 0.0, 0.0]
-        row[which] = isolated
+        isolated_values = 1.0 / (1.0 + ratio)
+        row = [1.0 - isolated_values, 0.0, 0.0]
+        row[which] = isolated_values
         ends.append(triangle_place(*row))
     ax.plot(
         *zip(*ends, strict=True),
@@ -478,14 +486,14 @@ def _draw_connections(ax: Axes, per_branch: float, style: NetStyle) -> None:
     )
 
 
-def _draw_lengths(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> str:
+def _draw_lengths(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str:
     from scipy.stats import CensoredData, ecdf
 
     _plain_axes(ax, style)
     ax.set_xlabel(tr("trace length, m"), fontsize=style.font_pt, color=style.ink)
     ax.set_ylabel(tr("fraction longer than this"), fontsize=style.font_pt, color=style.ink)
-    lengths, cut = mapped.pieces.lengths(), mapped.pieces.cut.any(axis=1)
-    length = mapped.found.length
+    lengths, is_cut = mapped_network.pieces.lengths(), mapped_network.pieces.cut.any(axis=1)
+    length = mapped_network.found.length
     title = tr("Lengths, n = {count:,} pieces", count=len(lengths))
     if length.mean_m is not None:
         title += "\n" + (
@@ -494,10 +502,10 @@ def _draw_lengths(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> str:
                 mean=length.mean_m,
                 naive=length.naive_mean_m,
             )
-            if cut.any()
+            if is_cut.any()
             else tr("mean {mean:.3g} m", mean=length.mean_m)
         )
-    survival = ecdf(CensoredData.right_censored(lengths, cut)).sf
+    survival = ecdf(CensoredData.right_censored(lengths, is_cut)).sf
     is_positive = survival.probabilities > 0
     x, s = survival.quantiles[is_positive], survival.probabilities[is_positive]
     ax.step(
@@ -508,17 +516,17 @@ def _draw_lengths(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> str:
         linewidth=1.6 * style.line_pt,
         label=tr("pieces (Kaplan-Meier)"),
     )
-    at = np.sort(lengths[cut])
-    if len(at):
+    position = np.sort(lengths[is_cut])
+    if len(position):
         ax.plot(
-            at,
-            np.interp(at, x, s, left=1.0),
+            position,
+            np.interp(position, x, s, left=1.0),
             linestyle="none",
             marker="|",
             markersize=4,
             markeredgewidth=0.5,
             color=style.ink,
-            label=tr("censored ({share:.0f} %)", share=100 * float(cut.mean())),
+            label=tr("censored ({share:.0f} %)", share=100 * float(is_cut.mean())),
         )
     grid = np.geomspace(
         max(float(lengths.min()), 1e-3 * float(lengths.max())), float(lengths.max()), 200
@@ -559,11 +567,11 @@ def _draw_fits(ax: Axes, length: TraceLengths, grid: Any, style: NetStyle) -> No
         linewidth=1.6 * style.line_pt,
         label=tr("{law}, whole traces", law=name) if length.uncorrected else name,
     )
-    same = [f for f in length.uncorrected if f.distribution == best.distribution]
-    if same:
+    is_same = [f for f in length.uncorrected if f.distribution == best.distribution]
+    if is_same:
         ax.plot(
             grid,
-            _survival(same[0], grid),
+            _survival(is_same[0], grid),
             color=style.ink,
             linewidth=style.line_pt,
             linestyle=(0, (3, 2)),
@@ -576,11 +584,11 @@ def _survival(fit: LengthFit, x: Any) -> Any:
     return np.exp(law.log_s(x, u))
 
 
-def _draw_sizes(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> str:
+def _draw_sizes(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str:
     _plain_axes(ax, style)
     ax.set_xlabel(tr("radius of circular windows, m"), fontsize=style.font_pt, color=style.ink)
     ax.set_ylabel("P21, 1/m", fontsize=style.font_pt, color=style.ink)
-    sizes = mapped.found.P21_by_size
+    sizes = mapped_network.found.P21_by_size
     r = np.array([s.radius_m for s in sizes])
     mean = np.array([s.P21_1_per_m for s in sizes])
     low, high = (np.array([getattr(s, f"{w}_1_per_m") for s in sizes]) for w in ("min", "max"))
@@ -607,9 +615,9 @@ def _draw_sizes(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> str:
         linewidth=1.2 * style.line_pt,
         label=tr("mean"),
     )
-    if mapped.found.P21_1_per_m is not None:
+    if mapped_network.found.P21_1_per_m is not None:
         ax.axhline(
-            mapped.found.P21_1_per_m,
+            mapped_network.found.P21_1_per_m,
             color=style.ink,
             linewidth=0.8 * style.line_pt,
             linestyle=(0, (4, 2)),

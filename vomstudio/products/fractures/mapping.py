@@ -66,13 +66,13 @@ class FractureOrder:
 
 
 def map_fractures(
-    order: FractureOrder,
+    request: FractureOrder,
     *,
     lines: ObjectArray | None = None,
     crs: str | None = None,
     area: ObjectArray | None = None,
     scanlines: ObjectArray | None = None,
-    counted: SamplingRegion | None = None,
+    sampling_region: SamplingRegion | None = None,
     sets: Sequence[str] | None = None,
     progress: Progress | None = None,
 ) -> MappedNetwork:
@@ -80,13 +80,13 @@ def map_fractures(
 
     Parameters
     ----------
-    order : FractureOrder
+    request : FractureOrder
         Files and options.
     lines, area, scanlines : (n,) arrays of shapely geometries or None
         Geometries that replace those of the files, in metres, with or without heights.
     crs : str or None
         CRS of `lines`, if known.
-    counted : SamplingRegion or None
+    sampling_region : SamplingRegion or None
         Sampling area or scanlines, in the coordinates in which the traces are analysed.
     sets : (n,) sequence of str or None
         Set of each trace, which replaces that of an attribute.
@@ -98,7 +98,7 @@ def map_fractures(
         The error names the file that caused it. For three-dimensional traces, the codes
         ``lines.no-plane``, ``lines.no-heights`` and ``lines.edge-on`` are possible.
     """
-    options = order.options
+    options = request.options
     windows = (
         ("--area", options.area),
         ("--area", area),
@@ -113,36 +113,36 @@ def map_fractures(
     place = None if options.circle is None else parse_circle(options.circle)
     strikes = parse_strikes(options.strikes)
     attitude = None if options.plane is None else plane_option(options.plane)
-    if lines is not None or order.traces is None:
+    if lines is not None or request.traces is None:
         shapes = np.empty(0, np.object_) if lines is None else lines
-        raw = raw_shapes(shapes, "traces", crs, order.frame)
+        raw = raw_shapes(shapes, "traces", crs, request.frame)
     else:
         columns = _attributes(options) if sets is None else (_REPEAT,)
-        raw = read_raw_lines(order.traces, options.layer, columns, progress, order.frame)
+        raw = read_raw_lines(request.traces, options.layer, columns, progress, request.frame)
     placed = _placed(raw, attitude)
     drawn, plane = placed.drawn, placed.plane
     warnings: list[Finding] = list(drawn.warnings)
     if place is not None:
         circle = placed.circle(place)
-        counted = SamplingRegion(circle_area(*circle), circle=circle)
+        sampling_region = SamplingRegion(circle_area(*circle), circle=circle)
     elif options.area is not None:
         raw = read_raw_areas(Path(options.area), progress=progress, model=ModelFrame(drawn.crs))
         polygon, read = extract_area(placed.window(raw, "area"))
         warnings += _new_findings(read.warnings, warnings)
-        counted = SamplingRegion(polygon)
+        sampling_region = SamplingRegion(polygon)
     elif area is not None:
         polygon, crossings = resolve_crossings(
             placed.window(raw_shapes(area, "area"), "area").shapes
         )
-        counted = SamplingRegion(polygon, warnings=tuple(crossings))
+        sampling_region = SamplingRegion(polygon, warnings=tuple(crossings))
     elif options.scanline is not None:
         raw = read_raw_lines(Path(options.scanline), progress=progress, model=ModelFrame(drawn.crs))
         read = extract_lines(placed.window(raw, "scanline"))
         warnings += _new_findings(read.warnings, warnings)
-        counted = SamplingRegion(scanlines=read.shapes)
+        sampling_region = SamplingRegion(scanlines=read.shapes)
     elif scanlines is not None:
         shapes = placed.window(raw_shapes(scanlines, "scanline"), "scanline").shapes
-        counted = SamplingRegion(scanlines=shapes)
+        sampling_region = SamplingRegion(scanlines=shapes)
     if sets is None:
         sets = sets_of(drawn, options.by, strikes, plane)
     elif lines is None or len(sets) != len(lines):
@@ -151,25 +151,29 @@ def map_fractures(
         sets = [sets[i - 1] for i in drawn.feature]
     if progress is not None:
         progress.stage(tr("Analysing the fracture network"))
-    mapped = fracture_network(
+    mapped_fracture_network = fracture_network(
         drawn.shapes,
-        counted,
+        sampling_region,
         sets=sets,
         snap_m=options.snap_m,
         terzaghi_cap=options.terzaghi_cap,
         warnings=warnings,
         plane=plane,
     )
-    return replace(mapped, y_axis="up") if plane is None and is_view_plane(drawn.crs) else mapped
+    return (
+        replace(mapped_fracture_network, y_axis="up")
+        if plane is None and is_view_plane(drawn.crs)
+        else mapped_fracture_network
+    )
 
 
-def _new_findings(messages: Sequence[Finding], known: Sequence[Finding]) -> list[Finding]:
+def _new_findings(messages: Sequence[Finding], known_findings: Sequence[Finding]) -> list[Finding]:
     """Drop findings about the frame that were already reported for the traces."""
-    codes = {each.code for each in known if isinstance(each, Finding)}
+    codes = {item.code for item in known_findings if isinstance(item, Finding)}
     return [
-        each
-        for each in messages
-        if not (isinstance(each, Finding) and each.code in codes and each.code.startswith("frame."))
+        item
+        for item in messages
+        if not (isinstance(item, Finding) and item.code in codes and item.code.startswith("frame."))
     ]
 
 
@@ -185,14 +189,14 @@ class _Placed:
     plane: TracePlane | None
     heights: tuple[float, float]
 
-    def window(self, raw: RawLayer, option: Literal["area", "scanline"]) -> RawLayer:
+    def window(self, raw_layer: RawLayer, option: Literal["area", "scanline"]) -> RawLayer:
         """Convert areas or scanlines to the coordinates of the traces. Raises GeometryError."""
         import shapely
 
         if self.plane is None:
-            return replace(raw, shapes=shapely.force_2d(raw.shapes))
-        shapes = self.plane.project_window(raw.shapes, option, self.heights)
-        return replace(raw, shapes=shapes)
+            return replace(raw_layer, shapes=shapely.force_2d(raw_layer.shapes))
+        shapes = self.plane.project_window(raw_layer.shapes, option, self.heights)
+        return replace(raw_layer, shapes=shapes)
 
     def circle(self, circle: Sequence[float]) -> tuple[float, float, float]:
         """Convert a circle to x, y and radius in trace coordinates. Raises GeometryError."""
@@ -202,47 +206,51 @@ class _Placed:
         return self.plane.project_circle(circle)
 
 
-def _placed(raw: RawLayer, attitude: Plane | None) -> _Placed:
+def _placed(raw_layer: RawLayer, attitude: Plane | None) -> _Placed:
     """Project traces onto a plane if they are three-dimensional or if a plane is given."""
-    lines, lacks_heights = vertices_with_heights(raw.shapes)
+    lines, lacks_heights = vertices_with_heights(raw_layer.shapes)
     plane = find_trace_plane(lines) if attitude is None else None
     if attitude is not None:
         plane = _given_plane(attitude, lines, int(lacks_heights.sum()))
     if plane is None:
         findings: list[Finding] = []
-        is_outline = raw.outline_mask()
+        is_outline = raw_layer.outline_mask()
         if is_outline.any():
             findings = [Finding("lines.closed", lines=int(is_outline.sum()))]
-            raw = raw.only(~is_outline)
-        drawn = _first_picks(extract_lines(raw))
-        return _Placed(_add_findings(drawn, findings), None, (math.nan, math.nan))
+            raw_layer = raw_layer.only(~is_outline)
+        drawn_first_picks = _first_picks(extract_lines(raw_layer))
+        return _Placed(_add_findings(drawn_first_picks, findings), None, (math.nan, math.nan))
     findings = []
     if lacks_heights.any() and not plane.is_horizontal:
         count = int(lacks_heights.sum())
         findings = [*findings, Finding("lines.no-heights", lines=count, plane=plane.name)]
-        raw = raw.only(~lacks_heights)
-    projected = replace(raw, shapes=plane.project(raw.shapes))
-    drawn = _first_picks(extract_lines(projected, include_rings=False))
-    findings = [plane.finding(len(drawn.shapes)), *findings]
+        raw_layer = raw_layer.only(~lacks_heights)
+    projected = replace(raw_layer, shapes=plane.project(raw_layer.shapes))
+    drawn_first_picks = _first_picks(extract_lines(projected, include_rings=False))
+    findings = [plane.finding(len(drawn_first_picks.shapes)), *findings]
     z = np.concatenate([line[:, 2] for line in lines]) if lines else np.array([math.nan])
-    return _Placed(_add_findings(drawn, findings), plane, (float(z.min()), float(z.max())))
+    return _Placed(
+        _add_findings(drawn_first_picks, findings), plane, (float(z.min()), float(z.max()))
+    )
 
 
-def _given_plane(attitude: Plane, lines: Sequence[FloatArray], flat: int) -> TracePlane | None:
+def _given_plane(
+    attitude: Plane, lines: Sequence[FloatArray], flat_count: int
+) -> TracePlane | None:
     """Return the plane given by the user, placed through the traces, or None for a map.
 
     flat : number of lines without heights
     """
-    if attitude.undefined or not (lines or flat):
+    if attitude.undefined or not (lines or flat_count):
         return None
     if lines:
         return TracePlane.through(attitude, lines)
-    finding = Finding("lines.no-heights", lines=flat, plane=format_plane(attitude))
+    finding = Finding("lines.no-heights", lines=flat_count, plane=format_plane(attitude))
     raise GeometryError(finding, field="--plane")
 
 
-def _add_findings(drawn: DrawnLayer, findings: Sequence[Finding]) -> DrawnLayer:
-    return replace(drawn, warnings=(*drawn.warnings, *findings))
+def _add_findings(drawn_layer: DrawnLayer, findings: Sequence[Finding]) -> DrawnLayer:
+    return replace(drawn_layer, warnings=(*drawn_layer.warnings, *findings))
 
 
 def _attributes(options: FractureOptions) -> list[str]:
@@ -250,27 +258,27 @@ def _attributes(options: FractureOptions) -> list[str]:
     return [_REPEAT, SET_COLUMN, *([] if options.by is None else [options.by])]
 
 
-def _first_picks(drawn: DrawnLayer) -> DrawnLayer:
+def _first_picks(drawn_layer: DrawnLayer) -> DrawnLayer:
     """Exclude lines that repeat another line according to their attribute `repeat_of`."""
-    name = next((n for n in drawn.columns if n.casefold() == _REPEAT), None)
+    name = next((n for n in drawn_layer.columns if n.casefold() == _REPEAT), None)
     if name is None:
-        return drawn
-    first = np.array([not word for word in drawn.column(name, name)], np.bool_)
-    if first.all():
-        return drawn
-    if not first.any():
-        raise InputError(Finding("table.only-repeats"), file=drawn.path, field=name)
+        return drawn_layer
+    is_first = np.array([not word for word in drawn_layer.column(name, name)], np.bool_)
+    if is_first.all():
+        return drawn_layer
+    if not is_first.any():
+        raise InputError(Finding("table.only-repeats"), file=drawn_layer.path, field=name)
     return replace(
-        drawn,
-        shapes=drawn.shapes[first],
-        feature=drawn.feature[first],
-        columns={key: values[first] for key, values in drawn.columns.items()},
-        warnings=(*drawn.warnings, repeats_finding(int((~first).sum()))),
+        drawn_layer,
+        shapes=drawn_layer.shapes[is_first],
+        feature=drawn_layer.feature[is_first],
+        columns={key: values[is_first] for key, values in drawn_layer.columns.items()},
+        warnings=(*drawn_layer.warnings, repeats_finding(int((~is_first).sum()))),
     )
 
 
 def sets_of(
-    drawn: DrawnLayer,
+    drawn_layer: DrawnLayer,
     column: str | None,
     strikes: Sequence[tuple[float, float]],
     plane: TracePlane | None = None,
@@ -281,14 +289,14 @@ def sets_of(
     """
     if strikes:
         row = assign_ranges(
-            trace_azimuths_deg(trace_directions(clip_traces(drawn.shapes)), plane), strikes
+            trace_azimuths_deg(trace_directions(clip_traces(drawn_layer.shapes)), plane), strikes
         )
         names = [f"{low:03g}-{high:03g}" for low, high in strikes]
         return ["" if i < 0 else names[i] for i in row]
     if column is not None:
-        return drawn.column(column, "--by")
-    if any(name.casefold() == SET_COLUMN for name in drawn.columns):
-        return drawn.column(SET_COLUMN, "--by")
+        return drawn_layer.column(column, "--by")
+    if any(name.casefold() == SET_COLUMN for name in drawn_layer.columns):
+        return drawn_layer.column(SET_COLUMN, "--by")
     return None
 
 

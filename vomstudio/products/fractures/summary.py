@@ -150,7 +150,7 @@ def _law_text(length: dict[str, Any]) -> str:
 
 
 def _plane_text(plane: TracePlane) -> str:
-    words = tr(
+    text = tr(
         "{plane}, scatter {scatter} m (maximum {largest} m), lengths {percent} % shorter than in "
         "space",
         plane=plane.name,
@@ -159,8 +159,8 @@ def _plane_text(plane: TracePlane) -> str:
         percent=number(plane.shortening_percent, 1),
     )
     if plane.azimuths_from == "north":
-        return words
-    return tr("{plane}; trace angles are clockwise from up on this plane", plane=words)
+        return text
+    return tr("{plane}; trace angles are clockwise from up on this plane", plane=text)
 
 
 def _set_text(values: dict[str, Any], plane: TracePlane | None) -> str:

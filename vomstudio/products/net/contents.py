@@ -172,8 +172,8 @@ class NetEllipse:
         """Ellipse of the pole, treated as a line."""
         pole = self.plane.pole()
         sine, cosine = sin_cos_deg(self.rake_deg)
-        toward = cosine * self.plane.strike_vector() + sine * self.plane.dip_vector()
-        return NetLineEllipse(pole, self.max_angle_deg, self.min_angle_deg, np.asarray(toward))
+        direction = cosine * self.plane.strike_vector() + sine * self.plane.dip_vector()
+        return NetLineEllipse(pole, self.max_angle_deg, self.min_angle_deg, np.asarray(direction))
 
 
 @dataclass(frozen=True, eq=False)
@@ -393,10 +393,10 @@ class NetContents:
     north: bool = True
 
     def replace_selection(
-        self, selected: Iterable[str], ellipses: Sequence[AnyEllipse] = ()
+        self, selected_names: Iterable[str], ellipses: Sequence[AnyEllipse] = ()
     ) -> NetContents:
         """Return a copy of the net with another selection."""
-        return replace(self, selected=frozenset(selected), ellipses=tuple(ellipses))
+        return replace(self, selected=frozenset(selected_names), ellipses=tuple(ellipses))
 
 
 def make_sets(
@@ -413,13 +413,15 @@ def make_sets(
         if kind not in ("plane", "line"):
             raise ValueError(kind)
         a, b = np.asarray(azimuth, dtype=np.float64), np.asarray(angle, dtype=np.float64)
-        finite = np.isfinite(a) & np.isfinite(b)
+        is_finite = np.isfinite(a) & np.isfinite(b)
         names = tuple(ids[name]) if ids and name in ids else ()
-        kept_ids = tuple(k for k, ok in zip(names, finite, strict=True) if ok) if names else ()
+        kept_ids = tuple(k for k, ok in zip(names, is_finite, strict=True) if ok) if names else ()
         color = OKABE_ITO[i % len(OKABE_ITO)]
         marker = MARKERS[(i + i // len(OKABE_ITO)) % len(MARKERS)]
-        turned = turns[name].of(finite) if turns and name in turns else None
-        sets.append(NetSet(name, kind, a[finite], b[finite], kept_ids, color, marker, turns=turned))
+        turned = turns[name].of(is_finite) if turns and name in turns else None
+        sets.append(
+            NetSet(name, kind, a[is_finite], b[is_finite], kept_ids, color, marker, turns=turned)
+        )
     return tuple(sets)
 
 

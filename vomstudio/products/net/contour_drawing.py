@@ -49,9 +49,11 @@ def draw_contours(ax: Any, plan: ContourPlan, style: NetStyle) -> None:
         )
 
 
-def _line_colors(of: NetSet | None, colors: list[str], filled: bool, style: NetStyle) -> list[str]:
+def _line_colors(
+    of: NetSet | None, colors: list[str], is_filled: bool, style: NetStyle
+) -> list[str]:
     """Return the line colours; between filled contours, lines are only separators."""
-    if not filled:
+    if not is_filled:
         return colors
     color = style.soft if of is None else style.outline(style.color(of.color))
     return [color] * len(colors)
@@ -74,25 +76,25 @@ def draw_bar(page: NetPage, plan: ContourPlan) -> None:
     n, font, row = len(plan.levels), page.font, page.row
     thick = bar_width(plan, font, page.is_beside)
     if page.is_beside:
-        tall = bar_height(plan, font, page.height)
+        height = bar_height(plan, font, page.height)
         x_left, y_low = page.legend_x, page.pad + (page.under + 0.8) * row
         for i, line in enumerate(reversed(page.bar_words)):
-            page.text(x_left, y_low + tall + (0.8 + i) * row, line)
+            page.text(x_left, y_low + height + (0.8 + i) * row, line)
     else:
-        tall = min(1.5 * font * n, 1.2 * page.radius)
-        x_left, y_low = page.width - page.pad - 2.2 * font - thick, page.cy - tall / 2
-        page.text(page.width - page.pad, y_low + tall + 0.8 * row, plan.short_unit, align="right")
+        height = min(1.5 * font * n, 1.2 * page.radius)
+        x_left, y_low = page.width - page.pad - 2.2 * font - thick, page.cy - height / 2
+        page.text(page.width - page.pad, y_low + height + 0.8 * row, plan.short_unit, align="right")
     columns = bar_columns(plan)
     each = thick / len(columns)
     for column, part in enumerate(columns):
         colors = contour_colors(part.of, n, plan.filled, page.style)
         for i, color in enumerate(colors):
-            x, y = x_left + column * each, y_low + tall * i / n
+            x, y = x_left + column * each, y_low + height * i / n
             if plan.filled:
                 cell = Rectangle(
                     (x, y),
                     each,
-                    tall / n,
+                    height / n,
                     facecolor=mix_colors(page.style.net, color, OPACITY),
                     edgecolor=page.style.soft,
                     linewidth=0.5 * page.style.line_pt,
@@ -111,4 +113,4 @@ def draw_bar(page: NetPage, plan: ContourPlan) -> None:
                     zorder=layer("legend"),
                 )
     for i, level in enumerate(plan.levels):
-        page.text(x_left + thick + 0.4 * font, y_low + tall * i / n, f"{level:g}")
+        page.text(x_left + thick + 0.4 * font, y_low + height * i / n, f"{level:g}")

@@ -184,7 +184,7 @@ def describe_density(net: NetContents) -> dict[str, Any] | None:
     }
 
 
-def contour_colors(of: NetSet | None, n: int, filled: bool, style: NetStyle) -> list[str]:
+def contour_colors(of: NetSet | None, n: int, is_filled: bool, style: NetStyle) -> list[str]:
     """Return the colours of n ascending levels.
 
     All features together are drawn in greys (in a perceptual colour map on a dark net), and each
@@ -193,12 +193,12 @@ def contour_colors(of: NetSet | None, n: int, filled: bool, style: NetStyle) -> 
     from matplotlib import colormaps
     from matplotlib.colors import to_hex
 
-    if of is None and filled:
+    if of is None and is_filled:
         if style.contour_map == "dark":
             return [to_hex(colormaps["cividis"](float(s))) for s in np.linspace(0.1, 0.9, n)]
         return [to_hex(colormaps["Greys"](float(s))) for s in np.linspace(0.2, 0.9, n)]
     color = style.ink if of is None else style.outline(style.color(of.color))
-    return [mix_colors(color, style.net, float(share)) for share in np.linspace(0.55, 0.0, n)]
+    return [mix_colors(color, style.net, float(fraction)) for fraction in np.linspace(0.55, 0.0, n)]
 
 
 def bar_width(plan: ContourPlan, font: float, is_beside: bool) -> float:

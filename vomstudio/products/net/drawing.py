@@ -63,7 +63,7 @@ class NetDrawing:
 
     def _draw_circles(self, s: NetSet) -> None:
         net, style = self.net, self.style
-        count = sum(len(each) for each in net.sets if each.kind == "plane")
+        count = sum(len(item) for item in net.sets if item.kind == "plane")
         drawn = s.kind == "plane" and shows_all_circles(net)
         rows = np.arange(len(s) if drawn else 0)
         arcs = nets.great_circles(
@@ -126,16 +126,16 @@ class NetDrawing:
     def _draw_set(self, s: NetSet) -> None:
         """Draw the poles or lines of a set."""
         net, style = self.net, self.style
-        total = sum(len(each) for each in net.sets)
+        total = sum(len(item) for item in net.sets)
         size = style.marker_pt * symbol_scale(total)
         dots = net.contour is not None and total > 500  # so that the contours stay visible
         if dots:
             size *= 0.5
         vectors = s.vectors()
-        shown = vectors if net.poles else vectors[:0]
+        shown_vectors = vectors if net.poles else vectors[:0]
         # Directed lines that point upwards are shown as hollow symbols at their lower end.
         up = (s.angle_deg < 0) if s.kind == "line" else np.zeros(len(s), dtype=bool)
-        up = up[: len(shown)]
+        up = up[: len(shown_vectors)]
         face, rim, edge = style.symbol(s)
         if rim == style.net and (dots or len(vectors) > 2000):
             edge = 0.0
@@ -148,7 +148,7 @@ class NetDrawing:
         self.poles.append(
             plot_vectors(
                 self.axes,
-                shown[~up],
+                shown_vectors[~up],
                 markerfacecolor=face,
                 markeredgecolor=rim,
                 markeredgewidth=edge,
@@ -170,7 +170,7 @@ class NetDrawing:
         if up.any():
             plot_vectors(
                 self.axes,
-                shown[up],
+                shown_vectors[up],
                 markerfacecolor=style.net,
                 markeredgecolor=style.color(s.color),
                 markeredgewidth=1.2 * style.line_pt,

@@ -92,21 +92,21 @@ class NetArtists:
         point = np.array(self.to_net(x_px, y_px))
         best, id_ = reach_px / self.radius_px, None
         if self.contents.poles:
-            for s, at in zip(self.contents.sets, self.positions, strict=True):
-                if s.ids and len(at):
-                    away = np.hypot(*(at - point).T)
-                    row = len(away) - 1 - int(np.argmin(away[::-1]))
-                    if away[row] <= best:
-                        best, id_ = float(away[row]), s.ids[row]
+            for s, position in zip(self.contents.sets, self.positions, strict=True):
+                if s.ids and len(position):
+                    distances = np.hypot(*(position - point).T)
+                    row = len(distances) - 1 - int(np.argmin(distances[::-1]))
+                    if distances[row] <= best:
+                        best, id_ = float(distances[row]), s.ids[row]
         if id_ is not None:
             return id_
         best = max(2.0, reach_px / 2.0) / self.radius_px
         for s, arcs, rows in zip(self.contents.sets, self.arcs, self.arc_rows, strict=True):
             if s.ids and len(arcs):
-                away = _distance_to_arcs(point, arcs)
-                i = int(np.argmin(away))
-                if away[i] <= best:
-                    best, id_ = float(away[i]), s.ids[int(rows[i])]
+                distances = _distance_to_arcs(point, arcs)
+                i = int(np.argmin(distances))
+                if distances[i] <= best:
+                    best, id_ = float(distances[i]), s.ids[int(rows[i])]
         return id_
 
     def features_within(self, polygon_px: Sequence[tuple[float, float]]) -> frozenset[str]:
@@ -116,18 +116,18 @@ class NetArtists:
         outline = Outline([self.to_net(x, y) for x, y in polygon_px])
         return frozenset(
             s.ids[int(i)]
-            for s, at in zip(self.contents.sets, self.positions, strict=True)
-            if s.ids and len(at)
-            for i in np.flatnonzero(outline.contains_points(at))
+            for s, position in zip(self.contents.sets, self.positions, strict=True)
+            if s.ids and len(position)
+            for i in np.flatnonzero(outline.contains_points(position))
         )
 
-    def select(self, selected: Iterable[str], ellipses: Sequence[AnyEllipse] = ()) -> None:
+    def select(self, selected_names: Iterable[str], ellipses: Sequence[AnyEllipse] = ()) -> None:
         """Change the highlighted features; the caller must redraw the canvas.
 
         The whole net is drawn again only if the legend entry of the ellipse changes.
         """
         before = _named_in_legend(self.contents)
-        self.contents = self.contents.replace_selection(selected, ellipses)
+        self.contents = self.contents.replace_selection(selected_names, ellipses)
         if before != _named_in_legend(self.contents) and not self.contents.compact:
             figure = self.axes.get_figure(root=True)
             assert figure is not None
@@ -136,9 +136,9 @@ class NetArtists:
             return
         self._emphasise()
 
-    def show_live(self, live: NetLive | None) -> None:
+    def show_live(self, live_net: NetLive | None) -> None:
         """Draw the feature being picked on top; the caller must redraw the canvas."""
-        self.contents = replace(self.contents, live=live)
+        self.contents = replace(self.contents, live=live_net)
         self._emphasise()
 
     def _emphasise(self) -> None:
@@ -246,8 +246,8 @@ def _named_in_legend(net: NetContents) -> list[type]:
 def _distance_to_arcs(point: FloatArray, arcs: FloatArray) -> FloatArray:
     """Return the distances (m,) of a point (2,) from polylines (m, k, 2)."""
     a, b = arcs[:, :-1], arcs[:, 1:]
-    along = b - a
-    square = np.maximum(np.sum(along**2, axis=-1), 1e-300)
-    t = np.clip(np.sum((point - a) * along, axis=-1) / square, 0.0, 1.0)
-    nearest = a + t[..., None] * along
-    return np.asarray(np.min(np.hypot(*np.moveaxis(nearest - point, -1, 0)), axis=1))
+    segments = b - a
+    square = np.maximum(np.sum(segments**2, axis=-1), 1e-300)
+    t = np.clip(np.sum((point - a) * segments, axis=-1) / square, 0.0, 1.0)
+    nearest_values = a + t[..., None] * segments
+    return np.asarray(np.min(np.hypot(*np.moveaxis(nearest_values - point, -1, 0)), axis=1))

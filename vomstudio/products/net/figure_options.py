@@ -45,14 +45,14 @@ class FigureLook(Options):
         minimum=LIMITS["font_pt"][0],
         maximum=LIMITS["font_pt"][1],
         help=to_translate("font size, points"),
-        automatic=to_translate("8"),
+        automatic_text=to_translate("8"),
     )
     line_width_pt: float | None = option(
         None,
         minimum=LIMITS["line_pt"][0],
         maximum=LIMITS["line_pt"][1],
         help=to_translate("line width, points"),
-        automatic=to_translate("0.8"),
+        automatic_text=to_translate("0.8"),
     )
     grey: bool = option(False, help=to_translate("draw without colours"))
 
@@ -72,13 +72,13 @@ class StereonetFigure(FigureLook):
         minimum=LIMITS["symbol_pt"][0],
         maximum=LIMITS["symbol_pt"][1],
         help=to_translate("symbol size, points"),
-        automatic=to_translate("4.5"),
+        automatic_text=to_translate("4.5"),
     )
     size_mm: str | None = option(
         None,
         metavar="WxH",
         help=to_translate("figure width and height, or only its width, millimetres"),
-        automatic=to_translate("width 170, automatic height"),
+        automatic_text=to_translate("width 170, automatic height"),
     )
 
     def __post_init__(self) -> None:
@@ -131,7 +131,7 @@ class RoseFigure(FigureLook):
         minimum=LIMITS["width_mm"][0],
         maximum=LIMITS["width_mm"][1],
         help=to_translate("figure width, millimetres"),
-        automatic=to_translate("170"),
+        automatic_text=to_translate("170"),
     )
 
 
@@ -151,15 +151,15 @@ class SetColors(Options):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for each in self.colors:
-            name, _, color = each.rpartition("=")
+        for item in self.colors:
+            name, _, color = item.rpartition("=")
             if not name or not _COLOR.fullmatch(color):
-                raise UsageError(Finding("figure.not-a-color", text=each), field="--color")
+                raise UsageError(Finding("figure.not-a-color", text=item), field="--color")
 
     @property
     def colors_by_set(self) -> dict[str, str]:
         """Colours by the name of their set."""
-        return {name: color for name, _, color in (each.rpartition("=") for each in self.colors)}
+        return {name: color for name, _, color in (item.rpartition("=") for item in self.colors)}
 
 
 @dataclass(frozen=True)
@@ -186,12 +186,12 @@ class StereonetOptions(Options):
         None,
         metavar="A,B,...",
         help=to_translate("contour levels: standard deviations, or percent with schmidt"),
-        automatic=to_translate("round levels up to the maximum density"),
+        automatic_text=to_translate("round levels up to the maximum density"),
     )
     filled: bool | None = option(
         None,
         help=to_translate("fill the contours"),
-        automatic=to_translate("filled; lines with --each-set"),
+        automatic_text=to_translate("filled; lines with --each-set"),
     )
     each_set: bool = option(
         False, help=to_translate("contour each set separately, in its colour, at the same levels")
@@ -200,7 +200,7 @@ class StereonetOptions(Options):
         None,
         metavar="SET",
         help=to_translate("contour this set only"),
-        automatic=to_translate("all sets together"),
+        automatic_text=to_translate("all sets together"),
     )
     kamb_sigma: float = option(
         3.0,

@@ -41,12 +41,12 @@ def find_label_place(
     width, half = text_width(text, sheet.font), 0.62 * sheet.font
     best, cost = None, math.inf
     for reach in (1.0, 1.7, 2.6, 4.0):
-        away = reach * 1.1 * sheet.font
+        distances = reach * 1.1 * sheet.font
         for i in range(12):
             angle = math.radians(30.0 * i)
             dx, dy = math.cos(angle), math.sin(angle)
-            x = float(mark[0]) + away * dx - width * (0.5 - 0.5 * dx)
-            y = float(mark[1]) + away * dy
+            x = float(mark[0]) + distances * dx - width * (0.5 - 0.5 * dx)
+            y = float(mark[1]) + distances * dy
             box = (x - 2, y - half, x + width + 2, y + half)
             if box[0] < 2 or box[2] > sheet.width - 2:
                 continue

@@ -67,7 +67,7 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[NetLegendEntry]:
         beta, plane = fold_texts(net, net.fold)
         entries.append(NetLegendEntry(beta, style.ink, "*"))
         entries.append(NetLegendEntry(plane, style.ink, None, "--"))
-    for circle in (each for each in net.circles_typed if each.label):
+    for circle in (item for item in net.circles_typed if item.label):
         color = style.ink if circle.color is None else style.outline(style.color(circle.color))
         entries.append(NetLegendEntry(circle.label, color, None, circle.dash))
     if any(mark.marker == TYPED_LINE for mark in net.marks):
@@ -167,9 +167,9 @@ def shorten_text(text: str, font_pt: float, width: float, weight: str = "normal"
     # Measuring is slow, so find the end by bisection.
     fits, too_long = 1, len(text)
     while too_long - fits > 1:
-        middle = (fits + too_long) // 2
-        if text_width(text[:middle] + "…", font_pt, weight) <= width:
-            fits = middle
+        centre = (fits + too_long) // 2
+        if text_width(text[:centre] + "…", font_pt, weight) <= width:
+            fits = centre
         else:
-            too_long = middle
+            too_long = centre
     return text[:fits].rstrip() + "…"

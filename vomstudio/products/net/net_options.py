@@ -190,7 +190,7 @@ class Turning:
         if s.kind == "plane":
             azimuth, angle = normals_to_planes(v)[:2]
         else:
-            azimuth, angle = vectors_to_lines(v, directed=bool((s.angle_deg < 0).any()))[:2]
+            azimuth, angle = vectors_to_lines(v, is_directed=bool((s.angle_deg < 0).any()))[:2]
         slips = None if s.slips is None else self.vectors(s.slips)
         return replace(s, azimuth_deg=azimuth, angle_deg=angle, turns=None, slips=slips)
 
@@ -219,11 +219,11 @@ def rotate_net(net: NetContents, turning: Turning) -> NetContents:
     """Rotate a net and recompute its means."""
     sets = [turning.rotate_set(s) for s in net.sets]
     has_mean = {mean.color + mean.marker for mean in net.means}
-    clustered = [s for s in sets if s.color + s.marker in has_mean]
+    clustered_sets = [s for s in sets if s.color + s.marker in has_mean]
     return replace(
         net,
         sets=tuple(sets),
-        means=compute_means(clustered, net.notation, net.decimals),
+        means=compute_means(clustered_sets, net.notation, net.decimals),
         errors=tuple(turning.rotate_ellipse(e) for e in net.errors),
         circles_typed=tuple(turning.rotate_circle(c, net.notation) for c in net.circles_typed),
         marks=tuple(map(turning.rotate_mark, net.marks)),

@@ -113,13 +113,13 @@ class NetPage:
         head = self.row + 0.6 * self.font  # N and its tick
         tick = 0.9 * self.font
         bar = bar_space(self.bar, self.font)
-        notes, widest = self.foot, _MAX_LEGEND_LETTERS * self.font
+        notes, widest_values = self.foot, _MAX_LEGEND_LETTERS * self.font
 
-        self.foot = _lines(notes, self.font, widest)
-        words = _lines(self.averages, self.font, widest)
+        self.foot = _lines(notes, self.font, widest_values)
+        words = _lines(self.averages, self.font, widest_values)
         if self.bar is not None:
             texts = [text for text in (self.bar.name, self.bar.subject, self.bar.unit) if text]
-            self.bar_words = _lines(texts, self.font, widest)
+            self.bar_words = _lines(texts, self.font, widest_values)
         gap = tick + 1.5 * self.font
         column = self._column_width(words)
         is_beside = min(
@@ -130,9 +130,9 @@ class NetPage:
         if self.bar is not None and not self.net.compact:
             notes = [*notes[:-1], *_describe_bar(self.bar), notes[-1]]
         low_foot = _lines(notes, self.font, low_width)
-        room = self.width - 2 * (self.pad + tick) - bar
-        rows, low_words, low = self._under_net(low_foot, head + tick, room)
-        below_diameter = min(self.height - head - tick - low - self.heading, room)
+        available_space = self.width - 2 * (self.pad + tick) - bar
+        rows, low_words, low = self._under_net(low_foot, head + tick, available_space)
+        below_diameter = min(self.height - head - tick - low - self.heading, available_space)
 
         self.is_beside = is_beside >= below_diameter and not self.net.brief
         self.radius = max(is_beside if self.is_beside else below_diameter, 20.0) / 2.0
@@ -141,12 +141,12 @@ class NetPage:
             self.cy = self.height - head - self.radius - self.pad / 2
             self.legend_x = self.cx + self.radius + gap
             self.legend_width = self.width - self.legend_x - self.pad
-            room = self.height - 2 * self.pad - self._foot() - self.heading
-            most = max(int(room / (1.15 * self.row)), 1)
+            available_space = self.height - 2 * self.pad - self._foot() - self.heading
+            maximum = max(int(available_space / (1.15 * self.row)), 1)
             rows = self._stack(self.legend_width)
-            self.rows = rows[:most]
-            room -= 1.15 * self.row * len(self.rows)
-            self.words = _cut(words, max(int(room / self.row), 0))
+            self.rows = rows[:maximum]
+            available_space -= 1.15 * self.row * len(self.rows)
+            self.words = _cut(words, max(int(available_space / self.row), 0))
             self.whole = len(self.rows) == len(rows) and self.words == words
         else:
             self.foot, self.rows, self.words = low_foot, rows, low_words
@@ -158,15 +158,15 @@ class NetPage:
             self.legend_width = low_width
 
     def _under_net(
-        self, foot: list[str], head: float, widest: float
+        self, foot: list[str], head: float, widest_value: float
     ) -> tuple[list[LegendRow], list[str], float]:
         """Return the legend rows below the net, the wrapped averages, and their total height.
 
-        `head` is the height above the net, and `widest` the maximum diameter of the net.
+        `head` is the height above the net, and `widest_value` the maximum diameter of the net.
         """
         rows = self._flow(self.width - 2 * self.pad)
         words = _lines(self.averages, self.font, self.width - 2 * self.pad)
-        least = min((0.55 if self.net.compact else 0.4) * self.height, widest)
+        least = min((0.55 if self.net.compact else 0.4) * self.height, widest_value)
         low = (len(rows) + len(words) + len(foot)) * self.row + self.pad
         # Assign space to the net first, then to the legend, then to the averages.
         while (len(rows) > 1 or words) and self.height - head - low < least:
@@ -226,8 +226,8 @@ class NetPage:
 
     def to_page(self, vectors: FloatArray, *, flip: bool = True) -> FloatArray:
         """Return the positions (n, 2) of vectors (n, 3), in points."""
-        at = nets.project(vectors, self.net.projection, flip=flip)
-        return np.asarray(np.array([self.cx, self.cy]) + self.radius * at)
+        position = nets.project(vectors, self.net.projection, flip=flip)
+        return np.asarray(np.array([self.cx, self.cy]) + self.radius * position)
 
     def plot(self, x: Sequence[float], y: Sequence[float], **look: Any) -> None:
         """Draw a line or a symbol at positions in points."""
@@ -305,15 +305,15 @@ class NetPage:
             ]
         )
         marks = [self.to_page(line.vector())[0] for line, _ in labels]
-        reserved = self._reserved_box()
-        if reserved is not None:
-            self.text_boxes.append(reserved)
+        reserved_box = self._reserved_box()
+        if reserved_box is not None:
+            self.text_boxes.append(reserved_box)
         for mark, (_, text) in zip(marks, labels, strict=True):
             place = find_label_place(self, mark, text, crowd, marks)
             if place is not None:
                 self.text(*place, text, color=style.ink, halo=True)
                 self._join(mark)
-        self.text_boxes = [box for box in self.text_boxes if box is not reserved]
+        self.text_boxes = [box for box in self.text_boxes if box is not reserved_box]
 
     def _reserved_box(self) -> Box | None:
         """Return the area in which the screen shows the selected feature."""
@@ -327,13 +327,13 @@ class NetPage:
         """Connect the last text to its mark by a line if other symbols are nearer to it."""
         x_left, y_low, x_right, y_high = self.text_boxes[-1]
         end = np.clip(mark, [x_left, y_low], [x_right, y_high])
-        away = mark - end
-        gap = float(np.hypot(*away))
+        offsets = mark - end
+        gap = float(np.hypot(*offsets))
         if gap > _MIN_CONNECTED_LETTERS * self.font:
             # Keep a distance from both, since the line would otherwise look like a minus sign.
-            away *= 0.4 * self.font / gap
+            offsets *= 0.4 * self.font / gap
             self.plot(
-                *np.array([end + away, mark - 1.5 * away]).T,
+                *np.array([end + offsets, mark - 1.5 * offsets]).T,
                 color=self.style.soft,
                 linewidth=self.style.line_pt,
                 zorder=layer("means"),

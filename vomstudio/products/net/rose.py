@@ -115,8 +115,10 @@ class _Grid:
         best = cls(1, 0.0)
         for columns in range(1, count + 1):
             rows = math.ceil(count / columns)
-            tall = (height - foot) / rows - head
-            side = min(width / columns, tall * 2 * _PANEL_HALF_WIDTH / (_PANEL_TOP + _PANEL_BOTTOM))
+            total_height = (height - foot) / rows - head
+            side = min(
+                width / columns, total_height * 2 * _PANEL_HALF_WIDTH / (_PANEL_TOP + _PANEL_BOTTOM)
+            )
             if side >= best.side - 1e-6:
                 best = cls(columns, side)
         return cls(best.columns, max(best.side, 1.0))
@@ -149,18 +151,20 @@ class RoseArtists:
             if inside is None:
                 return ()
             low, period = inside
-            away = (counted.angles_deg + 1e-7 - low) % period
+            angles = (counted.angles_deg + 1e-7 - low) % period
             if isinstance(rose, AngleHistogram) and low + rose.bin_deg >= 90.0:
-                away = np.where(counted.angles_deg >= low, 0.0, np.nan)
-            rows = np.flatnonzero(away < rose.bin_deg)
+                angles = np.where(counted.angles_deg >= low, 0.0, np.nan)
+            rows = np.flatnonzero(angles < rose.bin_deg)
             return tuple(counted.ids[int(i)] for i in rows)
         return ()
 
     def _petal(self, rose: Rose, x: float, y: float) -> tuple[float, float] | None:
         """Return the lower edge of the petal at a position, and the period of the angles."""
         place = int((math.degrees(math.atan2(x, y)) % 360.0) // rose.bin_deg) % len(rose.shares)
-        reach = petal_radius(rose.shares, self.rings[-1], self.contents.is_area_scaled)[place]
-        if math.hypot(x, y) > float(reach):
+        max_distance = petal_radius(rose.shares, self.rings[-1], self.contents.is_area_scaled)[
+            place
+        ]
+        if math.hypot(x, y) > float(max_distance):
             return None
         return place * rose.bin_deg, 180.0 if rose.axial else 360.0
 
@@ -185,14 +189,14 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
     under = (_FOOT_LETTERS + 1.45 * (len(foot) - 1)) * font
     grid = _Grid.of(len(contents.roses), width, height, _HEAD_LETTERS * font, under)
     side = min(grid.side, _MAX_PANEL_MM / 25.4 * 72.0 if style is PRINT else grid.side)
-    tall = _tall(side)
+    total_height = _tall(side)
     rings = choose_rings(max(float(r.shares.max()) for r in contents.roses.values()))
-    drawn = {}
+    drawn_items = {}
     for i, (name, rose) in enumerate(contents.roses.items()):
         row, column = divmod(i, grid.columns)
         x_left = (width - grid.columns * side) / 2 + column * side
-        y_low = height - (row + 1) * (tall + _HEAD_LETTERS * font)
-        ax = figure.add_axes((x_left / width, y_low / height, side / width, tall / height))
+        y_low = height - (row + 1) * (total_height + _HEAD_LETTERS * font)
+        ax = figure.add_axes((x_left / width, y_low / height, side / width, total_height / height))
         _draw_panel(ax, contents, name, rings, style)
         title_text = tr("{set} (n = {count:,})", set=name, count=rose.n)
         for above, text, weight in (
@@ -202,7 +206,7 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
             size = font * min(1.0, max(0.7, 0.94 * side / text_width(text, font, weight)))
             figure.text(
                 (x_left + side / 2) / width,
-                (y_low + tall + above * font) / height,
+                (y_low + total_height + above * font) / height,
                 shorten_text(text, size, side, weight),
                 ha="center",
                 va="bottom",
@@ -211,7 +215,7 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
                 color=style.ink,
                 parse_math=False,
             )
-        drawn[name] = ax
+        drawn_items[name] = ax
     for i, line in enumerate(reversed(foot)):
         figure.text(
             0.5,
@@ -223,7 +227,7 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
             color=style.soft,
             parse_math=False,
         )
-    return RoseArtists(drawn, contents, rings)
+    return RoseArtists(drawn_items, contents, rings)
 
 
 def draw_single_rose(ax: Axes, contents: RoseContents, style: NetStyle = PRINT) -> None:
@@ -275,25 +279,27 @@ def _draw_panel(
 
 def _caption(contents: RoseContents) -> str:
     title, step = tr(TITLES[contents.of]), f"{contents.bin_deg:g}"
-    share = (
+    fraction = (
         tr("% of the total number")
         if contents.weight is None
         else tr("% of the total {quantity}", quantity=_quantity(contents.weight))
     )
     if contents.of in HISTOGRAM_ANGLES:
-        return tr("{title}; bins of {step}°; heights: {share}", title=title, step=step, share=share)
+        return tr(
+            "{title}; bins of {step}°; heights: {share}", title=title, step=step, share=fraction
+        )
     if contents.is_area_scaled:
         return tr(
             "{title}; bins of {step}°; rings: {share}; petal areas to scale",
             title=title,
             step=step,
-            share=share,
+            share=fraction,
         )
     return tr(
         "{title}; bins of {step}°; rings: {share}; petal lengths to scale",
         title=title,
         step=step,
-        share=share,
+        share=fraction,
     )
 
 

@@ -118,7 +118,7 @@ def roses_of_table(
     angles = table_angles(table, of)
     weights = None if weight is None else column_weights(table, weight)
     is_suitable = table.is_plane != (of in LINE_ANGLES)
-    roses, empty = {}, []
+    roses, empty_items = {}, []
     for name, members in members_of(table, by).items():
         rows = np.array([i for i in members if is_suitable[i]], dtype=np.intp)
         if len(rows):
@@ -127,9 +127,9 @@ def roses_of_table(
             if rose.total > 0:
                 roses[name] = rose
             else:
-                empty.append(name)
+                empty_items.append(name)
     notes = repeats_note(table.repeats)
-    return RoseContents(of, roses, weight, is_area_scaled, tuple(empty), notes=notes)
+    return RoseContents(of, roses, weight, is_area_scaled, tuple(empty_items), notes=notes)
 
 
 def roses_of_sets(
@@ -155,7 +155,7 @@ def roses_of_sets(
     is_area_scaled : bool
     """
     required_kind = "line" if of in LINE_ANGLES else "plane"
-    roses, counted, empty = {}, {}, []
+    roses, counted_items, empty_items = {}, {}, []
     for s in sets:
         if s.kind != required_kind or not len(s):
             continue
@@ -163,14 +163,14 @@ def roses_of_sets(
         w = None
         if weights is not None:
             set_weights = [weights.get(id_) for id_ in s.ids]
-            w = np.array([np.nan if each is None else each for each in set_weights])
+            w = np.array([np.nan if item is None else item for item in set_weights])
         rose = _one(of, angles, bin_deg, w)
         if rose.total > 0:
             roses[s.name] = rose
-            counted[s.name] = Counted(s.ids, angles, s.color)
+            counted_items[s.name] = Counted(s.ids, angles, s.color)
         else:
-            empty.append(s.name)
-    return RoseContents(of, roses, weight, is_area_scaled, tuple(empty), counted)
+            empty_items.append(s.name)
+    return RoseContents(of, roses, weight, is_area_scaled, tuple(empty_items), counted_items)
 
 
 def _one(
@@ -178,7 +178,7 @@ def _one(
 ) -> Rose | AngleHistogram:
     if of in HISTOGRAM_ANGLES:
         return count_histogram(angles, bin_deg=bin_deg, weights=weights)
-    return count_rose(angles, axial=of == "strike", bin_deg=bin_deg, weights=weights)
+    return count_rose(angles, is_axial=of == "strike", bin_deg=bin_deg, weights=weights)
 
 
 def check_roses(contents: RoseContents, path: Path | None) -> None:

@@ -21,9 +21,9 @@ LEFT, RIGHT = -0.82, 1.1
 """Left and right limits of a histogram in its panel."""
 
 
-def petal_radius(share: FloatArray, outermost: float, is_area_scaled: bool) -> FloatArray:
+def petal_radius(fraction: FloatArray, outermost: float, is_area_scaled: bool) -> FloatArray:
     """Return the radii (k,) that represent shares; the outermost ring has radius 1."""
-    return np.sqrt(share / outermost) if is_area_scaled else np.asarray(share / outermost)
+    return np.sqrt(fraction / outermost) if is_area_scaled else np.asarray(fraction / outermost)
 
 
 def draw_rose(
@@ -40,14 +40,14 @@ def draw_rose(
 
     radii = petal_radius(np.array(rings), rings[-1], is_area_scaled)
     for radius in radii:
-        last = radius == radii[-1]
+        is_last = radius == radii[-1]
         ring = Circle(
             (0, 0),
             float(radius),
             facecolor="none",
-            edgecolor=style.ink if last else style.soft,
-            linewidth=(1.25 if last else 0.5) * style.line_pt,
-            zorder=layer("rim" if last else "density"),
+            edgecolor=style.ink if is_last else style.soft,
+            linewidth=(1.25 if is_last else 0.5) * style.line_pt,
+            zorder=layer("rim" if is_last else "density"),
         )
         ax.add_patch(ring)
     for quarter in np.arange(0.0, 360.0, 90.0):
@@ -91,12 +91,12 @@ def draw_rose(
         color=style.ink,
     )
     place = _clearest(rose)
-    for share, radius in zip(rings, radii, strict=True):
+    for fraction, radius in zip(rings, radii, strict=True):
         x, y = _ray(place, (float(radius), float(radius)))
         label = ax.text(
             x[0],
             y[0],
-            f"{100 * share:g} %",
+            f"{100 * fraction:g} %",
             ha="center",
             va="center",
             fontsize=0.9 * style.font_pt,
@@ -111,8 +111,8 @@ def _clearest(rose: Rose) -> float:
     candidates = np.array([30.0, 330.0, 150.0, 210.0, 20.0, 340.0, 160.0, 200.0, 40.0, 320.0])
     span = np.arange(-15.0, 16.0, 1.0)
     bins = ((candidates[:, None] + span) % 360.0 // rose.bin_deg).astype(np.intp)
-    longest = rose.shares[bins % len(rose.shares)].max(axis=1)
-    return float(candidates[int(np.argmin(np.round(longest, 9)))])
+    longest_shares = rose.shares[bins % len(rose.shares)].max(axis=1)
+    return float(candidates[int(np.argmin(np.round(longest_shares, 9)))])
 
 
 def draw_histogram(
@@ -121,7 +121,7 @@ def draw_histogram(
     """Draw bars from 0 to 90 degrees; the highest tick is at the last value of `rings`."""
     from matplotlib.patches import Rectangle
 
-    top, tall, across = rings[-1], TOP - BOTTOM, (RIGHT - LEFT) / 90.0
+    top, height, across_component = rings[-1], TOP - BOTTOM, (RIGHT - LEFT) / 90.0
     small: dict[str, Any] = {"fontsize": 0.9 * style.font_pt, "color": style.ink}
     # In a narrow panel, the labels of the shares are smaller.
     figure = ax.get_figure(root=True)
@@ -130,18 +130,18 @@ def draw_histogram(
     panel_pt = 72.0 * ax.get_position().width * figure.get_figwidth()
     margin_pt = panel_pt * (LEFT - 0.06 - low) / (high - low)
     fitting = min(0.9 * style.font_pt, margin_pt / _LABEL_LETTERS)
-    for share in (0.0, *rings):
-        y = BOTTOM + tall * share / top
-        last = share == 0.0
+    for fraction in (0.0, *rings):
+        y = BOTTOM + height * fraction / top
+        is_last = fraction == 0.0
         ax.plot(
             [LEFT, RIGHT],
             [y, y],
-            color=style.ink if last else style.soft,
-            linewidth=(1.25 if last else 0.5) * style.line_pt,
-            zorder=layer("rim" if last else "density"),
+            color=style.ink if is_last else style.soft,
+            linewidth=(1.25 if is_last else 0.5) * style.line_pt,
+            zorder=layer("rim" if is_last else "density"),
         )
-        if share:
-            label = f"{100 * share:g} %"
+        if fraction:
+            label = f"{100 * fraction:g} %"
             ax.text(
                 LEFT - 0.04,
                 y,
@@ -152,16 +152,16 @@ def draw_histogram(
                 color=style.ink,
             )
     for angle in (0, 30, 60, 90):
-        x = LEFT + angle * across
+        x = LEFT + angle * across_component
         ax.plot([x, x], [BOTTOM, BOTTOM - 0.05], color=style.ink, linewidth=style.line_pt)
         ax.text(x, BOTTOM - 0.08, f"{angle}°", ha="center", va="top", **small)
-    wide = histogram.bin_deg * across
-    for i, share in enumerate(histogram.shares):
-        if share > 0:
+    width = histogram.bin_deg * across_component
+    for i, fraction in enumerate(histogram.shares):
+        if fraction > 0:
             bar = Rectangle(
-                (LEFT + i * wide, BOTTOM),
-                wide,
-                tall * float(share) / top,
+                (LEFT + i * width, BOTTOM),
+                width,
+                height * float(fraction) / top,
                 facecolor=mix_colors(color, style.net, 0.25),
                 edgecolor=style.outline(mix_colors(color, style.ink, 0.3)),
                 linewidth=0.7 * style.line_pt,
@@ -169,7 +169,7 @@ def draw_histogram(
             )
             ax.add_patch(bar)
     if histogram.mean_deg is not None:
-        x = LEFT + histogram.mean_deg * across
+        x = LEFT + histogram.mean_deg * across_component
         ax.plot(
             [x, x],
             [BOTTOM, TOP],

@@ -87,14 +87,14 @@ def draw_emphasis(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
 
 def _draw_live(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
     """Draw the feature being picked: a ring with a cross, the great circle, and the cone."""
-    live = net.live
-    place = None if live is None else live.place
-    if live is None or place is None:
+    live_net = net.live
+    place = None if live_net is None else live_net.place
+    if live_net is None or place is None:
         return []
     artists: list[Artist] = []
     color = style.color(LIVE_COLOR)
-    if live.plane is not None:
-        circle = nets.great_circle(live.plane)
+    if live_net.plane is not None:
+        circle = nets.great_circle(live_net.plane)
         for ink, width in ((style.net, 3.0), (color, 1.6)):
             artists.append(
                 plot_vectors(
@@ -106,10 +106,10 @@ def _draw_live(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
                     zorder=layer("chosen circles"),
                 )
             )
-    if live.ellipse is not None:
+    if live_net.ellipse is not None:
         artists += plot_parts(
             ax,
-            live.ellipse.outline(),
+            live_net.ellipse.outline(),
             color=color,
             linewidth=1.6 * style.line_pt,
             zorder=layer("ellipses"),

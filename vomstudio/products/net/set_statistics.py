@@ -24,9 +24,9 @@ _MIN_FEATURES = 3
 """Minimum number of features of a set for a girdle or a mean."""
 
 
-def add_statistics(net: NetContents, requested: Collection[str]) -> NetContents:
+def add_statistics(net: NetContents, requested_names: Collection[str]) -> NetContents:
     """Add the requested statistics, "girdles", "maxima" or "averages", to a net."""
-    if "girdles" in requested:
+    if "girdles" in requested_names:
         girdles, others = fit_girdles(net.sets, net.notation, net.decimals)
         note = Finding("net.no-girdle", sets=others).message
         net = replace(
@@ -34,9 +34,9 @@ def add_statistics(net: NetContents, requested: Collection[str]) -> NetContents:
             circles_typed=(*net.circles_typed, *girdles),
             notes=(*net.notes, note) if others else net.notes,
         )
-    if "maxima" in requested:
+    if "maxima" in requested_names:
         net = replace(net, marks=(*net.marks, *find_maxima(net)))
-    if "averages" in requested:
+    if "averages" in requested_names:
         net = replace(net, averages=describe_sets(net.sets, net.notation, net.decimals))
     return net
 
@@ -64,14 +64,14 @@ def fit_girdles(
         if len(s) < _MIN_FEATURES or shape is None or shape > 1.0:
             others.append(s.name)
             continue
-        across = Line.from_vector(axes[2])
+        cross_axes = Line.from_vector(axes[2])
         label = tr(
             "{set}, girdle {plane} (K {shape:.2f})",
             set=s.name,
-            plane=format_plane(across.normal_plane(), notation, decimals),
+            plane=format_plane(cross_axes.normal_plane(), notation, decimals),
             shape=shape,
         )
-        girdles.append(NetCircle(across, 90.0, label, s.color))
+        girdles.append(NetCircle(cross_axes, 90.0, label, s.color))
     return tuple(girdles), tuple(others)
 
 

@@ -71,12 +71,14 @@ def write_shapes(
 
 def draw_shapes(axes: Axes, rows: Sequence[Mapping[str, Any]], style: NetStyle = PRINT) -> int:
     """Draw symbols by verdict, name those that are not good, and return the symbol count."""
-    known = [row for row in rows if _finite(row["coplanarity"]) and _finite(row["collinearity"])]
-    largest = max((float(row["coplanarity"]) for row in known), default=100.0)
+    known_rows = [
+        row for row in rows if _finite(row["coplanarity"]) and _finite(row["collinearity"])
+    ]
+    largest = max((float(row["coplanarity"]) for row in known_rows), default=100.0)
     top = 10.0 ** math.ceil(math.log10(max(largest * 1.5, 100.0)))
     _ground(axes, top, style)
     for quality, (marker, color, name) in _LOOKS.items():
-        group = [row for row in known if row.get("quality") == quality]
+        group = [row for row in known_rows if row.get("quality") == quality]
         if not group:
             continue
         axes.plot(
@@ -89,13 +91,13 @@ def draw_shapes(axes: Axes, rows: Sequence[Mapping[str, Any]], style: NetStyle =
             label=tr("{verdict} ({count})", verdict=tr(name), count=len(group)),
             zorder=4,
         )
-    if known:
+    if known_rows:
         axes.legend(loc="lower right", frameon=False, fontsize=0.9 * style.font_pt)
-    _name(axes, known, style)
+    _name(axes, known_rows, style)
     axes.set_title(
-        tr("n = {count} planes", count=len(known)), fontsize=style.font_pt, color=style.ink
+        tr("n = {count} planes", count=len(known_rows)), fontsize=style.font_pt, color=style.ink
     )
-    return len(known)
+    return len(known_rows)
 
 
 def _name(axes: Axes, known: Sequence[Mapping[str, Any]], style: NetStyle) -> None:
@@ -131,12 +133,12 @@ def _ground(axes: Axes, top: float, style: NetStyle) -> None:
     axes.text(1.15, 3.6, tr("equant"), va="bottom", **soft)
     axes.text(top / 1.6, top / 1.6, tr("rod (prolate)"), ha="right", va="bottom", **soft)
     axes.text(top / 1.6, top / 60, tr("impossible: λ2 < λ3"), ha="right", va="top", **soft)
-    for at, line in (
+    for position, line in (
         (limits.least_coplanarity, axes.axhline),
         (limits.most_collinearity, axes.axvline),
     ):
-        if math.isfinite(at):
-            line(at, color=style.ink, linewidth=style.line_pt, linestyle="--", zorder=1)
+        if math.isfinite(position):
+            line(position, color=style.ink, linewidth=style.line_pt, linestyle="--", zorder=1)
 
 
 def _finite(value: object) -> bool:

@@ -47,15 +47,15 @@ def draw_slip_arrows(
     """
     from matplotlib.collections import LineCollection, PolyCollection
 
-    at = unit_positions(ax, striae)
-    ahead = np.asarray(slips, np.float64)[:, :2]
-    length = np.linalg.norm(ahead, axis=1)
-    moving = length > _UPRIGHT
-    step = ahead[moving] / length[moving, None]
+    position = unit_positions(ax, striae)
+    forward = np.asarray(slips, np.float64)[:, :2]
+    length = np.linalg.norm(forward, axis=1)
+    is_moving = length > _UPRIGHT
+    step = forward[is_moving] / length[is_moving, None]
     side = np.stack([-step[:, 1], step[:, 0]], axis=1)
-    tip = at[moving] + half * step
+    tip = position[is_moving] + half * step
     neck = tip - _HEAD * step
-    shafts = np.stack([at[moving] - half * step, neck], axis=1)
+    shafts = np.stack([position[is_moving] - half * step, neck], axis=1)
     heads = np.stack([tip, neck + _WING * side, neck - _WING * side], axis=1)
     look: dict[str, Any] = {
         "transform": plane_transform(ax),
@@ -68,4 +68,4 @@ def draw_slip_arrows(
     ax.add_collection(
         PolyCollection(list(heads), facecolors=color, edgecolors="none", **look), autolim=False
     )
-    return np.asarray(moving)
+    return np.asarray(is_moving)

@@ -127,7 +127,9 @@ def _panels(table: OrientationRows, face: SlopeFace, slope: TableSlope) -> list[
     sides = _lateral_lines(face)
     planes = tr("poles of planes")
     meets = tr("intersections of planes")
-    straight = _lateral_lines(SlopeFace(face.plane, replace(face.options, limits="straight")))
+    straight_lateral_lines = _lateral_lines(
+        SlopeFace(face.plane, replace(face.options, limits="straight"))
+    )
     return [
         _Panel(
             tr("Planar sliding"),
@@ -163,7 +165,7 @@ def _panels(table: OrientationRows, face: SlopeFace, slope: TableSlope) -> list[
             lines,
             slopes.direct_toppling(face, lines),
             lambda v: slopes.direct_margins(face, v),
-            (_cone(dip), *straight),
+            (_cone(dip), *straight_lateral_lines),
         ),
     ]
 
@@ -185,8 +187,8 @@ def _some_intersections(normals: FloatArray, sets: IntArray | None) -> FloatArra
     first = np.searchsorted(starts, pair_ids, side="right") - 1
     second = pair_ids - starts[first] + first + 1
     if sets is not None:
-        different = (sets[first] != sets[second]) | (sets[first] < 0)
-        first, second = first[different], second[different]
+        is_different = (sets[first] != sets[second]) | (sets[first] < 0)
+        first, second = first[is_different], second[is_different]
     cross = np.cross(normals[first], normals[second])
     length = np.linalg.norm(cross, axis=1)
     lines = cross[length > 1e-9] / length[length > 1e-9, None]
@@ -224,14 +226,14 @@ def _count_text(panel: _Panel) -> str:
     )
     if mode.probability is None:
         return text
-    expected = tr("expected with errors: {share:.1f} %", share=100.0 * mode.probability)
-    return f"{text}\n{expected}"
+    expected_text = tr("expected with errors: {share:.1f} %", share=100.0 * mode.probability)
+    return f"{text}\n{expected_text}"
 
 
 def _shade(ax: Any, face: SlopeFace, panel: _Panel) -> None:
     """Shade the critical zone, where the margin is positive, on a fine grid of the net."""
-    steps, places = nets.hemisphere_grid(_GRID)
-    margins = panel.margins(places.reshape(-1, 3) @ face.axes().T)
+    steps, positions = nets.hemisphere_grid(_GRID)
+    margins = panel.margins(positions.reshape(-1, 3) @ face.axes().T)
     inside = np.minimum(margins.zone, margins.lateral).reshape(_GRID, _GRID)
     if (inside > 0.0).any():
         ax.contourf(steps, steps, inside, levels=[0.0, 9.0], colors=[_ZONE], zorder=1)

@@ -75,13 +75,13 @@ def net_of_table(
                 turns[label] = table.turns.of(rows)
     sets = tuple(replace(s, group=names[s.name]) for s in make_sets(groups, turns=turns))
     # The mean of a girdle or a scattered set is meaningless and therefore not marked.
-    clustered = [s for s in sets if no_fisher_reason(s.vectors(), False) is None]
+    clustered_sets = [s for s in sets if no_fisher_reason(s.vectors(), False) is None]
     return NetContents(
         sets=sets,
         projection=projection,
         contour=contour,
         contouring=contouring or Contouring(),
-        means=compute_means(clustered),
+        means=compute_means(clustered_sets),
         notes=repeats_note(table.repeats),
     )
 
@@ -121,9 +121,11 @@ def error_ellipses(table: OrientationRows) -> tuple[NetEllipse, ...]:
         largest, smallest, rake = (_number(word) for word in words)
         if table.is_plane[row] and math.isfinite(largest + smallest + rake):
             plane = Plane(float(table.dip_direction_deg[row]), float(table.dip_deg[row]))
-            known = _number(total)
-            known = known if math.isfinite(known) else largest
-            ellipses.append(NetEllipse.enlarge_to_total(plane, largest, smallest, rake, known))
+            known_number = _number(total)
+            known_number = known_number if math.isfinite(known_number) else largest
+            ellipses.append(
+                NetEllipse.enlarge_to_total(plane, largest, smallest, rake, known_number)
+            )
     if not ellipses:
         raise UsageError(
             Finding("net.no-errors", columns=_ERROR_COLUMNS),

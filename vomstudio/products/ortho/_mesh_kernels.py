@@ -59,7 +59,7 @@ def find_edges(view, faces, face, depth, gsd, edge):  # type: ignore[no-untyped-
                 jump = f < 0 or g < 0
                 if not jump:
                     step = depth[j2, i2] - depth[j, i]
-                    least = math.inf
+                    min_value = math.inf
                     for k in (f, g):
                         a, b, c = faces[k, 0], faces[k, 1], faces[k, 2]
                         ex, ey = view[b, 0] - view[a, 0], view[b, 1] - view[a, 1]
@@ -73,8 +73,8 @@ def find_edges(view, faces, face, depth, gsd, edge):  # type: ignore[no-untyped-
                                 slope = (ex * fz - ez * fx) / det
                             # A face seen almost edge-on can explain any step.
                             if abs(slope) < 20.0:
-                                least = min(least, abs(step - slope * gsd))
-                    jump = min(least, abs(step)) > EDGE_PIXELS * gsd
+                                min_value = min(min_value, abs(step - slope * gsd))
+                    jump = min(min_value, abs(step)) > EDGE_PIXELS * gsd
                 if jump:
                     edge[j, i] = True
                     edge[j2, i2] = True
@@ -86,8 +86,8 @@ def blend_corners(rows, face, weights, faces, colors, rgb):  # type: ignore[no-u
 
     `colors` are the vertex colours (n, 3).
     """
-    for at in range(len(rows)):
-        k = rows[at]
+    for index in range(len(rows)):
+        k = rows[index]
         f = face[k]
         u, v = weights[k, 0], weights[k, 1]
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]

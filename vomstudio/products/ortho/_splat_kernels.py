@@ -58,17 +58,19 @@ def splat(  # type: ignore[no-untyped-def]
                     limit[j, i] = NEAR_SPACINGS
                     if nearest[j, i] == math.inf:
                         continue
-                    across, down = 0.0, 0.0
+                    neighbour_faces, down = 0.0, 0.0
                     if 0 < i < w - 1:
                         one = abs(nearest[j, i] - nearest[j, i - 1])
-                        across = min(one, abs(nearest[j, i + 1] - nearest[j, i]))
+                        neighbour_faces = min(one, abs(nearest[j, i + 1] - nearest[j, i]))
                     if 0 < j < h - 1:
                         one = abs(nearest[j, i] - nearest[j - 1, i])
                         down = min(one, abs(nearest[j + 1, i] - nearest[j, i]))
-                    steep = min(math.sqrt(across * across + down * down) / gsd, MAX_SLOPE)
+                    steep = min(
+                        math.sqrt(neighbour_faces * neighbour_faces + down * down) / gsd, MAX_SLOPE
+                    )
                     limit[j, i] = max(NEAR_SPACINGS, 2.0 * steep)
-        for at in range(len(members)):
-            p = members[at]
+        for index in range(len(members)):
+            p = members[index]
             x = (view[p, 0] - left) / gsd
             y = (view[p, 1] - top) / gsd
             z = view[p, 2]

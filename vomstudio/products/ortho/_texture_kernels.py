@@ -88,8 +88,8 @@ def sample_texture(  # type: ignore[no-untyped-def]
     x0, y0, ax, ay, bx, by = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     major, sx, sy, blend = 0.0, 0.0, 0.0, 0.0
     n, fine, repeat = 1, 0, False
-    for at in range(len(rows)):
-        k = rows[at]
+    for index in range(len(rows)):
+        k = rows[index]
         f = face[k]
         if f != before:
             # Adjacent pixels usually belong to the same triangle.
@@ -113,29 +113,29 @@ def sample_texture(  # type: ignore[no-untyped-def]
         x, y = x0 + u * ax + v * bx, y0 + u * ay + v * by
         red, green, blue = 0.0, 0.0, 0.0
         for coarser in range(2):
-            share = (blend if coarser else 1.0 - blend) / n
-            if share == 0.0:
+            fraction = (blend if coarser else 1.0 - blend) / n
+            if fraction == 0.0:
                 continue
             o = fine + coarser
             w, h, start = sizes[o, 0], sizes[o, 1], offsets[o]
             # This is exact, since it is a power of 2.
-            smaller = 1.0 / (1 << o)
+            smaller_values = 1.0 / (1 << o)
             for i in range(n):
-                along = ((i + 0.5) / n - 0.5) * major
-                tx, ty = x + along * sx, y + along * sy
+                along_component = ((i + 0.5) / n - 0.5) * major
+                tx, ty = x + along_component * sx, y + along_component * sy
                 if repeat:
                     tx -= width * math.floor(tx / width)
                     ty -= height * math.floor(ty / height)
                 # Texel coordinates at this level; (0, 0) is the outer corner.
-                tx = min(max(tx * smaller - 0.5, 0.0), w - 1.0)
-                ty = min(max(ty * smaller - 0.5, 0.0), h - 1.0)
+                tx = min(max(tx * smaller_values - 0.5, 0.0), w - 1.0)
+                ty = min(max(ty * smaller_values - 0.5, 0.0), h - 1.0)
                 left, top = int(tx), int(ty)
                 fx, fy = tx - left, ty - top
-                right, below = min(left + 1, w - 1), min(top + 1, h - 1)
+                right, next_row = min(left + 1, w - 1), min(top + 1, h - 1)
                 p00, p10 = start + 3 * (top * w + left), start + 3 * (top * w + right)
-                p01, p11 = start + 3 * (below * w + left), start + 3 * (below * w + right)
-                w00, w10 = share * (1 - fx) * (1 - fy), share * fx * (1 - fy)
-                w01, w11 = share * (1 - fx) * fy, share * fx * fy
+                p01, p11 = start + 3 * (next_row * w + left), start + 3 * (next_row * w + right)
+                w00, w10 = fraction * (1 - fx) * (1 - fy), fraction * fx * (1 - fy)
+                w01, w11 = fraction * (1 - fx) * fy, fraction * fx * fy
                 red += w00 * texels[p00] + w10 * texels[p10] + w01 * texels[p01] + w11 * texels[p11]
                 p00, p10, p01, p11 = p00 + 1, p10 + 1, p01 + 1, p11 + 1
                 green += (

@@ -149,7 +149,7 @@ def read_sidecar(path: str | Path) -> Sidecar:
         a, b, c, d, e, f = (float(v) for v in facts["geotransform"])
         width, height = int(facts["width"]), int(facts["height"])
         oblique = facts["plane_coordinates"] is not None
-        crs, known = _text(facts.get("crs")), _text(facts.get("content_hash"))
+        crs, known_text = _text(facts.get("crs")), _text(facts.get("content_hash"))
     except OSError as error:
         raise InputError(
             Finding("file.unreadable", reason=error.strerror), file=path, field="--sidecar"
@@ -160,8 +160,8 @@ def read_sidecar(path: str | Path) -> Sidecar:
     if not (np.isfinite(matrix).all() and np.isfinite(transform).all() and width > 0 < height):
         raise InputError(Finding("sidecar.no-place"), file=path)
     with np.errstate(all="ignore"):
-        flat = not (abs(np.linalg.det(matrix)) > 0 < abs(np.linalg.det(transform)))
-    if flat or max(width, height) > _MAX_PIXELS:
+        is_flat = not (abs(np.linalg.det(matrix)) > 0 < abs(np.linalg.det(transform)))
+    if is_flat or max(width, height) > _MAX_PIXELS:
         raise InputError(Finding("sidecar.no-place"), file=path)
     return Sidecar(
         path,
@@ -172,7 +172,7 @@ def read_sidecar(path: str | Path) -> Sidecar:
         crs,
         oblique,
         str(facts.get("picture_id") or picture_id(facts)),
-        known,
+        known_text,
         str(facts.get("image") or path.name),
     )
 
@@ -264,18 +264,18 @@ def project_lines(
     size = (sidecar.width, sidecar.height)
     depths = visible_depths(data, sidecar.matrix, size, np.concatenate(pixels))
     parts = np.split(depths, np.cumsum([len(part) for part in pixels])[:-1])
-    brought: list[BackLine] = []
-    skipped: list[BackLine] = []
+    brought_items: list[BackLine] = []
+    skipped_items: list[BackLine] = []
     names = _unique([line.name for line in lines])
     for place, depth, name, line in zip(pixels, parts, names, lines, strict=True):
         is_met = np.isfinite(depth)
-        at = np.column_stack([place[is_met], depth[is_met]])
-        points = at @ sidecar.matrix[:3, :3].T + sidecar.matrix[:3, 3]
+        position = np.column_stack([place[is_met], depth[is_met]])
+        points = position @ sidecar.matrix[:3, :3].T + sidecar.matrix[:3, 3]
         one = BackLine(name, line.layer, line.words, place, is_met, points)
-        (brought if len(points) > 1 else skipped).append(one)
-    if not brought:
+        (brought_items if len(points) > 1 else skipped_items).append(one)
+    if not brought_items:
         raise InputError(Finding("drawing.off-surface"))
-    return ProjectedLines(tuple(brought), tuple(skipped))
+    return ProjectedLines(tuple(brought_items), tuple(skipped_items))
 
 
 def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> FloatArray:
@@ -288,18 +288,18 @@ def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> FloatA
     stem = Path(sidecar.image).stem.casefold()
     shown = [(image.name, image.fitted_corners(ratio), image.corners) for image in drawing.images]
     named = [box for name, box, _ in shown if name and Path(name).stem.casefold() == stem]
-    places = named or [box for _, box, place in shown if _is_like(place, sidecar)]
+    positions = named or [box for _, box, place in shown if _is_like(place, sidecar)]
     if not drawing.images and drawing.page is not None:
         x, y, w, h = drawing.page
         page = np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h]])
-        places = [page] if _is_like(page, sidecar) else []
-    if not places:
+        positions = [page] if _is_like(page, sidecar) else []
+    if not positions:
         raise InputError(Finding("drawing.other-picture"), file=path, field="--sidecar")
-    first = places[0]
+    first = positions[0]
     size = float(np.ptp(first, axis=0).max())
-    if any(np.abs(box - first).max() > PLACE_TOLERANCE * size for box in places[1:]):
+    if any(np.abs(box - first).max() > PLACE_TOLERANCE * size for box in positions[1:]):
         raise InputError(
-            Finding("drawing.several-pictures", count=len(places), name=sidecar.image),
+            Finding("drawing.several-pictures", count=len(positions), name=sidecar.image),
             file=path,
         )
     matrix = np.eye(3)
@@ -313,20 +313,20 @@ def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> FloatA
 
 def _is_like(box: FloatArray, sidecar: Sidecar) -> bool:
     """Return whether a picture or page (4, 2) has the shape of the orthophoto."""
-    across, down = (float(np.hypot(*(box[k] - box[0]))) for k in (1, 3))
+    width, down = (float(np.hypot(*(box[k] - box[0]))) for k in (1, 3))
     limit = ASPECT_TOLERANCE + 1 / min(sidecar.width, sidecar.height)
     ratio = sidecar.width / sidecar.height
-    return down > 0 and abs(across / down / ratio - 1) <= limit
+    return down > 0 and abs(width / down / ratio - 1) <= limit
 
 
 def _gis_lines(
     path: Path, sidecar: Sidecar, progress: Progress | None
 ) -> tuple[list[ReadLine], list[Finding]]:
     """Read the lines of a GIS layer or a CAD drawing in pixels, with warnings."""
-    read = read_gis_lines(path, progress)
-    warnings: list[Finding] = list(read.warnings)
+    gis_lines = read_gis_lines(path, progress)
+    warnings: list[Finding] = list(gis_lines.warnings)
     _check_marks((_head_of(path),), sidecar, path)
-    lines, findings = _transform_layers(read, sidecar, path)
+    lines, findings = _transform_layers(gis_lines, sidecar, path)
     warnings += findings
     inverse = np.asarray(np.linalg.inv(sidecar.transform), np.float64)
     pixels = [_transform_line(line, inverse) for line in lines]
@@ -362,22 +362,22 @@ def _transform_layers(
     """
     geojson = path.suffix.lower() in (".geojson", ".json")
     systems = dict.fromkeys((line.layer, line.crs) for line in read.lines)
-    used: list[ReadLine] = []
+    used_items: list[ReadLine] = []
     others: list[str] = []
     reasons: list[InputError] = []
     for layer, crs in systems:
         lines = [line for line in read.lines if (line.layer, line.crs) == (layer, crs)]
         try:
             _check_marks((read.described.get(layer, ""), crs or ""), sidecar, path)
-            used += _transform_layer(lines, crs, geojson, sidecar, path)
+            used_items += _transform_layer(lines, crs, geojson, sidecar, path)
         except InputError as error:
             others.append(layer)
             reasons.append(error)
-    if reasons and not used:
+    if reasons and not used_items:
         raise reasons[0]
     if not others:
-        return used, []
-    return used, [Finding("drawing.layers-left-out", count=len(others), names=others)]
+        return used_items, []
+    return used_items, [Finding("drawing.layers-left-out", count=len(others), names=others)]
 
 
 def _transform_layer(
@@ -474,12 +474,12 @@ def _unique(names: Sequence[str]) -> list[str]:
     return labels
 
 
-def facts_of(brought: ProjectedLines, table: str) -> Mapping[str, Any]:
+def facts_of(brought_projected_lines: ProjectedLines, table: str) -> Mapping[str, Any]:
     """Return the output of the command."""
     return {
-        "lines": len(brought.lines),
-        "points": brought.points,
-        "off_surface": brought.off_surface,
+        "lines": len(brought_projected_lines.lines),
+        "points": brought_projected_lines.points,
+        "off_surface": brought_projected_lines.off_surface,
         "table": table,
-        "skipped": [line.name for line in brought.skipped],
+        "skipped": [line.name for line in brought_projected_lines.skipped],
     }

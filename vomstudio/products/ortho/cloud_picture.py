@@ -57,7 +57,7 @@ class CloudSource:
             return empty_picture(tile)
         g, halo = self._grid.gsd, self._halo
         h, w = tile.height + 2 * halo, tile.width + 2 * halo
-        nearest = np.full((h, w), np.inf, np.float32)
+        nearest_values = np.full((h, w), np.inf, np.float32)
         limit = np.zeros((h, w), np.float32)
         color = np.zeros((h, w, 3), np.float32)
         weight = np.zeros((h, w), np.float32)
@@ -72,7 +72,7 @@ class CloudSource:
             x_left,
             top,
             g,
-            nearest,
+            nearest_values,
             limit,
             color,
             weight,
@@ -83,13 +83,15 @@ class CloudSource:
         rgb = np.clip(color / divisor[..., None] + 0.5, 0, 255).astype(np.uint8)
         z = np.where(is_visible, depth / divisor, np.nan).astype(np.float32)
         is_visible &= ~self._seen_through(is_visible, z)
-        filled = self._close_holes(is_visible, rgb, z)
-        inner = (slice(halo, -halo), slice(halo, -halo))
-        alpha = np.where(is_visible | filled, 255, 0).astype(np.uint8)
-        rgba = np.concatenate([rgb, alpha[..., None]], axis=2)[inner]
+        closed_picture = self._close_holes(is_visible, rgb, z)
+        inner_slices = (slice(halo, -halo), slice(halo, -halo))
+        alpha = np.where(is_visible | closed_picture, 255, 0).astype(np.uint8)
+        rgba = np.concatenate([rgb, alpha[..., None]], axis=2)[inner_slices]
         rgba[rgba[..., 3] == 0] = 0
         return TilePicture(
-            np.ascontiguousarray(rgba), np.ascontiguousarray(z[inner]), int(filled[inner].sum())
+            np.ascontiguousarray(rgba),
+            np.ascontiguousarray(z[inner_slices]),
+            int(closed_picture[inner_slices].sum()),
         )
 
     def warnings(self) -> list[Finding]:
@@ -126,14 +128,14 @@ class CloudSource:
         if is_visible.all() or not is_visible.any():
             return np.zeros_like(is_visible)
         distance, nearest = distance_transform_edt(~is_visible, return_indices=True)
-        grown = distance <= self._close
+        is_grown = distance <= self._close
         # Pixels beyond the border are not necessarily empty.
-        closed = grown if grown.all() else distance_transform_edt(grown) > self._close
-        filled: BoolArray = closed & ~is_visible
-        source_row, source_column = nearest[0][filled], nearest[1][filled]
-        rgb[filled] = rgb[source_row, source_column]
-        z[filled] = z[source_row, source_column]
-        return filled
+        closed = is_grown if is_grown.all() else distance_transform_edt(is_grown) > self._close
+        is_filled: BoolArray = closed & ~is_visible
+        source_row, source_column = nearest[0][is_filled], nearest[1][is_filled]
+        rgb[is_filled] = rgb[source_row, source_column]
+        z[is_filled] = z[source_row, source_column]
+        return is_filled
 
 
 def local_spacing(points: FloatArray, spacing: float) -> FloatArray:
@@ -148,13 +150,13 @@ def local_spacing(points: FloatArray, spacing: float) -> FloatArray:
     n = cells.max(axis=0) + 1
     key = (cells[:, 0] * n[1] + cells[:, 1]) * n[2] + cells[:, 2]
     order = np.argsort(key, kind="stable")
-    ordered = key[order]
-    first = np.flatnonzero(np.concatenate([[True], ordered[1:] != ordered[:-1]]))
-    counts = np.diff(np.append(first, len(ordered)))
+    ordered_key = key[order]
+    first = np.flatnonzero(np.concatenate([[True], ordered_key[1:] != ordered_key[:-1]]))
+    counts = np.diff(np.append(first, len(ordered_key)))
     spacings = np.empty(len(points))
     spacings[order] = np.repeat(side / np.sqrt(counts), counts)
-    typical = float(np.median(spacings))
-    return np.clip(spacings, 0.5 * typical, 2.0 * typical)
+    typical_value = float(np.median(spacings))
+    return np.clip(spacings, 0.5 * typical_value, 2.0 * typical_value)
 
 
 def share_facing_away(

@@ -83,19 +83,19 @@ def off_axis_findings(
         return ()
     if axis.line is None:
         return ()
-    off = angle_between_lines(axis.line, Line.from_vector(plan.frame.direction))
-    if off <= max(axis.error95_deg or 0.0, _MIN_DEVIATION_DEG):
+    offset = angle_between_lines(axis.line, Line.from_vector(plan.frame.direction))
+    if offset <= max(axis.error95_deg or 0.0, _MIN_DEVIATION_DEG):
         return ()
     depth_m = float(np.ptp(plan.points[:, 2]))
     return (
         Finding(
             "view.off-axis",
-            off_deg=off,
+            off_deg=offset,
             domain=name,
             axis=format_line(axis.line, 0),
             description=axis.description,
         ),
-        cost_of_deviation(off, depth_m, metric=plan.view.metric),
+        cost_of_deviation(offset, depth_m, is_metric=plan.view.metric),
     )
 
 

@@ -101,13 +101,13 @@ def territory(items: Sequence[Item], name: str, field: str = "--domain") -> Terr
     UsageError
         If no feature belongs to the domain.
     """
-    known = domains_of(items)
-    if not known:
+    known_domains = domains_of(items)
+    if not known_domains:
         raise no_domains_error(field)
-    if name not in known:
-        raise UsageError(Finding("domain.unknown", domain=name, domains=known), field=field)
-    others = [each for each in known if each != name]
-    points_of = {each: _points(items, each) for each in known}
+    if name not in known_domains:
+        raise UsageError(Finding("domain.unknown", domain=name, domains=known_domains), field=field)
+    others = [item for item in known_domains if item != name]
+    points_of = {item: _points(items, item) for item in known_domains}
     walls: list[Wall] = []
     remaining = list(others)
     for wall in _faults(items):
@@ -116,14 +116,14 @@ def territory(items: Sequence[Item], name: str, field: str = "--domain") -> Terr
         turned = Wall(wall.name, sign * wall.normal, sign * wall.offset)
         if _share_beyond_wall(points_of[name], turned) < _MIN_SIDE_SHARE:
             continue
-        separated = [
-            each
-            for each in others
-            if 1.0 - _share_beyond_wall(points_of[each], turned) >= _MIN_SIDE_SHARE
+        separated_values = [
+            item
+            for item in others
+            if 1.0 - _share_beyond_wall(points_of[item], turned) >= _MIN_SIDE_SHARE
         ]
-        if separated:
+        if separated_values:
             walls.append(turned)
-            remaining = [each for each in remaining if each not in separated]
+            remaining = [item for item in remaining if item not in separated_values]
     notes = []
     if walls:
         faults = tuple(dict.fromkeys(wall.name for wall in walls))
@@ -132,7 +132,7 @@ def territory(items: Sequence[Item], name: str, field: str = "--domain") -> Terr
         return Territory(name, tuple(walls), np.empty((0, 3)), np.empty(0, np.bool_), tuple(notes))
     if others:
         notes.append(Finding("domain.no-fault-between", domain=name, others=remaining))
-    points = [points_of[name], *(points_of[each] for each in remaining)]
+    points = [points_of[name], *(points_of[item] for item in remaining)]
     is_positive = np.repeat([True, *[False] * len(remaining)], [len(part) for part in points])
     return Territory(name, tuple(walls), np.concatenate(points), is_positive, tuple(notes))
 
@@ -159,9 +159,9 @@ def _faults(items: Sequence[Item]) -> list[Wall]:
         normals = np.array([item.normal for item in set_items], np.float64)
         mean = flip_to(normals, orientation_tensor(normals)[1][0]).mean(axis=0)
         mean /= np.linalg.norm(mean)
-        middle = np.mean([item.points.mean(axis=0) for item in set_items], axis=0)
+        centre = np.mean([item.points.mean(axis=0) for item in set_items], axis=0)
         name = set_items[0].set if len(set_items) > 1 else set_items[0].name
-        walls.append(Wall(name, mean, float(middle @ mean)))
+        walls.append(Wall(name, mean, float(centre @ mean)))
     return walls
 
 
@@ -209,15 +209,15 @@ class OneDomain:
     def _nearest(self, tile: Tile, depth: Float32Array, matrix: FloatArray) -> BoolArray:
         """Return, for cells of several pixels, whether the nearest feature is in the domain."""
         rows, columns = (np.arange(0, size, _CELL_PX) for size in depth.shape)
-        tall, wide = -(-depth.shape[0] // _CELL_PX), -(-depth.shape[1] // _CELL_PX)
-        padded = np.full((tall * _CELL_PX, wide * _CELL_PX), np.nan, np.float32)
-        padded[: depth.shape[0], : depth.shape[1]] = depth
-        cells = padded.reshape(tall, _CELL_PX, wide, _CELL_PX)
+        height, width = -(-depth.shape[0] // _CELL_PX), -(-depth.shape[1] // _CELL_PX)
+        padded_values = np.full((height * _CELL_PX, width * _CELL_PX), np.nan, np.float32)
+        padded_values[: depth.shape[0], : depth.shape[1]] = depth
+        cells = padded_values.reshape(height, _CELL_PX, width, _CELL_PX)
         count = np.isfinite(cells).sum(axis=(1, 3))
         middle = np.nansum(cells, axis=(1, 3)) / np.maximum(count, 1)
-        is_domain = np.ones((tall, wide), np.bool_)
+        is_domain = np.ones((height, width), np.bool_)
         j, i = np.nonzero(count)
-        places = (
+        positions = (
             np.column_stack(
                 [
                     columns[i] + tile.column + _CELL_PX / 2,
@@ -228,6 +228,6 @@ class OneDomain:
             )
             @ matrix[:3].T
         )
-        is_domain[j, i] = self.territory.is_member[self.territory.tree.query(places)[1]]
+        is_domain[j, i] = self.territory.is_member[self.territory.tree.query(positions)[1]]
         spread = is_domain.repeat(_CELL_PX, axis=0).repeat(_CELL_PX, axis=1)
         return spread[: depth.shape[0], : depth.shape[1]]

@@ -62,11 +62,11 @@ def draw_features(
     high = np.array([grid.left + grid.width * grid.gsd, -grid.top])
     shapes, outside_count = [], 0
     for item in items:
-        flat = project_item(item, plan.reference, frame.right, up)
-        assert flat is not None
-        inside = (flat.points >= low) & (flat.points <= high)
-        if inside.all(axis=1).any():
-            shapes.append(shape_of(flat))
+        projected_item = project_item(item, plan.reference, frame.right, up)
+        assert projected_item is not None
+        is_inside = (projected_item.points >= low) & (projected_item.points <= high)
+        if is_inside.all(axis=1).any():
+            shapes.append(shape_of(projected_item))
         else:
             outside_count += 1
     unit = "m" if plan.view.metric else tr("units")
@@ -99,7 +99,7 @@ def write_drawings(
     drawing: Drawing,
     crs: str | None,
     picture: str,
-    turn: FloatArray | None = None,
+    rotation: FloatArray | None = None,
 ) -> None:
     """Write the drawings of a picture.
 
@@ -112,7 +112,7 @@ def write_drawings(
         CRS of the GeoTIFF.
     picture : str
         Id of the picture.
-    turn : (3, 3) array, optional
+    rotation : (3, 3) array, optional
         Matrix from `raster_turn`, for files that overlay the GeoTIFF.
 
     Raises
@@ -120,11 +120,11 @@ def write_drawings(
     TargetError
     """
     mark = picture_comment(picture)
-    placed = drawing if turn is None else _transform_drawing(drawing, turn)
-    write_gpkg(parts["gpkg"], placed, crs, mark)
+    placed_drawing = drawing if rotation is None else _transform_drawing(drawing, rotation)
+    write_gpkg(parts["gpkg"], placed_drawing, crs, mark)
     text = svg_text(drawing).replace("<g", f"<desc>{mark}</desc>\n<g", 1)
     parts["svg"].write_text(text, "utf-8")
-    write_dxf(parts["dxf"], placed, mark)
+    write_dxf(parts["dxf"], placed_drawing, mark)
 
 
 def raster_turn(plan: OrthophotoPlan) -> FloatArray | None:
@@ -135,21 +135,21 @@ def raster_turn(plan: OrthophotoPlan) -> FloatArray | None:
     frame = plan.frame
     if not frame.is_vertical or is_straight_down(plan):
         return None
-    turn = np.eye(3)
-    turn[:2] = np.column_stack([frame.right[:2], -frame.down[:2], plan.reference[:2]])
-    return turn
+    rotation = np.eye(3)
+    rotation[:2] = np.column_stack([frame.right[:2], -frame.down[:2], plan.reference[:2]])
+    return rotation
 
 
-def _transform_drawing(drawing: Drawing, turn: FloatArray) -> Drawing:
+def _transform_drawing(drawing: Drawing, rotation: FloatArray) -> Drawing:
     def transform(points: FloatArray) -> FloatArray:
-        return np.asarray(points @ turn[:2, :2].T + turn[:2, 2])
+        return np.asarray(points @ rotation[:2, :2].T + rotation[:2, 2])
 
     corners = transform(drawing.bounds)
     shapes = tuple(
         replace(
             shape,
             points=transform(shape.points),
-            symbol=tuple(line @ turn[:2, :2].T for line in shape.symbol),
+            symbol=tuple(line @ rotation[:2, :2].T for line in shape.symbol),
         )
         for shape in drawing.shapes
     )

@@ -44,8 +44,8 @@ class DrawnPicture:
     def draw(self, tile: Tile) -> TilePicture:
         part = np.s_[tile.row : tile.row + tile.height, tile.column : tile.column + tile.width]
         # Count filled pixels only once, for the whole picture.
-        filled = self.filled if tile.number == 0 else 0
-        return TilePicture(self.rgba[part], self.depth[part], filled)
+        n_filled = self.filled if tile.number == 0 else 0
+        return TilePicture(self.rgba[part], self.depth[part], n_filled)
 
     def warnings(self) -> list[Finding]:
         return list(self.findings)
@@ -66,22 +66,24 @@ def draw_picture(
     source = create_source(data, plan)
     rgba = np.zeros((grid.height, grid.width, 4), np.uint8)
     depth = np.full((grid.height, grid.width), np.nan, np.float32)
-    filled = 0
+    filled_count = 0
     for tile, picture in draw_tiles(source, grid, progress, None):
         rows, columns = slice(tile.row, tile.row + tile.height), slice(tile.column, None)
         rgba[rows, columns][:, : tile.width] = picture.rgba
         depth[rows, columns][:, : tile.width] = picture.depth
-        filled += picture.filled
+        filled_count += picture.filled
     hole = getattr(source, "hole_m", None)
-    return DrawnPicture(rgba, depth, filled, hole, tuple(source.warnings()))
+    return DrawnPicture(rgba, depth, filled_count, hole, tuple(source.warnings()))
 
 
-def drawn_figures(drawn: DrawnPicture, plan: OrthophotoPlan, crs: str | None) -> OrthophotoFigures:
+def drawn_figures(
+    drawn_picture: DrawnPicture, plan: OrthophotoPlan, crs: str | None
+) -> OrthophotoFigures:
     """Return the figures of a drawn picture; `crs` is the World CRS, "EPSG:n" or WKT."""
     facts = picture_facts(plan, crs if plan.frame.is_vertical else None)
     facts |= {
-        "coverage": float(np.isfinite(drawn.depth).mean()),
-        "holes_filled_px": drawn.filled,
-        "holes_filled_up_to_m": drawn.hole_m,
+        "coverage": float(np.isfinite(drawn_picture.depth).mean()),
+        "holes_filled_px": drawn_picture.filled,
+        "holes_filled_up_to_m": drawn_picture.hole_m,
     }
     return figures_of(facts)

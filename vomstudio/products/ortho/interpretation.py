@@ -121,9 +121,10 @@ def parse_parts(text: str) -> tuple[str, ...]:
     UsageError
     """
     parts = tuple(dict.fromkeys(word.strip().lower() for word in text.split(",")))
-    if unknown := [part for part in parts if part not in PARTS]:
+    if unknown_parts := [part for part in parts if part not in PARTS]:
         raise UsageError(
-            Finding("option.not-a-choice", value=unknown[0], choices=tuple(PARTS)), field="--show"
+            Finding("option.not-a-choice", value=unknown_parts[0], choices=tuple(PARTS)),
+            field="--show",
         )
     if parts == (LEGEND,):
         raise UsageError(Finding("interpretation.legend-alone"), field="--show")
@@ -151,12 +152,12 @@ def read_items(folder: Path) -> tuple[Item, ...]:
 def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple[Item, ...]:
     """Return the features of a project to draw on a picture."""
     table = project_table(records, measurements)
-    colors, written = {}, {}
+    colors, written_items = {}, {}
     for record in records.values():
         if isinstance(record, Feature):
             has_type = kind_of(record).has_feature_type or bool(kind_of(record).tint(record))
             if kind_of(record).listed:
-                written[record.id] = kind_of(record).drawing_label(record)
+                written_items[record.id] = kind_of(record).drawing_label(record)
             colors[record.id] = (color_of(record, records) if has_type else "") or NO_COLOR
     items: list[Item] = []
     for layer in project_layers(records, table, measurements):
@@ -182,7 +183,7 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
                     normal=normal,
                     dip_direction_deg=dd,
                     dip_deg=dip,
-                    symbol_label=written.get(text["id"], ""),
+                    symbol_label=written_items.get(text["id"], ""),
                     filled=layer.by != "kind",
                     overturned=normal is not None and bool(values_of.get("overturned")),
                     domain=str(getattr(records.get(text["id"]), "domain", "")),
@@ -203,23 +204,23 @@ def count_features(items: Iterable[Item]) -> int:
     return most.total()
 
 
-def items_of_table(places: FloatArray, rows: Sequence[Mapping[str, Any]]) -> tuple[Item, ...]:
+def items_of_table(positions: FloatArray, rows: Sequence[Mapping[str, Any]]) -> tuple[Item, ...]:
     """Return the planes of an orientation table, in the colours of the default feature types.
 
     Parameters
     ----------
-    places : (n, 3) float64
+    positions : (n, 3) float64
         Positions in the World frame, m.
     rows : sequence of mapping
         Mappings with `id`, `dip_direction_deg`, `dip_deg` and, if known, `name`, `kind`, `set`,
         `domain` and `overturned`.
     """
-    colors = {each.name.casefold(): each.color for each in DEFAULT_TYPES}
+    colors = {item.name.casefold(): item.color for item in DEFAULT_TYPES}
     return tuple(
         Item(
             "planes",
             "point",
-            np.asarray([place]),
+            np.asarray([position]),
             str(row["id"]),
             str(row.get("name") or row["id"]),
             str(row.get("kind") or ""),
@@ -232,7 +233,7 @@ def items_of_table(places: FloatArray, rows: Sequence[Mapping[str, Any]]) -> tup
             domain=str(row.get("domain") or ""),
             quality=str(row.get("quality") or ""),
         )
-        for place, row in zip(places, rows, strict=True)
+        for position, row in zip(positions, rows, strict=True)
     )
 
 
@@ -266,32 +267,34 @@ def project_item(
     origin: FloatArray,
     right: FloatArray,
     up: FloatArray,
-    along: FloatArray | None = None,
+    direction: FloatArray | None = None,
 ) -> ProjectedItem | None:
     """Project an item onto the plane through `origin` that is spanned by `right` and `up`.
 
-    The projection is perpendicular to the plane, or along the direction `along` (3,). Returns None
+    The projection is perpendicular to the plane, or along `direction` (3,). Returns None
     if this direction lies in the plane.
     """
-    toward = np.cross(right, up)
-    away = (item.points - origin) @ toward
+    target_direction = np.cross(right, up)
+    distances = (item.points - origin) @ target_direction
     points = item.points - origin
-    if along is not None:
-        share = float(along @ toward)
-        if abs(share) < 1e-6:
+    if direction is not None:
+        fraction = float(direction @ target_direction)
+        if abs(fraction) < 1e-6:
             return None
-        points = points - (away / share)[:, None] * along
-    flat = np.stack([points @ right, points @ up], axis=1)
+        points = points - (distances / fraction)[:, None] * direction
+    flat_values = np.stack([points @ right, points @ up], axis=1)
     if item.normal is None or item.dip_deg is None:
-        return ProjectedItem(item, flat, away, None)
-    if is_map(toward):
+        return ProjectedItem(item, flat_values, distances, None)
+    if is_map(target_direction):
         azimuth = item.dip_direction_deg or 0.0
         lines = strike_and_dip(np.zeros(3), azimuth, item.dip_deg, 2.0, item.overturned)
-        across = np.stack([right, up], axis=1)
-        return ProjectedItem(item, flat, away, None, tuple(line @ across for line in lines))
-    return ProjectedItem(item, flat, away, apparent_dip_deg(item.normal, right, up))
+        across_component = np.stack([right, up], axis=1)
+        return ProjectedItem(
+            item, flat_values, distances, None, tuple(line @ across_component for line in lines)
+        )
+    return ProjectedItem(item, flat_values, distances, apparent_dip_deg(item.normal, right, up))
 
 
-def is_map(toward: FloatArray) -> bool:
+def is_map(direction: FloatArray) -> bool:
     """Return whether the normal (3,) of a picture is close enough to vertical for a map."""
-    return abs(float(toward[2])) >= math.cos(math.radians(MAP_DEG)) - 1e-12
+    return abs(float(direction[2])) >= math.cos(math.radians(MAP_DEG)) - 1e-12

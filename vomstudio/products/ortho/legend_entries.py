@@ -84,8 +84,8 @@ class LegendEntry:
         if not self.dips:
             return []
         a = math.radians(TICK_DEG)
-        across = np.array([math.cos(a), -math.sin(a)])
-        return [np.stack([-across, across])]
+        across_component = np.array([math.cos(a), -math.sin(a)])
+        return [np.stack([-across_component, across_component])]
 
 
 def entries_of(shapes: Sequence[LegendShape]) -> list[LegendEntry]:

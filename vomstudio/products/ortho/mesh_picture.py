@@ -56,8 +56,8 @@ class MeshSource:
         self._mapped = np.zeros(len(self._faces), bool)
         if mesh.uv is not None:
             self._uv = to_kernel_array(mesh.uv, np.float32)
-            whole = np.asarray(np.isfinite(self._uv).all(axis=1))
-            self._mapped = np.asarray(whole[self._faces].all(axis=1))
+            whole_values = np.asarray(np.isfinite(self._uv).all(axis=1))
+            self._mapped = np.asarray(whole_values[self._faces].all(axis=1))
 
     def draw(self, tile: Tile) -> TilePicture:
         from vomstudio.products.ortho._mesh_kernels import find_edges
@@ -76,14 +76,16 @@ class MeshSource:
         )
         edge = np.zeros((h, w), bool)
         find_edges(view, faces, hits.face, hits.depth, g, edge)
-        inner = (slice(1, -1), slice(1, -1))
-        face = hits.face[inner].ravel()
+        inner_slices = (slice(1, -1), slice(1, -1))
+        face = hits.face[inner_slices].ravel()
         met = face >= 0
         rgba = np.zeros((len(face), 4), np.uint8)
-        rgba[:, :3] = self._shade(face, np.ascontiguousarray(hits.weights[inner]).reshape(-1, 2))
+        rgba[:, :3] = self._shade(
+            face, np.ascontiguousarray(hits.weights[inner_slices]).reshape(-1, 2)
+        )
         rgba[:, 3] = np.where(met, 255, 0)
-        depth = np.where(met, hits.depth[inner].ravel(), np.nan).astype(np.float32)
-        edge = np.ascontiguousarray(edge[inner])
+        depth = np.where(met, hits.depth[inner_slices].ravel(), np.nan).astype(np.float32)
+        edge = np.ascontiguousarray(edge[inner_slices])
         if edge.any():
             quarters = cast_quarters(view, faces, members, edge, left=x_left, top=y_top, step=g)
             self._smooth(quarters, np.flatnonzero(edge), rgba, depth)
@@ -96,11 +98,11 @@ class MeshSource:
     def _smooth(
         self,
         hits: GridHits,
-        at: IndexArray,
+        index: IndexArray,
         rgba: ByteArray,
         depth: Float32Array,
     ) -> None:
-        """Average the colour and opacity of the edge pixels `at` from four rays each.
+        """Average the colour and opacity of the edge pixels `index` from four rays each.
 
         The depth remains that of the pixel centre, or the nearest of the four if the centre is
         empty.
@@ -109,12 +111,12 @@ class MeshSource:
         met = hits.face >= 0
         count = met.sum(axis=1)
         some = count > 0
-        at, met, count = at[some], met[some], count[some]
+        index, met, count = index[some], met[some], count[some]
         mean = (colors[some].astype(np.float64) * met[:, :, None]).sum(axis=1) / count[:, None]
-        rgba[at, :3] = np.rint(mean)
-        rgba[at, 3] = np.rint(count * 63.75)
-        nearest = hits.depth[some].min(axis=1)
-        depth[at] = np.where(np.isnan(depth[at]), nearest, depth[at])
+        rgba[index, :3] = np.rint(mean)
+        rgba[index, 3] = np.rint(count * 63.75)
+        nearest_depth = hits.depth[some].min(axis=1)
+        depth[index] = np.where(np.isnan(depth[index]), nearest_depth, depth[index])
 
     def _shade(self, face: Int32Array, weights: FloatArray, footprint: float = 1.0) -> ByteArray:
         """Return the colours (n, 3) of hits: face (n,), weights (n, 2); black if empty."""
@@ -196,17 +198,17 @@ def texel_sizes(mesh: Mesh, vertices: FloatArray) -> dict[Path, tuple[float, flo
         area = 0.5 * np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1)
         a, b = t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]
         texels = 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
-        good = (texels > 1e-9) & (area > 0)
-        sizes.setdefault(material.texture, []).append(np.sqrt(area[good] / texels[good]))
-        areas.setdefault(material.texture, []).append(area[good])
+        is_good = (texels > 1e-9) & (area > 0)
+        sizes.setdefault(material.texture, []).append(np.sqrt(area[is_good] / texels[is_good]))
+        areas.setdefault(material.texture, []).append(area[is_good])
     for path, parts in sizes.items():
         size, area = np.concatenate(parts), np.concatenate(areas[path])
         if not len(size):
             continue
         order = np.argsort(size)
-        share = np.cumsum(area[order]) / area.sum()
-        at = np.minimum(np.searchsorted(share, (0.01, 0.5)), len(size) - 1)
-        low, middle = size[order][at].tolist()
+        fraction = np.cumsum(area[order]) / area.sum()
+        index = np.minimum(np.searchsorted(fraction, (0.01, 0.5)), len(size) - 1)
+        low, middle = size[order][index].tolist()
         statistics[path] = (low, middle, float(area.sum()))
     return statistics
 

@@ -53,7 +53,7 @@ class OrthoOptions(Options):
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
         help=to_translate("size of a pixel, m"),
-        automatic=to_translate("resolution of the texture or cloud"),
+        automatic_text=to_translate("resolution of the texture or cloud"),
     )
     flip: bool = option(False, help=to_translate("look from the other side (mirror image)"))
 
@@ -67,7 +67,7 @@ class OrthoOptions(Options):
     @property
     def has_direction(self) -> bool:
         """Whether a viewing direction is given."""
-        return any(each is not None for each in (self.trend_deg, self.plane, self.fold))
+        return any(item is not None for item in (self.trend_deg, self.plane, self.fold))
 
     def check_direction(self) -> None:
         """Require a viewing direction.
@@ -108,7 +108,7 @@ class OrthoDrawing(Options):
         help=to_translate(
             "parts of the drawing, separated by commas: traces, patches, symbols, legend"
         ),
-        automatic=to_translate("all"),
+        automatic_text=to_translate("all"),
     )
     domain: str | None = option(
         None,

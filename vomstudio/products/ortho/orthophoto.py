@@ -201,10 +201,10 @@ def _sidecar_text(facts: dict[str, Any]) -> str:
     return json.dumps(stated, indent=1, ensure_ascii=False) + "\n"
 
 
-def _drawn_facts(coverage: float, filled: int, source: TileSource) -> dict[str, Any]:
+def _drawn_facts(coverage: float, filled_count: int, source: TileSource) -> dict[str, Any]:
     facts = {
         "coverage": coverage,
-        "holes_filled_px": filled,
+        "holes_filled_px": filled_count,
         "holes_filled_up_to_m": getattr(source, "hole_m", None),
     }
     return facts | ({"domain": source.territory.facts} if isinstance(source, OneDomain) else {})
@@ -233,7 +233,7 @@ def _place_facts(plan: OrthophotoPlan, crs: str | None, facts: dict[str, Any]) -
 
     crs : CRS of the World frame, regardless of that of the picture
     """
-    north = world_north(crs, known=plan.view.north_known)
+    north = world_north(crs, is_known=plan.view.north_known)
     return {"world_crs": crs, "north": north, "picture_id": picture_id(facts)}
 
 
@@ -271,21 +271,21 @@ def _tags(plan: OrthophotoPlan) -> dict[str, str]:
 
 
 def _draw(
-    drawn: Iterable[tuple[Tile, TilePicture]],
+    drawn_pairs: Iterable[tuple[Tile, TilePicture]],
     picture_file: Any,
     depth_file: Any,
     small: _Reduced | None,
 ) -> tuple[int, int]:
     """Write tiles to both rasters; return the numbers of covered and of filled pixels."""
-    covered = filled = 0
-    for tile, picture in drawn:
+    covered_count = filled_count = 0
+    for tile, picture in drawn_pairs:
         write_tile(picture_file, tile.column, tile.row, picture.rgba)
         write_tile(depth_file, tile.column, tile.row, picture.depth)
-        covered += int(np.isfinite(picture.depth).sum())
-        filled += picture.filled
+        covered_count += int(np.isfinite(picture.depth).sum())
+        filled_count += picture.filled
         if small is not None:
             small.add(tile.column, tile.row, picture.rgba)
-    return covered, filled
+    return covered_count, filled_count
 
 
 class _Reduced:
@@ -304,14 +304,16 @@ class _Reduced:
     def add(self, column: int, row: int, rgba: ByteArray) -> None:
         f = self.factor
         h, w = rgba.shape[:2]
-        padded = np.zeros((-(-h // f) * f, -(-w // f) * f, 4), np.float32)
-        padded[:h, :w] = rgba
-        padded[:h, :w, :3] *= rgba[..., 3:] / np.float32(255)
-        mean = padded.reshape(padded.shape[0] // f, f, padded.shape[1] // f, f, 4).mean(axis=(1, 3))
-        share = np.maximum(mean[..., 3:] / 255, 1e-6)
-        mean[..., :3] = np.where(mean[..., 3:] > 0, mean[..., :3] / share, 0)
-        at = self.out[row // f :, column // f :]
-        at[: mean.shape[0], : mean.shape[1]] = np.clip(np.rint(mean), 0, 255)
+        padded_values = np.zeros((-(-h // f) * f, -(-w // f) * f, 4), np.float32)
+        padded_values[:h, :w] = rgba
+        padded_values[:h, :w, :3] *= rgba[..., 3:] / np.float32(255)
+        mean = padded_values.reshape(
+            padded_values.shape[0] // f, f, padded_values.shape[1] // f, f, 4
+        ).mean(axis=(1, 3))
+        fraction = np.maximum(mean[..., 3:] / 255, 1e-6)
+        mean[..., :3] = np.where(mean[..., 3:] > 0, mean[..., :3] / fraction, 0)
+        position = self.out[row // f :, column // f :]
+        position[: mean.shape[0], : mean.shape[1]] = np.clip(np.rint(mean), 0, 255)
 
     def within(self) -> ByteArray:
         """Return the picture, resized to exactly the covered pixels."""

@@ -99,7 +99,7 @@ def plan(
         If the model is empty or lies outside the region.
     """
     frame = view.frame
-    layout = lay_grid(data, frame, to_world=to_world, gsd=gsd, region=region, metric=view.metric)
+    layout = lay_grid(data, frame, to_world=to_world, gsd=gsd, region=region, is_metric=view.metric)
     return OrthophotoPlan(view, frame, layout.grid, layout.reference, layout.points, layout.notes)
 
 
@@ -120,13 +120,13 @@ def lay_grid(
     to_world: npt.ArrayLike,
     gsd: float | None = None,
     region: ViewRegion | None = None,
-    textured: bool = True,
-    metric: bool = True,
+    is_textured: bool = True,
+    is_metric: bool = True,
 ) -> GridLayout:
     """Place a grid over a model, as in `plan`.
 
-    If no gsd is given and `textured` is True, the resolution of the texture is used if there is
-    one. `metric` states whether lengths are in metres.
+    If no gsd is given and `is_textured` is True, the resolution of the texture is used if there is
+    one. `is_metric` states whether lengths are in metres.
 
     Raises
     ------
@@ -137,9 +137,9 @@ def lay_grid(
         raise InputError(Finding("model.no-surface"))
     world = transform_to_world(to_world, vertices)
     if isinstance(data, Mesh):
-        used = np.zeros(len(world), bool)
-        used[data.faces.ravel()] = True
-        used_vertices = world if used.all() else world[used]
+        is_used = np.zeros(len(world), bool)
+        is_used[data.faces.ravel()] = True
+        used_vertices = world if is_used.all() else world[is_used]
     else:
         used_vertices = world
     reference = (
@@ -147,7 +147,7 @@ def lay_grid(
     )
     points = frame.to_view(world, reference)
     low, high = (
-        f(points if used_vertices is world else points[used], axis=0) for f in (np.min, np.max)
+        f(points if used_vertices is world else points[is_used], axis=0) for f in (np.min, np.max)
     )
     notes: list[Finding] = []
     if region is not None:
@@ -161,15 +161,15 @@ def lay_grid(
             raise InputError(Finding("view.part-empty"))
     extent = np.maximum(high - low, 0.0)[:2]
     if gsd is None:
-        gsd, code = default_gsd(data, to_world, float(extent.max()), textured)
-        least = _min_gsd(extent)
-        if least > gsd:
-            gsd, code = least, "gsd.limited"
-        unit, limit = "m" if metric else tr("units"), MAX_PIXELS // 1_000_000
+        gsd, code = default_gsd(data, to_world, float(extent.max()), is_textured)
+        least_min_gsd = _min_gsd(extent)
+        if least_min_gsd > gsd:
+            gsd, code = least_min_gsd, "gsd.limited"
+        unit, limit = "m" if is_metric else tr("units"), MAX_PIXELS // 1_000_000
         notes.append(Finding(code, gsd=gsd, unit=unit, limit=limit))
     if not 1e-12 <= gsd < math.inf:
         raise UsageError(Finding("number.not-positive", value=gsd), field="--gsd")
-    least = _min_gsd(extent)
+    least_min_gsd = _min_gsd(extent)
     pixels = math.prod(max(1, math.ceil(v / gsd)) for v in extent.tolist())
     if pixels > MAX_PIXELS:
         raise UsageError(
@@ -178,12 +178,14 @@ def lay_grid(
                 gsd_m=gsd,
                 megapixels=pixels / 1_000_000,
                 limit=MAX_PIXELS // 1_000_000,
-                least_m=least,
+                least_m=least_min_gsd,
             ),
             field="--gsd",
         )
     if (
-        warning := edge_on_finding(points if used_vertices is world else points[used], frame, gsd)
+        warning := edge_on_finding(
+            points if used_vertices is world else points[is_used], frame, gsd
+        )
     ) is not None:
         notes.append(warning)
     return GridLayout(Grid.over(low, high, gsd), reference, points, tuple(notes))
@@ -208,13 +210,13 @@ def edge_on_finding(points: FloatArray, frame: ViewFrame, gsd: float) -> Finding
     few = few - few.mean(axis=0)
     values, axes = np.linalg.eigh(few.T @ few)
     # The width of a uniform distribution with the same variance.
-    wide = math.sqrt(12.0 * max(float(values[1]), 0.0) / len(few))
-    flat = few[:, :2].T @ few[:, :2]
-    visible_width = math.sqrt(12.0 * max(float(np.linalg.eigvalsh(flat)[0]), 0.0) / len(few))
-    if not wide**2 > 1e-12 * 12.0 * float(values[2]) / len(few):
+    width = math.sqrt(12.0 * max(float(values[1]), 0.0) / len(few))
+    flat_values = few[:, :2].T @ few[:, :2]
+    visible_width = math.sqrt(12.0 * max(float(np.linalg.eigvalsh(flat_values)[0]), 0.0) / len(few))
+    if not width**2 > 1e-12 * 12.0 * float(values[2]) / len(few):
         return None
-    if visible_width > EDGE_ON_SHARE * wide and not (
-        visible_width < 2.0 * gsd and wide > 10.0 * gsd
+    if visible_width > EDGE_ON_SHARE * width and not (
+        visible_width < 2.0 * gsd and width > 10.0 * gsd
     ):
         return None
     plane = Plane.from_normal(frame.axes @ axes[:, 0])
@@ -222,7 +224,7 @@ def edge_on_finding(points: FloatArray, frame: ViewFrame, gsd: float) -> Finding
 
 
 def default_gsd(
-    data: Mesh | PointCloud, to_world: npt.ArrayLike, extent: float, textured: bool = True
+    data: Mesh | PointCloud, to_world: npt.ArrayLike, extent: float, is_textured: bool = True
 ) -> tuple[float, str]:
     """Return the resolution of a model to two digits, and the code of its finding."""
     from vomstudio.geometry.transform import matrix, scale_factor
@@ -230,13 +232,13 @@ def default_gsd(
 
     scale = scale_factor(matrix(np.asarray(to_world, np.float64)))
     gsd, code = math.nan, ""
-    if textured and isinstance(data, Mesh):
+    if is_textured and isinstance(data, Mesh):
         from vomstudio.products.ortho.mesh_picture import texel_sizes
 
         sizes = sorted((size, area) for _, size, area in texel_sizes(data, data.vertices).values())
         if sizes:
-            share = np.cumsum([area for _, area in sizes])
-            gsd = sizes[int(np.searchsorted(share, 0.5 * share[-1]))][0] * scale
+            fraction = np.cumsum([area for _, area in sizes])
+            gsd = sizes[int(np.searchsorted(fraction, 0.5 * fraction[-1]))][0] * scale
             code = "gsd.texture"
     if not math.isfinite(gsd):
         gsd = point_spacing(data) * scale

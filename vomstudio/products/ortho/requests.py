@@ -172,23 +172,23 @@ def request_picture(
         planned = plan(data, view, to_world=to_world, gsd=gsd_m, region=region)
     except InputError as error:
         raise error.with_file(path) from error
-    along = None
+    along_component = None
     if fold is not None:
-        along = _fold_view(fold, planned)
+        along_component = _fold_view(fold, planned)
         if fold.valid != "yes" or is_costly(fold.beta.total95_deg, *_size_of(planned)):
-            warnings.append(along.cost)
+            warnings.append(along_component.cost)
     if axis is not None and is_costly(axis.error95_deg, *_size_of(planned)):
         deep, _ = _size_of(planned)
-        warnings.append(cost_of_direction(axis.error95_deg, deep, metric=planned.view.metric))
+        warnings.append(cost_of_direction(axis.error95_deg, deep, is_metric=planned.view.metric))
     if not placed:
         warnings.append(Finding("view.not-placed"))
-    return PlannedPicture(planned, along, tuple(warnings))
+    return PlannedPicture(planned, along_component, tuple(warnings))
 
 
-def _validity_findings(valid: str | None, verdict: str) -> list[Finding]:
-    if valid in (None, "yes"):
+def _validity_findings(valid_text: str | None, verdict: str) -> list[Finding]:
+    if valid_text in (None, "yes"):
         return []
-    if valid == "conditional":
+    if valid_text == "conditional":
         return [Finding("view.axis-conditional", verdict=verdict)]
     return [Finding("view.axis-not-valid", verdict=verdict)]
 
@@ -201,8 +201,8 @@ def _size_of(planned: OrthophotoPlan) -> tuple[float, float]:
 
 def _fold_view(fold: TableFold, planned: OrthophotoPlan) -> FoldView:
     deep, _ = _size_of(planned)
-    off = fold.beta.total95_deg
-    cost = cost_of_direction(off, deep, metric=planned.view.metric)
+    offset = fold.beta.total95_deg
+    cost = cost_of_direction(offset, deep, is_metric=planned.view.metric)
     return FoldView(
         fold.beta,
         fold.valid,

@@ -86,16 +86,18 @@ def write_sheet(
     """
     low, high = drawing.bounds
     scale = paper_scale(drawing.bounds)
-    wide, tall = (1000.0 * (high - low) / scale).tolist()
-    page = max(wide, _MIN_WIDTH_MM)
+    width, height = (1000.0 * (high - low) / scale).tolist()
+    page = max(width, _MIN_WIDTH_MM)
     words = _words(view, page)
     below = _WORDS_MM + _ROW_MM * len(words)
     key = Legend(entries_of(drawing.shapes) if legend else [], page, _FONT_PT)
-    size = (page + 2 * MARGIN_MM, tall + _TOP_MM + below + key.height_mm + 6.0)
-    x_left, y_bottom = 0.5 * (size[0] - wide), size[1] - _TOP_MM - tall
+    size = (page + 2 * MARGIN_MM, height + _TOP_MM + below + key.height_mm + 6.0)
+    x_left, y_bottom = 0.5 * (size[0] - width), size[1] - _TOP_MM - height
 
     def draw(figure: Figure) -> None:
-        ax = figure.add_axes((x_left / size[0], y_bottom / size[1], wide / size[0], tall / size[1]))
+        ax = figure.add_axes(
+            (x_left / size[0], y_bottom / size[1], width / size[0], height / size[1])
+        )
         ax.set_xlim(float(low[0]), float(high[0]))
         ax.set_ylim(float(low[1]), float(high[1]))
         # Keep the picture's own pixels on paper: nearest-neighbour resampling to the pixels of the
@@ -106,8 +108,8 @@ def write_sheet(
         page_axes.set_xlim(0.0, size[0])
         page_axes.set_ylim(0.0, size[1])
         page_axes.set_axis_off()
-        _draw_ends(page_axes, drawing, view, (x_left, y_bottom, wide, tall))
-        _draw_bar(page_axes, drawing, scale, (x_left, y_bottom, wide))
+        _draw_ends(page_axes, drawing, view, (x_left, y_bottom, width, height))
+        _draw_bar(page_axes, drawing, scale, (x_left, y_bottom, width))
         side = min(x_left, 0.5 * (size[0] - page))
         key.draw(page_axes, side, y_bottom - below)
         for k, line in enumerate(words):
@@ -177,17 +179,17 @@ def _draw_shapes(ax: Axes, shapes: Sequence[DrawingShape], scale: int) -> None:
                 zorder=1,
             )
         # A light line underneath makes the line visible on dark rock.
-        for width, color, above in ((2.2, "white", 1), (1.0, shape.color, 2)):
+        for width, color, z_order in ((2.2, "white", 1), (1.0, shape.color, 2)):
             for line in _lines_of(shape, scale):
-                lines.setdefault((color, width, above), []).append(line)
+                lines.setdefault((color, width, z_order), []).append(line)
     gap = np.full((1, 2), math.nan)
-    for (color, width, above), color_lines in lines.items():
+    for (color, width, z_order), color_lines in lines.items():
         x, y = np.concatenate([part for line in color_lines for part in (line, gap)][:-1]).T
         ax.plot(
-            x, y, color=color, linewidth=width * _LINE_PT, zorder=above, solid_joinstyle="round"
+            x, y, color=color, linewidth=width * _LINE_PT, zorder=z_order, solid_joinstyle="round"
         )
-    for color, places in dots.items():
-        x, y = np.concatenate(places).T
+    for color, positions in dots.items():
+        x, y = np.concatenate(positions).T
         ax.plot(x, y, "o", markersize=3.0, color=color, zorder=3)
 
 
@@ -207,20 +209,20 @@ def _draw_frame(ax: Axes, drawing: Drawing, scale: int, left: float) -> None:
     """
     low, high = drawing.bounds
     x_ticks = choose_ticks(float(low[0]), float(high[0]))
-    wide = LETTER_MM * _FONT_PT * (max((len(number_text(v)) for v in x_ticks), default=0) + 2)
-    ax.set_xticks(_thin_ticks(x_ticks, 0.001 * scale * wide))
-    above = choose_ticks(float(low[1]), float(high[1]))
-    upright = left_margin_mm(drawing.bounds, _PT_MM * _FONT_PT) > left
-    longest = max((len(number_text(v)) for v in above.tolist()), default=0)
-    tall = LETTER_MM * _FONT_PT * (longest + 2) if upright else _ROW_MM
-    if upright:
+    width = LETTER_MM * _FONT_PT * (max((len(number_text(v)) for v in x_ticks), default=0) + 2)
+    ax.set_xticks(_thin_ticks(x_ticks, 0.001 * scale * width))
+    y_ticks = choose_ticks(float(low[1]), float(high[1]))
+    is_upright = left_margin_mm(drawing.bounds, _PT_MM * _FONT_PT) > left
+    max_length = max((len(number_text(v)) for v in y_ticks.tolist()), default=0)
+    height = LETTER_MM * _FONT_PT * (max_length + 2) if is_upright else _ROW_MM
+    if is_upright:
         # Keep clear of the tick labels below the corner of the frame.
-        above = above[above >= float(low[1]) + 0.0005 * scale * tall]
-    ax.set_yticks(_thin_ticks(above, 0.001 * scale * tall))
+        y_ticks = y_ticks[y_ticks >= float(low[1]) + 0.0005 * scale * height]
+    ax.set_yticks(_thin_ticks(y_ticks, 0.001 * scale * height))
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_major_formatter(lambda value, _: number_text(value))
     ax.tick_params(labelsize=_FONT_PT, width=0.6, length=3.0, color=INK, labelcolor=INK)
-    if upright:
+    if is_upright:
         ax.tick_params(axis="y", labelrotation=90)
         for text in ax.get_yticklabels():
             text.set_verticalalignment("center")
@@ -243,14 +245,14 @@ def _draw_ends(
 ) -> None:
     """Draw the directions at both ends, clear of the arrow beside a narrow picture."""
     x_left, y_bottom, wide, tall = frame
-    above, middle = y_bottom + tall + 3.0, x_left + 0.5 * wide
+    above, centre = y_bottom + tall + 3.0, x_left + 0.5 * wide
     side = max(0.5 * wide, 12.0 + LETTER_MM * _FONT_PT * max(map(len, drawing.ends)))
     look: dict[str, Any] = {"fontsize": _FONT_PT + 1.0, "weight": "bold", "color": INK}
-    ax.text(middle - side, above, drawing.ends[0], ha="left", va="bottom", **look)
-    ax.text(middle + side, above, drawing.ends[1], ha="right", va="bottom", **look)
+    ax.text(centre - side, above, drawing.ends[0], ha="left", va="bottom", **look)
+    ax.text(centre + side, above, drawing.ends[1], ha="right", va="bottom", **look)
     arrow = {"arrowstyle": "-|>", "color": INK, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0}
-    ax.annotate("", (middle, above + 7.0), (middle, above - 0.5), arrowprops=arrow)
-    ax.text(middle + 2.0, above + 3.0, end_labels(view)[2], va="center", **look)
+    ax.annotate("", (centre, above + 7.0), (centre, above - 0.5), arrowprops=arrow)
+    ax.text(centre + 2.0, above + 3.0, end_labels(view)[2], va="center", **look)
 
 
 def _draw_bar(ax: Axes, drawing: Drawing, scale: int, place: tuple[float, float, float]) -> None:
@@ -259,19 +261,19 @@ def _draw_bar(ax: Axes, drawing: Drawing, scale: int, place: tuple[float, float,
     x_left, y_bottom, _ = place
     low, high = drawing.bounds
     length = round_length(0.25 * float(high[0] - low[0]))
-    wide, y = 1000.0 * length / scale, y_bottom - _BAR_MM
+    width, y = 1000.0 * length / scale, y_bottom - _BAR_MM
     for part, color in ((0.0, INK), (0.5, "white")):
         ax.add_patch(
             Rectangle(
-                (x_left + part * wide, y),
-                0.5 * wide,
+                (x_left + part * width, y),
+                0.5 * width,
                 1.3,
                 facecolor=color,
                 edgecolor=INK,
                 linewidth=0.6,
             )
         )
-    text = bar_text(length, metric=drawing.metric)
+    text = bar_text(length, is_metric=drawing.metric)
     if drawing.metric:
         text = tr("{length}, 1 : {scale}", length=text, scale=f"{scale:,}".replace(",", " "))
-    ax.text(x_left + wide + 2.0, y + 0.65, text, va="center", fontsize=_FONT_PT, color=INK)
+    ax.text(x_left + width + 2.0, y + 0.65, text, va="center", fontsize=_FONT_PT, color=INK)

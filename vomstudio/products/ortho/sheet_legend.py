@@ -47,8 +47,8 @@ class Legend:
         if self._remark:
             self._write(ax, left, top - (self._rows + 0.5) * _ROW_MM, self._remark)
 
-    def _write(self, ax: Axes, x: float, y: float, words: str) -> None:
-        ax.text(x, y, words, fontsize=self._font, color=INK, va="center", parse_math=False)
+    def _write(self, ax: Axes, x: float, y: float, text: str) -> None:
+        ax.text(x, y, text, fontsize=self._font, color=INK, va="center", parse_math=False)
 
 
 def _draw_glyphs(ax: Axes, entry: LegendEntry, x: float, y: float) -> None:
@@ -58,20 +58,29 @@ def _draw_glyphs(ax: Axes, entry: LegendEntry, x: float, y: float) -> None:
         name for name in ("line", "area", "place") if getattr(entry, name)
     ):
         x_left = x + position * (_GLYPH_MM + _GAP_MM)
-        middle, x_right = x_left + 0.5 * _GLYPH_MM, x_left + _GLYPH_MM
+        centre, x_right = x_left + 0.5 * _GLYPH_MM, x_left + _GLYPH_MM
         if form == "line":
             ax.plot([x_left, x_right], [y, y], color=entry.color, linewidth=1.2)
         elif form == "area":
-            at = (x_left, y - 1.6)
+            place_position = (x_left, y - 1.6)
             ax.add_patch(
-                Rectangle(at, _GLYPH_MM, 3.2, fill=False, edgecolor=entry.color, linewidth=1.0)
+                Rectangle(
+                    place_position, _GLYPH_MM, 3.2, fill=False, edgecolor=entry.color, linewidth=1.0
+                )
             )
             if entry.filled:
                 ax.add_patch(
-                    Rectangle(at, _GLYPH_MM, 3.2, facecolor=entry.color, alpha=0.5, linewidth=0.0)
+                    Rectangle(
+                        place_position,
+                        _GLYPH_MM,
+                        3.2,
+                        facecolor=entry.color,
+                        alpha=0.5,
+                        linewidth=0.0,
+                    )
                 )
         else:
-            ax.plot([middle], [y], "o", markersize=3.0, color=entry.color)
+            ax.plot([centre], [y], "o", markersize=3.0, color=entry.color)
             for line in entry.marks():
-                across, above = 0.45 * _GLYPH_MM * line.T
-                ax.plot(middle + across, y + above, color=entry.color, linewidth=0.9)
+                across_component, above = 0.45 * _GLYPH_MM * line.T
+                ax.plot(centre + across_component, y + above, color=entry.color, linewidth=0.9)

@@ -51,7 +51,7 @@ def picture_size(path: Path) -> tuple[int, int] | None:
         return None
 
 
-def load_pyramid(path: Path, coarser: int) -> Pyramid | None:
+def load_pyramid(path: Path, coarser_count: int) -> Pyramid | None:
     """Load the levels of an image from 1 / 2**coarser on; return None if unreadable."""
     try:
         with open_picture(path) as picture:
@@ -59,9 +59,9 @@ def load_pyramid(path: Path, coarser: int) -> Pyramid | None:
     except (InputError, OSError, ValueError, SyntaxError):
         return None
     del picture
-    size = (image.width / 2**coarser, image.height / 2**coarser)
-    if coarser:
-        image = image.reduce(2**coarser)
+    size = (image.width / 2**coarser_count, image.height / 2**coarser_count)
+    if coarser_count:
+        image = image.reduce(2**coarser_count)
     # If a side is odd, the last texel is averaged from the existing ones. Texel i of a level always
     # covers texels 2i and 2i + 1 of the previous level.
     sizes = [image.size]
@@ -80,9 +80,9 @@ def load_pyramid(path: Path, coarser: int) -> Pyramid | None:
 class TextureStore:
     """Thread-safe cache of pyramids by path."""
 
-    def __init__(self, coarser: dict[Path, int]) -> None:
+    def __init__(self, coarser_items: dict[Path, int]) -> None:
         """Store, for each path, the number of finest levels that no pixel requires."""
-        self._coarser = coarser
+        self._coarser = coarser_items
         self._cache: OrderedDict[Path, Pyramid | None] = OrderedDict()
         self._lock = threading.Lock()
         self.unreadable: set[Path] = set()

@@ -41,8 +41,8 @@ class Grid:
         """
         lowest, highest = (np.asarray(corner, np.float64)[:2] for corner in (low, high))
         width, height = (max(1, math.ceil(v / gsd - 1e-6)) for v in (highest - lowest).tolist())
-        middle = lowest + (highest - lowest) / 2
-        x_left, y_top = (middle - np.array([width, height]) * gsd / 2).tolist()
+        centre = lowest + (highest - lowest) / 2
+        x_left, y_top = (centre - np.array([width, height]) * gsd / 2).tolist()
         return cls(x_left, y_top, gsd, width, height)
 
     @property

@@ -90,15 +90,15 @@ class DrawingShape:
     is_annotation: bool = False
     legend: str = ""
 
-    def marks(self, reach: float) -> list[FloatArray]:
-        """Return the polylines (k, 2) of the symbol of a plane; `reach` is half its length."""
+    def marks(self, max_distance: float) -> list[FloatArray]:
+        """Return the polylines (k, 2) of a plane symbol; `max_distance` is half its length."""
         if self.symbol:
-            return [self.points[0] + reach * line for line in self.symbol]
+            return [self.points[0] + max_distance * line for line in self.symbol]
         if self.dip_deg is None or len(self.points) > 1:
             return []
         a = math.radians(self.dip_deg)
-        across = reach * np.array([math.cos(a), -math.sin(a)])
-        return [np.stack([self.points[0] - across, self.points[0] + across])]
+        across_component = max_distance * np.array([math.cos(a), -math.sin(a)])
+        return [np.stack([self.points[0] - across_component, self.points[0] + across_component])]
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,21 +142,21 @@ class Drawing:
         return entries_of([shape for shape in self.shapes if not shape.is_annotation])
 
 
-def shape_of(flat: ProjectedItem) -> DrawingShape:
+def shape_of(projected_item: ProjectedItem) -> DrawingShape:
     """Convert a projected item to a shape.
 
     A plane is labelled with its name and its apparent dip or, on a map, its true dip. A line is
     labelled like its plane.
     """
-    item, dip = flat.item, flat.apparent_dip_deg
-    written = item.dip_deg if flat.symbol else dip
+    item, dip = projected_item.item, projected_item.apparent_dip_deg
+    written = item.dip_deg if projected_item.symbol else dip
     label = item.symbol_label or (item.name if item.form == "point" else "")
     if item.normal is not None and written is not None:
         label = f"{item.name} {abs(written):.0f}°" if item.name else f"{abs(written):.0f}°"
-    turned = {"overturned": 1} if flat.symbol and item.overturned else {}
+    turned = {"overturned": 1} if projected_item.symbol and item.overturned else {}
     return DrawingShape(
         item.layer,
-        flat.points,
+        projected_item.points,
         item.color,
         item.form == "ring",
         label,
@@ -170,19 +170,19 @@ def shape_of(flat: ProjectedItem) -> DrawingShape:
             "dip_direction_deg": item.dip_direction_deg,
             "dip_deg": item.dip_deg,
             "apparent_dip_deg": dip,
-            "away_m": float(flat.away.mean()),
+            "away_m": float(projected_item.away.mean()),
             **turned,
         },
-        flat.symbol,
+        projected_item.symbol,
     )
 
 
 def paper_scale(bounds: FloatArray) -> int:
     """Return the scale denominator, which is 1, 2, 2.5 or 5 times a power of ten."""
-    longest = max(float((bounds[1] - bounds[0]).max()), 1e-6)
-    least = longest * 1000 / MAX_SIDE_MM
-    power = 10.0 ** math.floor(math.log10(least))
-    scale = next(power * k for k in (1, 2, 2.5, 5, 10) if power * k >= least * (1 - 1e-9))
+    max_length = max(float((bounds[1] - bounds[0]).max()), 1e-6)
+    least_values = max_length * 1000 / MAX_SIDE_MM
+    power = 10.0 ** math.floor(math.log10(least_values))
+    scale = next(power * k for k in (1, 2, 2.5, 5, 10) if power * k >= least_values * (1 - 1e-9))
     return max(1, round(scale))
 
 
@@ -201,12 +201,12 @@ def number_text(value: float) -> str:
 def left_margin_mm(bounds: FloatArray, text_mm: float) -> float:
     """Return the width of the margin for tick labels and axis label at text size `text_mm`."""
     ticks = choose_ticks(float(bounds[0, 1]), float(bounds[1, 1]))
-    longest = max((len(number_text(value)) for value in ticks.tolist()), default=0)
-    return max(MARGIN_MM, 0.68 * text_mm * longest + 7.5)
+    max_length = max((len(number_text(value)) for value in ticks.tolist()), default=0)
+    return max(MARGIN_MM, 0.68 * text_mm * max_length + 7.5)
 
 
-def _escaped(words: str) -> str:
-    return html.escape(replace_control_characters(words))
+def _escaped(text: str) -> str:
+    return html.escape(replace_control_characters(text))
 
 
 def svg_text(drawing: Drawing) -> str:
@@ -270,7 +270,7 @@ def _svg_shape(shape: DrawingShape, mm: float, ids: set[str]) -> str:
             for line in shape.marks(DIP_TICK_MM / mm)
         ]
         return "".join(parts)
-    at = _svg_points(shape.points)
+    position = _svg_points(shape.points)
     values = {
         "id": shape.values.get("id"),
         "data-kind": shape.values.get("kind"),
@@ -280,12 +280,12 @@ def _svg_shape(shape: DrawingShape, mm: float, ids: set[str]) -> str:
         del values["id"]
     else:
         ids.add(str(values["id"]))
-    words = "".join(f' {key}="{_escaped(str(value))}"' for key, value in values.items() if value)
+    text = "".join(f' {key}="{_escaped(str(value))}"' for key, value in values.items() if value)
     form = "polygon" if shape.closed else "polyline"
     look = f'stroke="{shape.color}"'
     if shape.filled:
         look = f'stroke="{_EDGE}" fill="{shape.color}" fill-opacity="0.5"'
-    return f'<{form}{words} points="{at}" {look}><title>{title}</title></{form}>'
+    return f'<{form}{text} points="{position}" {look}><title>{title}</title></{form}>'
 
 
 def _svg_points(points: FloatArray) -> str:
@@ -336,42 +336,44 @@ def place_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedL
         Letter height on paper.
     """
     mm = 0.001 * scale
-    tall, gap = 1.25 * text_mm * mm, 1.2 * mm
-    places = [s.points for s in drawing.shapes if len(s.points) == 1]
+    height, gap = 1.25 * text_mm * mm, 1.2 * mm
+    positions = [s.points for s in drawing.shapes if len(s.points) == 1]
     # Also avoid the end of the tick of a symbol, which shows the direction of dip.
-    places += [line[-1:] for s in drawing.shapes if s.symbol for line in s.marks(DIP_TICK_MM * mm)]
-    dots = np.concatenate([np.empty((0, 2)), *places])
+    positions += [
+        line[-1:] for s in drawing.shapes if s.symbol for line in s.marks(DIP_TICK_MM * mm)
+    ]
+    dots = np.concatenate([np.empty((0, 2)), *positions])
     bars = [line for s in drawing.shapes for line in s.marks(DIP_TICK_MM * mm)]
     lines = [s.points for s in drawing.shapes if len(s.points) > 1 and not s.filled]
-    symbols, strokes = (_Coverage(each, drawing.bounds, 0.25 * tall) for each in (bars, lines))
-    occupied: list[LabelBox] = []
+    symbols, strokes = (_Coverage(item, drawing.bounds, 0.25 * height) for item in (bars, lines))
+    occupied_items: list[LabelBox] = []
     labels = []
     for shape in drawing.shapes:
         if not shape.label:
             continue
-        place = shape.points[len(shape.points) // 2]
-        x, y = (_label_position_inside(shape.points) if shape.filled else place).tolist()
-        wide = _LETTER_WIDTH * text_mm * mm * (len(shape.label) + 1)
+        position = shape.points[len(shape.points) // 2]
+        x, y = (_label_position_inside(shape.points) if shape.filled else position).tolist()
+        width = _LETTER_WIDTH * text_mm * mm * (len(shape.label) + 1)
         spots = [
-            (row, right, (left, above, left + wide, above + tall))
+            (row, right, (left, above, left + width, above + height))
             for row in (0.0, -1.0, 1.0, -2.0, 2.0, -3.0)
-            for above in (y + gap + row * tall if row >= 0 else y - gap + row * tall,)
-            for right, left in ((False, x + gap), (True, x - gap - wide))
+            for above in (y + gap + row * height if row >= 0 else y - gap + row * height,)
+            for right, left in ((False, x + gap), (True, x - gap - width))
         ]
-        free = [spot for spot in spots if _is_free(spot[2], drawing.bounds, occupied)]
-        if free:
+        free_spots = [spot for spot in spots if _is_free(spot[2], drawing.bounds, occupied_items)]
+        if free_spots:
             row, right, box = min(
-                free,
+                free_spots,
                 key=lambda s: (
                     _covers(s[2], dots) > 0,
                     2 * symbols.count(s[2]) + strokes.count(s[2]),
                 ),
             )
             apart = _LABEL_GAP_MM * mm
-            occupied.append((box[0] - apart, box[1] - apart, box[2] + apart, box[3] + apart))
-            middle = 0.5 * (box[1] + box[3])
+            occupied_items.append((box[0] - apart, box[1] - apart, box[2] + apart, box[3] + apart))
+            centre = 0.5 * (box[1] + box[3])
             end = box[2] if right else box[0]
-            labels.append(PlacedLabel(shape, end, middle, right, row not in (0.0, -1.0), (x, y)))
+            labels.append(PlacedLabel(shape, end, centre, right, row not in (0.0, -1.0), (x, y)))
     return labels
 
 
@@ -384,10 +386,10 @@ class _Coverage:
         cells = np.clip(np.ceil((high - low) / step).astype(int), 1, _MAX_CELLS)
         self._step = (high - low) / cells
         points = np.concatenate([np.empty((0, 2)), *(_along(line, step) for line in lines)])
-        at = np.floor((points - low) / self._step).astype(int)
-        at = at[((at >= 0) & (at < cells)).all(axis=1)]
+        position = np.floor((points - low) / self._step).astype(int)
+        position = position[((position >= 0) & (position < cells)).all(axis=1)]
         counts = np.zeros(cells + 1, np.int64)
-        np.add.at(counts, (at[:, 0] + 1, at[:, 1] + 1), 1)
+        np.add.at(counts, (position[:, 0] + 1, position[:, 1] + 1), 1)
         self._sums = counts.cumsum(axis=0).cumsum(axis=1)
 
     def count(self, box: LabelBox) -> int:
@@ -399,10 +401,10 @@ class _Coverage:
         return int(sums[x1, y1] - sums[x0, y1] - sums[x1, y0] + sums[x0, y0])
 
 
-def _is_free(box: LabelBox, bounds: FloatArray, occupied: list[LabelBox]) -> bool:
+def _is_free(box: LabelBox, bounds: FloatArray, occupied_label_boxes: list[LabelBox]) -> bool:
     (x_min, y_min), (x_max, y_max) = bounds.tolist()
-    within = box[0] >= x_min and box[2] <= x_max and box[1] >= y_min and box[3] <= y_max
-    return within and not any(_meet(box, other) for other in occupied)
+    is_within = box[0] >= x_min and box[2] <= x_max and box[1] >= y_min and box[3] <= y_max
+    return is_within and not any(_meet(box, other) for other in occupied_label_boxes)
 
 
 def _covers(box: LabelBox, dots: FloatArray) -> int:
@@ -437,12 +439,14 @@ def _labels(drawing: Drawing, matrix: tuple[float, float, float, float], scale: 
                 f'stroke="{label.shape.color}" stroke-width="0.15"/>'
             )
         anchor = ' text-anchor="end"' if label.right else ""
-        at = f'x="{x:.3f}" y="{y + 0.35 * _LABEL_MM:.3f}" font-size="{_LABEL_MM}"{anchor}'
+        position_attributes = (
+            f'x="{x:.3f}" y="{y + 0.35 * _LABEL_MM:.3f}" font-size="{_LABEL_MM}"{anchor}'
+        )
         words = _escaped(label.shape.label)
         # Draw a separate halo, because not all programs support paint-order.
         halo = 'fill="white" stroke="white" stroke-width="0.6" stroke-linejoin="round"'
-        elements.append(f"<text {at} {halo}>{words}</text>")
-        elements.append(f'<text {at} fill="{label.color}">{words}</text>')
+        elements.append(f"<text {position_attributes} {halo}>{words}</text>")
+        elements.append(f'<text {position_attributes} fill="{label.color}">{words}</text>')
     return [*elements, "</g>"]
 
 
@@ -450,8 +454,8 @@ def _label_position_inside(ring: FloatArray) -> FloatArray:
     """Return a position (2,) inside an area for its label."""
     import shapely
 
-    place = shapely.make_valid(shapely.Polygon(ring)).representative_point()
-    return np.array([place.x, place.y])
+    position = shapely.make_valid(shapely.Polygon(ring)).representative_point()
+    return np.array([position.x, position.y])
 
 
 def _frame(
@@ -470,10 +474,10 @@ def _frame(
         f'<rect {box} fill="none"/>',
     ]
 
-    def text(x: float, y: float, words: str, anchor: str, attributes: str = "") -> None:
+    def text(x: float, y: float, text: str, anchor: str, attributes: str = "") -> None:
         out.append(
             f'<text x="{x:.3f}" y="{y:.3f}" text-anchor="{anchor}" stroke="none" {attributes}>'
-            f"{_escaped(words)}</text>"
+            f"{_escaped(text)}</text>"
         )
 
     bottom = y_top + height
@@ -481,9 +485,9 @@ def _frame(
         x = value * sx + tx
         out.append(f'<line x1="{x:.3f}" y1="{bottom:.3f}" x2="{x:.3f}" y2="{bottom + 1.5:.3f}"/>')
         text(x, bottom + 5, number_text(value), "middle")
-    longest = 0.0
+    max_length = 0.0
     for value in choose_ticks(float(low[1]), float(high[1])):
-        longest = max(longest, _LETTER_WIDTH * _TEXT_MM * len(number_text(value)))
+        max_length = max(max_length, _LETTER_WIDTH * _TEXT_MM * len(number_text(value)))
         y = -value * sy + ty
         out.append(f'<line x1="{x_left - 1.5:.3f}" y1="{y:.3f}" x2="{x_left:.3f}" y2="{y:.3f}"/>')
         text(x_left - 2.2, y + 1.1, number_text(value), "end")
@@ -494,7 +498,7 @@ def _frame(
     text(x_left - beyond, y_top - 3, drawing.ends[0], "start", bold)
     text(x_left + max(width + beyond, letters - beyond), y_top - 3, drawing.ends[1], "end", bold)
     text(x_left + width / 2, bottom + 9.5, drawing.axes[0], "middle")
-    x = max(x_left - longest - 4.5, _TEXT_MM)
+    x = max(x_left - max_length - 4.5, _TEXT_MM)
     text(
         x,
         y_top + height / 2,
@@ -505,7 +509,7 @@ def _frame(
     length = round_length(0.25 * float(high[0] - low[0]))
     y = bottom + 14
     out.append(f'<rect x="{x_left:.3f}" y="{y:.3f}" width="{length * sx:.3f}" height="1.2"/>')
-    bar = bar_text(length, metric=drawing.metric)
+    bar = bar_text(length, is_metric=drawing.metric)
     text(
         x_left + length * sx + 2, y + 1.6, f"{bar}, 1 : {scale:,}".replace(",000", " 000"), "start"
     )
@@ -601,7 +605,7 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
     bounds = np.column_stack([drawing.bounds, np.zeros(2)])
     with open(part, "w", encoding="ascii", newline="\r\n") as file:
         title = comment or " - ".join(drawing.ends)
-        out = dxf.DxfWriter(file, colors, bounds, title, metric=drawing.metric)
+        out = dxf.DxfWriter(file, colors, bounds, title, is_metric=drawing.metric)
         for shape in drawing.shapes:
             points = np.column_stack([shape.points, np.zeros(len(shape.points))])
             values = {**shape.values, "label": shape.label}
@@ -613,11 +617,11 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
                 out.polyline(points, names[shape.layer], values, shape.closed)
         for shape in drawing.shapes:
             for line in shape.marks(0.001 * scale * DIP_TICK_MM):
-                flat = np.column_stack([line, np.zeros(len(line))])
-                out.line(flat, names[symbol_layers[shape.layer]])
-        for shape, place in _text_places(drawing, scale):
+                flat_values = np.column_stack([line, np.zeros(len(line))])
+                out.line(flat_values, names[symbol_layers[shape.layer]])
+        for shape, position in _text_places(drawing, scale):
             out.text(
-                place, shape.label, 0.001 * scale * _LABEL_MM, names[symbol_layers[shape.layer]]
+                position, shape.label, 0.001 * scale * _LABEL_MM, names[symbol_layers[shape.layer]]
             )
         out.close()
 
@@ -627,26 +631,26 @@ def _text_places(drawing: Drawing, scale: float) -> list[tuple[DrawingShape, Flo
 
     Texts without a free position overlap others, since a CAD drawing can be enlarged.
     """
-    tall = 0.001 * scale * _LABEL_MM
+    height = 0.001 * scale * _LABEL_MM
     placed = {id(label.shape): label for label in place_labels(drawing, scale, _LABEL_MM)}
-    places = []
+    positions = []
     for shape in drawing.shapes:
         if not shape.label:
             continue
-        half = 0.5 * _LETTER_WIDTH * tall * len(shape.label)
+        half = 0.5 * _LETTER_WIDTH * height * len(shape.label)
         label = placed.get(id(shape))
         if label is None:
-            middle = shape.points[len(shape.points) // 2] + np.array([half + tall, 0.0])
+            centre = shape.points[len(shape.points) // 2] + np.array([half + height, 0.0])
         else:
-            middle = np.array([label.x - half if label.right else label.x + half, label.y])
-        places.append((shape, np.append(middle, 0.0)))
-    return places
+            centre = np.array([label.x - half if label.right else label.x + half, label.y])
+        positions.append((shape, np.append(centre, 0.0)))
+    return positions
 
 
-def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described: str) -> None:
+def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described_text: str) -> None:
     """Write a GeoPackage with one table per layer and geometry type, and the map symbols.
 
-    `described` is the description of every layer.
+    `described_text` is the description of every layer.
 
     Raises
     ------
@@ -671,20 +675,22 @@ def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described: str) ->
                 columns[name] = np.array([math.nan if v is None else v for v in values], float)
             else:
                 columns[name] = np.array([v or "" for v in values], object)
-        write_layer(part, layer, kind, geometry, columns, crs, described=described, append=append)
+        write_layer(
+            part, layer, kind, geometry, columns, crs, described_text=described_text, append=append
+        )
         append = True
-        mapped = [shape for shape in shapes if shape.symbol]
-        if not mapped:
+        mapped_shapes = [shape for shape in shapes if shape.symbol]
+        if not mapped_shapes:
             continue
-        reach = 0.001 * paper_scale(drawing.bounds) * DIP_TICK_MM
-        symbols = np.empty(len(mapped), object)
-        for k, shape in enumerate(mapped):
+        max_distance = 0.001 * paper_scale(drawing.bounds) * DIP_TICK_MM
+        symbols = np.empty(len(mapped_shapes), object)
+        for k, shape in enumerate(mapped_shapes):
             symbols[k] = shapely.multilinestrings(
-                [shapely.linestrings(line) for line in shape.marks(reach)]
+                [shapely.linestrings(line) for line in shape.marks(max_distance)]
             )
         texts = {
-            "id": np.array([str(shape.values.get("id", "")) for shape in mapped], object),
-            "label": np.array([shape.label for shape in mapped], object),
+            "id": np.array([str(shape.values.get("id", "")) for shape in mapped_shapes], object),
+            "label": np.array([shape.label for shape in mapped_shapes], object),
         }
         write_layer(
             part,
@@ -693,6 +699,6 @@ def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described: str) ->
             symbols,
             texts,
             crs,
-            described=described,
+            described_text=described_text,
             append=True,
         )

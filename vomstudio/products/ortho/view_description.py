@@ -14,13 +14,13 @@ from vomstudio.products.ortho.view_directions import AS_GIVEN, ViewDirection
 def end_labels(view: ViewDirection) -> tuple[str, str, str]:
     """Return the labels for the left end, the right end, and the upward arrow."""
     azimuth = _right_azimuth(view)
-    steep = abs(view.plunge_deg) >= STEEP_DEG
+    is_steep = abs(view.plunge_deg) >= STEEP_DEG
     if not view.north_known:
         left_text, right_text = (
             tr("{azimuth:03d}, local", azimuth=round(a) % 360) for a in (azimuth + 180.0, azimuth)
         )
-        return left_text, right_text, "y" if steep else tr("up")
-    return format_wind(azimuth + 180.0), format_wind(azimuth), "N" if steep else tr("up")
+        return left_text, right_text, "y" if is_steep else tr("up")
+    return format_wind(azimuth + 180.0), format_wind(azimuth), "N" if is_steep else tr("up")
 
 
 def _right_azimuth(view: ViewDirection) -> float:
@@ -40,14 +40,14 @@ def axis_labels(view: ViewDirection, unit: str) -> tuple[str, str]:
     -------
     (str, str)
     """
-    across = tr("distance ({unit})", unit=unit)
+    neighbour_faces = tr("distance ({unit})", unit=unit)
     up = tr("distance up ({unit})", unit=unit)
     if view.north_known:
         wind = format_wind(_right_azimuth(view)).partition(" ")[0]
-        across = tr("distance toward {direction} ({unit})", direction=wind, unit=unit)
+        neighbour_faces = tr("distance toward {direction} ({unit})", direction=wind, unit=unit)
     if view.frame.is_vertical:
-        up = tr("distance toward N ({unit})", unit=unit) if view.north_known else across
-    return across, up
+        up = tr("distance toward N ({unit})", unit=unit) if view.north_known else neighbour_faces
+    return neighbour_faces, up
 
 
 def direction_text(view: ViewDirection) -> str:

@@ -115,17 +115,19 @@ def view_along_axis(
     down = lines_to_vectors(trend_deg, plunge_deg)
     if plunge_deg < 0:
         down = -down
-    away, is_estimated = _facing_away(data, ViewFrame.looking(down), to_world)
-    if math.isnan(away):
+    distances, is_estimated = _facing_away(data, ViewFrame.looking(down), to_world)
+    if math.isnan(distances):
         return _along(down, DOWN_PLUNGE, Finding("view.down-plunge-unseen"))
-    if away > 0.5:
+    if distances > 0.5:
         code = "view.up-plunge-estimated" if is_estimated else "view.up-plunge"
-        return _along(-down, UP_PLUNGE, Finding(code, share_percent=100 * away))
+        return _along(-down, UP_PLUNGE, Finding(code, share_percent=100 * distances))
     code = "view.down-plunge-estimated" if is_estimated else "view.down-plunge"
-    return _along(down, DOWN_PLUNGE, Finding(code, share_percent=100 * (1 - away)))
+    return _along(down, DOWN_PLUNGE, Finding(code, share_percent=100 * (1 - distances)))
 
 
-def cost_of_direction(error_deg: float | None, depth_m: float, *, metric: bool = True) -> Finding:
+def cost_of_direction(
+    error_deg: float | None, depth_m: float, *, is_metric: bool = True
+) -> Finding:
     """Return the effect of a direction error on a picture of the given depth.
 
     According to CONVENTIONS, an error d multiplies lengths in the direction of tilt by cos d, and
@@ -133,23 +135,23 @@ def cost_of_direction(error_deg: float | None, depth_m: float, *, metric: bool =
     direction; if None, 5 degrees are assumed.
     """
     if error_deg is None:
-        return _cost("view.axis-error-unknown", 5.0, depth_m, metric)
-    return _cost("view.axis-error", error_deg, depth_m, metric)
+        return _cost("view.axis-error-unknown", 5.0, depth_m, is_metric)
+    return _cost("view.axis-error", error_deg, depth_m, is_metric)
 
 
-def cost_of_deviation(deviation_deg: float, depth_m: float, *, metric: bool = True) -> Finding:
+def cost_of_deviation(deviation_deg: float, depth_m: float, *, is_metric: bool = True) -> Finding:
     """Return the effect of a known deviation from the correct direction."""
-    return _cost("view.off-axis-cost", deviation_deg, depth_m, metric)
+    return _cost("view.off-axis-cost", deviation_deg, depth_m, is_metric)
 
 
-def _cost(code: str, error_deg: float, depth_m: float, metric: bool) -> Finding:
+def _cost(code: str, error_deg: float, depth_m: float, is_metric: bool) -> Finding:
     return Finding(
         code,
         error_deg=error_deg,
         share_percent=100 * (1 - math.cos(math.radians(error_deg))),
         displacement=depth_m * math.sin(math.radians(error_deg)),
         depth=depth_m,
-        unit="m" if metric else tr("units"),
+        unit="m" if is_metric else tr("units"),
     )
 
 
@@ -166,10 +168,10 @@ def is_costly(error_deg: float | None, depth_m: float, across_m: float) -> bool:
     """
     if error_deg is None:
         return True
-    off = math.radians(error_deg)
+    distance = math.radians(error_deg)
     return (
-        1.0 - math.cos(off) > MAX_NEGLIGIBLE_SHARE
-        or depth_m * math.sin(off) > MAX_NEGLIGIBLE_SHARE * across_m
+        1.0 - math.cos(distance) > MAX_NEGLIGIBLE_SHARE
+        or depth_m * math.sin(distance) > MAX_NEGLIGIBLE_SHARE * across_m
     )
 
 
@@ -197,5 +199,5 @@ def _facing_away(
 
 
 def _along(direction: FloatArray, sense: str, reason: Finding) -> ViewDirection:
-    trend, plunge, _ = vectors_to_lines(direction, directed=True)
+    trend, plunge, _ = vectors_to_lines(direction, is_directed=True)
     return ViewDirection(float(trend[0]), float(plunge[0]), sense, reason)

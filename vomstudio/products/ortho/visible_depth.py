@@ -68,12 +68,12 @@ def _cloud_depths(
     width, height = size
     grid = Grid(0.0, 0.0, gsd, width, height)
     source = CloudSource(cloud, view, grid, spacing)
-    at = np.clip(np.floor(pixels).astype(np.int64), 0, [width - 1, height - 1])
-    inside = ((pixels >= -1.0) & (pixels <= np.array(size) + 1.0)).all(axis=1)
+    position = np.clip(np.floor(pixels).astype(np.int64), 0, [width - 1, height - 1])
+    is_inside = ((pixels >= -1.0) & (pixels <= np.array(size) + 1.0)).all(axis=1)
     depths = np.full(len(pixels), np.nan)
-    number = at[:, 1] // TILE * grid.columns + at[:, 0] // TILE
+    number = position[:, 1] // TILE * grid.columns + position[:, 0] // TILE
     for tile in grid.tiles():
-        rows = np.flatnonzero(inside & (number == tile.number))
+        rows = np.flatnonzero(is_inside & (number == tile.number))
         if len(rows):
             depth = source.draw(tile).depth.astype(np.float64)
             place = pixels[rows] - [tile.column, tile.row]
@@ -81,23 +81,23 @@ def _cloud_depths(
     return depths
 
 
-def _between(depth: FloatArray, place: FloatArray, limit: float) -> FloatArray:
+def _between(depth: FloatArray, position: FloatArray, limit: float) -> FloatArray:
     """Interpolate depths between pixel centres on the same surface as the pixel itself."""
     height, width = depth.shape
     last = np.array([width - 1, height - 1])
-    pixel = np.clip(np.floor(place).astype(np.int64), 0, last)
+    pixel = np.clip(np.floor(position).astype(np.int64), 0, last)
     own_depth = depth[pixel[:, 1], pixel[:, 0]]
-    corner = np.floor(place - 0.5).astype(np.int64)
-    share = place - 0.5 - corner
-    total, weight = np.zeros(len(place)), np.zeros(len(place))
+    corner = np.floor(position - 0.5).astype(np.int64)
+    fraction = position - 0.5 - corner
+    total, weight = np.zeros(len(position)), np.zeros(len(position))
     for dx in (0, 1):
         for dy in (0, 1):
-            at = np.clip(corner + [dx, dy], 0, last)
-            value = depth[at[:, 1], at[:, 0]]
-            part = (share[:, 0] if dx else 1 - share[:, 0]) * (
-                share[:, 1] if dy else 1 - share[:, 1]
+            place_position = np.clip(corner + [dx, dy], 0, last)
+            value = depth[place_position[:, 1], place_position[:, 0]]
+            part = (fraction[:, 0] if dx else 1 - fraction[:, 0]) * (
+                fraction[:, 1] if dy else 1 - fraction[:, 1]
             )
-            same = np.abs(value - own_depth) <= limit
-            total += np.where(same, part * value, 0.0)
-            weight += np.where(same, part, 0.0)
+            is_same = np.abs(value - own_depth) <= limit
+            total += np.where(is_same, part * value, 0.0)
+            weight += np.where(is_same, part, 0.0)
     return np.where(weight > 0, total / np.where(weight > 0, weight, 1.0), own_depth)

@@ -82,10 +82,10 @@ def draw_field_sheet(plan: SurveyPlan, *, pictures_only: bool = False) -> Figure
     reminders = _FOOT + sum(_LINE * len(parts) + _PARAGRAPH for parts in lines)
     bottom, top = (0.08, 0.94) if pictures_only else (reminders + 0.045, 0.785)
     # Leave half an inch between the drawings for the tick labels of the upper one.
-    tall = (top - bottom - 0.5 / height) / 2
-    for low, above in ((top - tall, False), (bottom, True)):
+    total_height = (top - bottom - 0.5 / height) / 2
+    for low, above in ((top - total_height, False), (bottom, True)):
         # Printers leave a margin of about 5 mm.
-        _draw(figure.add_axes((0.11, low, 0.85, tall)), plan, is_plan_view=above)
+        _draw(figure.add_axes((0.11, low, 0.85, total_height)), plan, is_plan_view=above)
     if not pictures_only:
         _text(figure, tr(TITLE), 0.965, 15.0, weight="bold")
         for i, (name, value) in enumerate(figures(plan)):
@@ -136,8 +136,8 @@ def _draw(axes: Axes, plan: SurveyPlan, *, is_plan_view: bool) -> None:
             "linestyle": "none",
         }
         for point in plan.control_points:
-            filled = "full" if point.use == "control" else "none"
-            axes.plot([point.along_m], [point.up_m], fillstyle=filled, **square)
+            filled_text = "full" if point.use == "control" else "none"
+            axes.plot([point.along_m], [point.up_m], fillstyle=filled_text, **square)
             axes.annotate(
                 point.label,
                 (point.along_m, point.up_m),
@@ -165,18 +165,19 @@ def _draw(axes: Axes, plan: SurveyPlan, *, is_plan_view: bool) -> None:
             fontsize=7.0, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False
         )
     axes.set_aspect("equal", adjustable="datalim")
-    flat = plan.manner == "terrain"
+    is_flat = plan.manner == "terrain"
     if is_plan_view:
         axes.set_ylabel(
             tr("above the ground, m\n(from the side)")
-            if flat
+            if is_flat
             else tr("away from the rock, m\n(from above)"),
             fontsize=8.0,
         )
         axes.set_xlabel(tr("along the outcrop from its left end, m"), fontsize=8.0)
     else:
         axes.set_ylabel(
-            tr("across, m\n(from above)") if flat else tr("up, m\n(from the front)"), fontsize=8.0
+            tr("across, m\n(from above)") if is_flat else tr("up, m\n(from the front)"),
+            fontsize=8.0,
         )
     axes.tick_params(labelsize=7.0)
     axes.margins(0.04)
@@ -187,7 +188,7 @@ def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
     near, far = plan.depth_of_field_m
     camera = plan.camera
     width, height = plan.footprint_m
-    along, up = plan.spacing_m
+    along_component, up = plan.spacing_m
     return [
         (tr("Camera"), f"{camera.name[:30]}, {camera.width_px} x {camera.height_px}"),
         (tr("Lens"), tr("{focal:g} mm (do not zoom)", focal=camera.focal_mm)),
@@ -201,7 +202,7 @@ def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
         (tr("Footprint"), tr("{width:.3g} x {height:.3g} m", width=width, height=height)),
         (
             tr("Spacing"),
-            tr("{along:.3g} m along, {up:.3g} m up", along=along, up=up),
+            tr("{along:.3g} m along, {up:.3g} m up", along=along_component, up=up),
         ),
         (tr("Overlap"), f"{100 * plan.overlap:.0f} %"),
         (
@@ -230,11 +231,11 @@ def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
         *(
             (
                 tr("Rotation error, GPS")
-                if each.by == "receiver"
+                if registration.by == "receiver"
                 else tr("Rotation error, control"),
-                forecast_in_short(each),
+                forecast_in_short(registration),
             )
-            for each in plan.registration
+            for registration in plan.registration
         ),
     ]
 
@@ -284,7 +285,7 @@ def _html(plan: SurveyPlan) -> str:
         for name, value in figures(plan)
     )
     reminders = "".join(f"<li>{html.escape(line.lstrip('-! '))}</li>" for line in _reminders(plan))
-    places = _rows(
+    positions = _rows(
         (
             tr("photo"),
             tr("kind"),
@@ -322,18 +323,18 @@ def _html(plan: SurveyPlan) -> str:
         "border-bottom:1px solid #ddd}svg{width:100%;height:auto}</style></head><body>"
         f"<h1>{html.escape(tr(TITLE))}</h1><table>{rows}</table>{svg}"
         f"<ul>{reminders}</ul><h2>{html.escape(tr('Control points'))}</h2>{points}"
-        f"<h2>{html.escape(tr('Positions'))}</h2>{places}</body></html>\n"
+        f"<h2>{html.escape(tr('Positions'))}</h2>{positions}</body></html>\n"
     )
 
 
 def _rows(headings: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
-    head = "".join(f"<th>{h}</th>" for h in headings)
+    heading = "".join(f"<th>{h}</th>" for h in headings)
     body = "".join("<tr>" + "".join(f"<td>{c}</td>" for c in row) + "</tr>" for row in rows)
-    return f"<table><tr>{head}</tr>{body}</table>"
+    return f"<table><tr>{heading}</tr>{body}</table>"
 
 
-def _text(figure: Figure, words: str, y: float, size: float, **options: Any) -> None:
-    figure.text(0.07, y, words, fontsize=size, color=INK, va="top", **options)
+def _text(figure: Figure, text: str, y: float, size: float, **options: Any) -> None:
+    figure.text(0.07, y, text, fontsize=size, color=INK, va="top", **options)
 
 
 def _wrapped(text: str, width: int) -> list[str]:

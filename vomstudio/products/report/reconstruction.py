@@ -127,10 +127,10 @@ def _number(value: float | None, digits: int, unit: str = "") -> str:
 
 def _photos(result: Mapping[str, Any]) -> str:
     placed = [row for row in result["photo_rows"] if row["placed"]]
-    typical = float(np.median([row["error_px"] for row in placed])) if placed else 0.0
+    typical_value = float(np.median([row["error_px"] for row in placed])) if placed else 0.0
     rows = []
     for row in result["photo_rows"]:
-        poor = not row["placed"] or row["error_px"] > 2.0 * typical
+        poor = not row["placed"] or row["error_px"] > 2.0 * typical_value
         rows.append(
             (
                 "out" if poor else "",
@@ -179,11 +179,11 @@ def _camera(camera: Mapping[str, Any]) -> str:
     )
     correlation = camera["correlation"]
     if correlation:
-        free = camera["free"]
+        free_camera = camera["free"]
         text += f"<p>{escape(tr('Correlation'))}</p>" + _table(
-            ["", *free],
+            ["", *free_camera],
             [
-                ("", [free[i], *(f"{value:+.2f}" for value in line)])
+                ("", [free_camera[i], *(f"{value:+.2f}" for value in line)])
                 for i, line in enumerate(correlation)
             ],
         )
@@ -202,7 +202,7 @@ def _registration(result: Mapping[str, Any]) -> str:
             Finding("reconstruct.local-frame", reason=_sentence(reason)),
             Finding("reconstruct.register-later"),
         )
-        text = "".join(f"<p>{escape(each.message)}</p>" for each in findings)
+        text = "".join(f"<p>{escape(finding.message)}</p>" for finding in findings)
     else:
         text = f"<p>{escape(summary.rotation.message)}</p>" if summary.rotation else ""
     facts += [(fact.name, fact.text) for fact in summary.facts]
@@ -297,8 +297,8 @@ def _facts(values: Mapping[str, Any], unit: str = "m") -> str:
         label = _label(str(key), unit)
         if isinstance(value, Mapping):
             rows += [
-                ("", [tr("{figure}, {part}", figure=label, part=_label(name)), _plain(each)])
-                for name, each in value.items()
+                ("", [tr("{figure}, {part}", figure=label, part=_label(name)), _plain(item)])
+                for name, item in value.items()
             ]
         else:
             rows.append(("", [label, _plain(value)]))

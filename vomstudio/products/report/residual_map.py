@@ -19,7 +19,7 @@ _MAX_ARROW_SHARE = 0.12
 _MAX_LABELS = 25
 
 
-def residual_map(registration: Mapping[str, Any], scaled: bool) -> str:
+def residual_map(registration: Mapping[str, Any], is_scaled: bool) -> str:
     """Draw the residuals of at least three points from above and from the side, as HTML.
 
     Returns "" for fewer points.
@@ -28,39 +28,45 @@ def residual_map(registration: Mapping[str, Any], scaled: bool) -> str:
     ----------
     registration : mapping
         Registration in a reconstruction result.
-    scaled : bool
+    is_scaled : bool
         Whether lengths are in metres.
     """
     from matplotlib.figure import Figure
 
-    labels, places, residuals, check = _points(registration)
+    labels, positions, residuals, check = _points(registration)
     if len(labels) < 3:
         return ""
-    middle = places.mean(axis=0)
-    at = places - middle
+    centre = positions.mean(axis=0)
+    position = positions - centre
     sizes = np.linalg.norm(residuals, axis=1)
-    reach = float(np.ptp(at, axis=0).max()) or 1.0
-    times = _nice(_MAX_ARROW_SHARE * reach / sizes.max()) if sizes.max() > 0 else 1.0
+    max_distance = float(np.ptp(position, axis=0).max()) or 1.0
+    times = _nice(_MAX_ARROW_SHARE * max_distance / sizes.max()) if sizes.max() > 0 else 1.0
     figure = Figure(figsize=(9.5, 4.4), layout="constrained")
-    unit = "m" if scaled else tr("model units")
+    unit = "m" if is_scaled else tr("model units")
     worst = _weakest(registration)
     sides = ((0, 1, "xy", tr("from above")), (0, 2, "xz", tr("from the south")))
     for axes, (i, j, names, title) in zip(figure.subplots(1, 2), sides, strict=True):
         if worst is not None:
-            along = 0.55 * reach * worst
-            axes.plot([-along[i], along[i]], [-along[j], along[j]], "--", color="#d55e00", lw=1.2)
+            along_component = 0.55 * max_distance * worst
+            axes.plot(
+                [-along_component[i], along_component[i]],
+                [-along_component[j], along_component[j]],
+                "--",
+                color="#d55e00",
+                lw=1.2,
+            )
         for which, mark in ((~check, "o"), (check, "s")):
             axes.plot(
-                at[which, i],
-                at[which, j],
+                position[which, i],
+                position[which, j],
                 mark,
                 color="#0072b2",
                 markersize=4.0,
                 markerfacecolor="#0072b2" if mark == "o" else "white",
             )
         axes.quiver(
-            at[:, i],
-            at[:, j],
+            position[:, i],
+            position[:, j],
             times * residuals[:, i],
             times * residuals[:, j],
             color="#222222",
@@ -77,7 +83,7 @@ def residual_map(registration: Mapping[str, Any], scaled: bool) -> str:
     for axes, (i, j, _, _) in zip(figure.axes, sides, strict=True):
         name_symbols(
             axes,
-            at[:, [i, j]],
+            position[:, [i, j]],
             dict(enumerate(labels[:_MAX_LABELS])),
             symbol_pt=4.0,
             font_pt=7.0,

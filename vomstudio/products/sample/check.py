@@ -176,12 +176,12 @@ def slip_check(
     values, vectors = np.linalg.eigh(normals.T @ normals)
     fault_normal = vectors[:, np.argmax(values)]
     centre = fits.centroid[list(fault)].mean(axis=0)
-    along = np.cross(fault_normal, axis.vector())
-    along /= np.linalg.norm(along)
+    along_component = np.cross(fault_normal, axis.vector())
+    along_component /= np.linalg.norm(along_component)
 
     def meets(i: int) -> float:
         n = fits.normal[i]
-        return float(n @ (fits.centroid[i] - centre) / (n @ along))
+        return float(n @ (fits.centroid[i] - centre) / (n @ along_component))
 
     slips = np.array([abs(meets(a) - meets(b)) for a, b in pairs])
     mean = float(slips.mean()) if len(slips) else math.nan
@@ -195,7 +195,7 @@ def slip_check(
 
 
 def _deviation(
-    measured: FloatArray,
+    measured_values: FloatArray,
     truth: FloatArray,
     major: FloatArray | None,
     max_deg: float | None,
@@ -205,13 +205,15 @@ def _deviation(
 
     The angle and the radius are in degrees.
     """
-    truth = truth if truth @ measured >= 0 else -truth
-    cosine = float(truth @ measured)
-    error = math.degrees(math.atan2(float(np.linalg.norm(np.cross(measured, truth))), cosine))
+    truth = truth if truth @ measured_values >= 0 else -truth
+    cosine = float(truth @ measured_values)
+    error = math.degrees(
+        math.atan2(float(np.linalg.norm(np.cross(measured_values, truth))), cosine)
+    )
     if major is None or max_deg is None or min_deg is None or cosine <= 0:
         return None, error, None
-    offset = truth / cosine - measured
-    minor = np.cross(measured, major)
+    offset = truth / cosine - measured_values
+    minor = np.cross(measured_values, major)
     ratio = math.hypot(
         _relative_distance(float(offset @ major), max_deg),
         _relative_distance(float(offset @ minor), min_deg),

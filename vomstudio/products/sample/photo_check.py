@@ -30,7 +30,7 @@ _SAMPLE_POINTS = 40_000
 
 
 def check_photos(
-    estimated: Cameras,
+    estimated_cameras: Cameras,
     true: Cameras,
     cloud: FloatArray,
     outcrop: Mesh,
@@ -43,7 +43,7 @@ def check_photos(
 
     Parameters
     ----------
-    estimated, true : Cameras
+    estimated_cameras, true : Cameras
         Reconstructed cameras, and the true cameras of the photos.
     cloud : (n, 3) array
         Dense points in the World frame, m.
@@ -68,15 +68,15 @@ def check_photos(
     distance, nearest = cKDTree(surface).query(inside[:: max(1, len(inside) // _SAMPLE_POINTS)])
     sample = inside[:: max(1, len(inside) // _SAMPLE_POINTS)]
     # Only the distance perpendicular to the surface counts, not that to the next point along it.
-    off = np.abs(((sample - surface[nearest]) * normals[nearest]).sum(axis=1))
-    off = np.where(distance < 0.25, off, distance)
+    offset = np.abs(((sample - surface[nearest]) * normals[nearest]).sum(axis=1))
+    offset = np.where(distance < 0.25, offset, distance)
     tree = cKDTree(inside)
-    visible = surface[_are_visible(true, surface, normals)]
-    reached, _ = tree.query(visible)
+    visible_surface = surface[_are_visible(true, surface, normals)]
+    reached, _ = tree.query(visible_surface)
     return (
-        _camera_check(estimated, true),
-        _length(MODEL_OFFSET, float(np.median(off))),
-        _length(MODEL_OFFSET_90, float(np.percentile(off, 90))),
+        _camera_check(estimated_cameras, true),
+        _length(MODEL_OFFSET, float(np.median(offset))),
+        _length(MODEL_OFFSET_90, float(np.percentile(offset, 90))),
         _length(OUTCROP_OFFSET, float(np.median(reached))),
         *_plane_checks(inside, tree, picks, truth, shift, gsd, rotation),
     )
@@ -85,13 +85,15 @@ def check_photos(
 def photo_findings(checks: Sequence[Check]) -> tuple[Finding, ...]:
     """Report the errors of the model that was reconstructed from photos."""
     check_of = {check.name: check for check in checks}
-    stated = [check for check in checks if check.within_total is not None]
-    within_count = sum(bool(check.within_total) for check in stated)
-    worst = max((check.error for check in stated), default=0.0)
+    stated_checks = [check for check in checks if check.within_total is not None]
+    within_count = sum(bool(check.within_total) for check in stated_checks)
+    worst = max((check.error for check in stated_checks), default=0.0)
     offset_mm, cameras = (1000 * check_of[name].error for name in (MODEL_OFFSET, CAMERA_CENTRES))
     return (
         Finding("sample.photo-model", model_mm=offset_mm, cameras_mm=cameras),
-        Finding("sample.photo-planes", held=within_count, count=len(stated), worst_deg=worst),
+        Finding(
+            "sample.photo-planes", held=within_count, count=len(stated_checks), worst_deg=worst
+        ),
     )
 
 
@@ -99,13 +101,13 @@ def _length(name: str, value: float) -> Check:
     return Check(name, 0.0, value, value, None, None, "m")
 
 
-def _camera_check(estimated: Cameras, true: Cameras) -> Check:
+def _camera_check(estimated_cameras: Cameras, true: Cameras) -> Check:
     """Compare camera centres by their median distance."""
-    places = {view.name: view.centre + true.origin for view in true.views}
+    positions = {view.name: view.centre + true.origin for view in true.views}
     misses = [
-        float(np.linalg.norm(view.centre + estimated.origin - places[view.name]))
-        for view in estimated.views
-        if view.name in places
+        float(np.linalg.norm(view.centre + estimated_cameras.origin - positions[view.name]))
+        for view in estimated_cameras.views
+        if view.name in positions
     ]
     return _length(CAMERA_CENTRES, float(np.median(misses)))
 
@@ -113,16 +115,16 @@ def _camera_check(estimated: Cameras, true: Cameras) -> Check:
 def _sample_surface(mesh: Mesh, shift: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Sample points on the faces in proportion to area, with their normals."""
     corners = mesh.vertices[mesh.faces] - shift
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    size = np.linalg.norm(across, axis=1)
+    cross_axis = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    size = np.linalg.norm(cross_axis, axis=1)
     rng = np.random.default_rng(0)
     sample = rng.choice(len(corners), 4 * _SAMPLE_POINTS, p=size / size.sum())
     b = rng.random((len(sample), 2))
-    folded = b.sum(axis=1) > 1
-    b[folded] = 1 - b[folded]
+    is_folded = b.sum(axis=1) > 1
+    b[is_folded] = 1 - b[is_folded]
     a = corners[sample]
     points = a[:, 0] + b[:, :1] * (a[:, 1] - a[:, 0]) + b[:, 1:] * (a[:, 2] - a[:, 0])
-    return points, across[sample] / size[sample, None]
+    return points, cross_axis[sample] / size[sample, None]
 
 
 def _are_visible(cameras: Cameras, points: FloatArray, normals: FloatArray) -> BoolArray:
@@ -131,8 +133,8 @@ def _are_visible(cameras: Cameras, points: FloatArray, normals: FloatArray) -> B
     for view in cameras.views:
         pixels = view.project(points)
         with np.errstate(invalid="ignore"):
-            ahead = ((view.centre - points) * normals).sum(axis=1) > 0
-            count += ahead & view.contains(pixels)
+            is_ahead = ((view.centre - points) * normals).sum(axis=1) > 0
+            count += is_ahead & view.contains(pixels)
     return count >= 3
 
 
@@ -156,9 +158,9 @@ def _plane_checks(
             continue
         fit = fit_planes(points[points_near], np.array([0, len(points_near)]))[0]
         check = plane_check(f"{kind} {name} on the photos' model", fit, truth.planes[name])
-        turn = None
+        rotation_matrix = None
         if rotation is not None:
-            turn = float(errors_95_deg(rotation, fit.normal)[0])
-        total = total_error_deg(fit, gsd, registration_deg=turn)
+            rotation_matrix = float(errors_95_deg(rotation, fit.normal)[0])
+        total = total_error_deg(fit, gsd, registration_deg=rotation_matrix)
         checks.append(replace(check, total_95=total))
     return checks

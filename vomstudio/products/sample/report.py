@@ -33,9 +33,9 @@ def _heads() -> tuple[str, ...]:
 
 def tally(checks: Sequence[Check]) -> Finding:
     """Report how often the true value lies within the stated region."""
-    stated = [check for check in checks if check.within is not None]
-    within_count = sum(bool(check.within) for check in stated)
-    return Finding("sample.tally", held=within_count, count=len(stated))
+    stated_checks = [check for check in checks if check.within is not None]
+    within_count = sum(bool(check.within) for check in stated_checks)
+    return Finding("sample.tally", held=within_count, count=len(stated_checks))
 
 
 def format_html(
@@ -79,14 +79,16 @@ img {{ max-width: 100%; }} figure {{ margin: 1.5em 0; }}
 
 def _cells(check: Check) -> tuple[str, ...]:
     digits, unit = (2, "°") if check.unit == "deg" else (3, f" {check.unit}")
-    stated = tr("not stated") if check.stated_95 is None else f"{check.stated_95:.{digits}f}{unit}"
+    stated_text = (
+        tr("not stated") if check.stated_95 is None else f"{check.stated_95:.{digits}f}{unit}"
+    )
     within = {True: tr("yes"), False: tr("NO"), None: "-"}[check.within]
     return (
         tr(check.name),
         _value(check.truth),
         _value(check.measured),
         f"{check.error:.{digits}f}{unit}",
-        stated,
+        stated_text,
         within,
     )
 

@@ -88,11 +88,11 @@ def lay_out_page(log: BedLog) -> LogPage:
     total = log.total_m.value
     scale = _round_up(1000.0 * total / _MAX_COLUMN_MM) if total > 0 else 1.0
     column = 1000.0 * total / scale
-    middles = [500.0 * (each.base_m + each.top_m) / scale for each in log.intervals]
-    thick = [1000.0 * (each.top_m - each.base_m) / scale for each in log.intervals]
-    named = [len(middles) <= _MAX_ROWS or t >= _ROW_MM for t in thick]
-    rows = np.full(len(middles), np.nan)
-    rows[named] = _spread([m for m, n in zip(middles, named, strict=True) if n], _ROW_MM)
+    centres = [500.0 * (interval.base_m + interval.top_m) / scale for interval in log.intervals]
+    thick = [1000.0 * (interval.top_m - interval.base_m) / scale for interval in log.intervals]
+    named = [len(centres) <= _MAX_ROWS or t >= _ROW_MM for t in thick]
+    rows = np.full(len(centres), np.nan)
+    rows[named] = _spread([m for m, n in zip(centres, named, strict=True) if n], _ROW_MM)
     half = 0.5 * _ROW_MM
     low = min(0.0, float(np.nanmin(rows, initial=0.0)) - half)
     high = max(column, float(np.nanmax(rows, initial=0.0)) + half)
@@ -110,7 +110,7 @@ def lay_out_page(log: BedLog) -> LogPage:
 
 
 def _styles(log: BedLog) -> list[LithologyStyle]:
-    return [style_of(each.lithology, each.strabospot) for each in log.intervals]
+    return [style_of(interval.lithology, interval.strabospot) for interval in log.intervals]
 
 
 def _notes_below(styles: Sequence[LithologyStyle]) -> list[str]:
@@ -130,8 +130,8 @@ def write_log_figure(
     log: BedLog,
     *,
     format: str,
-    about: str = "",
-    metric: bool = True,
+    description: str = "",
+    is_metric: bool = True,
     style: NetStyle = PRINT,
     dpi: float = 300.0,
 ) -> None:
@@ -142,9 +142,9 @@ def write_log_figure(
     target : str, Path or binary file
     log : BedLog
     format : {"svg", "pdf", "png"}
-    about : str
+    description : str
         Description of how the thicknesses were determined.
-    metric : bool
+    is_metric : bool
         Whether lengths are in metres.
     style : NetStyle
     dpi : float
@@ -157,7 +157,7 @@ def write_log_figure(
     page = lay_out_page(log)
     write_figure(
         target,
-        lambda figure: draw_log(figure, log, page, about, metric, style),
+        lambda figure: draw_log(figure, log, page, description, is_metric, style),
         format=format,
         size_mm=(page.width_mm, page.height_mm),
         paper=style.paper,
@@ -167,7 +167,7 @@ def write_log_figure(
 
 
 def draw_log(
-    figure: Figure, log: BedLog, page: LogPage, about: str, metric: bool, style: NetStyle
+    figure: Figure, log: BedLog, page: LogPage, description: str, is_metric: bool, style: NetStyle
 ) -> Axes:
     """Draw a log on a page-sized figure; axes are in mm from the base of the column."""
     ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
@@ -175,42 +175,44 @@ def draw_log(
     ax.set_ylim(page.base_mm, page.highest_mm + _TOP_MM)
     ax.set_axis_off()
     styles = _styles(log)
-    for each, look, row in zip(log.intervals, styles, page.rows_mm, strict=True):
-        low, high = (1000.0 * value / page.scale for value in (each.base_m, each.top_m))
+    for interval, look, row in zip(log.intervals, styles, page.rows_mm, strict=True):
+        low, high = (1000.0 * value / page.scale for value in (interval.base_m, interval.top_m))
         _draw_bed(ax, low, high, look, style)
         if np.isfinite(row):
-            _write_bed(ax, each, 0.5 * (low + high), float(row), look, style)
-    _draw_heights(ax, page, metric, style)
+            _write_bed(ax, interval, 0.5 * (low + high), float(row), look, style)
+    _draw_heights(ax, page, is_metric, style)
     _draw_notes(ax, page.lowest_mm, styles, style)
-    _write_head(ax, log, page, about, metric, style)
+    _write_head(ax, log, page, description, is_metric, style)
     return ax
 
 
-def _draw_bed(ax: Axes, low: float, high: float, look: LithologyStyle, style: NetStyle) -> None:
+def _draw_bed(
+    ax: Axes, low: float, high: float, appearance: LithologyStyle, style: NetStyle
+) -> None:
     from matplotlib.patches import Rectangle
 
-    wide = _COLUMN_MM * (DEFAULT_WIDTH if look.width is None else look.width)
+    width = _COLUMN_MM * (DEFAULT_WIDTH if appearance.width is None else appearance.width)
     bed = Rectangle(
         (0.0, low),
-        wide,
+        width,
         high - low,
-        facecolor=style.color(look.color),
+        facecolor=style.color(appearance.color),
         edgecolor=style.soft,
-        hatch=look.hatch or None,
+        hatch=appearance.hatch or None,
         linewidth=0.0,
         zorder=1,
     )
     ax.add_patch(bed)
-    if look.ornament == "cross":
+    if appearance.ornament == "cross":
         for ends in ((low, high), (high, low)):
-            ax.plot([0.0, wide], ends, color=style.soft, linewidth=0.6 * style.line_pt, zorder=2)
-    elif look.ornament:
-        _draw_bricks(ax, bed, wide, low, high, look.ornament == "slanting bricks", style)
+            ax.plot([0.0, width], ends, color=style.soft, linewidth=0.6 * style.line_pt, zorder=2)
+    elif appearance.ornament:
+        _draw_bricks(ax, bed, width, low, high, appearance.ornament == "slanting bricks", style)
     ink: dict[str, Any] = {"color": style.ink, "linewidth": style.line_pt, "zorder": 3}
     ax.plot([0.0, 0.0], [low, high], **ink)
-    for at in (low, high):
-        ax.plot([0.0, wide], [at, at], **ink)
-    ax.plot([wide, wide], [low, high], linestyle="--" if look.width is None else "-", **ink)
+    for position in (low, high):
+        ax.plot([0.0, width], [position, position], **ink)
+    ax.plot([width, width], [low, high], linestyle="--" if appearance.width is None else "-", **ink)
 
 
 def _draw_bricks(
@@ -235,26 +237,31 @@ def _draw_bricks(
 
 
 def _write_bed(
-    ax: Axes, each: Interval, middle: float, row: float, look: LithologyStyle, style: NetStyle
+    ax: Axes,
+    interval: Interval,
+    middle: float,
+    row: float,
+    appearance: LithologyStyle,
+    style: NetStyle,
 ) -> None:
-    wide = _COLUMN_MM * (DEFAULT_WIDTH if look.width is None else look.width)
+    width = _COLUMN_MM * (DEFAULT_WIDTH if appearance.width is None else appearance.width)
     begin = _COLUMN_MM + 2.0
     ax.plot(
-        [wide + 0.8, begin, _THICKNESS_MM - _LEFT_MM - 1.0],
+        [width + 0.8, begin, _THICKNESS_MM - _LEFT_MM - 1.0],
         [middle, middle, row],
         color=style.soft,
         linewidth=0.4 * style.line_pt,
         zorder=0,
     )
-    thick = each.thickness_m
+    thick = interval.thickness_m
     words = (
         (_THICKNESS_MM, format_with_error(thick.value, thick.error95)),
-        (_LITHOLOGY_MM, _shorten(each.lithology.replace("_", " "), _MAX_LITHOLOGY_LENGTH)),
-        (_NOTES_MM, _shorten(each.notes, _MAX_NOTES_LENGTH)),
+        (_LITHOLOGY_MM, _shorten(interval.lithology.replace("_", " "), _MAX_LITHOLOGY_LENGTH)),
+        (_NOTES_MM, _shorten(interval.notes, _MAX_NOTES_LENGTH)),
     )
-    for at, text in words:
+    for position, text in words:
         ax.text(
-            at - _LEFT_MM,
+            position - _LEFT_MM,
             row,
             text,
             ha="left",
@@ -265,7 +272,7 @@ def _write_bed(
         )
 
 
-def _draw_heights(ax: Axes, page: LogPage, metric: bool, style: NetStyle) -> None:
+def _draw_heights(ax: Axes, page: LogPage, is_metric: bool, style: NetStyle) -> None:
     """Draw the height axis with ticks at round values."""
     ink: dict[str, Any] = {"color": style.ink, "linewidth": style.line_pt, "clip_on": False}
     ax.plot([-3.0, -3.0], [0.0, page.column_mm], **ink)
@@ -284,9 +291,9 @@ def _draw_heights(ax: Axes, page: LogPage, metric: bool, style: NetStyle) -> Non
             color=style.ink,
             fontsize=0.9 * style.font_pt,
         )
-    label = tr("height above the oldest boundary ({unit})", unit="m" if metric else tr("units"))
+    label = tr("height above the oldest boundary ({unit})", unit="m" if is_metric else tr("units"))
     if page.column_mm < 60.0:
-        label = tr("height ({unit})", unit="m" if metric else tr("units"))
+        label = tr("height ({unit})", unit="m" if is_metric else tr("units"))
     ax.text(
         -_LEFT_MM + 2.0,
         0.5 * page.column_mm,
@@ -322,17 +329,17 @@ def _draw_notes(ax: Axes, low: float, styles: Sequence[LithologyStyle], style: N
 
 
 def _write_head(
-    ax: Axes, log: BedLog, page: LogPage, about: str, metric: bool, style: NetStyle
+    ax: Axes, log: BedLog, page: LogPage, description: str, is_metric: bool, style: NetStyle
 ) -> None:
-    unit = "m" if metric else tr("units")
+    unit = "m" if is_metric else tr("units")
     heads = [(_THICKNESS_MM, tr("thickness ({unit})", unit=unit))]
-    if any(each.lithology for each in log.intervals):
+    if any(interval.lithology for interval in log.intervals):
         heads.append((_LITHOLOGY_MM, tr("lithology")))
-    if any(each.notes for each in log.intervals):
+    if any(interval.notes for interval in log.intervals):
         heads.append((_NOTES_MM, tr("notes")))
-    for at, text in heads:
+    for position, text in heads:
         ax.text(
-            at - _LEFT_MM,
+            position - _LEFT_MM,
             page.highest_mm + 3.0,
             text,
             ha="left",
@@ -341,7 +348,7 @@ def _write_head(
             fontsize=style.font_pt,
             weight="bold",
         )
-    scale = tr("1 : {scale}", scale=f"{page.scale:g}") if metric else tr("to scale")
+    scale = tr("1 : {scale}", scale=f"{page.scale:g}") if is_metric else tr("to scale")
     thick = (
         tr("true thickness across the bedding, ± 95 %")
         if log.total_m.error95 is not None
@@ -356,11 +363,11 @@ def _write_head(
         color=style.ink,
         fontsize=style.font_pt,
     )
-    if about:
+    if description:
         ax.text(
             -_LEFT_MM + 2.0,
             page.highest_mm + _TOP_MM - 6.5,
-            about,
+            description,
             ha="left",
             va="top",
             color=style.ink,
@@ -392,5 +399,5 @@ def _spread(targets: Sequence[float], distance: float) -> FloatArray:
             previous_total, previous_count = blocks.pop()
             total, count = total + previous_total, count + previous_count
         blocks.append((total, count))
-    flat = np.repeat([t / c for t, c in blocks], [c for _, c in blocks])
-    return np.asarray(flat + distance * np.arange(len(targets)), np.float64)
+    flat_values = np.repeat([t / c for t, c in blocks], [c for _, c in blocks])
+    return np.asarray(flat_values + distance * np.arange(len(targets)), np.float64)

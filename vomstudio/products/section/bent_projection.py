@@ -18,7 +18,7 @@ _MAX_STRETCH = 2.0
 
 
 def project_along_bends(
-    item: Item, panels: Sequence[Panel], along: FloatArray | None
+    item: Item, panels: Sequence[Panel], direction: FloatArray | None
 ) -> tuple[ProjectedItem, ...]:
     """Project a line or outline onto the pieces of a bent section.
 
@@ -31,7 +31,7 @@ def project_along_bends(
     item : Item
         Line or outline with more than one point.
     panels : sequence of Panel
-    along : (3,) array or None
+    direction : (3,) array or None
         Direction of projection; None projects perpendicular to the section.
 
     Returns
@@ -41,28 +41,28 @@ def project_along_bends(
     points, is_vertex = _subdivide(item.points)
     best = np.full(len(points), np.inf)
     panel_of = np.full(len(points), -1)
-    flat = np.zeros((len(points), 2))
-    away = np.zeros(len(points))
+    flat_values = np.zeros((len(points), 2))
+    distances = np.zeros(len(points))
     for k, panel in enumerate(panels):
         projected = project_item(
-            replace(item, points=points), panel.origin, panel.right, panel.up, along
+            replace(item, points=points), panel.origin, panel.right, panel.up, direction
         )
         if projected is None:
             continue
         x = projected.points[:, 0]
         nearer = (x >= panel.low) & (x <= panel.high) & (np.abs(projected.away) < best)
         best[nearer], panel_of[nearer] = np.abs(projected.away[nearer]), k
-        away[nearer] = projected.away[nearer]
-        flat[nearer] = projected.points[nearer] + [panel.start, panel.level]
+        distances[nearer] = projected.away[nearer]
+        flat_values[nearer] = projected.points[nearer] + [panel.start, panel.level]
     inside = np.flatnonzero(panel_of >= 0)
     if len(inside) == len(points) and (panel_of == panel_of[0]).all():
-        return (ProjectedItem(item, flat[is_vertex], away[is_vertex], None),)
+        return (ProjectedItem(item, flat_values[is_vertex], distances[is_vertex], None),)
     steps = np.linalg.norm(np.diff(points[inside], axis=0), axis=1)
-    drawn = np.linalg.norm(np.diff(flat[inside], axis=0), axis=1)
-    broken = np.flatnonzero(drawn > _MAX_STRETCH * steps + 1e-12) + 1
+    drawn_values = np.linalg.norm(np.diff(flat_values[inside], axis=0), axis=1)
+    broken_rows = np.flatnonzero(drawn_values > _MAX_STRETCH * steps + 1e-12) + 1
     piece = replace(item, form="line", filled=False) if item.form == "ring" else item
     parts = []
-    for run in np.split(inside, broken):
+    for run in np.split(inside, broken_rows):
         if len(run) < 2:
             continue
         # Keep vertices, both ends, and the points at which the line changes pieces.
@@ -71,7 +71,7 @@ def project_along_bends(
         passes = np.flatnonzero(np.diff(panel_of[run]))
         is_kept[passes] = is_kept[passes + 1] = True
         rows = run[is_kept]
-        parts.append(ProjectedItem(piece, flat[rows], away[rows], None))
+        parts.append(ProjectedItem(piece, flat_values[rows], distances[rows], None))
     return tuple(parts)
 
 

@@ -111,8 +111,8 @@ def _cut_mesh(mesh: Mesh, panel: Panel) -> FloatArray:
     # Far from the origin, only differences of coordinates are precise.
     side = (mesh.vertices - panel.origin) @ panel.normal >= 0
     corners = side[mesh.faces]
-    intersected = np.flatnonzero(corners.any(axis=1) & ~corners.all(axis=1))
-    faces, corners = mesh.faces[intersected], corners[intersected]
+    intersected_rows = np.flatnonzero(corners.any(axis=1) & ~corners.all(axis=1))
+    faces, corners = mesh.faces[intersected_rows], corners[intersected_rows]
     # The first corner is the one that is alone on its side.
     single = np.where(
         corners[:, 0] == corners[:, 1], 2, np.where(corners[:, 0] == corners[:, 2], 1, 0)
@@ -140,8 +140,8 @@ def _crossing(
     """
     first, second = np.where(side[a], a, b), np.where(side[a], b, a)
     p, q = (panel.coordinates(vertices[k]) for k in (first, second))
-    share = p[:, 2] / (p[:, 2] - q[:, 2])
-    return np.asarray(p[:, :2] + share[:, None] * (q[:, :2] - p[:, :2]))
+    fraction = p[:, 2] / (p[:, 2] - q[:, 2])
+    return np.asarray(p[:, :2] + fraction[:, None] * (q[:, :2] - p[:, :2]))
 
 
 def _clip(pieces: FloatArray, panel: Panel) -> FloatArray:
@@ -157,9 +157,9 @@ def _clip(pieces: FloatArray, panel: Panel) -> FloatArray:
     for limit, beyond in ((low, np.less), (high, np.greater)):
         for k, end in enumerate((a, b)):
             is_beyond = beyond(end[:, 0], limit)
-            share = (limit - a[is_beyond, 0]) / step[is_beyond, 0]
+            fraction = (limit - a[is_beyond, 0]) / step[is_beyond, 0]
             cut[is_beyond, k] = np.stack(
-                [np.full(len(share), limit), a[is_beyond, 1] + share * step[is_beyond, 1]], 1
+                [np.full(len(fraction), limit), a[is_beyond, 1] + fraction * step[is_beyond, 1]], 1
             )
     return cut
 
@@ -178,9 +178,9 @@ def _merge_pieces(pieces: FloatArray, curtain: Curtain) -> Cut:
     if not len(pieces):
         return Cut((), ())
     # Remove duplicates due to coincident faces or to an edge that lies in the plane.
-    swapped = pieces[:, 0, 0] > pieces[:, 1, 0]
-    swapped |= (pieces[:, 0, 0] == pieces[:, 1, 0]) & (pieces[:, 0, 1] > pieces[:, 1, 1])
-    pieces[swapped] = pieces[swapped][:, ::-1]
+    is_swapped = pieces[:, 0, 0] > pieces[:, 1, 0]
+    is_swapped |= (pieces[:, 0, 0] == pieces[:, 1, 0]) & (pieces[:, 0, 1] > pieces[:, 1, 1])
+    pieces[is_swapped] = pieces[is_swapped][:, ::-1]
     pieces = np.unique(pieces, axis=0)
     merged = shapely.line_merge(shapely.multilinestrings(shapely.linestrings(pieces)))
     parts = shapely.get_parts(merged)
@@ -203,14 +203,16 @@ def _to_world(line: FloatArray, curtain: Curtain) -> FloatArray:
 
 def _project_slab(points: FloatArray, panel: Panel, thickness: float) -> FloatArray:
     """Project the points in a slab onto the panel along the surface, and return them (n, 2)."""
-    at = panel.coordinates(points)
-    along = (at[:, 0] >= panel.start + panel.low) & (at[:, 0] <= panel.start + panel.high)
-    near = along & (np.abs(at[:, 2]) <= 0.5 * thickness)
-    around = np.abs(at[:, 2]) <= thickness
-    return np.ascontiguousarray(_slide_to_panel(at[near], at[around]))
+    position = panel.coordinates(points)
+    is_along = (position[:, 0] >= panel.start + panel.low) & (
+        position[:, 0] <= panel.start + panel.high
+    )
+    is_near = is_along & (np.abs(position[:, 2]) <= 0.5 * thickness)
+    is_around = np.abs(position[:, 2]) <= thickness
+    return np.ascontiguousarray(_slide_to_panel(position[is_near], position[is_around]))
 
 
-def _slide_to_panel(at: FloatArray, around: FloatArray) -> FloatArray:
+def _slide_to_panel(position: FloatArray, around: FloatArray) -> FloatArray:
     """Slide points (along, height, across) within their local planes to the panel (n, 2).
 
     A perpendicular projection would spread a surface that is oblique to the panel into a band, and
@@ -220,22 +222,23 @@ def _slide_to_panel(at: FloatArray, around: FloatArray) -> FloatArray:
     from scipy.spatial import cKDTree
 
     if len(around) < N_NEIGHBOURS:
-        return at[:, :2]
-    _, rows = cKDTree(around).query(at, N_NEIGHBOURS)
-    middle = around[rows].mean(axis=1)
-    offsets = around[rows] - middle[:, None]
+        return position[:, :2]
+    _, rows = cKDTree(around).query(position, N_NEIGHBOURS)
+    centre = around[rows].mean(axis=1)
+    offsets = around[rows] - centre[:, None]
     values, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", offsets, offsets))
     normal = axes[:, :, 0]
-    horizontal = np.maximum(1.0 - normal[:, 2] ** 2, 1e-12)
-    planar = values[:, 0] <= MAX_PLANARITY_RATIO * values[:, 1]
-    planar &= normal[:, 2] ** 2 <= MAX_SHIFT_RATIO**2 * horizontal
+    horizontal_values = np.maximum(1.0 - normal[:, 2] ** 2, 1e-12)
+    is_planar = values[:, 0] <= MAX_PLANARITY_RATIO * values[:, 1]
+    is_planar &= normal[:, 2] ** 2 <= MAX_SHIFT_RATIO**2 * horizontal_values
     # Move the point perpendicularly onto its plane, then within the plane to the panel.
-    distance = np.einsum("ni,ni->n", at - middle, normal)
-    projected = at - distance[:, None] * normal
+    distance = np.einsum("ni,ni->n", position - centre, normal)
+    projected_values = position - distance[:, None] * normal
     crossing = (
-        projected[:, :2] + (projected[:, 2] * normal[:, 2] / horizontal)[:, None] * normal[:, :2]
+        projected_values[:, :2]
+        + (projected_values[:, 2] * normal[:, 2] / horizontal_values)[:, None] * normal[:, :2]
     )
-    return np.where(planar[:, None], crossing, at[:, :2])
+    return np.where(is_planar[:, None], crossing, position[:, :2])
 
 
 def _link_points(points: FloatArray, spacing: float) -> list[FloatArray]:
@@ -278,9 +281,9 @@ def _longest_path(tree: object) -> list[int]:
 
     far = int(np.argmax(dijkstra(tree, directed=False, indices=0)))
     distance, predecessors = dijkstra(tree, directed=False, indices=far, return_predecessors=True)
-    at = int(np.argmax(distance))
-    path = [at]
-    while at != far:
-        at = int(predecessors[at])
-        path.append(at)
+    index = int(np.argmax(distance))
+    path = [index]
+    while index != far:
+        index = int(predecessors[index])
+        path.append(index)
     return path

@@ -97,7 +97,9 @@ def assign_domain_axes(items: Sequence[Item], field_: str) -> ProjectionDirectio
         normal = item.normal
         if normal is None or item.domain or item.kind.casefold() != FAULTS or not vectors:
             continue
-        sines = {name: abs(float(normal @ along)) for name, along in vectors.items()}
+        sines = {
+            name: abs(float(normal @ along_component)) for name, along_component in vectors.items()
+        }
         nearest = min(sines, key=lambda name: sines[name])
         if sines[nearest] < math.sin(math.radians(MAX_FAULT_ANGLE_DEG)):
             faults[item.id] = nearest
@@ -161,7 +163,7 @@ def domain_projections(
         line = axis.line
         angle = least_angle(curtain, None if line is None else line.vector())
         trend, plunge = (None, None) if line is None else (line.trend_deg, line.plunge_deg)
-        faults = sum(each == name for each in directions.faults.values())
+        faults = sum(item == name for item in directions.faults.values())
         projections.append(
             DomainProjection(
                 name, trend, plunge, axis.error95_deg, angle, axis.description, faults, axis.valid
@@ -170,25 +172,25 @@ def domain_projections(
     return tuple(projections)
 
 
-def angle_to(panel: Panel, along: FloatArray | None) -> float:
+def angle_to(panel: Panel, direction: FloatArray | None) -> float:
     """Return the angle in degrees between a direction (3,) and a panel; by default 90."""
-    if along is None:
+    if direction is None:
         return 90.0
-    return math.degrees(math.asin(min(abs(float(along @ panel.normal)), 1.0)))
+    return math.degrees(math.asin(min(abs(float(direction @ panel.normal)), 1.0)))
 
 
-def least_angle(curtain: Curtain, along: FloatArray | None) -> float:
+def least_angle(curtain: Curtain, direction: FloatArray | None) -> float:
     """Return the smallest angle in degrees between a direction and the panels it can reach."""
-    angles = [angle_to(panel, along) for panel in curtain.panels]
+    angles = [angle_to(panel, direction) for panel in curtain.panels]
     return min((angle for angle in angles if angle >= MIN_ALLOWED_ANGLE_DEG), default=0.0)
 
 
 def _check_direction(
-    curtain: Curtain, along: FloatArray | None, domain: str | None
+    curtain: Curtain, direction: FloatArray | None, domain: str | None
 ) -> tuple[Finding, ...]:
-    if along is None:
+    if direction is None:
         return ()
-    angles = [angle_to(panel, along) for panel in curtain.panels]
+    angles = [angle_to(panel, direction) for panel in curtain.panels]
     if max(angles) < MIN_ALLOWED_ANGLE_DEG:
         limits = {"limit_deg": MIN_ALLOWED_ANGLE_DEG, "recommended_deg": MIN_ANGLE_DEG}
         raise UsageError(
@@ -200,7 +202,7 @@ def _check_direction(
     findings = []
     if any(angle < MIN_ALLOWED_ANGLE_DEG for angle in angles):
         findings.append(Finding("section.pieces-without-features", limit_deg=MIN_ALLOWED_ANGLE_DEG))
-    min_angle = least_angle(curtain, along)
+    min_angle = least_angle(curtain, direction)
     if min_angle < MIN_ANGLE_DEG:
         cost = 100.0 * math.radians(1.0) / math.sin(math.radians(min_angle)) ** 2
         findings.append(

@@ -157,15 +157,17 @@ def extend(
         estimate = 0.0 if isinstance(data, Mesh) else point_spacing(data)
         spacing = estimate if np.isfinite(estimate) else 0.0
     points = data.vertices if isinstance(data, Mesh) else data.points
-    finite = points[np.isfinite(points).all(axis=1)]
-    if not len(finite):
+    finite_points = points[np.isfinite(points).all(axis=1)]
+    if not len(finite_points):
         raise GeometryError(Finding("model.no-points"))
-    repeats = repeat_planes(belief, finite, thickness_m, thickness_error_m)
+    repeats = repeat_planes(belief, finite_points, thickness_m, thickness_error_m)
     point_bands = bands(belief, repeats, points)
     beds, traces = [], []
     for number in repeats.numbers.tolist():
-        cut = _cut_near_plane(data, belief, repeats, number, spacing)
-        bed_traces = [_trace(line, belief, repeats, number) for line in cut.world if len(line) > 1]
+        cut_near_plane = _cut_near_plane(data, belief, repeats, number, spacing)
+        bed_traces = [
+            _trace(line, belief, repeats, number) for line in cut_near_plane.world if len(line) > 1
+        ]
         if not bed_traces:
             continue
         traces += bed_traces
@@ -175,7 +177,7 @@ def extend(
                 number,
                 repeats.offset(number),
                 len(bed_traces),
-                cut.length_m,
+                cut_near_plane.length_m,
                 float(errors.min()),
                 float(errors.max()),
             )
@@ -222,17 +224,17 @@ def band_edges(
     upper, lower : (k, 2, 3) arrays
         Upper and lower bounding lines, one segment per intersected triangle.
     """
-    away = estimate.distances(mesh.vertices) - repeats.offset(number)
+    distances = estimate.distances(mesh.vertices) - repeats.offset(number)
     half = _error95(mesh.vertices, estimate, repeats, number)
-    return _level_pieces(mesh, away - half), _level_pieces(mesh, away + half)
+    return _level_pieces(mesh, distances - half), _level_pieces(mesh, distances + half)
 
 
 def _level_pieces(mesh: Mesh, values: FloatArray) -> FloatArray:
     """Return the segments (k, 2, 3) along which the vertex values are 0."""
-    above = values >= 0.0
-    corners = above[mesh.faces]
-    intersected = np.flatnonzero(corners.any(axis=1) & ~corners.all(axis=1))
-    faces, corners = mesh.faces[intersected], corners[intersected]
+    is_above = values >= 0.0
+    corners = is_above[mesh.faces]
+    intersected_rows = np.flatnonzero(corners.any(axis=1) & ~corners.all(axis=1))
+    faces, corners = mesh.faces[intersected_rows], corners[intersected_rows]
     single = np.where(
         corners[:, 0] == corners[:, 1], 2, np.where(corners[:, 0] == corners[:, 2], 1, 0)
     )
@@ -241,9 +243,9 @@ def _level_pieces(mesh: Mesh, values: FloatArray) -> FloatArray:
     ends = []
     for k in (1, 2):
         other = faces[rows, (single + k) % 3]
-        share = values[tip] / (values[tip] - values[other])
+        fraction = values[tip] / (values[tip] - values[other])
         a, b = mesh.vertices[tip], mesh.vertices[other]
-        ends.append(a + share[:, None] * (b - a))
+        ends.append(a + fraction[:, None] * (b - a))
     return np.stack(ends, axis=1)
 
 
@@ -259,9 +261,9 @@ def _cut_near_plane(
     origin = estimate.middle + offset * estimate.axes[2]
     curtain: Curtain = curtain_of_plane(estimate.plane, origin)
     if isinstance(data, Mesh):
-        away = estimate.distances(data.vertices) - offset
-        above = (away >= 0.0)[data.faces]
-        faces = data.faces[above.any(axis=1) & ~above.all(axis=1)]
+        distances = estimate.distances(data.vertices) - offset
+        is_above = (distances >= 0.0)[data.faces]
+        faces = data.faces[is_above.any(axis=1) & ~is_above.all(axis=1)]
         if not len(faces):
             return Cut((), ())
         ids, node_of = np.unique(faces, return_inverse=True)
@@ -271,7 +273,7 @@ def _cut_near_plane(
     return cut_model(PointCloud(crossings), curtain, spacing, spacing)
 
 
-def _crossings(points: FloatArray, away: FloatArray, spacing: float) -> FloatArray:
+def _crossings(points: FloatArray, outward: FloatArray, spacing: float) -> FloatArray:
     """Return the points (k, 3) where links between neighbours of a cloud cross the plane.
 
     Unlike these, a slab of points would become wider as the plane becomes more oblique to the
@@ -279,21 +281,23 @@ def _crossings(points: FloatArray, away: FloatArray, spacing: float) -> FloatArr
     """
     from scipy.spatial import cKDTree
 
-    rows = np.flatnonzero(np.abs(away) <= SLAB_SPACINGS * spacing)
+    rows = np.flatnonzero(np.abs(outward) <= SLAB_SPACINGS * spacing)
     if len(rows) < 2:
         return np.zeros((0, 3))
-    near, offsets = points[rows] - points[rows[0]], away[rows]
+    near, offsets = points[rows] - points[rows[0]], outward[rows]
     _, other = cKDTree(near).query(
         near, k=min(_LINKED_NEIGHBOURS + 1, len(near)), distance_upper_bound=SLAB_SPACINGS * spacing
     )
     first = np.repeat(np.arange(len(near)), other.shape[1])
     second = other.ravel()
-    linked = second < len(near)
-    first, second = first[linked], second[linked]
-    crossed = (offsets[first] >= 0.0) & (offsets[second] < 0.0)
-    first, second = first[crossed], second[crossed]
-    share = offsets[first] / (offsets[first] - offsets[second])
-    return np.asarray(points[rows[0]] + near[first] + share[:, None] * (near[second] - near[first]))
+    is_linked = second < len(near)
+    first, second = first[is_linked], second[is_linked]
+    is_crossed = (offsets[first] >= 0.0) & (offsets[second] < 0.0)
+    first, second = first[is_crossed], second[is_crossed]
+    fraction = offsets[first] / (offsets[first] - offsets[second])
+    return np.asarray(
+        points[rows[0]] + near[first] + fraction[:, None] * (near[second] - near[first])
+    )
 
 
 def _trace(
@@ -314,10 +318,10 @@ def _half_angles(estimate: PlaneEstimate) -> tuple[float, float]:
     from vomstudio.geometry.plane_errors import joint_quantile
     from vomstudio.geometry.rotation_errors import CHI2_TWO
 
-    free = estimate.free
+    dof = estimate.free
     limit = CHI2_TWO
-    if np.isfinite(free):
-        limit = float(joint_quantile(np.array([free]))[0]) * free
+    if np.isfinite(dof):
+        limit = float(joint_quantile(np.array([dof]))[0]) * dof
     small, large = np.degrees(np.arctan(np.sqrt(np.sort(estimate.tilt_variances) * limit)))
     return float(small), float(large)
 
@@ -341,7 +345,7 @@ def format_of(path: str | Path) -> str:
 
 def write_traces(
     path: str | Path,
-    extended: ExtendedPlane,
+    extended_plane: ExtendedPlane,
     *,
     crs: str | None,
     model: str,
@@ -355,7 +359,7 @@ def write_traces(
     Parameters
     ----------
     path : str or Path
-    extended : ExtendedPlane
+    extended_plane : ExtendedPlane
     crs : str or None
         CRS of the World frame.
     model : str
@@ -368,9 +372,9 @@ def write_traces(
     ------
     UsageError, TargetError
     """
-    _, error95 = table_columns(("bed", "error95_m"), metric=axes.metric)
+    _, error95 = table_columns(("bed", "error95_m"), is_metric=axes.metric)
     if format_of(path) == ".csv":
-        write_bytes(path, _table(extended, crs, model, axes).encode("utf-8"), force=force)
+        write_bytes(path, _table(extended_plane, crs, model, axes).encode("utf-8"), force=force)
         return
     import shapely
 
@@ -381,27 +385,27 @@ def write_traces(
             parts[0],
             LAYER,
             "LineString Z",
-            np.array([shapely.LineString(trace.points) for trace in extended.traces]),
+            np.array([shapely.LineString(trace.points) for trace in extended_plane.traces]),
             {
-                "bed": np.array([trace.bed for trace in extended.traces], np.int32),
-                error95: np.array([float(t.error95_m.max()) for t in extended.traces]),
+                "bed": np.array([trace.bed for trace in extended_plane.traces], np.int32),
+                error95: np.array([float(t.error95_m.max()) for t in extended_plane.traces]),
             },
             crs,
         )
 
 
-def _table(extended: ExtendedPlane, crs: str | None, model: str, axes: Axes) -> str:
-    names = table_columns(COLUMNS, metric=axes.metric)
+def _table(extended_plane: ExtendedPlane, crs: str | None, model: str, axes: Axes) -> str:
+    names = table_columns(COLUMNS, is_metric=axes.metric)
     file = io.StringIO()
     file.write(comment_line(f"VOM Studio {__version__}, a plane carried on over {model}"))
     file.write(comment_line(f"CRS: {crs or 'local'}; {axes.description}"))
     file.write(
-        f"# plane {plain_azimuth(extended.dip_direction_deg)}/{extended.dip_deg:.4f} "
+        f"# plane {plain_azimuth(extended_plane.dip_direction_deg)}/{extended_plane.dip_deg:.4f} "
         f"(dip direction/dip, deg); {names[-1]}: 95 % of its position, across it\n"
     )
     out = csv.writer(file, lineterminator="\n")
     out.writerow(names)
-    for line, trace in enumerate(extended.traces, 1):
+    for line, trace in enumerate(extended_plane.traces, 1):
         out.writerows(
             [trace.bed, line, f"{x:.6f}", f"{y:.6f}", f"{z:.6f}", f"{error:.6g}"]
             for (x, y, z), error in zip(trace.points.tolist(), trace.error95_m, strict=True)

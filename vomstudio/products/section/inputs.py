@@ -64,10 +64,10 @@ def read_profile_line(path: str | Path, progress: Progress | None = None) -> Pro
     from vomstudio.io.gis.layer_reading import is_geojson_without_crs
     from vomstudio.io.gis.line_reading import read_gis_lines
 
-    read = read_gis_lines(path, progress)
-    if len(read.lines) != 1:
-        raise _line_count_error(len(read.lines), path)
-    line = read.lines[0]
+    gis_lines = read_gis_lines(path, progress)
+    if len(gis_lines.lines) != 1:
+        raise _line_count_error(len(gis_lines.lines), path)
+    line = gis_lines.lines[0]
     unit = read_dxf_properties(path).unit_m if path.suffix.lower() == ".dxf" else None
     return ProfileLine(
         path,
@@ -75,7 +75,7 @@ def read_profile_line(path: str | Path, progress: Progress | None = None) -> Pro
         StatedCrs(line.crs),
         unit_m=unit,
         is_unnamed=is_geojson_without_crs(path),
-        warnings=read.warnings,
+        warnings=gis_lines.warnings,
     )
 
 
@@ -108,21 +108,21 @@ def profile_in_world(
     """
     warnings = list(line.warnings)
     if line.unit_m not in (None, 1.0) and not _meets(line.points, bounds):
-        scaled = line.points * line.unit_m
-        if _meets(scaled, bounds):
+        scaled_values = line.points * line.unit_m
+        if _meets(scaled_values, bounds):
             unit = f"{line.unit_m:g} m"
             warnings.append(Finding("frame.unit-converted", unit=unit, height_unit=unit))
-            return scaled, tuple(warnings)
+            return scaled_values, tuple(warnings)
     if line.is_unnamed and _meets(line.points, bounds):
         warnings.append(Finding("frame.assumed", file=line.path.name, up="z", unit="m", crs=None))
         return line.points, tuple(warnings)
-    placed = points_to_world(
+    placed_points = points_to_world(
         np.column_stack([line.points, np.zeros(len(line.points))]),
         file=line.path,
         stated=line.stated,
         model=ModelFrame(crs),
     )
-    return placed.points[:, :2], (*warnings, *placed.findings)
+    return placed_points.points[:, :2], (*warnings, *placed_points.findings)
 
 
 def _meets(points: FloatArray, bounds: FloatArray) -> bool:
@@ -195,20 +195,20 @@ def read_features(
 
     table = read_orientations(path, azimuth)
     columns = coordinate_columns(table.table)
-    placed = points_to_world(
+    placed_points = points_to_world(
         table.table.numbers(columns)[table.row_indices],
         file=path,
         comments=table.table.comments,
         model=model,
     )
-    places = placed.points
-    keep = np.asarray(table.is_plane & np.isfinite(places).all(axis=1))
+    positions = placed_points.points
+    keep = np.asarray(table.is_plane & np.isfinite(positions).all(axis=1))
     if not keep.any():
         raise InputError(Finding("section.no-planes"), file=path)
 
     def words(column: str) -> list[str]:
-        known = column in (table.table.names or ())
-        return table.column(column) if known else [""] * len(table)
+        is_known = column in (table.table.names or ())
+        return table.column(column) if is_known else [""] * len(table)
 
     names, domains, qualities = words("name"), words("domain"), words("quality")
     rows = [
@@ -225,7 +225,7 @@ def read_features(
         }
         for k in np.flatnonzero(keep)
     ]
-    warnings: list[Finding] = [*table.warnings, *placed.findings]
+    warnings: list[Finding] = [*table.warnings, *placed_points.findings]
     lines = int((~table.is_plane).sum())
     if lines:
         warnings.append(Finding("section.lines-left-out", count=lines))
@@ -233,4 +233,4 @@ def read_features(
     if nowhere.any():
         numbers = [int(n) for n in table.line_numbers[nowhere]]
         warnings.append(Finding("section.planes-without-place", count=len(numbers), lines=numbers))
-    return ReadFeatures(items_of_table(places[keep], rows), table.convention, tuple(warnings))
+    return ReadFeatures(items_of_table(positions[keep], rows), table.convention, tuple(warnings))

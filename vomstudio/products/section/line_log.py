@@ -123,9 +123,9 @@ def answer(question: LogQuestion) -> LogAnswer:
     from vomstudio.geology.beds.bed_log import bed_log
 
     q = question
-    reach = _reach(q)
-    boundaries = _boundaries(q, reach)
-    bed = _bed(q, boundaries, reach)
+    max_distance = _reach(q)
+    boundaries = _boundaries(q, max_distance)
+    bed = _bed(q, boundaries, max_distance)
     sigma = q.options.sigma_m
     if sigma is None:
         met = [q.traces[b.key] for b in boundaries if b.key in q.traces]
@@ -154,7 +154,7 @@ def answer(question: LogQuestion) -> LogAnswer:
     keys = dict(zip(labels, (b.key for b in boundaries), strict=True))
     bases = tuple(keys[interval.base] for interval in log.intervals)
     return LogAnswer(
-        q, tuple(boundaries), bed.plane, bed.error95_deg, sigma, reach, log, bases, bed.ids
+        q, tuple(boundaries), bed.plane, bed.error95_deg, sigma, max_distance, log, bases, bed.ids
     )
 
 
@@ -164,7 +164,7 @@ def _reach(q: LogQuestion) -> float:
     return _DEFAULT_REACH_SHARE * path_length(q.line.points) if q.reach_m is None else q.reach_m
 
 
-def _boundaries(q: LogQuestion, reach: float) -> list[Boundary]:
+def _boundaries(q: LogQuestion, max_distance: float) -> list[Boundary]:
     """Find the boundaries in order along the line.
 
     Raises InputError if there are fewer than two.
@@ -174,20 +174,24 @@ def _boundaries(q: LogQuestion, reach: float) -> list[Boundary]:
     boundaries: list[tuple[float, Boundary]] = []
     points = q.line.points
     if q.of in (POINTS, BOTH):
-        along = np.concatenate([[0.0], np.linalg.norm(np.diff(points, axis=0), axis=1).cumsum()])
-        for i, (at, point) in enumerate(zip(along.tolist(), points.tolist(), strict=True)):
+        along_component = np.concatenate(
+            [[0.0], np.linalg.norm(np.diff(points, axis=0), axis=1).cumsum()]
+        )
+        for i, (position, point) in enumerate(
+            zip(along_component.tolist(), points.tolist(), strict=True)
+        ):
             key = f"{POINT}{i}"
-            boundaries.append((at, Boundary(key, str(i + 1), (point[0], point[1], point[2]))))
+            boundaries.append((position, Boundary(key, str(i + 1), (point[0], point[1], point[2]))))
     if q.of in (TRACES, BOTH):
         traces = {id_: m.points for id_, m in q.traces.items() if id_ != q.line_id}
-        for crossing in crossings(points, traces, reach):
+        for crossing in crossings(points, traces, max_distance):
             x, y, z = crossing.place.tolist()
             name = q.names[crossing.name]
             boundaries.append((crossing.along_m, Boundary(crossing.name, name, (x, y, z))))
     if len(boundaries) < 2:
         unit = "m" if q.metric else tr("units")
         raise InputError(
-            Finding("log.too-few-boundaries", count=len(boundaries), reach=reach, unit=unit)
+            Finding("log.too-few-boundaries", count=len(boundaries), reach=max_distance, unit=unit)
         )
     return [boundary for _, boundary in sorted(boundaries, key=lambda each: each[0])]
 
@@ -208,7 +212,7 @@ class _Bed(NamedTuple):
     are_parallel: bool = True
 
 
-def _bed(q: LogQuestion, boundaries: list[Boundary], reach: float) -> _Bed:
+def _bed(q: LogQuestion, boundaries: list[Boundary], max_distance: float) -> _Bed:
     """Determine the attitude of the beds.
 
     It is the plane given by the user, if any. Otherwise it is fitted to the traces that are
@@ -223,26 +227,26 @@ def _bed(q: LogQuestion, boundaries: list[Boundary], reach: float) -> _Bed:
 
     if q.bed is not None:
         return _Bed(q.bed, q.options.bed_error_deg or 0.0)
-    ids = [b.key for b in boundaries if b.key in q.traces] or _near_traces(q, reach)
+    ids = [b.key for b in boundaries if b.key in q.traces] or _near_traces(q, max_distance)
     if not ids:
         raise InputError(Finding("log.no-bedding"))
-    common = fit_common_bed([q.traces[id_].points for id_ in ids])
-    fit95 = common.max_confidence95_deg or 0.0
-    turned = sum(_is_turned(q.traces[id_], common.plane, fit95) for id_ in ids)
-    are_parallel = common.are_parallel and turned <= _MAX_TURNED_SHARE * len(ids)
+    common_bed = fit_common_bed([q.traces[id_].points for id_ in ids])
+    fit95 = common_bed.max_confidence95_deg or 0.0
+    turned_count = sum(_is_turned(q.traces[id_], common_bed.plane, fit95) for id_ in ids)
+    are_parallel = common_bed.are_parallel and turned_count <= _MAX_TURNED_SHARE * len(ids)
     error = common_error_deg(fit95, (q.traces[id_] for id_ in ids)) or 0.0
-    return _Bed(common.plane, error, fit95, tuple(ids), are_parallel)
+    return _Bed(common_bed.plane, error, fit95, tuple(ids), are_parallel)
 
 
-def _is_turned(trace: Measurement, common: Plane, error_deg: float) -> bool:
+def _is_turned(trace: Measurement, common_plane: Plane, error_deg: float) -> bool:
     """Return whether a trace's own plane differs from the common one beyond 95 % errors."""
     own95 = trace.max_confidence95_deg
     if trace.plane is None or own95 is None:
         return False
-    return angle_between_planes(trace.plane, common) > own95 + error_deg + _ROUNDING_DEG
+    return angle_between_planes(trace.plane, common_plane) > own95 + error_deg + _ROUNDING_DEG
 
 
-def _near_traces(q: LogQuestion, reach: float) -> list[str]:
+def _near_traces(q: LogQuestion, max_distance: float) -> list[str]:
     """Return the traces within reach of the line; if none, those within the line's length."""
     from vomstudio.geometry.lines import nearest_approach, path_length
 
@@ -251,7 +255,7 @@ def _near_traces(q: LogQuestion, reach: float) -> list[str]:
         for id_, trace in q.traces.items()
         if id_ != q.line_id and len(trace.points) > 1
     }
-    for limit in (reach, path_length(q.line.points)):
+    for limit in (max_distance, path_length(q.line.points)):
         if near := [id_ for id_, distance in far.items() if distance <= limit]:
             return near
     return []

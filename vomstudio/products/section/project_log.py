@@ -51,22 +51,22 @@ def read_log_question(
     """
     replay = read_replay(folder)
     records = replay.records
-    along = _line(records, line, folder)
+    along_component = _line(records, line, folder)
     traces = first_picks(_traces(records, type_name, folder), records)
-    measured = Measurements(thresholds_of(replay.settings)).of(
-        records, [along.id, *(t.id for t in traces if t.id != along.id)]
+    measurements = Measurements(thresholds_of(replay.settings)).of(
+        records, [along_component.id, *(t.id for t in traces if t.id != along_component.id)]
     )
-    model = model_of(records, along)
+    model = model_of(records, along_component)
     return LogQuestion(
-        along.id,
-        measured[along.id],
+        along_component.id,
+        measurements[along_component.id],
         of,
-        {t.id: measured[t.id] for t in traces},
+        {t.id: measurements[t.id] for t in traces},
         {t.id: t.name or t.id for t in traces},
         bed,
         options,
         reach_m,
-        words_along(along),
+        words_along(along_component),
         model is None or model.frame.has_metres,
         frozenset(t.id for t in traces if t.overturned),
     )
@@ -77,11 +77,11 @@ def _line(records: Mapping[str, Record], name: str, folder: Path) -> Logged:
     matches = [r for r in lines if r.id == name] or [r for r in lines if r.name == name]
     if len(matches) == 1:
         return matches[0]
-    described = [r.name for r in lines if r.beds]
+    described_names = [r.name for r in lines if r.beds]
     raise InputError(
         Finding("log.ambiguous-line", name=name)
         if matches
-        else Finding("log.no-line", name=name, names=described or None),
+        else Finding("log.no-line", name=name, names=described_names or None),
         file=folder,
         field="--line",
     )

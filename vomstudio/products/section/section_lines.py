@@ -59,9 +59,13 @@ class Panel:
 
     def coordinates(self, points: FloatArray) -> FloatArray:
         """Return section coordinates (n, 3) in metres: along, height, and towards the viewer."""
-        away = points - self.origin
+        offsets = points - self.origin
         return np.stack(
-            [away @ self.right + self.start, away @ self.up + self.level, away @ self.normal],
+            [
+                offsets @ self.right + self.start,
+                offsets @ self.up + self.level,
+                offsets @ self.normal,
+            ],
             axis=1,
         )
 
@@ -132,10 +136,10 @@ class Curtain:
         """
         bends = []
         for before, after in itertools.pairwise(self.panels):
-            turn = math.degrees(math.acos(min(max(float(before.right @ after.right), -1.0), 1.0)))
+            angle = math.degrees(math.acos(min(max(float(before.right @ after.right), -1.0), 1.0)))
             azimuth = wrap360(math.degrees(math.atan2(after.right[0], after.right[1])))
-            if turn >= MIN_BEND_DEG:
-                bends.append((turn, after.start, azimuth))
+            if angle >= MIN_BEND_DEG:
+                bends.append((angle, after.start, azimuth))
         bends = sorted(bends, reverse=True)[:max_count]
         return sorted((start, azimuth) for _, start, azimuth in bends)
 

@@ -56,7 +56,7 @@ class SectionOptions(Options):
         label=to_translate("Slab"),
         help=to_translate("thickness of the slab of cloud points to use, m"),
         tip=to_translate("Thickness of the slab of cloud points to use"),
-        automatic=to_translate("four times the mean point spacing"),
+        automatic_text=to_translate("four times the mean point spacing"),
         decimals=4,
     )
 
@@ -89,7 +89,7 @@ class SectionFeatures(Options):
             "project along this trend and plunge; the word domains projects each domain along its"
             " own axis"
         ),
-        automatic=to_translate("perpendicular to the section"),
+        automatic_text=to_translate("perpendicular to the section"),
     )
     within_m: float | None = option(
         None,

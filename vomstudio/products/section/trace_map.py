@@ -56,12 +56,12 @@ def map_to_outcrop(points: FloatArray, face: Curtain) -> FloatArray:
     return face.panels[0].world(points[:, 0], points[:, 1])
 
 
-def map_files(traces: Path, counted: SamplingRegion) -> dict[str, Path]:
+def map_files(traces: Path, sampling_region: SamplingRegion) -> dict[str, Path]:
     """Return the files that `write_map` writes: traces, and the area or scanlines if any."""
     files = {"traces": traces}
-    if counted.scanlines is not None:
+    if sampling_region.scanlines is not None:
         files["scanline"] = traces.with_name(f"{traces.stem}_scanline.gpkg")
-    elif counted.area is not None and counted.circle is None:
+    elif sampling_region.area is not None and sampling_region.circle is None:
         files["area"] = traces.with_name(f"{traces.stem}_area.gpkg")
     return files
 
@@ -71,7 +71,7 @@ def write_map(
     lines: Sequence[FloatArray],
     names: Sequence[str],
     sets: Sequence[str],
-    counted: SamplingRegion,
+    sampling_region: SamplingRegion,
     face: Curtain,
     *,
     crs: str,
@@ -86,7 +86,7 @@ def write_map(
         Lines in the World frame.
     names, sets : sequence of str
         Name and set of each line.
-    counted : SamplingRegion
+    sampling_region : SamplingRegion
         Area or scanlines on the face; a circle is not written to a file.
     face : Curtain
     crs : str
@@ -109,18 +109,18 @@ def write_map(
             shapely.force_3d(shapes), lambda xy: map_to_outcrop(xy[:, :2], face), include_z=True
         )
 
-    files = map_files(traces, counted)
+    files = map_files(traces, sampling_region)
     with atomic_group(list(files.values()), force) as parts:
-        at = dict(zip(files, parts, strict=True))
+        part_of_target = dict(zip(files, parts, strict=True))
         columns = {"name": _words(names), "set": _words(sets)}
         shapes = _shapes([shapely.linestrings(line) for line in lines])
-        _write(at["traces"], "traces", "LineString Z", shapes, columns, crs)
-        if "area" in at:
-            area = to_world(_shapes(list(shapely.get_parts(counted.area))))
-            _write(at["area"], "area", "Polygon Z", area, {}, crs)
-        if "scanline" in at:
-            scanlines = to_world(counted.scanlines)
-            _write(at["scanline"], "scanline", "LineString Z", scanlines, {}, crs)
+        _write(part_of_target["traces"], "traces", "LineString Z", shapes, columns, crs)
+        if "area" in part_of_target:
+            area = to_world(_shapes(list(shapely.get_parts(sampling_region.area))))
+            _write(part_of_target["area"], "area", "Polygon Z", area, {}, crs)
+        if "scanline" in part_of_target:
+            scanlines = to_world(sampling_region.scanlines)
+            _write(part_of_target["scanline"], "scanline", "LineString Z", scanlines, {}, crs)
     return files
 
 

@@ -170,40 +170,48 @@ def project_items(
     left_out : int
         Number of features that are too far away or do not face any panel.
     """
-    projected: list[ProjectedItem] = []
+    projected_items: list[ProjectedItem] = []
     for item in items:
-        along = directions.of(item)
-        met = [panel for panel in curtain.panels if angle_to(panel, along) >= MIN_ALLOWED_ANGLE_DEG]
+        along_component = directions.of(item)
+        met = [
+            panel
+            for panel in curtain.panels
+            if angle_to(panel, along_component) >= MIN_ALLOWED_ANGLE_DEG
+        ]
         if len(curtain.panels) > 1 and len(item.points) > 1:
-            parts = project_along_bends(item, met, along)
+            parts = project_along_bends(item, met, along_component)
             near = [f for f in parts if within is None or np.abs(f.away).mean() <= within]
-            projected += near
+            projected_items += near
             continue
         best: ProjectedItem | None = None
         for panel in met:
-            flat = project_item(item, panel.origin, panel.right, panel.up, along)
-            if flat is None:
+            projected_item = project_item(
+                item, panel.origin, panel.right, panel.up, along_component
+            )
+            if projected_item is None:
                 continue
-            x = float(flat.points[:, 0].mean())
+            x = float(projected_item.points[:, 0].mean())
             if not panel.low <= x <= panel.high:
                 continue
-            if best is None or np.abs(flat.away).mean() < np.abs(best.away).mean():
+            if best is None or np.abs(projected_item.away).mean() < np.abs(best.away).mean():
                 shift = np.array([panel.start, panel.level])
-                best = replace(flat, points=flat.points + shift)
+                best = replace(projected_item, points=projected_item.points + shift)
         if best is None or (within is not None and float(np.abs(best.away).mean()) > within):
             continue
-        projected.append(best)
-    left_out = count_features(items) - _count(projected)
-    return tuple(projected), left_out
+        projected_items.append(best)
+    left_out = count_features(items) - _count(projected_items)
+    return tuple(projected_items), left_out
 
 
 def _count(flats: Iterable[ProjectedItem]) -> int:
     """Count features once each, even if they have several parts."""
-    return count_features({id(flat.item): flat.item for flat in flats}.values())
+    return count_features(
+        {id(projected_item.item): projected_item.item for projected_item in flats}.values()
+    )
 
 
 def figures_of(
-    cut: Cut,
+    section_cut: Cut,
     curtain: Curtain,
     flats: tuple[ProjectedItem, ...],
     left_out: int,
@@ -216,17 +224,21 @@ def figures_of(
     InputError
         If the section does not intersect the model.
     """
-    if not cut.lines:
-        if cut.points is not None and cut.slab_m is not None:
-            raise InputError(Finding("section.thin-slab", count=cut.points, half_m=cut.slab_m / 2))
+    if not section_cut.lines:
+        if section_cut.points is not None and section_cut.slab_m is not None:
+            raise InputError(
+                Finding(
+                    "section.thin-slab", count=section_cut.points, half_m=section_cut.slab_m / 2
+                )
+            )
         raise InputError(Finding("section.misses-model"))
     plane = curtain.plane
     left_azimuth, right_azimuth = curtain.ends
     return SectionFigures(
-        cut.length_m,
-        len(cut.lines),
-        sum(map(len, cut.lines)) if cut.points is None else cut.points,
-        cut.slab_m,
+        section_cut.length_m,
+        len(section_cut.lines),
+        sum(map(len, section_cut.lines)) if section_cut.points is None else section_cut.points,
+        section_cut.slab_m,
         None if plane is None else plane.dip_direction_deg,
         None if plane is None else plane.dip_deg,
         left_azimuth,
@@ -248,14 +260,14 @@ def _projection(curtain: Curtain, directions: ProjectionDirections) -> tuple[Any
 
 def write_section(
     path: str | Path,
-    cut: Cut,
+    section_cut: Cut,
     curtain: Curtain,
     figures: SectionFigures,
     flats: tuple[ProjectedItem, ...] = (),
     *,
     crs: str | None = None,
     model: str = "",
-    metric: bool = True,
+    is_metric: bool = True,
     north_known: bool = True,
     warnings: tuple[Finding, ...] = (),
     force: bool = False,
@@ -272,17 +284,17 @@ def write_section(
     targets = section_targets(path, bool(flats))
     with atomic_group(targets, force) as parts:
         if ending == ".csv":
-            axes = Axes(metric, north_known)
+            axes = Axes(is_metric, north_known)
             head = _head(curtain, crs, model, figures, axes)
-            parts[0].write_text(head + _lines_table(cut, axes), "utf-8")
+            parts[0].write_text(head + _lines_table(section_cut, axes), "utf-8")
             if flats:
                 parts[1].write_text(head + _features_table(flats, axes), "utf-8")
         else:
             drawing = section_drawing(
-                cut,
+                section_cut,
                 curtain,
                 flats,
-                metric=metric,
+                is_metric=is_metric,
                 north_known=north_known,
                 model=model,
                 figures=figures,
@@ -296,11 +308,11 @@ def write_section(
 
 
 def section_drawing(
-    cut: Cut,
+    section_cut: Cut,
     curtain: Curtain,
     flats: tuple[ProjectedItem, ...],
     *,
-    metric: bool = True,
+    is_metric: bool = True,
     north_known: bool = True,
     model: str = "",
     figures: SectionFigures | None = None,
@@ -313,9 +325,9 @@ def section_drawing(
             values={"polyline": k + 1},
             legend=tr("surface of the model"),
         )
-        for k, line in enumerate(cut.lines)
+        for k, line in enumerate(section_cut.lines)
     ]
-    shapes += [shape_of(flat) for flat in flats]
+    shapes += [shape_of(projected_item) for projected_item in flats]
     every = np.concatenate([shape.points for shape in shapes])
     low, high = every.min(axis=0), every.max(axis=0)
     pad = max(0.05 * float((high - low).max()), 1e-3)
@@ -327,7 +339,7 @@ def section_drawing(
     low, high = low - 0.5 * padding, high + 0.5 * padding
     shapes += _bend_marks(curtain, float(low[1]), float(high[1]))
     ends = end_names(curtain, north_known)
-    unit = "m" if metric else tr("units")
+    unit = "m" if is_metric else tr("units")
     height = (
         tr("Z ({unit})", unit=unit) if curtain.vertical else tr("up the plane ({unit})", unit=unit)
     )
@@ -337,11 +349,11 @@ def section_drawing(
         ends,
         (tr("distance along the section ({unit})", unit=unit), height),
         (
-            section_words(curtain, cut, unit),
+            section_words(curtain, section_cut, unit),
             *([] if figures is None else projection_words(figures)),
             *([Path(model).name] if model else []),
         ),
-        metric=metric,
+        metric=is_metric,
     )
 
 
@@ -350,13 +362,13 @@ def _bend_marks(curtain: Curtain, low: float, high: float) -> list[DrawingShape]
     return [
         DrawingShape(
             _BENDS,
-            np.array([[at, low], [at, high]]),
+            np.array([[position, low], [position, high]]),
             _BEND_COLOR,
             label=tr("bend, continuing toward {azimuth}°", azimuth=f"{round(azimuth) % 360:03d}"),
             values={"azimuth_deg": azimuth},
             is_annotation=True,
         )
-        for at, azimuth in curtain.bends(MAX_BENDS)
+        for position, azimuth in curtain.bends(MAX_BENDS)
     ]
 
 
@@ -364,7 +376,7 @@ def projection_words(figures: SectionFigures) -> list[str]:
     """Describe the projection of features; empty without features."""
     if not figures.features:
         return []
-    domain_lines = [each.words for each in figures.domains or ()]
+    domain_lines = [item.words for item in figures.domains or ()]
     if domain_lines:
         domain_lines = [
             tr("Each domain projected along its own axis (trend/plunge, °):"),
@@ -401,7 +413,7 @@ def end_names(curtain: Curtain, north_known: bool = True) -> tuple[str, str]:
     return format_wind(left_azimuth), format_wind(right_azimuth)
 
 
-def section_words(curtain: Curtain, cut: Cut, unit: str) -> str:
+def section_words(curtain: Curtain, section_cut: Cut, unit: str) -> str:
     """Describe a section in one sentence."""
     plane = curtain.plane
     if plane is None:
@@ -410,15 +422,17 @@ def section_words(curtain: Curtain, cut: Cut, unit: str) -> str:
         text = tr(
             "Section along the plane {plane} (dip direction/dip, °)", plane=format_plane(plane)
         )
-    if cut.slab_m is not None:
-        text += "; " + tr("points of a slab {slab:.3g} {unit} thick", slab=cut.slab_m, unit=unit)
+    if section_cut.slab_m is not None:
+        text += "; " + tr(
+            "points of a slab {slab:.3g} {unit} thick", slab=section_cut.slab_m, unit=unit
+        )
     return text
 
 
 def _head(
     curtain: Curtain, crs: str | None, model: str, figures: SectionFigures, axes: Axes
 ) -> str:
-    distance, height = table_columns(("distance_m", "height_m"), metric=axes.metric)
+    distance, height = table_columns(("distance_m", "height_m"), is_metric=axes.metric)
     height += " is Z" if curtain.vertical else " counts up the plane from the given point"
     to_grid = "; azimuths to grid north" if axes.north else ""
     rows = [
@@ -432,7 +446,7 @@ def _head(
             f"plane: dip direction {plain_azimuth(figures.dip_direction_deg)}, "
             f"dip {figures.dip_deg:.4f}"
         )
-    bends = ", ".join(f"{at:.3f}" for at, _ in curtain.bends(MAX_BENDS))
+    bends = ", ".join(f"{position:.3f}" for position, _ in curtain.bends(MAX_BENDS))
     if bends:
         rows.append(f"bends at {distance} {bends}")
     if figures.features:
@@ -444,17 +458,17 @@ def _head(
                 "to the section"
             )
         rows.append(f"{'other ' if figures.domains else ''}features projected {direction}")
-        rows += [f"domain {each.words}" for each in figures.domains or ()]
+        rows += [f"domain {item.words}" for item in figures.domains or ()]
     if figures.slab_m is not None:
         unit = "m" if axes.metric else axes.unit
         rows.append(f"points within {figures.slab_m / 2:.6g} {unit} of the section on either side")
     return "".join(map(comment_line, rows))
 
 
-def _lines_table(cut: Cut, axes: Axes) -> str:
+def _lines_table(section_cut: Cut, axes: Axes) -> str:
     names = ("polyline", "distance_m", "height_m", "x", "y", "z")
-    rows = [",".join(table_columns(names, metric=axes.metric))]
-    for k, (line, world) in enumerate(zip(cut.lines, cut.world, strict=True)):
+    rows = [",".join(table_columns(names, is_metric=axes.metric))]
+    for k, (line, world) in enumerate(zip(section_cut.lines, section_cut.world, strict=True)):
         rows += [
             f"{k + 1},{s:.6f},{t:.6f},{x:.6f},{y:.6f},{z:.6f}"
             for (s, t), (x, y, z) in zip(line.tolist(), world.tolist(), strict=True)
@@ -468,11 +482,11 @@ def _features_table(flats: tuple[ProjectedItem, ...], axes: Axes) -> str:
 
     file = io.StringIO()
     out = csv.writer(file, lineterminator="\n")
-    parts = any(flat.item.domain for flat in flats)
+    parts = any(projected_item.item.domain for projected_item in flats)
     names = (*FEATURE_COLUMNS, "domain") if parts else FEATURE_COLUMNS
-    out.writerow(table_columns(names, metric=axes.metric))
-    for flat in flats:
-        item = flat.item
+    out.writerow(table_columns(names, is_metric=axes.metric))
+    for projected_item in flats:
+        item = projected_item.item
         words = [
             escape_formula(word) for word in (item.layer, item.id, item.name, item.kind, item.set)
         ]
@@ -481,13 +495,15 @@ def _features_table(flats: tuple[ProjectedItem, ...], axes: Axes) -> str:
             for angle, written in (
                 (item.dip_direction_deg, plain_azimuth),
                 (item.dip_deg, "{:.4f}".format),
-                (flat.apparent_dip_deg, "{:.4f}".format),
+                (projected_item.apparent_dip_deg, "{:.4f}".format),
             )
         ]
-        turned = "" if item.normal is None else str(item.overturned).lower()
-        last = [turned, escape_formula(item.domain)] if parts else [turned]
-        for k, ((s, t), away) in enumerate(
-            zip(flat.points.tolist(), flat.away.tolist(), strict=True)
+        turned_text = "" if item.normal is None else str(item.overturned).lower()
+        last = [turned_text, escape_formula(item.domain)] if parts else [turned_text]
+        for k, ((s, t), distances) in enumerate(
+            zip(projected_item.points.tolist(), projected_item.away.tolist(), strict=True)
         ):
-            out.writerow([*words, k + 1, f"{s:.6f}", f"{t:.6f}", f"{away:.6f}", *angles, *last])
+            out.writerow(
+                [*words, k + 1, f"{s:.6f}", f"{t:.6f}", f"{distances:.6f}", *angles, *last]
+            )
     return file.getvalue()

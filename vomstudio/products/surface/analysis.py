@@ -259,24 +259,26 @@ def analyse(
         float(np.finfo(values.dtype).eps * np.nanmax(np.abs(values)))
         for values in (points, heights)
     )
-    off = (points - fit.centroid) @ np.asarray(fit.axes).T
+    offset = (points - fit.centroid) @ np.asarray(fit.axes).T
     is_cloud = not (isinstance(data, Mesh) and len(data.faces))
-    known_at = np.isfinite(off).all(axis=1)
-    lack = missing_variance(off[known_at, :2], off[known_at, 2], noise) if is_cloud else 0.0
+    known_at = np.isfinite(offset).all(axis=1)
+    lack = missing_variance(offset[known_at, :2], offset[known_at, 2], noise) if is_cloud else 0.0
     rough = _roughness(deviations, plan, plane, (noise, lack), edge, rounding)
-    known = deviations[np.isfinite(deviations)]
+    known_deviations = deviations[np.isfinite(deviations)]
     line = rough["smoothest"]
     return SurfaceFigures(
         plane=row,
-        rms_m=float(np.sqrt((known**2).mean())),
-        lowest_m=float(known.min()),
-        highest_m=float(known.max()),
+        rms_m=float(np.sqrt((known_deviations**2).mean())),
+        lowest_m=float(known_deviations.min()),
+        highest_m=float(known_deviations.max()),
         noise_m=noise,
         noise_from=source,
-        cells=len(known),
+        cells=len(known_deviations),
         cell_m=plan.grid.gsd,
         trim=trim,
-        warnings=_warnings(rough["bent_share"], trim, holding, known, noise, plan.grid.gsd),
+        warnings=_warnings(
+            rough["bent_share"], trim, holding, known_deviations, noise, plan.grid.gsd
+        ),
         deviations=deviations,
         plan=plan,
         at_points=(points - fit.centroid) @ plane.normal(),
@@ -290,12 +292,18 @@ def _fit_patch(data: Mesh | PointCloud) -> tuple[FloatArray, FittedPlane, float 
     """Return the points (n, 3) of a patch, its plane, and its area if it is a mesh."""
     if isinstance(data, Mesh) and len(data.faces):
         faces = np.arange(len(data.faces))
-        known = moments(*face_points(data, faces))
+        known_moments = moments(*face_points(data, faces))
         points, area = np.asarray(data.vertices, np.float64), float(face_areas(data, faces).sum())
     else:
         points = np.asarray(data.vertices if isinstance(data, Mesh) else data.points, np.float64)
-        known, area = moments(points[np.isfinite(points).all(axis=1)]), None
-    return points, fit_moments(known.n, known.mean, known.scatter, known.n_effective), area
+        known_moments, area = moments(points[np.isfinite(points).all(axis=1)]), None
+    return (
+        points,
+        fit_moments(
+            known_moments.n, known_moments.mean, known_moments.scatter, known_moments.n_effective
+        ),
+        area,
+    )
 
 
 def _row(
@@ -308,15 +316,15 @@ def _row(
     thresholds: Thresholds,
 ) -> Row:
     resolution_m = max(edge, fit.rms or 0.0) if math.isfinite(edge) else None
-    finite = points[np.isfinite(points).all(axis=1)]
-    bend = measure_bend(finite, fit.normal)
+    finite_points = points[np.isfinite(points).all(axis=1)]
+    bend = measure_bend(finite_points, fit.normal)
     verdict = judge(
         fit,
         resolution_m=resolution_m,
         outcrop_normal=None,
         kind="patch",
         thresholds=thresholds,
-        surface_findings=level_findings(level_gap(finite, fit.normal)),
+        surface_findings=level_findings(level_gap(finite_points, fit.normal)),
         bend_deg=bend,
     )
     return plane_row(
@@ -341,10 +349,10 @@ def _noise(data: Mesh | PointCloud, stated_m: float | None, edge: float) -> tupl
 
     points = np.asarray(data.vertices if isinstance(data, Mesh) else data.points, np.float64)
     points = points[np.isfinite(points).all(axis=1)]
-    local = points - points.mean(axis=0)
-    at = local[:: max(1, len(local) // _NOISE_SAMPLES)]
-    _, near = cKDTree(local).query(at, k=min(NEIGHBOUR_COUNTS[0], len(local)))
-    _, noises = neighbour_statistics(local[near])
+    local_points = points - points.mean(axis=0)
+    position = local_points[:: max(1, len(local_points) // _NOISE_SAMPLES)]
+    _, near = cKDTree(local_points).query(position, k=min(NEIGHBOUR_COUNTS[0], len(local_points)))
+    _, noises = neighbour_statistics(local_points[near])
     return float(np.median(noises[np.isfinite(noises)])), "points"
 
 
@@ -364,8 +372,8 @@ def _trim(
 
     if not holding.trims:
         return None, np.ones(len(points), np.bool_)
-    at = np.linalg.inv(plan.cell_to_world) @ np.c_[points, np.ones(len(points))].T
-    column, row = np.floor(at[:2]).astype(np.int64)
+    position = np.linalg.inv(plan.cell_to_world) @ np.c_[points, np.ones(len(points))].T
+    column, row = np.floor(position[:2]).astype(np.int64)
     row, column = (
         np.clip(row, 0, holding.holds.shape[0] - 1),
         np.clip(column, 0, holding.holds.shape[1] - 1),
@@ -376,13 +384,15 @@ def _trim(
     )
     holds = np.asarray(holding.holds[tuple(nearest)][row, column])
     try:
-        known = moments(points[holds])
-        remaining = fit_moments(known.n, known.mean, known.scatter, known.n_effective)
+        known_moments = moments(points[holds])
+        remaining_moments = fit_moments(
+            known_moments.n, known_moments.mean, known_moments.scatter, known_moments.n_effective
+        )
     except GeometryError:
         return None, np.ones(len(points), np.bool_)
-    turn = math.degrees(math.acos(min(abs(float(remaining.normal @ fit.normal)), 1.0)))
-    row_of_rest = _row(remaining, points[holds], None, edge, model, frame, thresholds)
-    return Trim(holding.departs, holding.limit, turn, row_of_rest), holds
+    angle = math.degrees(math.acos(min(abs(float(remaining_moments.normal @ fit.normal)), 1.0)))
+    row_of_rest = _row(remaining_moments, points[holds], None, edge, model, frame, thresholds)
+    return Trim(holding.departs, holding.limit, angle, row_of_rest), holds
 
 
 def _roughness(
@@ -404,7 +414,7 @@ def _roughness(
     """
     noise, lack = noise_and_lack
     flat, bent = _remove_bend(deviations)
-    shortest = MIN_DISTANCE_EDGES * edge
+    shortest_values = MIN_DISTANCE_EDGES * edge
     results: dict[str, Any] = {
         "bent_share": bent,
         "hurst": None,
@@ -415,9 +425,9 @@ def _roughness(
     if float(np.nanmax(deviations) - np.nanmin(deviations)) <= rounding:
         reason = Finding("roughness.flat")
         return {**results, "bent_share": 0.0, "hurst_reason": reason, "smoothest_reason": reason}
-    variations = increments.measure_variations(deviations, plan.grid.gsd, shortest)
+    variations = increments.measure_variations(deviations, plan.grid.gsd, shortest_values)
     if variations is None:
-        reason = Finding("roughness.small-patch", shortest_m=shortest)
+        reason = Finding("roughness.small-patch", shortest_m=shortest_values)
         return {**results, "hurst_reason": reason, "smoothest_reason": reason}
     exponent = increments.fit_exponent(variations, noise, lack)
     resolved_range = increments.resolved_range(variations, noise)
@@ -447,7 +457,7 @@ def _roughness(
         results["hurst"] = Hurst(
             exponent.H, exponent.error95, exponent.from_m, exponent.to_m, directions
         )
-    unbent = increments.measure_variations(flat, plan.grid.gsd, shortest)
+    unbent = increments.measure_variations(flat, plan.grid.gsd, shortest_values)
     line = None if unbent is None else increments.find_smoothest_direction(unbent, noise)
     if line is None or math.isnan(line.p):
         results["smoothest_reason"] = Finding("roughness.direction-below-noise", noise_m=noise)
@@ -462,17 +472,17 @@ def _roughness(
 
 def _remove_bend(deviations: FloatArray) -> tuple[FloatArray, float]:
     """Subtract a paraboloid, and return its share of the mean square."""
-    known = np.isfinite(deviations)
-    row, column = np.nonzero(known)
+    is_known = np.isfinite(deviations)
+    row, column = np.nonzero(is_known)
     x = column / max(deviations.shape[1] - 1, 1) - 0.5
     y = row / max(deviations.shape[0] - 1, 1) - 0.5
     columns = np.stack([np.ones(len(x)), x, y, x * x, x * y, y * y], axis=1)
-    values = deviations[known]
-    flat = values - columns @ np.linalg.lstsq(columns, values, rcond=None)[0]
+    values = deviations[is_known]
+    flat_values = values - columns @ np.linalg.lstsq(columns, values, rcond=None)[0]
     result = np.full(deviations.shape, np.nan)
-    result[known] = flat
+    result[is_known] = flat_values
     square_sum = float((values**2).sum())
-    return result, 1.0 - float((flat**2).sum()) / square_sum if square_sum > 0.0 else 0.0
+    return result, 1.0 - float((flat_values**2).sum()) / square_sum if square_sum > 0.0 else 0.0
 
 
 def _line(angle_deg: float, plan: HeightPlan, plane: Plane) -> tuple[float, float, float]:
@@ -497,27 +507,30 @@ def _profiles(
 ) -> tuple[Profile, ...]:
     """Sample profiles along and across a rake, through the centre of the known cells."""
     rows, columns = np.nonzero(np.isfinite(deviations))
-    middle = np.array([columns.mean(), rows.mean()])
+    centre = np.array([columns.mean(), rows.mean()])
     angle, (strike, down) = math.radians(rake_deg), _axes(plan.plane)
     vector = math.cos(angle) * strike + math.sin(angle) * down
-    along = np.array([vector @ plan.frame.right, vector @ plan.frame.down])
+    projections = np.array([vector @ plan.frame.right, vector @ plan.frame.down])
     profiles = []
-    for name, direction in (("along", along), ("across", np.array([-along[1], along[0]]))):
-        reach = math.hypot(*deviations.shape)
-        steps = np.arange(-reach, reach)
-        at = middle + steps[:, None] * direction
-        column, row = np.floor(at + 0.5).astype(np.int64).T
-        inside = (column >= 0) & (row >= 0)
-        inside &= (column < deviations.shape[1]) & (row < deviations.shape[0])
-        steps, column, row = steps[inside], column[inside], row[inside]
+    for name, direction in (
+        ("along", projections),
+        ("across", np.array([-projections[1], projections[0]])),
+    ):
+        max_distance = math.hypot(*deviations.shape)
+        steps = np.arange(-max_distance, max_distance)
+        position = centre + steps[:, None] * direction
+        column, row = np.floor(position + 0.5).astype(np.int64).T
+        is_inside = (column >= 0) & (row >= 0)
+        is_inside &= (column < deviations.shape[1]) & (row < deviations.shape[0])
+        steps, column, row = steps[is_inside], column[is_inside], row[is_inside]
         values = deviations[row, column]
-        known = np.isfinite(values)
-        cells = np.c_[column + 0.5, row + 0.5, values + base, np.ones(len(values))][known]
+        is_known = np.isfinite(values)
+        cells = np.c_[column + 0.5, row + 0.5, values + base, np.ones(len(values))][is_known]
         profiles.append(
             Profile(
                 name,
-                steps[known] * plan.grid.gsd,
-                values[known],
+                steps[is_known] * plan.grid.gsd,
+                values[is_known],
                 (cells @ plan.cell_to_world.T)[:, :3],
             )
         )

@@ -26,9 +26,9 @@ _NAMES = {
 _ARROW_SHARE = 0.3
 
 
-def draw_surface(figure: Figure, figures: SurfaceFigures, *, metric: bool = True) -> None:
-    """Draw the deviations on an empty figure; unless `metric`, lengths are in model units."""
-    unit = "m" if metric else tr("units")
+def draw_surface(figure: Figure, figures: SurfaceFigures, *, is_metric: bool = True) -> None:
+    """Draw the deviations on an empty figure; unless `is_metric`, lengths are in model units."""
+    unit = "m" if is_metric else tr("units")
     figure.set_layout_engine("constrained")
     grid = figure.add_gridspec(1, 2, width_ratios=(5, 4))
     _draw_map(figure, figure.add_subplot(grid[0]), figures, unit)
@@ -41,11 +41,16 @@ def _draw_map(figure: Figure, axes: Axes, figures: SurfaceFigures, unit: str) ->
     values = figures.deviations
     rows, columns = values.shape
     cell = figures.cell_m
-    known = np.abs(values[np.isfinite(values)])
-    reach = max(float(np.percentile(known, 98.0)), 1e-12)
+    known_values = np.abs(values[np.isfinite(values)])
+    max_distance = max(float(np.percentile(known_values, 98.0)), 1e-12)
     extent = (0.0, columns * cell, rows * cell, 0.0)
     image = axes.imshow(
-        values, cmap=_PALETTE, vmin=-reach, vmax=reach, extent=extent, interpolation="nearest"
+        values,
+        cmap=_PALETTE,
+        vmin=-max_distance,
+        vmax=max_distance,
+        extent=extent,
+        interpolation="nearest",
     )
     bar = figure.colorbar(image, ax=axes, location="bottom", shrink=0.8, ticks=MaxNLocator(4))
     bar.set_label(tr("deviation ({unit})", unit=unit))
@@ -62,11 +67,11 @@ def _draw_map(figure: Figure, axes: Axes, figures: SurfaceFigures, unit: str) ->
         )
         arrow = np.array([vector @ figures.plan.frame.right, vector @ figures.plan.frame.down])
         arrow *= _ARROW_SHARE * min(rows, columns) * cell / np.linalg.norm(arrow)
-        middle = np.array([columns, rows]) * cell / 2
+        centre = np.array([columns, rows]) * cell / 2
         axes.annotate(
             "",
-            xy=tuple(middle + arrow),
-            xytext=tuple(middle - arrow),
+            xy=tuple(centre + arrow),
+            xytext=tuple(centre - arrow),
             arrowprops={"arrowstyle": "<->", "color": "black", "linewidth": 2.0},
         )
 
@@ -87,11 +92,11 @@ def _draw_profiles(axes: Axes, figures: SurfaceFigures, unit: str) -> None:
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False)
 
 
-def describe_figures(figures: SurfaceFigures, *, metric: bool = True) -> list[str]:
-    """Describe the figures in sentences; `metric` as in `draw_surface`."""
+def describe_figures(figures: SurfaceFigures, *, is_metric: bool = True) -> list[str]:
+    """Describe the figures in sentences; `is_metric` as in `draw_surface`."""
 
     def length(value: float) -> str:
-        return length_text(value, metric=metric)
+        return length_text(value, is_metric=is_metric)
 
     sentences = [
         tr(

@@ -133,8 +133,10 @@ def measurable_map(
         resolution = options.resolution_m or typical_resolution(data)
         length = float(f"{DEFAULT_LENGTH_RESOLUTIONS * resolution:.2g}")
         warnings.append(Finding("measurable.length-assumed", times=DEFAULT_LENGTH_RESOLUTIONS))
-    measured = map_measurability(data, plane.normal(), replace(options, length_m=length), progress)
-    area = measured.areas
+    measurability = map_measurability(
+        data, plane.normal(), replace(options, length_m=length), progress
+    )
+    area = measurability.areas
     total = float(area.sum())
     if not total > 0.0:
         raise GeometryError(Finding("model.no-surface"))
@@ -143,106 +145,108 @@ def measurable_map(
         sums = np.bincount(classes, area, len(QUALITY_CLASSES)) / total
         return {name: float(sums[i]) for i, name in reversed(list(enumerate(QUALITY_CLASSES)))}
 
-    best = measured.best_deg
+    best = measurability.best_deg
     order = np.argsort(best)
-    passed = np.cumsum(area[order]) / total
-    tenth, median = (float(best[order[np.searchsorted(passed, q)]]) for q in (0.1, 0.5))
+    passed_values = np.cumsum(area[order]) / total
+    tenth, median = (float(best[order[np.searchsorted(passed_values, q)]]) for q in (0.1, 0.5))
     return MeasurableMap(
         plane={"dip_direction_deg": plane.dip_direction_deg, "dip_deg": plane.dip_deg},
         length_m=length,
-        resolution_m=measured.resolution,
-        noise_m=measured.noise,
+        resolution_m=measurability.resolution,
+        noise_m=measurability.noise,
         registration_error_deg=options.used_registration_error_deg,
         angle_deg=options.angle_deg,
-        element=measured.elements.of,
-        elements=len(measured.elements),
+        element=measurability.elements.of,
+        elements=len(measurability.elements),
         area_m2=total,
-        shares=shares(measured.classes),
-        trace_shares=shares(measured.trace_classes),
-        exposed_share=float(area[measured.patches >= 0].sum()) / total,
-        patches=_patches(measured),
+        shares=shares(measurability.classes),
+        trace_shares=shares(measurability.trace_classes),
+        exposed_share=float(area[measurability.patches >= 0].sum()) / total,
+        patches=_patches(measurability),
         median_deg=median,
         tenth_deg=tenth,
-        best=_find_best_position(measured),
-        warnings=(*warnings, *measured.warnings),
-        measurable=measured,
-        values=_point_values(data, measured),
+        best=_find_best_position(measurability),
+        warnings=(*warnings, *measurability.warnings),
+        measurable=measurability,
+        values=_point_values(data, measurability),
     )
 
 
-def share_findings(measured: MeasurableMap) -> tuple[Finding, ...]:
+def share_findings(measurability: MeasurableMap) -> tuple[Finding, ...]:
     """Report the shares of the surface on which the plane could be measured."""
-    shares = {f"{name}_percent": 100.0 * share for name, share in measured.shares.items()}
+    fractions = {
+        f"{name}_percent": 100.0 * fraction for name, fraction in measurability.shares.items()
+    }
     return (
-        Finding("measurable.shares", **shares),
+        Finding("measurable.shares", **fractions),
         Finding(
             "measurable.trace-share",
-            good_percent=100.0 * measured.trace_shares["good"],
-            exposed_percent=100.0 * measured.exposed_share,
+            good_percent=100.0 * measurability.trace_shares["good"],
+            exposed_percent=100.0 * measurability.exposed_share,
         ),
     )
 
 
-def _find_best_position(measured: Measurable) -> dict[str, float] | None:
+def _find_best_position(measurability: Measurable) -> dict[str, float] | None:
     """Return the position at which a trace would have the smallest error."""
-    error = np.where(np.isfinite(measured.trace_deg), measured.trace_deg, np.inf)
+    error = np.where(np.isfinite(measurability.trace_deg), measurability.trace_deg, np.inf)
     row = int(np.argmin(error))
     if not error[row] < 90.0:
         return None
-    x, y, z = (measured.elements.places[row] + measured.elements.origin).tolist()
+    x, y, z = (measurability.elements.places[row] + measurability.elements.origin).tolist()
     return {
         "x": x,
         "y": y,
         "z": z,
         "error95_deg": float(error[row]),
-        "extent_m": float(measured.extent[row]),
-        "relief_m": float(measured.relief[row]),
+        "extent_m": float(measurability.extent[row]),
+        "relief_m": float(measurability.relief[row]),
     }
 
 
-def _patches(measured: Measurable) -> list[dict[str, float | None]]:
-    inside = measured.patches >= 0
-    numbers = measured.patches[inside]
-    areas = np.bincount(numbers, measured.areas[inside])
+def _patches(measurability: Measurable) -> list[dict[str, float | None]]:
+    is_inside = measurability.patches >= 0
+    numbers = measurability.patches[is_inside]
+    areas = np.bincount(numbers, measurability.areas[is_inside])
     patches: list[dict[str, float | None]] = []
     for number in np.argsort(-areas)[:_MAX_PATCHES]:
-        rows = np.flatnonzero(measured.patches == number)
-        error = float(measured.patch_deg[rows[0]])
+        rows = np.flatnonzero(measurability.patches == number)
+        error = float(measurability.patch_deg[rows[0]])
         if np.isnan(error):
             continue
-        places = measured.elements.places[rows] + measured.elements.origin
+        positions = measurability.elements.places[rows] + measurability.elements.origin
         # Use a point of the patch, since the mean of a curved patch may lie off its surface.
-        middle = places[np.argmin(np.linalg.norm(places - places.mean(axis=0), axis=1))]
-        x, y, z = middle.tolist()
+        centre = positions[np.argmin(np.linalg.norm(positions - positions.mean(axis=0), axis=1))]
+        x, y, z = centre.tolist()
         patches.append(
             {"x": x, "y": y, "z": z, "area_m2": float(areas[number]), "error95_deg": error}
         )
     return patches
 
 
-def _point_values(data: Mesh | PointCloud, measured: Measurable) -> dict[str, Float32Array]:
+def _point_values(data: Mesh | PointCloud, measurability: Measurable) -> dict[str, Float32Array]:
     """Return the values at cloud points, or area-weighted means at mesh vertices."""
-    rows = measured.elements.rows
-    errors = (measured.best_deg, measured.trace_deg, measured.patch_deg)
+    rows = measurability.elements.rows
+    errors = (measurability.best_deg, measurability.trace_deg, measurability.patch_deg)
     values: dict[str, Float32Array] = {}
-    if measured.elements.of == "face" and isinstance(data, Mesh):
-        nodes = measured.nodes
+    if measurability.elements.of == "face" and isinstance(data, Mesh):
+        nodes = measurability.nodes
         corners = np.asarray(data.faces[rows], np.int64).ravel()
         corners = corners if nodes is None else nodes[corners]
         count = len(data.vertices) if nodes is None else int(nodes.max()) + 1
-        weights = np.repeat(measured.areas, 3)
+        weights = np.repeat(measurability.areas, 3)
         for name, error in zip(FIELDS, errors, strict=False):
             corner_errors = np.repeat(error, 3)
-            known = np.isfinite(corner_errors)
-            total = np.bincount(corners[known], weights[known], count)
+            is_known = np.isfinite(corner_errors)
+            total = np.bincount(corners[is_known], weights[is_known], count)
             sums = np.bincount(
-                corners[known], (weights * np.nan_to_num(corner_errors))[known], count
+                corners[is_known], (weights * np.nan_to_num(corner_errors))[is_known], count
             )
             with np.errstate(invalid="ignore", divide="ignore"):
                 values[name] = (sums / total).astype(np.float32)
         votes = np.stack(
             [
-                np.bincount(corners, weights * (np.repeat(measured.classes, 3) == k), count)
+                np.bincount(corners, weights * (np.repeat(measurability.classes, 3) == k), count)
                 for k in range(len(QUALITY_CLASSES))
             ]
         )
@@ -253,11 +257,11 @@ def _point_values(data: Mesh | PointCloud, measured: Measurable) -> dict[str, Fl
             values = {name: value[nodes] for name, value in values.items()}
         return values
     points = data.vertices if isinstance(data, Mesh) else data.points
-    row_of = measured.elements.row_of
-    known = row_of >= 0
-    for name, value in zip(FIELDS, (*errors, measured.classes), strict=True):
+    row_of = measurability.elements.row_of
+    is_known = row_of >= 0
+    for name, value in zip(FIELDS, (*errors, measurability.classes), strict=True):
         point_values = np.full(len(points), np.nan, np.float32)
-        point_values[known] = np.asarray(value, np.float32)[row_of[known]]
+        point_values[is_known] = np.asarray(value, np.float32)[row_of[is_known]]
         values[name] = point_values
     return values
 
@@ -296,8 +300,8 @@ def write_raster(
     from vomstudio.products.ortho.tiles import TILE
 
     elements = measurable.measurable.elements
-    places = elements.places + elements.origin
-    view = Plane.from_normal(fit_plane(places[:: max(1, len(places) // 20_000)]).normal)
+    positions = elements.places + elements.origin
+    view = Plane.from_normal(fit_plane(positions[:: max(1, len(positions) // 20_000)]).normal)
     cell = cell_m or max(measurable.length_m / 40.0, measurable.resolution_m)
     plan = plan_heights(data, view, to_world=np.eye(4), gsd=cell)
     if plan.grid.width * plan.grid.height > _MAX_CELLS:

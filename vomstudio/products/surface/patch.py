@@ -43,10 +43,10 @@ def extract_facet(data: Mesh | PointCloud, number: int) -> Mesh | PointCloud:
 def extract_faces(mesh: Mesh, faces: IntArray) -> Mesh:
     """Extract the faces (k,) of a mesh, with colours and fields but without textures."""
     corners = np.asarray(mesh.faces)[faces]
-    ids, which = np.unique(corners, return_inverse=True)
+    ids, inverse = np.unique(corners, return_inverse=True)
     return Mesh(
         np.asarray(mesh.vertices[ids], np.float64),
-        which.reshape(-1, 3).astype(np.int32),
+        inverse.reshape(-1, 3).astype(np.int32),
         colors=None if mesh.colors is None else mesh.colors[ids],
         fields={name: np.asarray(values)[ids] for name, values in mesh.fields.items()},
     )

@@ -120,7 +120,7 @@ def slope_fields(slopes: FacetSlopes, labels: IntegerArray) -> dict[str, Float32
     fields = {}
     for mode, name in _FIELDS.items():
         share_of = {
-            f.id: share for f, share in zip(slopes.facets, slopes.shares(mode), strict=True)
+            f.id: fraction for f, fraction in zip(slopes.facets, slopes.shares(mode), strict=True)
         }
         unique_labels, label_of = np.unique(labels, return_inverse=True)
         values = np.array([share_of.get(str(int(n)), np.nan) for n in unique_labels])
@@ -153,9 +153,9 @@ def write_facet_slopes(path: str | Path, slopes: FacetSlopes, *, force: bool = F
         ]
         cells.append("" if facet.area_m2 is None else f"{facet.area_m2:.6g}")
         for mode in MODES:
-            share = getattr(facet, mode)
-            cells += [str(share.critical), str(share.of)]
-            cells.append("" if share.share is None else f"{share.share:.6f}")
+            fraction = getattr(facet, mode)
+            cells += [str(fraction.critical), str(fraction.of)]
+            cells.append("" if fraction.share is None else f"{fraction.share:.6f}")
         out.writerow(cells)
     write_bytes(path, file.getvalue().encode("utf-8"), force=force)
 

@@ -30,7 +30,7 @@ class SurfaceOptions(Options):
         label=to_translate("Noise"),
         help=to_translate("standard deviation of the model's noise, m"),
         tip=to_translate("Standard deviation of the model's noise"),
-        automatic=to_translate(
+        automatic_text=to_translate(
             "scatter about local planes for a cloud, a quarter of the mean edge length for a mesh"
         ),
         decimals=5,
@@ -40,5 +40,5 @@ class SurfaceOptions(Options):
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
         help=to_translate("cell size of the map, m"),
-        automatic=to_translate("mean edge length or point spacing"),
+        automatic_text=to_translate("mean edge length or point spacing"),
     )

@@ -111,7 +111,7 @@ def _table(figures: SurfaceFigures, data: Mesh | PointCloud, crs: str | None, ax
     file = io.StringIO()
     file.write(_head(crs, axes))
     out = csv.writer(file, lineterminator="\n")
-    out.writerow(["x", "y", "z", *table_columns(FIELDS, metric=axes.metric)])
+    out.writerow(["x", "y", "z", *table_columns(FIELDS, is_metric=axes.metric)])
     out.writerows(
         [f"{x:.6f}", f"{y:.6f}", f"{z:.6f}", f"{off:.6g}", int(holds)]
         for (x, y, z), off, holds in zip(
@@ -133,7 +133,7 @@ def write_profiles(
     file = io.StringIO()
     file.write(_head(crs, axes))
     out = csv.writer(file, lineterminator="\n")
-    out.writerow(table_columns(PROFILE_COLUMNS, metric=axes.metric))
+    out.writerow(table_columns(PROFILE_COLUMNS, is_metric=axes.metric))
     for profile in figures.profiles:
         out.writerows(
             [profile.name, f"{distance:.6g}", f"{off:.6g}", f"{x:.6f}", f"{y:.6f}", f"{z:.6f}"]

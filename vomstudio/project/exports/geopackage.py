@@ -69,7 +69,7 @@ def write_layers(
                 _geometry(layer),
                 layer.columns,
                 crs,
-                described=table.limits.description,
+                described_text=table.limits.description,
                 append=append,
             )
             append = True
@@ -133,7 +133,7 @@ def _geometry(layer: Layer) -> AnyArray:
     import shapely
 
     if layer.kind == "point":
-        places = np.concatenate(layer.shapes) if layer.shapes else np.empty((0, 3))
-        return np.asarray(shapely.points(places))
+        positions = np.concatenate(layer.shapes) if layer.shapes else np.empty((0, 3))
+        return np.asarray(shapely.points(positions))
     make = shapely.linestrings if layer.kind == "line" else shapely.polygons
     return np.array([make(shape) for shape in layer.shapes], dtype=object)

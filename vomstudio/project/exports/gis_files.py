@@ -129,7 +129,7 @@ def write_dxf(
             prj.write_text(text or "", encoding="utf-8")
         with open(temporary, "w", encoding="ascii", newline="\n") as file:
             comment = f"VOM Studio, coordinates of {crs or 'a local frame'}, {axes.unit}"
-            drawing = dxf.DxfWriter(file, color_numbers, bounds, comment, metric=axes.metric)
+            drawing = dxf.DxfWriter(file, color_numbers, bounds, comment, is_metric=axes.metric)
             for layer in layers:
                 kinds = layer.classes
                 for row, shape in enumerate(layer.shapes):
@@ -137,7 +137,7 @@ def write_dxf(
                     values = {name: column[row] for name, column in layer.columns.items()}
                     if layer.kind != "point":
                         drawing.polyline(
-                            shape, names[dxf_layer], values, closed=layer.kind == "ring"
+                            shape, names[dxf_layer], values, is_closed=layer.kind == "ring"
                         )
                         continue
                     drawing.point(shape[0], names[dxf_layer], values)

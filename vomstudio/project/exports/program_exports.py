@@ -63,7 +63,7 @@ def write_for_program(
         return replace(table, files=tuple(write_tables({out: text}, force=force)))
     is_accepted, (row_reason, empty_reason) = _ACCEPTED_ROWS[format_]
     rows = [row for row in table.rows if is_accepted(row)]
-    rejected = [row for row in table.rows if not is_accepted(row)]
+    rejected_rows = [row for row in table.rows if not is_accepted(row)]
     if not rows:
         raise InputError(
             Finding("export.nothing-to-write", program=format_, reason=tr(empty_reason)),
@@ -72,7 +72,7 @@ def write_for_program(
     texts = _texts(format_, out, rows, layers)
     skipped = [
         {"id": str(row["id"]), "name": str(row["name"] or row["id"]), "reason": tr(row_reason)}
-        for row in rejected
+        for row in rejected_rows
     ]
     files = tuple(write_tables(texts, force=force))
     return replace(table, rows=rows, skipped=[*table.skipped, *skipped], files=files)

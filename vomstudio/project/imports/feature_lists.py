@@ -150,7 +150,7 @@ def read_listed_features(
     to_file = transform.invert(model.to_world)
     types = {r.name.casefold(): r.id for r in records.values() if isinstance(r, FeatureType)}
     features: list[Feature] = []
-    skipped: list[tuple[str, Finding]] = []
+    skipped_items: list[tuple[str, Finding]] = []
     unknown: set[str] = set()
     world_points, findings = _points_in_world(rows, path, crs)
     report.stage(tr("Importing features"), len(rows))
@@ -159,11 +159,11 @@ def read_listed_features(
             report.step(number)
         name = row.text("name", "number", "id") or tr("row {number}", number=number)
         if (reason := _invalid_points(row, points)) is not None:
-            skipped.append((name, reason))
+            skipped_items.append((name, reason))
             continue
         file_points = transform.apply(to_file, points)
         if (too_far := _distance_finding(file_points, bounds)) is not None:
-            skipped.append((name, too_far))
+            skipped_items.append((name, too_far))
             continue
         vertices = tuple((x, y, z) for x, y, z in file_points.tolist())
         kind = row.text("kind", "type").casefold()
@@ -177,10 +177,10 @@ def read_listed_features(
         *(Finding("import.type-replaced", type=kind) for kind in sorted(unknown)),
     ]
     if not features:
-        name, first = skipped[0]
+        name, first = skipped_items[0]
         raise InputError(Finding("import.nothing-usable", name=name, reason=first), file=path)
     features = merge_stations(features, transform.scale_factor(transform.matrix(model.to_world)))
-    return ImportedFeatures(tuple(features), tuple(skipped), tuple(warnings))
+    return ImportedFeatures(tuple(features), tuple(skipped_items), tuple(warnings))
 
 
 def _feature(
@@ -250,15 +250,15 @@ def _points_in_world(
     findings: list[Finding] = []
     for crs_text in dict.fromkeys(row.crs for row in rows):
         numbers = [i for i, row in enumerate(rows) if row.crs == crs_text]
-        placed = points_to_world(
+        placed_points = points_to_world(
             np.concatenate([rows[i].points for i in numbers]),
             file=path,
             stated=StatedCrs(crs_text),
             model=ModelFrame(crs),
         )
-        findings += placed.findings
+        findings += placed_points.findings
         ends = np.cumsum([len(rows[i].points) for i in numbers])
-        for i, part in zip(numbers, np.split(placed.points, ends[:-1]), strict=True):
+        for i, part in zip(numbers, np.split(placed_points.points, ends[:-1]), strict=True):
             points[i] = part
     return points, tuple(dict.fromkeys(findings))
 
@@ -304,7 +304,7 @@ def _layers(path: Path, progress: Progress) -> Iterator[_Row]:
     read_names = [name for name, layer in layer_by_name.items() if layer]
     if not read_names:
         return
-    for read in read_layers(path, read_names, _COLUMNS, unreadable, progress, flat=False):
+    for read in read_layers(path, read_names, _COLUMNS, unreadable, progress, is_flat=False):
         crs = read.crs or (_WGS84 if path.suffix.lower() == ".kml" else None)
         columns = {name.casefold(): values for name, values in (read.columns or {}).items()}
         try:
@@ -334,8 +334,8 @@ def _points(shape: Any) -> Iterator[FloatArray]:
             continue
         ring = part.exterior if part.geom_type == "Polygon" else part
         points = shapely.get_coordinates(ring, include_z=True)
-        closed = part.geom_type == "Polygon" and len(points) > 1
-        yield points[:-1] if closed else points
+        is_closed = part.geom_type == "Polygon" and len(points) > 1
+        yield points[:-1] if is_closed else points
 
 
 def _table(path: Path, findings: list[Finding]) -> Iterator[_Row]:

@@ -59,9 +59,9 @@ def geometry_of_type(name: str) -> Literal["plane", "line"] | None:
         None if the name is used for both.
     """
     word = name.casefold()
-    if any(each in word for each in UNCLEAR_WORDS):
+    if any(item in word for item in UNCLEAR_WORDS):
         return None
-    return "line" if any(each in word for each in LINE_WORDS) else "plane"
+    return "line" if any(item in word for item in LINE_WORDS) else "plane"
 
 
 def guess(table: FieldTable) -> Guess:
@@ -71,8 +71,8 @@ def guess(table: FieldTable) -> Guess:
     names = [normalise_name(name) for name in table.names]
 
     def first(aliases: Iterable[str]) -> int | None:
-        accepted = set(aliases)
-        return next((i for i, name in enumerate(names) if name in accepted), None)
+        accepted_names = set(aliases)
+        return next((i for i, name in enumerate(names) if name in accepted_names), None)
 
     def column_of(meaning: str) -> int | None:
         return first(ALIASES[meaning])

@@ -84,19 +84,21 @@ def read_field_table(path: str | Path) -> FieldTable:
     if not rows:
         raise InputError(Finding("table.no-rows"), file=path)
     width = len(names) if names else Counter(map(len, rows)).most_common(1)[0][0]
-    ragged = {}
+    ragged_items = {}
     for i, row in enumerate(rows):
         while len(row) > width and not row[-1]:
             row.pop()
         if len(row) != width:
-            ragged[i] = Finding(
+            ragged_items[i] = Finding(
                 "table.ragged-row",
                 count=len(row),
                 expected=width,
                 delimiter=DELIMITER_NAMES[delimiter],
             )
             row[:] = (row + [""] * width)[:width]
-    return FieldTable(path, names, width, delimiter, rows, numbers, ragged, tuple(notes), comments)
+    return FieldTable(
+        path, names, width, delimiter, rows, numbers, ragged_items, tuple(notes), comments
+    )
 
 
 def _join_quoted(lines: list[str]) -> list[tuple[int, str]]:

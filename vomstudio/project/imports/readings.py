@@ -126,13 +126,13 @@ def read_readings(
     if notation not in NOTATIONS:
         raise ValueError(notation)
     rows: list[FieldRow] = []
-    bad: list[BadRow] = []
-    flipped: list[int] = []
-    unpositioned: list[int] = []
+    bad_items: list[BadRow] = []
+    flipped_items: list[int] = []
+    unpositioned_items: list[int] = []
     invalid_positions: list[tuple[int, Finding]] = []
     for i, (cells, line) in enumerate(zip(table.rows, table.lines, strict=True)):
         if i in table.ragged:
-            bad.append(BadRow(line, table.ragged[i]))
+            bad_items.append(BadRow(line, table.ragged[i]))
             continue
         cells_by_role = {role: cells[column] for role, column in columns.items()}
         try:
@@ -141,10 +141,10 @@ def read_readings(
                 cells_by_role, notation, table, is_line=is_line
             )
         except InputError as error:
-            bad.append(BadRow(line, finding_of(error)))
+            bad_items.append(BadRow(line, finding_of(error)))
             continue
         if inclination < 0:
-            flipped.append(line)
+            flipped_items.append(line)
             azimuth, inclination = float(wrap360(azimuth + 180.0)), -inclination
         position = None
         try:
@@ -152,7 +152,7 @@ def read_readings(
             if position is None and any(
                 cells_by_role.get(c) for c in ("x", "y", "longitude", "latitude")
             ):
-                unpositioned.append(line)
+                unpositioned_items.append(line)
         except InputError as error:
             invalid_positions.append((line, finding_of(error)))
         rows.append(
@@ -180,39 +180,42 @@ def read_readings(
             invalid_positions += [(row.line, reason) for row in rows if row.position is not None]
             rows = [replace(row, position=None) for row in rows]
     about_rows = [
-        *_row_findings(flipped, unpositioned, needs_crs),
+        *_row_findings(flipped_items, unpositioned_items, needs_crs),
         *_position_findings(invalid_positions),
     ]
-    return FieldReadings(tuple(rows), tuple(bad), (*table.notes, *about_rows, *findings))
+    return FieldReadings(tuple(rows), tuple(bad_items), (*table.notes, *about_rows, *findings))
 
 
 def _rows_in_world(
     rows: list[FieldRow], table: FieldTable, model: ModelFrame
 ) -> tuple[list[FieldRow], Sequence[Finding]]:
     """Convert positions from the CRS of the table. Raises InputError and UsageError."""
-    placed = [row for row in rows if row.position is not None]
-    if not placed:
+    placed_rows = [row for row in rows if row.position is not None]
+    if not placed_rows:
         return rows, ()
     world = points_to_world(
-        np.array([row.position for row in placed], np.float64),
+        np.array([row.position for row in placed_rows], np.float64),
         file=table.path,
         comments=table.comments,
         model=model,
     )
-    places: dict[int, Point] = {
-        row.line: (x, y, z) for row, (x, y, z) in zip(placed, world.points.tolist(), strict=True)
+    positions: dict[int, Point] = {
+        row.line: (x, y, z)
+        for row, (x, y, z) in zip(placed_rows, world.points.tolist(), strict=True)
     }
-    return [replace(row, position=places.get(row.line)) for row in rows], world.findings
+    return [replace(row, position=positions.get(row.line)) for row in rows], world.findings
 
 
-def _row_findings(flipped: list[int], unpositioned: list[int], needs_crs: bool) -> list[Finding]:
+def _row_findings(
+    flipped_indices: list[int], unpositioned_indices: list[int], needs_crs: bool
+) -> list[Finding]:
     """Return findings for rows that were reversed or have no position."""
     findings = []
-    if flipped:
-        findings.append(_rows_finding("reading.upward", flipped))
-    if unpositioned:
+    if flipped_indices:
+        findings.append(_rows_finding("reading.upward", flipped_indices))
+    if unpositioned_indices:
         code = "reading.degrees-without-crs" if needs_crs else "reading.coordinate-missing"
-        findings.append(_rows_finding(code, unpositioned))
+        findings.append(_rows_finding(code, unpositioned_indices))
     return findings
 
 
@@ -361,8 +364,8 @@ def make_readings(
     """
     readings = []
     for row in rows:
-        undefined = row.inclination_deg == (0.0 if row.geometry == "plane" else 90.0)
-        azimuth = 0.0 if undefined else float(wrap360(row.azimuth_deg + turn_deg))
+        is_undefined = row.inclination_deg == (0.0 if row.geometry == "plane" else 90.0)
+        azimuth = 0.0 if is_undefined else float(wrap360(row.azimuth_deg + turn_deg))
         readings.append(
             Reading(
                 id=new_id("reading"),

@@ -90,19 +90,19 @@ def read_sidecars(
     """
     points: tuple[PointState, ...] = ()
     image_marks: tuple[tuple[str, str, float, float], ...] = ()
-    crs, problems, unread = "", [], []
+    crs, problems, unread_items = "", [], []
     try:
         if control is not None:
             points = tuple(_state(point) for point in read_control(control))
             crs = crs_of(control) or ""
     except VomError as error:
-        unread.append(CONTROL)
+        unread_items.append(CONTROL)
         problems.append(str(error))
     try:
         if marks is not None:
             image_marks = _resolve_photos(read_marks(marks), photos)
     except VomError as error:
-        unread.append(MARKS)
+        unread_items.append(MARKS)
         problems.append(str(error))
     assets = {}
     for count, (name, path) in enumerate(masks.items()):
@@ -112,7 +112,7 @@ def read_sidecars(
             assets[name] = store_asset(project, read_whole(path), path.suffix.lower())
         except (OSError, VomError) as error:
             problems.append(f"{path}: {error}")
-    return SidecarData(points, image_marks, assets, crs, tuple(problems), tuple(unread))
+    return SidecarData(points, image_marks, assets, crs, tuple(problems), tuple(unread_items))
 
 
 def _state(point: ControlPoint) -> PointState:
@@ -124,13 +124,13 @@ def _resolve_photos(
 ) -> tuple[tuple[str, str, float, float], ...]:
     """Replace the photo names of marks by the matching names of the photo set."""
     find = photo_finder(photos)
-    resolved = []
+    resolved_items = []
     for mark in marks:
         number = find(mark.photo)
-        resolved.append(
+        resolved_items.append(
             (mark.label, mark.photo if number is None else photos[number], mark.x, mark.y)
         )
-    return tuple(resolved)
+    return tuple(resolved_items)
 
 
 def stored_path(project: Path, photos: Path) -> str:

@@ -67,13 +67,13 @@ class JournalFiles:
 
     def record_write(self) -> Finding | None:
         """Record the state after a write, or return why the row is not at the journal's path."""
-        previous, log = self._file_stamp, self._log_stamp
+        previous_file_stamp, log = self._file_stamp, self._log_stamp
         # Rows written by this connection do not change the version.
         self._note_files()
-        if not _same_file(previous, self._file_stamp) or (
+        if not _same_file(previous_file_stamp, self._file_stamp) or (
             log and not _same_file(log, self._log_stamp)
         ):
-            self._file_stamp, self._log_stamp = previous, log
+            self._file_stamp, self._log_stamp = previous_file_stamp, log
             return self._why_lost()
         return None
 
@@ -83,14 +83,18 @@ class JournalFiles:
         version = _data_version(self._db)
         if (now, log, version) == (self._file_stamp, self._log_stamp, self._version):
             return None
-        same = _same_file(self._file_stamp, now) and (
+        is_same = _same_file(self._file_stamp, now) and (
             self._log_stamp is None or _same_file(self._log_stamp, log)
         )
         # Truncated pages that have not been read yet may be missing.
-        same = same and not _is_shorter(now, self._file_stamp)
+        is_same = is_same and not _is_shorter(now, self._file_stamp)
         # The log hides the file: an older copy written into the file does not become visible until
         # the log is merged.
-        if same and self._read_first_page() == self._first_page and contains_rows(self._path, head):
+        if (
+            is_same
+            and self._read_first_page() == self._first_page
+            and contains_rows(self._path, head)
+        ):
             # The file was touched but not written.
             self.record_state()
             return None
@@ -106,11 +110,11 @@ class JournalFiles:
 
     def is_back(self, head: Head) -> bool:
         """Return whether the rows up to `head` are at the path, possibly in a different file."""
-        untouched = not self.is_open_file() or (
+        is_untouched = not self.is_open_file() or (
             self._read_first_page() == self._first_page
             and not _is_shorter(_stamp(self._file), self._file_stamp)
         )
-        return untouched and contains_rows(self._path, head)
+        return is_untouched and contains_rows(self._path, head)
 
     def has_known_log(self) -> bool:
         """Return whether the log next to the journal is the one written by this program."""
@@ -230,8 +234,8 @@ def _same_file(first: _Stamp | None, second: _Stamp | None) -> bool:
     return first[:2] == second[:2]
 
 
-def _is_shorter(now: _Stamp | None, previous: _Stamp | None) -> bool:
-    return now is not None and previous is not None and now[2] < previous[2]
+def _is_shorter(now: _Stamp | None, previous_stamp: _Stamp | None) -> bool:
+    return now is not None and previous_stamp is not None and now[2] < previous_stamp[2]
 
 
 def _data_version(db: sqlite3.Connection) -> int:

@@ -64,15 +64,18 @@ def _touched(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
 
 
 def _change(before: Any, after: Any) -> str:
-    old, new = _fields(before), _fields(after)
-    kind = _word(new.get("record", old.get("record")))
-    if not old and not new:
+    old_fields, new_fields = _fields(before), _fields(after)
+    kind = _word(new_fields.get("record", old_fields.get("record")))
+    if not old_fields and not new_fields:
         return "nothing"
-    if not old:
-        return f"{kind} made ({_names(new)})"
-    if not new:
+    if not old_fields:
+        return f"{kind} made ({_names(new_fields)})"
+    if not new_fields:
         return f"{kind} taken away"
-    return f"{kind} changed ({_names(n for n in {**old, **new} if old.get(n) != new.get(n))})"
+    names = _names(
+        n for n in {**old_fields, **new_fields} if old_fields.get(n) != new_fields.get(n)
+    )
+    return f"{kind} changed ({names})"
 
 
 def _fields(record: Any) -> Mapping[str, Any]:

@@ -55,12 +55,12 @@ def read_head(db: sqlite3.Connection) -> Head:
     return Head(rows, max(seq, stored[0] if stored else 0), total)
 
 
-def checksum(previous: str, values: Sequence[object]) -> str:
+def checksum(previous_text: str, values: Sequence[object]) -> str:
     """Return the SHA-256 of a row's values (without its checksum) and the previous checksum.
 
     Therefore rows cannot be changed, removed or inserted without being detected.
     """
-    digest = hashlib.sha256(previous.encode())
+    digest = hashlib.sha256(previous_text.encode())
     for value in values:
         text = b"" if value is None else str(value).encode("utf-8", "surrogatepass")
         # The lengths prevent characters from moving between adjacent values.
@@ -113,8 +113,10 @@ def read_rows(db: sqlite3.Connection, path: Path) -> Iterator[JournalRow]:
             )
         head = db.execute("SELECT seq FROM head").fetchone()
         if head is not None and head[0] > seq:
-            missing = _missing_rows(seq + 1, head[0])
-            yield JournalRow(head[0], "gap", None, "", None, None, "", "", None, notice=missing)
+            missing_rows = _missing_rows(seq + 1, head[0])
+            yield JournalRow(
+                head[0], "gap", None, "", None, None, "", "", None, notice=missing_rows
+            )
     except sqlite3.Error as error:
         raise InputError(Finding("journal.damaged", reason=error), file=path) from error
 
@@ -133,6 +135,6 @@ def _missing_rows(first: int, last: int) -> Finding:
     return Finding("journal.rows-missing", count=last - first + 1, first=first, last=last)
 
 
-def text_of(raw: bytes) -> str:
+def text_of(raw_bytes: bytes) -> str:
     """Decode text; damaged bytes invalidate the checksum of their row, not the whole file."""
-    return raw.decode("utf-8", "replace")
+    return raw_bytes.decode("utf-8", "replace")

@@ -48,9 +48,9 @@ def _load_kinds() -> list[Kind]:
 
 def _merge_attributes(lists: Iterable[tuple[Attribute, ...]]) -> tuple[Attribute, ...]:
     """Return each field once, in an order that is consistent with every list."""
-    merged: list[Attribute] = []
+    merged_items: list[Attribute] = []
     for attributes in lists:
-        fields = [attribute.field for attribute in merged]
+        fields = [attribute.field for attribute in merged_items]
         index = 0
         for attribute in attributes:
             if attribute.field in fields:
@@ -59,10 +59,10 @@ def _merge_attributes(lists: Iterable[tuple[Attribute, ...]]) -> tuple[Attribute
             # Insert before the following fields that are already in the list.
             after = [fields.index(a.field) for a in attributes if a.field in fields[index:]]
             index = min(after, default=len(fields))
-            merged.insert(index, attribute)
+            merged_items.insert(index, attribute)
             fields.insert(index, attribute.field)
             index += 1
-    return tuple(merged)
+    return tuple(merged_items)
 
 
 KINDS: tuple[Kind, ...] = tuple(_load_kinds())

@@ -43,10 +43,10 @@ class Contact(Logged, Repeatable, Typed):
     domain: str = ""
 
 
-def measure(at: MeasurementContext, contacts: Sequence[Contact]) -> list[Measurement]:
+def measure(context: MeasurementContext, contacts: Sequence[Contact]) -> list[Measurement]:
     """Measure the lengths of contact lines."""
-    models = [at.model(contact.model_id) for contact in contacts]
-    measured = []
+    models = [context.model(contact.model_id) for contact in contacts]
+    measured_items = []
     for points, model in zip(world_lines(contacts, models), models, strict=True):
         problem = (
             None
@@ -55,7 +55,7 @@ def measure(at: MeasurementContext, contacts: Sequence[Contact]) -> list[Measure
         )
         figures = {} if problem else {"length_m": path_length(points)}
         figures |= registration_errors(figures, model, None)
-        measured.append(
+        measured_items.append(
             Measurement(
                 points,
                 None,
@@ -68,10 +68,10 @@ def measure(at: MeasurementContext, contacts: Sequence[Contact]) -> list[Measure
                 kind="contact",
             )
         )
-    return measured
+    return measured_items
 
 
-def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
     """Return the drawing of a contact."""
     points = subject.measured.points
     if not len(points):

@@ -52,11 +52,11 @@ class ControlPoint(Picked):
     notes: str = ""
 
 
-def measure(at: MeasurementContext, points: Sequence[ControlPoint]) -> list[Measurement]:
-    """Return the positions in the World frame; there is nothing else to measure."""
+def measure(context: MeasurementContext, points: Sequence[ControlPoint]) -> list[Measurement]:
+    """Return the positions in the World frame; no other quantities are measured."""
     measurements = []
     for point in points:
-        model = at.model(point.model_id)
+        model = context.model(point.model_id)
         points_in_world = world_points(point, model)
         measurements.append(
             empty_measurement(
@@ -72,7 +72,7 @@ def position_in_world(subject: Subject) -> FloatArray | None:
     return points if len(points) else None
 
 
-def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
     """Return the drawing of a control point."""
     points = subject.measured.points
     return Sketch(points, points[0], label="–") if len(points) else None

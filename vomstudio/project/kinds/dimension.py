@@ -90,13 +90,13 @@ class Dimension(Logged):
     resolution: float | None = None
 
 
-def measure(at: MeasurementContext, dimensions: Sequence[Dimension]) -> list[Measurement]:
+def measure(context: MeasurementContext, dimensions: Sequence[Dimension]) -> list[Measurement]:
     """Measure dimensions."""
-    return [_measure(at, dimension) for dimension in dimensions]
+    return [_measure(context, dimension) for dimension in dimensions]
 
 
-def _measure(at: MeasurementContext, feature: Dimension) -> Measurement:
-    model = at.model(feature.model_id)
+def _measure(context: MeasurementContext, feature: Dimension) -> Measurement:
+    model = context.model(feature.model_id)
     points = world_points(feature, model)
     problem: Finding | None = None
     figures: dict[str, float] = {}
@@ -121,7 +121,7 @@ def _measure(at: MeasurementContext, feature: Dimension) -> Measurement:
         if feature.kind == "polyline":
             figures["length_m"] = path_length(points)
         if feature.kind == "thickness":
-            thickness, problem = _thickness(at, feature, step)
+            thickness, problem = _thickness(context, feature, step)
             figures |= thickness
     figures |= registration_errors(figures, model, step)
     if feature.kind == "distance" and step is not None:
@@ -141,27 +141,27 @@ def _measure(at: MeasurementContext, feature: Dimension) -> Measurement:
 
 
 def _thickness(
-    at: MeasurementContext, feature: Dimension, step: FloatArray
+    context: MeasurementContext, feature: Dimension, step: FloatArray
 ) -> tuple[dict[str, float], Finding | None]:
     """Return the distance across the plane and its 95 % error (for this figure alone).
 
     A tilt of the plane changes the thickness between points that are apart along the bed, and each
     of the two points is on a surface as rough as the plane.
     """
-    plane = at.plane(feature.plane_id)
+    plane = context.plane(feature.plane_id)
     if plane is None:
         if not feature.plane_id:
             return {}, Finding("thickness.no-plane")
         return {}, Finding("thickness.plane-lost")
-    across = float(step @ plane.normal)
-    figures = {"thickness_m": abs(across)}
-    tilt = deviation95(plane, step - across * plane.normal, joint=False)
+    across_component = float(step @ plane.normal)
+    figures = {"thickness_m": abs(across_component)}
+    tilt = deviation95(plane, step - across_component * plane.normal, joint=False)
     if tilt is not None:
         roughness = t95(plane.free) * float(np.sqrt(2.0)) * plane.roughness
         figures["thickness_error95_m"] = float(np.hypot(tilt, roughness))
-    plane_model = model_of(at.records, get_feature(at.records, feature.plane_id))
+    plane_model = model_of(context.records, get_feature(context.records, feature.plane_id))
     registration_error = thickness_error(
-        step, plane.normal, at.model(feature.model_id), plane_model
+        step, plane.normal, context.model(feature.model_id), plane_model
     )
     if registration_error is not None:
         figures["thickness_registration95_m"] = registration_error
@@ -172,7 +172,7 @@ def _thickness(
     return figures, None
 
 
-def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
     """Return the drawing of a dimension."""
     points = subject.measured.points
     if not len(points):

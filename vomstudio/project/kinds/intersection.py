@@ -95,37 +95,39 @@ def dependencies(records: Records, feature: Intersection) -> list[Feature]:
     return [*members(records, feature.first), *members(records, feature.second)]
 
 
-def measure(at: MeasurementContext, intersections: Sequence[Intersection]) -> list[Measurement]:
+def measure(
+    context: MeasurementContext, intersections: Sequence[Intersection]
+) -> list[Measurement]:
     """Measure intersections."""
-    return [_measure(at, intersection) for intersection in intersections]
+    return [_measure(context, intersection) for intersection in intersections]
 
 
-def _measure(at: MeasurementContext, feature: Intersection) -> Measurement:
-    groups = [members(at.records, group) for group in (feature.first, feature.second)]
-    measured = [[at.known[plane.id] for plane in group] for group in groups]
+def _measure(context: MeasurementContext, feature: Intersection) -> Measurement:
+    groups = [members(context.records, group) for group in (feature.first, feature.second)]
+    measured = [[context.known[plane.id] for plane in group] for group in groups]
     means = []
     moved_means = []
     scatter = 0.0
     planes_with_orientation = [
-        plane for group in groups for plane in group if at.known[plane.id].plane is not None
+        plane for group in groups for plane in group if context.known[plane.id].plane is not None
     ]
-    turns = turns_of(model_of(at.records, plane) for plane in planes_with_orientation)
+    turns = turns_of(model_of(context.records, plane) for plane in planes_with_orientation)
     start = 0
     try:
         for group in measured:
-            planar = [m for m in group if m.plane is not None]
-            if len(planar) == 1:
-                planes = [plane_with_error(planar[0])]
+            planar_group = [m for m in group if m.plane is not None]
+            if len(planar_group) == 1:
+                planes = [plane_with_error(planar_group[0])]
             else:
                 # The error of a mean is computed from the scatter; computing the errors of its
                 # planes would take too long.
-                planes = [UncertainPlane(_normal_of(m), None) for m in planar]
-            usable = [plane for plane in planes if plane is not None]
-            means.append(mean_plane(usable))
-            scatter = max(scatter, scatter_deg(usable, means[-1]))
-            rows = np.arange(start, start + len(planar))
-            start += len(planar)
-            moved_means.append(_registered_mean(usable, turns.of(rows)))
+                planes = [UncertainPlane(_normal_of(m), None) for m in planar_group]
+            usable_planes = [plane for plane in planes if plane is not None]
+            means.append(mean_plane(usable_planes))
+            scatter = max(scatter, scatter_deg(usable_planes, means[-1]))
+            rows = np.arange(start, start + len(planar_group))
+            start += len(planar_group)
+            moved_means.append(_registered_mean(usable_planes, turns.of(rows)))
         intersection = intersection_line(*means)
     except GeometryError as error:
         return empty_measurement(np.zeros((0, 3)), None, cause_of(error), kind="intersection")
@@ -144,7 +146,7 @@ def _measure(at: MeasurementContext, feature: Intersection) -> Measurement:
         confidence95_deg=None if total is None else total.largest_deg,
         scatter_deg=scatter,
         registration_deg=registration,
-        thresholds=at.thresholds,
+        thresholds=context.thresholds,
     )
     return Measurement(
         _ends(intersection.line.vector(), means, measured),
@@ -173,24 +175,24 @@ def _registered_mean(planes: list[UncertainPlane], turns: Turns) -> MovedVectors
     return principal_axis(moved_normals, *orientation_tensor(normals), 0)
 
 
-def _normal_of(measured: Measurement) -> FloatArray:
-    if measured.fit is not None:
-        return measured.fit.normal
-    assert measured.plane is not None
-    return measured.plane.normal()
+def _normal_of(measurement: Measurement) -> FloatArray:
+    if measurement.fit is not None:
+        return measurement.fit.normal
+    assert measurement.plane is not None
+    return measurement.plane.normal()
 
 
 def _ends(
-    direction: FloatArray, means: list[UncertainPlane], measured: list[list[Measurement]]
+    direction: FloatArray, means: list[UncertainPlane], measured_lists: list[list[Measurement]]
 ) -> FloatArray:
     """Return the ends (2, 3) of the intersection, which is as long as the longest plane.
 
     The line passes through the intersection of the planes through the centres of the groups or, if
     that is far away, midway between the groups.
     """
-    extents = [m.fit.extent for group in measured for m in group if m.fit and m.fit.extent]
+    extents = [m.fit.extent for group in measured_lists for m in group if m.fit and m.fit.extent]
     centres = []
-    for group in measured:
+    for group in measured_lists:
         positions = [
             m.fit.centroid if m.fit else m.points.mean(axis=0) for m in group if len(m.points)
         ]
@@ -199,24 +201,24 @@ def _ends(
     if not extents or not centres:
         return np.zeros((0, 3))
     half = 0.5 * max(extents)
-    middle = np.mean(centres, axis=0)
+    centre = np.mean(centres, axis=0)
     if len(centres) == 2:
         rows = np.array([means[0].normal, means[1].normal])
-        gaps = np.einsum("ij,ij->i", rows, np.array(centres) - middle)
+        gaps = np.einsum("ij,ij->i", rows, np.array(centres) - centre)
         step = np.linalg.lstsq(rows, gaps, rcond=None)[0]
-        apart = float(np.linalg.norm(centres[1] - centres[0]))
-        if np.linalg.norm(step) <= half + apart:
-            middle = middle + step
-    return np.array([middle - half * direction, middle + half * direction])
+        separation = float(np.linalg.norm(centres[1] - centres[0]))
+        if np.linalg.norm(step) <= half + separation:
+            centre = centre + step
+    return np.array([centre - half * direction, centre + half * direction])
 
 
-def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
     """Return the drawing of an intersection."""
     points = subject.measured.points
     if not len(points):
         return None
-    middle = midpoint(points)
-    return Sketch(points, middle, sign=middle)
+    centre = midpoint(points)
+    return Sketch(points, centre, sign=centre)
 
 
 def words(measured: Measurement) -> list[str]:

@@ -110,14 +110,14 @@ class KnownLine(Picked):
         return len(self.vertices) > 1 and not (self.has_value and self.value is None)
 
 
-def measure(at: MeasurementContext, lines: Sequence[KnownLine]) -> list[Measurement]:
-    """Return the positions in the World frame; there is nothing else to measure."""
+def measure(context: MeasurementContext, lines: Sequence[KnownLine]) -> list[Measurement]:
+    """Return the positions in the World frame; no other quantities are measured."""
     measurements = []
     for line in lines:
-        model = at.model(line.model_id)
+        model = context.model(line.model_id)
         points = world_points(line, model)
         if line.is_read:
-            points = _feature_centre(at.known.get(line.feature_id))
+            points = _feature_centre(context.known.get(line.feature_id))
         measurement = empty_measurement(
             points, None, None, kind="known_line", metric=is_metric(model)
         )
@@ -125,11 +125,11 @@ def measure(at: MeasurementContext, lines: Sequence[KnownLine]) -> list[Measurem
     return measurements
 
 
-def _feature_centre(measured: Measurement | None) -> FloatArray:
+def _feature_centre(measurement: Measurement | None) -> FloatArray:
     """Return the centre (1, 3) of the measured feature, or (0, 3) if it was deleted."""
-    if measured is None or not len(measured.points):
+    if measurement is None or not len(measurement.points):
         return np.zeros((0, 3))
-    return np.asarray(kind.centre(measured), np.float64)[None]
+    return np.asarray(kind.centre(measurement), np.float64)[None]
 
 
 def dependencies(records: Records, line: KnownLine) -> list[Feature]:
@@ -138,14 +138,14 @@ def dependencies(records: Records, line: KnownLine) -> list[Feature]:
     return [] if feature is None else [feature]
 
 
-def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
     """Return the drawing of a known line."""
     points = subject.measured.points
     if not len(points):
         return None
     line: KnownLine = subject.feature
-    middle = midpoint(points) if len(points) > 1 else points[0]
-    return Sketch(np.asarray(points), middle, label=known_text(line) if line.is_read else "–")
+    centre = midpoint(points) if len(points) > 1 else points[0]
+    return Sketch(np.asarray(points), centre, label=known_text(line) if line.is_read else "–")
 
 
 def known_text(line: KnownLine) -> str:

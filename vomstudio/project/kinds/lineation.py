@@ -92,19 +92,19 @@ class Lineation(Picked, Repeatable, Typed):
     domain: str = ""
 
 
-def measure(at: MeasurementContext, lines: Sequence[Lineation]) -> list[Measurement]:
+def measure(context: MeasurementContext, lines: Sequence[Lineation]) -> list[Measurement]:
     """Measure the directions of lines, with rake and slip if they lie on planes."""
-    return [_measure(at, line) for line in lines]
+    return [_measure(context, line) for line in lines]
 
 
-def _measure(at: MeasurementContext, feature: Lineation) -> Measurement:
-    model = at.model(feature.model_id)
+def _measure(context: MeasurementContext, feature: Lineation) -> Measurement:
+    model = context.model(feature.model_id)
     points = world_points(feature, model)
     resolution = length_in_metres(feature.resolution, rows_of(model))
     metric = is_metric(model)
-    base = at.plane(feature.plane_id)
+    base = context.plane(feature.plane_id)
     is_plane_missing = bool(feature.plane_id) and base is None
-    plane = None if base is None else at.known[feature.plane_id].plane
+    plane = None if base is None else context.known[feature.plane_id].plane
     try:
         fit = fit_line(points)
         line, rake, off_plane_deg, slip = Line.from_vector(fit.direction), None, None, None
@@ -120,7 +120,7 @@ def _measure(at: MeasurementContext, feature: Lineation) -> Measurement:
         return empty_measurement(
             points, resolution, cause_of(error), kind="lineation", metric=metric
         )
-    covariance = _registration_covariance(at, feature, line.vector(), base)
+    covariance = _registration_covariance(context, feature, line.vector(), base)
     registration = None if covariance is None else region(line.vector(), covariance).largest_deg
     total = region_of_line(line.vector(), covariance, largest, smallest, axis)
     verdict = judge_line(
@@ -130,7 +130,7 @@ def _measure(at: MeasurementContext, feature: Lineation) -> Measurement:
         off_plane_deg=off_plane_deg,
         is_plane_missing=is_plane_missing,
         is_plane_known=base is None or base.spread95 is not None,
-        thresholds=at.thresholds,
+        thresholds=context.thresholds,
     )
     return Measurement(
         points,
@@ -156,14 +156,17 @@ def _measure(at: MeasurementContext, feature: Lineation) -> Measurement:
 
 
 def _registration_covariance(
-    at: MeasurementContext, feature: Lineation, direction: FloatArray, base: UncertainPlane | None
+    context: MeasurementContext,
+    feature: Lineation,
+    direction: FloatArray,
+    base: UncertainPlane | None,
 ) -> FloatArray | None:
     """Return the covariance (3, 3) due to the registrations of the models of line and plane.
 
     Returns None if neither is known.
     """
-    plane = None if base is None else get_feature(at.records, feature.plane_id)
-    turns = turns_of([at.model(feature.model_id), model_of(at.records, plane)])
+    plane = None if base is None else get_feature(context.records, feature.plane_id)
+    turns = turns_of([context.model(feature.model_id), model_of(context.records, plane)])
     if not turns.of([0] if base is None else [0, 1]).known:
         return None
     line = move_vectors(direction, turns.of([0]))
@@ -179,16 +182,19 @@ def _projected_error(
 
     Within the plane, the error is that of the fit; across it, the error is that of the plane.
     """
-    across = deviation95(base, direction)
-    if across is None or fit.confidence95_deg is None:
+    across_component = deviation95(base, direction)
+    if across_component is None or fit.confidence95_deg is None:
         return None, None, None
-    fit_error_deg, plane_error_deg = fit.confidence95_deg, float(np.degrees(np.arctan(across)))
+    fit_error_deg, plane_error_deg = (
+        fit.confidence95_deg,
+        float(np.degrees(np.arctan(across_component))),
+    )
     if plane_error_deg > fit_error_deg:
         return plane_error_deg, fit_error_deg, base.normal
     return fit_error_deg, plane_error_deg, np.cross(base.normal, direction)
 
 
-def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
     """Return the line, with an arrowhead in the direction of slip if known."""
     feature: Lineation = subject.feature
     points = subject.measured.points
@@ -196,7 +202,7 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
         return None
     line = points
     slip = subject.measured.slip_rake_deg
-    base = None if slip is None else measured(feature.plane_id)
+    base = None if slip is None else measurements(feature.plane_id)
     if slip is not None and base is not None and base.plane is not None:
         line = _add_arrowhead(points, base.plane, slip)
     if len(points) < 2:
@@ -210,15 +216,15 @@ def _add_arrowhead(ends: FloatArray, plane: Plane, slip_rake_deg: float) -> Floa
     if (ends[-1] - ends[0]) @ slip < 0.0:
         ends = ends[::-1]
     size = 0.18 * float(np.linalg.norm(ends[-1] - ends[0]))
-    across = np.cross(plane.normal(), slip)
-    wings = [ends[-1] + size * (0.5 * side * across - slip) for side in (1.0, -1.0)]
+    cross_axis = np.cross(plane.normal(), slip)
+    wings = [ends[-1] + size * (0.5 * side * cross_axis - slip) for side in (1.0, -1.0)]
     return np.vstack([ends, wings[0], ends[-1], wings[1]])
 
 
 def remarks(subject: Subject) -> list[str]:
     """Return a remark if the recorded sense of slip does not define a direction."""
-    feature, measured = subject.feature, subject.measured
-    if not feature.slip or measured.on_plane is None or measured.slip_rake_deg is not None:
+    feature, measurement = subject.feature, subject.measured
+    if not feature.slip or measurement.on_plane is None or measurement.slip_rake_deg is not None:
         return []
     return [tr("the sense of slip does not determine the direction of the line on this plane")]
 

@@ -69,9 +69,9 @@ class Lithology(Picked, Repeatable):
     interpreter: str | None = None
 
 
-def measure(at: MeasurementContext, lithologies: Sequence[Lithology]) -> list[Measurement]:
+def measure(context: MeasurementContext, lithologies: Sequence[Lithology]) -> list[Measurement]:
     """Measure the areas of lithologies."""
-    models = [at.model(inputs.model_id) for inputs in lithologies]
+    models = [context.model(inputs.model_id) for inputs in lithologies]
     lines = world_lines(lithologies, models)
     return [_measure(*inputs) for inputs in zip(lithologies, models, lines, strict=True)]
 
@@ -107,7 +107,7 @@ def ring(subject: Subject) -> FloatArray | None:
     return points if len(points) > 2 else None
 
 
-def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
     """Return the outline, with the rock as a label at the vertex nearest to the centre."""
     points = subject.measured.points
     if not len(points):
@@ -129,16 +129,16 @@ def words(measured: Measurement) -> list[str]:
     if not figures:
         return []
     if "outline_m2" in figures:
-        flat = area_text(figures["outline_m2"], metric=measured.metric)
-        lines.append(tr("Projected area {area}", area=flat))
+        flat_area_text = area_text(figures["outline_m2"], is_metric=measured.metric)
+        lines.append(tr("Projected area {area}", area=flat_area_text))
     if figures and "area_m2" not in figures:
         lines.append(tr("The surface area is unknown, because it needs a mesh."))
     return lines
 
 
-def headline(measured: Measurement) -> str | None:
+def headline(measurement: Measurement) -> str | None:
     """Return the rock and the area."""
-    return ", ".join(filter(None, (measured.text, area(measured)))) or None
+    return ", ".join(filter(None, (measurement.text, area(measurement)))) or None
 
 
 def about(subject: Subject) -> list[str]:

@@ -86,17 +86,17 @@ class Patch(Painted, Surrounded, Repeatable, Typed):
     bend_deg: float | None = None
 
 
-def measure(at: MeasurementContext, patches: Sequence[Patch]) -> list[Measurement]:
+def measure(context: MeasurementContext, patches: Sequence[Patch]) -> list[Measurement]:
     """Measure the planes of patches from their moments."""
-    return [_measure(at, patch) for patch in patches]
+    return [_measure(context, patch) for patch in patches]
 
 
-def _measure(at: MeasurementContext, patch: Patch) -> Measurement:
-    model = at.model(patch.model_id)
+def _measure(context: MeasurementContext, patch: Patch) -> Measurement:
+    model = context.model(patch.model_id)
     rows = rows_of(model)
     scale = transform.scale_factor(rows)
-    linear = rows[:3, :3]
-    middle = transform.apply(rows, [patch.mean])
+    linear_rows = rows[:3, :3]
+    midpoint = transform.apply(rows, [patch.mean])
     resolution = length_in_metres(patch.resolution, rows)
     fields: dict[str, Any] = {
         "area_m2": None if patch.area is None else patch.area * scale**2,
@@ -107,17 +107,20 @@ def _measure(at: MeasurementContext, patch: Patch) -> Measurement:
     }
     try:
         fit = fit_moments(
-            patch.n, middle[0], linear @ np.asarray(patch.scatter) @ linear.T, patch.n_effective
+            patch.n,
+            midpoint[0],
+            linear_rows @ np.asarray(patch.scatter) @ linear_rows.T,
+            patch.n_effective,
         )
     except GeometryError as error:
-        return Measurement(middle, resolution, None, None, None, cause_of(error), **fields)
+        return Measurement(midpoint, resolution, None, None, None, cause_of(error), **fields)
     tilt = fields["registration_error_deg"] = ToWorld.from_model(model).tilt_deg(fit.normal)
     verdict = judge(
         fit,
         resolution_m=resolution,
         outcrop_normal=None,
         kind="patch",
-        thresholds=at.thresholds,
+        thresholds=context.thresholds,
         registration_deg=tilt,
         surface_findings=(
             *level_findings(length_in_metres(patch.level_gap, rows)),
@@ -125,8 +128,8 @@ def _measure(at: MeasurementContext, patch: Patch) -> Measurement:
         ),
         bend_deg=patch.bend_deg,
     )
-    verdict = note_earlier_rule(verdict, patch.rule, measured=resolution is not None)
-    return Measurement(middle, resolution, None, fit, verdict, None, **fit_fields(fit), **fields)
+    verdict = note_earlier_rule(verdict, patch.rule, is_measured=resolution is not None)
+    return Measurement(midpoint, resolution, None, fit, verdict, None, **fit_fields(fit), **fields)
 
 
 def _to_world(points: Sequence[Point], subject: Subject) -> FloatArray:
@@ -139,14 +142,14 @@ def outline(subject: Subject) -> FloatArray | None:
     return _to_world(patch.outline, subject) if len(patch.outline) > 2 else None
 
 
-def sketch(subject: Subject, measured: Lookup) -> Sketch:
+def sketch(subject: Subject, measurements: Lookup) -> Sketch:
     """Return the outline of the patch, or its centre if it has no outline."""
     patch: Patch = subject.feature
-    middle = centre(subject.measured)
+    midpoint = centre(subject.measured)
     line = subject.measured.points
     if len(patch.outline) > 2:
         line = _to_world((*patch.outline, patch.outline[0]), subject)
-    return Sketch(line, middle, sign=middle, faces=patch)
+    return Sketch(line, midpoint, sign=midpoint, faces=patch)
 
 
 def places(subject: Subject) -> FloatArray:

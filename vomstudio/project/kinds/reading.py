@@ -57,7 +57,7 @@ class Reading(Typed):
     station: str = ""
 
 
-def measure(at: MeasurementContext, readings: Sequence[Reading]) -> list[Measurement]:
+def measure(context: MeasurementContext, readings: Sequence[Reading]) -> list[Measurement]:
     """Measure compass readings."""
     return [_measure(reading) for reading in readings]
 
@@ -83,12 +83,12 @@ def is_plane(reading: Reading) -> bool:
     return reading.geometry == "plane"
 
 
-def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
     """Return the position of the reading if it was recorded."""
     if not len(subject.measured.points):
         return None
-    middle = centre(subject.measured)
-    return Sketch(subject.measured.points, middle, sign=middle)
+    midpoint = centre(subject.measured)
+    return Sketch(subject.measured.points, midpoint, sign=midpoint)
 
 
 def remarks(subject: Subject) -> list[str]:

@@ -55,9 +55,9 @@ class Station(Picked):
     notes: str = ""
 
 
-def measure(at: MeasurementContext, stations: Sequence[Station]) -> list[Measurement]:
-    """Return the positions in the World frame; there is nothing else to measure."""
-    models = [at.model(station.model_id) for station in stations]
+def measure(context: MeasurementContext, stations: Sequence[Station]) -> list[Measurement]:
+    """Return the positions in the World frame; no other quantities are measured."""
+    models = [context.model(station.model_id) for station in stations]
     points_of_stations = world_lines(stations, models)
     return [
         Measurement(
@@ -76,8 +76,8 @@ def measure(at: MeasurementContext, stations: Sequence[Station]) -> list[Measure
 
 
 def _station_text(station: Station) -> str:
-    what = tr(dict(STATION_KINDS)[station.what])
-    return f"{what} {station.number}".rstrip()
+    subject = tr(dict(STATION_KINDS)[station.what])
+    return f"{subject} {station.number}".rstrip()
 
 
 def position_in_world(subject: Subject) -> FloatArray | None:
@@ -86,7 +86,7 @@ def position_in_world(subject: Subject) -> FloatArray | None:
     return points[:1] if len(points) else None
 
 
-def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
     """Return the drawing of a station."""
     points, station = position_in_world(subject), subject.feature
     if points is None:
@@ -122,24 +122,24 @@ def merge_stations(features: Sequence[Feature], scale: float) -> list[Feature]:
     -------
     list of Feature
     """
-    merged: dict[object, Feature] = {}
+    merged_items: dict[object, Feature] = {}
     for feature in features:
         key: object = feature.id
         if isinstance(feature, Station) and (code := feature.number or feature.name):
             key = (feature.what, code.casefold())
-            first = merged.get(key)
+            first = merged_items.get(key)
             if isinstance(first, Station):
                 distance_m = scale * math.dist(first.vertices[0], feature.vertices[0])
                 if distance_m <= MAX_STATION_DISTANCE_M:
-                    merged[key] = replace(
+                    merged_items[key] = replace(
                         first,
                         photo=PHOTO_SEPARATOR.join(dict.fromkeys(photos_of(first, feature))),
                         notes="\n".join(dict.fromkeys(filter(None, (first.notes, feature.notes)))),
                     )
                     continue
                 key = feature.id
-        merged[key] = feature
-    return list(merged.values())
+        merged_items[key] = feature
+    return list(merged_items.values())
 
 
 def readings_of(station: Station, records: Mapping[str, Any]) -> list[Feature]:

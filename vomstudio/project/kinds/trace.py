@@ -96,9 +96,9 @@ class Trace(Logged, Surrounded, Repeatable, Typed):
     doubtful: tuple[tuple[int, int], ...] = ()
 
 
-def measure(at: MeasurementContext, traces: Sequence[Trace]) -> list[Measurement]:
+def measure(context: MeasurementContext, traces: Sequence[Trace]) -> list[Measurement]:
     """Fit and judge traces in the World frame, all in one batch."""
-    models = [at.model(trace.model_id) for trace in traces]
+    models = [context.model(trace.model_id) for trace in traces]
     points = world_lines(traces, models)
     # Most traces are on the same model and share its record.
     to_world = {id(m): ToWorld.from_model(m) for m in {id(m): m for m in models}.values()}
@@ -130,13 +130,13 @@ def measure(at: MeasurementContext, traces: Sequence[Trace]) -> list[Measurement
                     fit,
                     resolution_m=resolution,
                     outcrop_normal=face,
-                    thresholds=at.thresholds,
+                    thresholds=context.thresholds,
                     registration_deg=tilt,
                     surface_findings=() if doubtful_parts is None else doubtful_parts.findings(),
                     stretch_error_deg=stretch,
                 ),
                 trace.rule,
-                measured=resolution is not None or face is not None,
+                is_measured=resolution is not None or face is not None,
             )
         )
         if (
@@ -216,7 +216,7 @@ def _fits(
     return fits
 
 
-def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
     """Return the line, with the label at the vertex nearest to its centroid."""
     points = subject.measured.points
     if not len(points):

@@ -23,7 +23,7 @@ class FitOptions(Options):
         None,
         metavar="COLUMN",
         help=to_translate("column that groups the points; segment: parts between --- lines"),
-        automatic=to_translate("one plane"),
+        automatic_text=to_translate("one plane"),
     )
     method: Literal["pca", "regression"] = option(
         "pca",

@@ -83,7 +83,7 @@ def fitted_planes(
     batch = fit_planes(points, offsets, method=method, axis=axis)
     fits = batch.rows()
     rows: list[Row] = []
-    skipped: list[dict[str, Any]] = []
+    skipped_items: list[dict[str, Any]] = []
     bands: dict[Any, PlaneBand] = {}
     # Vectorised: processing single vectors takes a hundred times as long.
     planes = iter(Plane.from_normals([fit.normal for fit in fits if fit.error is None]))
@@ -92,7 +92,7 @@ def fitted_planes(
         if number % _PROGRESS_STEP == 0:
             progress.step(number)
         if fit.error is not None:
-            skipped.append({"id": name, "reason": fit.error})
+            skipped_items.append({"id": name, "reason": fit.error})
             continue
         band = find_plane_band(fit, resolution_m=resolution_m)
         if band is not None:
@@ -112,4 +112,4 @@ def fitted_planes(
                 **extra,
             )
         )
-    return FittedPlanes(rows, skipped, bands)
+    return FittedPlanes(rows, skipped_items, bands)

@@ -31,7 +31,12 @@ COLUMNS = (
 
 
 def write_log(
-    path: str | Path, log: BedLog, *, about: str = "", metric: bool = True, force: bool = False
+    path: str | Path,
+    log: BedLog,
+    *,
+    description: str = "",
+    is_metric: bool = True,
+    force: bool = False,
 ) -> None:
     """Write a log as CSV.
 
@@ -39,9 +44,9 @@ def write_log(
     ----------
     path : str or Path
     log : BedLog
-    about : str
+    description : str
         Inputs of the thicknesses, written to the header.
-    metric : bool
+    is_metric : bool
         Whether lengths are in metres. If False, they are in units of a model of unknown scale.
     force : bool, optional
         Whether to replace existing files.
@@ -52,11 +57,11 @@ def write_log(
         If the file cannot be written.
     """
     file = io.StringIO()
-    file.write(comment_line(f"VOM Studio {__version__}, log; {about}"))
-    unit = Axes(metric=metric).unit
+    file.write(comment_line(f"VOM Studio {__version__}, log; {description}"))
+    unit = Axes(metric=is_metric).unit
     file.write(f"# {unit} across the bedding, errors 95 %, from the oldest bed up\n")
     out = csv.writer(file, lineterminator="\n")
-    out.writerow(table_columns(COLUMNS, metric=metric))
+    out.writerow(table_columns(COLUMNS, is_metric=is_metric))
     for interval in log.intervals:
         error = interval.thickness_m.error95
         words = [

@@ -126,7 +126,7 @@ def plane_row(
     fields = fit_fields(fit, plane)
     fields["registration_error_deg"] = registration_error_deg
     fields["stretch_error_deg"] = stretch_error_deg
-    measured = Measurement(
+    measurement = Measurement(
         np.zeros((0, 3)),
         resolution_m,
         outcrop_normal,
@@ -138,7 +138,7 @@ def plane_row(
         **fields,
     )
     row = _detached_row(
-        measured, *catalogue.PLANE, *catalogue.PLACE, *catalogue.FITTED, *catalogue.VERDICT
+        measurement, *catalogue.PLANE, *catalogue.PLACE, *catalogue.FITTED, *catalogue.VERDICT
     )
     return _add_metadata(row, metadata)
 
@@ -148,19 +148,19 @@ def orientation_row(plane: Plane, **metadata: Any) -> Row:
 
     The metadata are the same as for `plane_row`, plus x, y, z.
     """
-    measured = Measurement(np.zeros((0, 3)), None, None, None, None, None, plane=plane)
-    return _add_metadata(_detached_row(measured, *catalogue.PLANE), metadata)
+    measurement = Measurement(np.zeros((0, 3)), None, None, None, None, None, plane=plane)
+    return _add_metadata(_detached_row(measurement, *catalogue.PLANE), metadata)
 
 
 def line_row(line: Line, **metadata: Any) -> Row:
     """Return the row of a line; metadata as for `plane_row`, plus x, y, z and rake_deg."""
-    measured = Measurement(np.zeros((0, 3)), None, None, None, None, None, line=line)
-    return _add_metadata(_detached_row(measured, *catalogue.LINE), metadata)
+    measurement = Measurement(np.zeros((0, 3)), None, None, None, None, None, line=line)
+    return _add_metadata(_detached_row(measurement, *catalogue.LINE), metadata)
 
 
-def _detached_row(measured: Measurement, *figures: Figure) -> Row:
+def _detached_row(measurement: Measurement, *figures: Figure) -> Row:
     """Return the row of a measurement that does not belong to a feature."""
-    return row_of(Subject(None, measured), figures)
+    return row_of(Subject(None, measurement), figures)
 
 
 def write_orientation_csv(

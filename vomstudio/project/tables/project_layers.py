@@ -58,12 +58,12 @@ def project_layers(
 def _points(layer_name: str, geometry: str, table: ProjectTable) -> Layer:
     table = table.drop_repeats()
     rows = [row for row in table.rows if row["x"] is not None and row["element"] == geometry]
-    places = [np.array([[row[c] for c in "xyz"]], np.float64) for row in rows]
+    positions = [np.array([[row[c] for c in "xyz"]], np.float64) for row in rows]
     # The key of the layer is `fid`, so `id` remains the ID of the record.
     columns = {f.name: _array([row[f.name] for row in rows], f.form) for f in catalogue.ORIENTATION}
     for name in table.extra_columns:
         columns[name] = _array([row.get(name) or "" for row in rows], "text")
-    return Layer(layer_name, "point", places, columns)
+    return Layer(layer_name, "point", positions, columns)
 
 
 def _layer(layer: GisLayer, subjects: Sequence[Subject]) -> Layer:

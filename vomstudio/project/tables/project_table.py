@@ -107,12 +107,12 @@ def project_table(
     picks = nearest_picks(records, measurements)
     subjects = [Subject(f, measured[f.id], records, partial(picks.get, f.id)) for f in features]
     rows: list[Row] = []
-    skipped: list[dict[str, Any]] = []
+    skipped_items: list[dict[str, Any]] = []
     for subject, row in zip(subjects, feature_rows(subjects), strict=True):
         if row is None:
             feature = subject.feature
             reason = subject.measured.problem or Finding("feature.without-plane")
-            skipped.append({"id": feature.id, "name": feature.name, "reason": reason})
+            skipped_items.append({"id": feature.id, "name": feature.name, "reason": reason})
         else:
             rows.append(row)
     placed = [*features, *_listed_features(records, only)] or _features_on_models(records, only)
@@ -122,7 +122,7 @@ def project_table(
     registrations = tuple(registrations_of(records, features))
     return ProjectTable(
         rows,
-        skipped,
+        skipped_items,
         crs,
         north,
         unit_m=unit_m,

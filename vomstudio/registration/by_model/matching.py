@@ -29,8 +29,8 @@ def match(
     reference: FloatArray,
     start: Similarity,
     *,
-    farthest: float,
-    nearest: float,
+    farthest_value: float,
+    nearest_value: float,
     progress: Progress,
 ) -> Similarity:
     """Rotate and translate a model to match a reference.
@@ -42,7 +42,7 @@ def match(
     reference : (m, 3) array
         Points in the World frame, metres.
     start : Similarity
-    farthest, nearest : float
+    farthest_value, nearest_value : float
         Maximum distance of correspondences in the first and in the last step, metres.
     progress : Progress
         Progress indicator, which may raise Cancelled.
@@ -53,13 +53,13 @@ def match(
     origin = np.round(reference.mean(axis=0))
     # No step needs more detail than the last one.
     source, target = (
-        _cloud(points - origin).voxel_down_sample(nearest / _CELLS_PER_DISTANCE)
+        _cloud(points - origin).voxel_down_sample(nearest_value / _CELLS_PER_DISTANCE)
         for points in (placed, reference)
     )
     turn: FloatArray = np.eye(4)
-    distances = [farthest]
-    while distances[-1] > nearest and len(distances) < _MAX_STEPS:
-        distances.append(max(distances[-1] / 2.0, nearest))
+    distances = [farthest_value]
+    while distances[-1] > nearest_value and len(distances) < _MAX_STEPS:
+        distances.append(max(distances[-1] / 2.0, nearest_value))
     progress.stage(tr("Matching surfaces, coarse to fine"), len(distances))
     for number, distance in enumerate(distances):
         turn = _step(source, target, turn, distance)
@@ -77,7 +77,7 @@ def _cloud(points: FloatArray) -> Any:
     return o3d.t.geometry.PointCloud(o3d.core.Tensor(np.ascontiguousarray(points)))
 
 
-def _step(source: Any, target: Any, turn: FloatArray, distance: float) -> FloatArray:
+def _step(source: Any, target: Any, rotation: FloatArray, distance: float) -> FloatArray:
     import open3d
 
     o3d: Any = open3d
@@ -85,7 +85,7 @@ def _step(source: Any, target: Any, turn: FloatArray, distance: float) -> FloatA
     cell = distance / _CELLS_PER_DISTANCE
     thin_source, thin_target = source.voxel_down_sample(cell), target.voxel_down_sample(cell)
     if min(len(thin_source.point.positions), len(thin_target.point.positions)) < _MIN_POINTS:
-        return turn
+        return rotation
     thin_target.estimate_normals(max_nn=_NEIGHBOURS)
     kernel = icp.robust_kernel.RobustKernel(
         icp.robust_kernel.RobustKernelMethod.TukeyLoss, distance / 2.0, 1.0
@@ -95,12 +95,12 @@ def _step(source: Any, target: Any, turn: FloatArray, distance: float) -> FloatA
             thin_source,
             thin_target,
             distance,
-            turn,
+            rotation,
             icp.TransformationEstimationPointToPlane(kernel),
             icp.ICPConvergenceCriteria(1e-7, 1e-7, _MAX_ITERATIONS),
         )
     except RuntimeError:  # no correspondences, or a plane along which all points slide
-        return turn
+        return rotation
     matrix = np.asarray(result.transformation.numpy(), np.float64)
     is_valid = np.isfinite(matrix).all() and abs(np.linalg.det(matrix[:3, :3]) - 1.0) < 1e-3
-    return matrix if is_valid else turn
+    return matrix if is_valid else rotation

@@ -61,11 +61,11 @@ class ModelPlanes:
     def __init__(self, points: FloatArray, radius: float) -> None:
         grid = PointGrid(points, radius)
         # Unlike a single point, a mean lies on the surface.
-        middles = grid.planes(thin_points(points, radius / 2.0), radius).mean
-        planes = grid.planes(middles, radius)
+        centres = grid.planes(thin_points(points, radius / 2.0), radius).mean
+        planes = grid.planes(centres, radius)
         is_plane = _have_planes(planes)
         self.count = len(is_plane)
-        self.middle = middles[is_plane]
+        self.middle = centres[is_plane]
         self.mean, self.normal = planes.mean[is_plane], planes.normal[is_plane]
         self.tilt = _tilt(planes)[is_plane]
 
@@ -85,20 +85,20 @@ class ReferencePlanes:
         self.radius = radius
         self._grid = PointGrid(points, radius)
 
-    def match(self, places: ModelPlanes, fit: Similarity) -> PlaneMatches:
+    def match(self, positions: ModelPlanes, fit: Similarity) -> PlaneMatches:
         """Return the positions of a model that lie on the reference after a similarity."""
-        placed = fit(places.mean)
+        placed = fit(positions.mean)
         # Use the same centres; otherwise the rim of the model would be compared with its interior.
-        planes = self._grid.planes(fit(places.middle), self.radius)
-        model_normals = places.normal @ fit.rotation.T
+        planes = self._grid.planes(fit(positions.middle), self.radius)
+        model_normals = positions.normal @ fit.rotation.T
         signs = np.where(np.einsum("ij,ij->i", model_normals, planes.normal) < 0, -1.0, 1.0)
         mean = model_normals + signs[:, None] * planes.normal
         size = np.linalg.norm(mean, axis=1)
         with np.errstate(invalid="ignore"):
             normal = mean / size[:, None]
-            off = placed - planes.mean
-            miss = np.einsum("ij,ij->i", off, normal)
-            squared_offset = np.einsum("ij,ij->i", off, off) - miss**2
+            offset = placed - planes.mean
+            miss = np.einsum("ij,ij->i", offset, normal)
+            squared_offset = np.einsum("ij,ij->i", offset, offset) - miss**2
             # The length of the mean of two unit vectors is the cosine of half their angle.
             is_parallel = size / 2.0 > np.sqrt((1.0 + _MIN_NORMAL_COSINE) / 2.0)
             is_match = (
@@ -107,13 +107,13 @@ class ReferencePlanes:
                 & (squared_offset <= (_MAX_OFFSET_RADII * self.radius) ** 2)
             )
         # Variance of the mean of two normals.
-        tilt = (places.tilt + _tilt(planes)) / 4.0
+        tilt = (positions.tilt + _tilt(planes)) / 4.0
         return PlaneMatches(placed[is_match], miss[is_match], normal[is_match], tilt[is_match])
 
 
 def _have_planes(planes: LocalPlanes) -> BoolArray:
-    flat = planes.spread[:, 1] > 1e-6 * planes.spread[:, 2]
-    return np.asarray((planes.count >= _MIN_POINTS) & flat, np.bool_)
+    is_flat = planes.spread[:, 1] > 1e-6 * planes.spread[:, 2]
+    return np.asarray((planes.count >= _MIN_POINTS) & is_flat, np.bool_)
 
 
 def _tilt(planes: LocalPlanes) -> FloatArray:
@@ -141,12 +141,12 @@ def thin_points(points: FloatArray, cell: float, max_points: int = _MAX_POINTS) 
     -------
     (m, 3) ndarray
     """
-    local = points - points.min(axis=0)
+    local_points = points - points.min(axis=0)
     order = np.random.default_rng(0).permutation(len(points))
     while True:
-        cells = np.floor(local / cell).astype(np.int64)
-        wide = cells.max(axis=0) + 1
-        keys = cells[:, 0] + wide[0] * (cells[:, 1] + wide[1] * cells[:, 2])
+        cells = np.floor(local_points / cell).astype(np.int64)
+        width = cells.max(axis=0) + 1
+        keys = cells[:, 0] + width[0] * (cells[:, 1] + width[1] * cells[:, 2])
         first = np.unique(keys[order], return_index=True)[1]
         if len(first) <= max_points:
             return points[np.sort(order[first])]

@@ -116,23 +116,25 @@ def fit_to_reference(
     farthest = max(_CAPTURE_SHARE * diagonal, radius)
     _require_near(start(model), reference, farthest)
     thin_model = thin_points(model, spacing[0] / start.scale, _MAX_MATCHED_POINTS)
-    fit = match(thin_model, target, start, farthest=farthest, nearest=radius, progress=progress)
+    fit = match(
+        thin_model, target, start, farthest_value=farthest, nearest_value=radius, progress=progress
+    )
     target_planes = ReferencePlanes(target, radius)
     for _ in range(2 if scale else 1):
         # Repeat with the radius that follows from the estimated scale.
-        places = ModelPlanes(model, radius / fit.scale)
-        refinement = refine(places, target_planes, fit, scale=scale, progress=progress)
+        positions = ModelPlanes(model, radius / fit.scale)
+        refinement = refine(positions, target_planes, fit, scale=scale, progress=progress)
         fit = refinement.fit
-    share = len(refinement.miss) / max(places.count, 1)
-    if share < _MIN_OVERLAP:
-        raise GeometryError(Finding("reference.little-overlap", share_percent=100.0 * share))
+    fraction = len(refinement.miss) / max(positions.count, 1)
+    if fraction < _MIN_OVERLAP:
+        raise GeometryError(Finding("reference.little-overlap", share_percent=100.0 * fraction))
     spread = jackknife_error(refinement, radius)
     whitening = spread.whitening
     if not scale:
         scale_row = np.zeros((1, 7))
         scale_row[0, 3] = 1.0 / _FIXED_SCALE_SIGMA
         whitening = np.vstack([whitening, scale_row])
-    free = _free_parameters(refinement, scale)
+    free_parameters = _free_parameters(refinement, scale)
     return FittedToReference(
         Combined(
             [NAME],
@@ -145,25 +147,25 @@ def fit_to_reference(
         ),
         len(refinement.miss),
         radius,
-        share,
+        fraction,
         refinement.sigma,
         spread.blocks,
         spread.side_m,
-        free,
-        tuple(_findings(refinement, spread, share, free)),
+        free_parameters,
+        tuple(_findings(refinement, spread, fraction, free_parameters)),
     )
 
 
-def _require_near(placed: FloatArray, reference: FloatArray, farthest: float) -> None:
+def _require_near(placed_values: FloatArray, reference: FloatArray, farthest_value: float) -> None:
     from scipy.spatial import cKDTree
 
-    step = max(1, len(placed) // 5000)
+    step = max(1, len(placed_values) // 5000)
     thin = reference[:: max(1, len(reference) // 200_000)]
-    distance, _ = cKDTree(thin).query(placed[::step], distance_upper_bound=farthest)
+    distance, _ = cKDTree(thin).query(placed_values[::step], distance_upper_bound=farthest_value)
     if np.isfinite(distance).mean() > _MIN_OVERLAP:
         return
-    apart = float(np.linalg.norm(placed.mean(axis=0) - reference.mean(axis=0)))
-    raise GeometryError(Finding("reference.apart", apart_m=apart))
+    centre_distance = float(np.linalg.norm(placed_values.mean(axis=0) - reference.mean(axis=0)))
+    raise GeometryError(Finding("reference.apart", apart_m=centre_distance))
 
 
 def _free_parameters(refinement: Refinement, scale: bool) -> tuple[str, ...]:
@@ -186,13 +188,13 @@ def _free_parameters(refinement: Refinement, scale: bool) -> tuple[str, ...]:
 
 
 def _findings(
-    refinement: Refinement, spread: JackknifeError, share: float, free: tuple[str, ...]
+    refinement: Refinement, spread: JackknifeError, fraction: float, free_names: tuple[str, ...]
 ) -> list[Finding]:
     findings = []
-    if free:
-        findings.append(Finding("reference.little-relief", free=list(free)))
-    if share < _PARTIAL_OVERLAP:
-        findings.append(Finding("reference.partial", share_percent=100.0 * share))
+    if free_names:
+        findings.append(Finding("reference.little-relief", free=list(free_names)))
+    if fraction < _PARTIAL_OVERLAP:
+        findings.append(Finding("reference.partial", share_percent=100.0 * fraction))
     # Rounding errors are also correlated.
     if spread.alike and refinement.sigma > _ROUNDING * refinement.size:
         findings.append(Finding("reference.bent", side_m=spread.side_m))

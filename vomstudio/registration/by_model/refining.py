@@ -143,8 +143,8 @@ def _scale_response(
     step = _TEST_SHIFT_SIGMAS * result.sigma / result.size
     ends = []
     for sign in (1.0, -1.0):
-        scaled = _apply_step(result.fit, sign * step * np.eye(7)[3], result.about, result.size)
-        shifted = _linearise(model, reference, scaled, False, result)
+        scaled_step = _apply_step(result.fit, sign * step * np.eye(7)[3], result.about, result.size)
+        shifted = _linearise(model, reference, scaled_step, False, result)
         ends.append(result.determined.T @ (shifted.moves.T @ shifted.pull))
     pull_change = (ends[0] - ends[1]) / (2.0 * step)
     change = -result.determined @ np.linalg.solve(result.response, pull_change)
@@ -187,31 +187,35 @@ def _linearise(
     if previous is not None:
         sigma = previous.sigma
     # Points with much larger residuals belong to parts that have changed.
-    near = np.abs(matches.miss) < _TUKEY * sigma
-    places, miss, normal = matches.places[near], matches.miss[near], matches.normal[near]
-    about = places.mean(axis=0) if previous is None else previous.about
-    size = max(float(np.sqrt(((places - about) ** 2).sum(axis=1).mean())), 1e-9)
+    is_near = np.abs(matches.miss) < _TUKEY * sigma
+    positions, miss, normal = (
+        matches.places[is_near],
+        matches.miss[is_near],
+        matches.normal[is_near],
+    )
+    centre = positions.mean(axis=0) if previous is None else previous.about
+    size = max(float(np.sqrt(((positions - centre) ** 2).sum(axis=1).mean())), 1e-9)
     if previous is not None:
         size = previous.size
     units = np.array([1.0, 1.0, 1.0, 1.0, size, size, size])
-    whole = jacobians(places - about) * units
+    whole = jacobians(positions - centre) * units
     if not scale:
         whole[:, :, 3] = 0.0
     moves = np.einsum("nx,nxk->nk", normal, whole)
-    share = np.minimum((miss / (_TUKEY * sigma)) ** 2, 1.0)
-    pull = miss * (1.0 - share) ** 2
-    slope = (1.0 - share) * (1.0 - 5.0 * share)
+    fraction = np.minimum((miss / (_TUKEY * sigma)) ** 2, 1.0)
+    pull = miss * (1.0 - fraction) ** 2
+    slope = (1.0 - fraction) * (1.0 - 5.0 * fraction)
     # Information that the noise of the normals alone contributes.
-    weight = slope * matches.tilt[near]
+    weight = slope * matches.tilt[is_near]
     noise = np.einsum("n,nxk,nxl->kl", weight, whole, whole, optimize=True)
     noise -= (moves * weight[:, None]).T @ moves
     information = (moves * slope[:, None]).T @ moves
     directions = determined_directions(information, noise)
     return Refinement(
         fit,
-        about,
+        centre,
         size,
-        places,
+        positions,
         miss,
         moves,
         pull,
@@ -238,8 +242,8 @@ def determined_directions(information: FloatArray, noise: FloatArray) -> FloatAr
     values, axes = np.linalg.eigh(information)
     has_information = values > _MIN_INFORMATION * max(values[-1], 1e-300)
     scaled_axes = axes[:, has_information] / np.sqrt(values[has_information])
-    shares, turns = np.linalg.eigh(scaled_axes.T @ noise @ scaled_axes)
-    is_signal = shares <= _MAX_NOISE_SHARE
+    fractions, turns = np.linalg.eigh(scaled_axes.T @ noise @ scaled_axes)
+    is_signal = fractions <= _MAX_NOISE_SHARE
     return np.asarray(scaled_axes @ turns[:, is_signal], np.float64)
 
 
@@ -257,14 +261,14 @@ def _newton(result: Refinement) -> FloatArray:
     return -np.asarray(result.determined @ step, np.float64)
 
 
-def _apply_step(fit: Similarity, step: FloatArray, about: FloatArray, size: float) -> Similarity:
+def _apply_step(fit: Similarity, step: FloatArray, centre: FloatArray, size: float) -> Similarity:
     from scipy.spatial.transform import Rotation
 
-    turn = Rotation.from_rotvec(step[:3]).as_matrix()
+    rotation = Rotation.from_rotvec(step[:3]).as_matrix()
     grow = float(np.exp(np.clip(step[3], -0.5, 0.5)))
     shift = step[4:] * size
     return Similarity(
         fit.scale * grow,
-        turn @ fit.rotation,
-        grow * turn @ (fit.translation - about) + about + shift,
+        rotation @ fit.rotation,
+        grow * rotation @ (fit.translation - centre) + centre + shift,
     )

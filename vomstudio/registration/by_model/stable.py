@@ -34,18 +34,18 @@ def near_cloud(points: FloatArray, mask: FloatArray, spacing: float) -> tuple[Bo
     distance : float
         Distance that equals REACH spacings.
     """
-    reach = REACH * spacing
-    return near_places(points, mask, reach), reach
+    max_distance = REACH * spacing
+    return near_places(points, mask, max_distance), max_distance
 
 
-def near_places(points: FloatArray, places: FloatArray, reach: float) -> BoolArray:
+def near_places(points: FloatArray, positions: FloatArray, max_distance: float) -> BoolArray:
     """Find the points near the given positions.
 
     Parameters
     ----------
     points : (n, 3) ndarray
-    places : (m, 3) ndarray
-    reach : float
+    positions : (m, 3) ndarray
+    max_distance : float
         Maximum distance.
 
     Returns
@@ -55,8 +55,8 @@ def near_places(points: FloatArray, places: FloatArray, reach: float) -> BoolArr
     from scipy.spatial import cKDTree
 
     origin = points.mean(axis=0)
-    distance, _ = cKDTree(places - origin).query(
-        points - origin, distance_upper_bound=reach, workers=-1
+    distance, _ = cKDTree(positions - origin).query(
+        points - origin, distance_upper_bound=max_distance, workers=-1
     )
     return np.asarray(np.isfinite(distance), np.bool_)
 
@@ -91,5 +91,5 @@ def find_inside_polygons(
 
     area, layer = extract_area(read_raw_areas(path, None, progress, model=ModelFrame(crs)))
     shapely.prepare(area)
-    inside = np.asarray(shapely.contains_xy(area, points[:, 0], points[:, 1]), np.bool_)
-    return inside, layer.warnings
+    is_inside = np.asarray(shapely.contains_xy(area, points[:, 0], points[:, 1]), np.bool_)
+    return is_inside, layer.warnings

@@ -44,8 +44,8 @@ def box_of(points: FloatArray) -> FloatArray:
     (2, 3) ndarray
         Minimum and maximum corners.
     """
-    sound = points[np.isfinite(points).all(axis=1)]
-    return np.array([sound.min(axis=0), sound.max(axis=0)])
+    sound_points = points[np.isfinite(points).all(axis=1)]
+    return np.array([sound_points.min(axis=0), sound_points.max(axis=0)])
 
 
 def similarity_of(rows: Any) -> Similarity:
@@ -64,19 +64,19 @@ def similarity_of(rows: Any) -> Similarity:
     return Similarity(scale, matrix[:3, :3] / scale, matrix[:3, 3])
 
 
-def replace_scale(fit: Similarity, scale: float, middle: FloatArray) -> Similarity:
+def replace_scale(fit: Similarity, scale: float, centre: FloatArray) -> Similarity:
     """Replace the scale of a similarity; the place of the model's middle does not change.
 
     Parameters
     ----------
     fit : Similarity
     scale : float
-    middle : (3,) ndarray
+    centre : (3,) ndarray
         Middle of the model, model frame.
 
     Returns
     -------
     Similarity
     """
-    placed_middle = fit(middle[None])[0]
-    return Similarity(scale, fit.rotation, placed_middle - scale * fit.rotation @ middle)
+    placed_middle = fit(centre[None])[0]
+    return Similarity(scale, fit.rotation, placed_middle - scale * fit.rotation @ centre)

@@ -62,13 +62,13 @@ def jackknife_error(refinement: Refinement, radius: float) -> JackknifeError:
     JackknifeError
     """
     side = float(np.ptp(refinement.places, axis=0).max())
-    block_of_place, alike = np.zeros(len(refinement.places), np.int64), True
+    block_of_place, is_alike = np.zeros(len(refinement.places), np.int64), True
     for count_target in _BLOCK_COUNTS:
         block_of_place, side = cut_into_blocks(
             refinement.places, count_target, _MIN_BLOCK_RADII * radius
         )
-        alike = _neighbours_alike(refinement, block_of_place)
-        if not alike:
+        is_alike = _neighbours_alike(refinement, block_of_place)
+        if not is_alike:
             break
     count = int(block_of_place.max()) + 1
     covariance = _covariance(refinement, block_of_place)
@@ -76,10 +76,10 @@ def jackknife_error(refinement: Refinement, radius: float) -> JackknifeError:
     units = np.array([1.0, 1.0, 1.0, 1.0, refinement.size, refinement.size, refinement.size])
     functionals = refinement.determined.T @ refinement.information
     root = np.linalg.cholesky(covariance + _MIN_ERROR**2 * functionals @ functionals.T)
-    return JackknifeError(np.linalg.solve(root, functionals / units), count, side, alike)
+    return JackknifeError(np.linalg.solve(root, functionals / units), count, side, is_alike)
 
 
-def cut_into_blocks(places: FloatArray, target: int, min_side: float) -> tuple[IntArray, float]:
+def cut_into_blocks(positions: FloatArray, target: int, min_side: float) -> tuple[IntArray, float]:
     """Assign positions (k, 3) to cubic blocks.
 
     Returns
@@ -89,16 +89,16 @@ def cut_into_blocks(places: FloatArray, target: int, min_side: float) -> tuple[I
     side : float
         Side length of a block, at least `min_side` if there are enough blocks.
     """
-    low = places.min(axis=0)
-    side = float(np.ptp(places, axis=0).max())
-    block_of_place = np.zeros(len(places), np.int64)
+    low = positions.min(axis=0)
+    side = float(np.ptp(positions, axis=0).max())
+    block_of_place = np.zeros(len(positions), np.int64)
     for _ in range(60):
-        cells = np.floor((places - low) / max(side, 1e-12)).astype(np.int64)
-        wide = cells.max(axis=0) + 1
-        keys = cells[:, 0] + wide[0] * (cells[:, 1] + wide[1] * cells[:, 2])
+        cells = np.floor((positions - low) / max(side, 1e-12)).astype(np.int64)
+        width = cells.max(axis=0) + 1
+        keys = cells[:, 0] + width[0] * (cells[:, 1] + width[1] * cells[:, 2])
         block_of_place = np.unique(keys, return_inverse=True)[1]
         count = int(block_of_place.max()) + 1
-        if count >= min(target, len(places)) or (
+        if count >= min(target, len(positions)) or (
             count >= _BLOCK_COUNTS[-1] and 0.9 * side < min_side
         ):
             break
@@ -145,19 +145,19 @@ def _covariance(refinement: Refinement, block_of_place: IntArray) -> FloatArray:
     inside = np.add.reduceat(each[:, :, None] * moves[order][:, None, :], begins, axis=0)
     pulls = np.add.reduceat((moves * refinement.pull[:, None])[order], begins, axis=0)
     # In these directions the total information is 1; without a block, that of the block is missing.
-    adjusted, turns = np.zeros((blocks, d)), np.zeros((blocks, d, d))
+    adjusted_values, turns = np.zeros((blocks, d)), np.zeros((blocks, d, d))
     for block in range(blocks):
         values, axes = np.linalg.eigh((inside[block] + inside[block].T) / 2)
         turns[block] = (axes / np.clip(1.0 - values, 1e-2, None)) @ axes.T
-        adjusted[block] = turns[block] @ pulls[block]
+        adjusted_values[block] = turns[block] @ pulls[block]
     inverse_response = np.linalg.inv(refinement.response)
-    covariance = inverse_response @ (adjusted.T @ adjusted) @ inverse_response.T
+    covariance = inverse_response @ (adjusted_values.T @ adjusted_values) @ inverse_response.T
     factor = np.ones(d)
     for k in range(d):
         rows = turns[:, k, :]
         variances = np.einsum("bi,bij,bj->b", rows, inside, rows)
-        across = np.einsum("bi,bij->bj", rows, inside)
-        scatter = np.diag(variances) - across @ across.T
-        free = float(np.trace(scatter)) ** 2 / max(float((scatter**2).sum()), 1e-300)
-        factor[k] = t.ppf(0.975, max(free, _MIN_FREEDOM)) / norm.ppf(0.975)
+        across_component = np.einsum("bi,bij->bj", rows, inside)
+        scatter = np.diag(variances) - across_component @ across_component.T
+        free_value = float(np.trace(scatter)) ** 2 / max(float((scatter**2).sum()), 1e-300)
+        factor[k] = t.ppf(0.975, max(free_value, _MIN_FREEDOM)) / norm.ppf(0.975)
     return np.asarray(covariance * np.outer(factor, factor), np.float64)

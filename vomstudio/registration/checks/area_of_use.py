@@ -57,8 +57,12 @@ def degrees_beyond(crs: str | None) -> Callable[[float, float], tuple[float, flo
         if not np.isfinite([longitude, latitude]).all():
             return np.inf, np.nan, np.nan
         width = (east - west) % 360.0 or 360.0
-        along = (longitude - west) % 360.0
-        side = 0.0 if along <= width else min(along - width, 360.0 - along)
+        along_component = (longitude - west) % 360.0
+        side = (
+            0.0
+            if along_component <= width
+            else min(along_component - width, 360.0 - along_component)
+        )
         return max(side, south - latitude, latitude - north, 0.0), longitude, latitude
 
     return beyond

@@ -46,14 +46,14 @@ def residual_misfit(model: FloatArray, world: FloatArray, extra_unknowns: int = 
     freedom = 3 * len(model) - _UNKNOWNS - extra_unknowns
     if freedom < 1:
         return None
-    local = world - world.mean(axis=0)
+    local_points = world - world.mean(axis=0)
     try:
-        fit = fit_similarity(model, local)
+        fit = fit_similarity(model, local_points)
     except GeometryError:
         return None
-    axes = ((fit(model) - local) ** 2).sum(axis=0)
+    axes = ((fit(model) - local_points) ** 2).sum(axis=0)
     squares = float(axes.sum())
-    min_squares = _ROUNDING * float((local**2).sum())
+    min_squares = _ROUNDING * float((local_points**2).sum())
     if squares <= min_squares:
         return Misfit(max(min_squares, 1e-300) / freedom, float(freedom))
     return Misfit(squares / freedom, freedom / 3.0 * squares**2 / float((axes**2).sum()))

@@ -76,13 +76,13 @@ def missing_height_findings(
 
 def _contradicts_model(model: FloatArray, world: FloatArray) -> bool:
     n = len(world)
-    local = world - world.mean(axis=0)
+    local_points = world - world.mean(axis=0)
     try:
-        fit = fit_similarity(model, local)
+        fit = fit_similarity(model, local_points)
     except GeometryError:
         return False
-    squares = float(((fit(model) - local) ** 2).sum())
-    squared_extent = float((local**2).sum())
+    squares = float(((fit(model) - local_points) ** 2).sum())
+    squared_extent = float((local_points**2).sum())
     if n < _MIN_POINTS_AFFINE:
         return squares > _FITS**2 * squared_extent and (
             n < 4 or _off_a_plane(model, fit.scale, squares)
@@ -93,14 +93,14 @@ def _contradicts_model(model: FloatArray, world: FloatArray) -> bool:
 
     # Residuals of the points when their heights are ignored.
     design = np.column_stack([model - model.mean(axis=0), np.ones(n)])
-    fitted = design @ np.linalg.lstsq(design, local[:, :2], rcond=None)[0]
-    affine_squares = float(((fitted - local[:, :2]) ** 2).sum())
-    free = 2 * n - _AFFINE_UNKNOWNS
-    extra_freedom = 3 * n - 7 - free
-    limit = float(f.isf(_SIGNIFICANCE, extra_freedom, free))
+    fitted_values = design @ np.linalg.lstsq(design, local_points[:, :2], rcond=None)[0]
+    affine_squares = float(((fitted_values - local_points[:, :2]) ** 2).sum())
+    dof = 2 * n - _AFFINE_UNKNOWNS
+    extra_freedom = 3 * n - 7 - dof
+    limit = float(f.isf(_SIGNIFICANCE, extra_freedom, dof))
     return (squares - affine_squares) / extra_freedom > limit * max(
         affine_squares, 1e-18 * squared_extent
-    ) / free
+    ) / dof
 
 
 def _off_a_plane(model: FloatArray, scale: float, squares: float) -> bool:

@@ -53,11 +53,11 @@ def coincident_point_findings(labels: Sequence[str], world: FloatArray) -> list[
     -------
     list of Finding
     """
-    places: dict[tuple[float, ...], list[str]] = {}
+    positions: dict[tuple[float, ...], list[str]] = {}
     for label, place in zip(labels, world.tolist(), strict=True):
-        places.setdefault(tuple(place), []).append(label)
+        positions.setdefault(tuple(place), []).append(label)
     return [
         Finding("control.same-coordinates", labels=group)
-        for group in places.values()
+        for group in positions.values()
         if len(group) > 1
     ]

@@ -85,15 +85,15 @@ def _best_division(
     fits: Sequence[Similarity],
     model: FloatArray,
     world: FloatArray,
-    changed: FloatArray | None,
+    changed_values: FloatArray | None,
 ) -> MixedValues | None:
     best: tuple[float, BoolArray, float] | None = None
     for fit in fits:
         misses = fit(model) - world
         squares = (misses**2).sum(axis=1)
-        if changed is not None:
-            changed_squares = ((misses + world - changed) ** 2).sum(axis=1)
-            cost, which, offset = (
+        if changed_values is not None:
+            changed_squares = ((misses + world - changed_values) ** 2).sum(axis=1)
+            cost, mask, offset = (
                 float(np.minimum(squares, changed_squares).sum()),
                 changed_squares < squares,
                 0.0,
@@ -106,46 +106,48 @@ def _best_division(
             )
             costs = np.minimum(squares[None, :], changed_squares_by_offset).sum(axis=1)
             index = int(costs.argmin())
-            cost, which, offset = (
+            cost, mask, offset = (
                 float(costs[index]),
                 changed_squares_by_offset[index] < squares,
                 float(offsets[index]),
             )
         if best is None or cost < best[0]:
-            best = cost, which, offset
+            best = cost, mask, offset
     if best is None:
         return None
-    _, which, offset = best
-    count = int(which.sum())
-    if not 1 <= count < len(model) or (changed is None and min(count, len(model) - count) < 2):
+    _, mask, offset = best
+    count = int(mask.sum())
+    if not 1 <= count < len(model) or (
+        changed_values is None and min(count, len(model) - count) < 2
+    ):
         return None
-    if changed is None:
-        return _fit_offset(model, world, which, offset)
-    misfit = residual_misfit(model, np.where(which[:, None], changed, world))
-    return None if misfit is None else MixedValues(kind, which, None, misfit)
+    if changed_values is None:
+        return _fit_offset(model, world, mask, offset)
+    misfit = residual_misfit(model, np.where(mask[:, None], changed_values, world))
+    return None if misfit is None else MixedValues(kind, mask, None, misfit)
 
 
 def _fit_offset(
-    model: FloatArray, world: FloatArray, which: BoolArray, offset: float
+    model: FloatArray, world: FloatArray, mask: BoolArray, offset: float
 ) -> MixedValues | None:
     """Fit the height offset of some rows by two steps of parabolic interpolation."""
 
     def misfit_at(value: float) -> Misfit | None:
-        return residual_misfit(model, world + np.outer(which, [0.0, 0.0, value]), extra_unknowns=1)
+        return residual_misfit(model, world + np.outer(mask, [0.0, 0.0, value]), extra_unknowns=1)
 
     step = max(0.05 * abs(offset), 1e-3)
     for _ in range(3):
         misfits = [misfit_at(offset + side * step) for side in (-1.0, 0.0, 1.0)]
-        if any(each is None for each in misfits):
+        if any(item is None for item in misfits):
             return None
-        below, middle, above = (each.variance for each in misfits if each is not None)
+        below, middle, above = (item.variance for item in misfits if item is not None)
         curvature = below - 2.0 * middle + above
         if not curvature > 0.0:
             break
         offset += float(np.clip(0.5 * step * (below - above) / curvature, -5.0 * step, 5.0 * step))
         step *= 0.3
     misfit = misfit_at(offset)
-    return None if misfit is None else MixedValues("offset", which, offset, misfit)
+    return None if misfit is None else MixedValues("offset", mask, offset, misfit)
 
 
 def _fits_of_triples(model: FloatArray, world: FloatArray) -> Iterator[Similarity]:
@@ -179,10 +181,10 @@ def mixed_row_findings(
     mixed = find_mixed_values(model, world)
     if mixed is None:
         return []
-    which, offset = mixed.which, mixed.offset_m
-    if offset is not None and 2 * which.sum() > len(labels):
-        which, offset = ~which, -offset
-    names = [labels[int(row)] for row in np.flatnonzero(which)]
+    mask, offset = mixed.which, mixed.offset_m
+    if offset is not None and 2 * mask.sum() > len(labels):
+        mask, offset = ~mask, -offset
+    names = [labels[int(row)] for row in np.flatnonzero(mask)]
     if offset is not None:
         return [Finding("control.height-offset", labels=names, offset_m=offset)]
     if mixed.kind == "feet":

@@ -59,13 +59,13 @@ def distances_agree(model: FloatArray, world: FloatArray) -> bool:
     -------
     bool
     """
-    local = world - world.mean(axis=0)
+    local_points = world - world.mean(axis=0)
     try:
-        fit = fit_similarity(model, local)
+        fit = fit_similarity(model, local_points)
     except GeometryError:
         return False
-    miss = float(((fit(model) - local) ** 2).sum())
-    return miss < _MAX_RESIDUAL_SHARE**2 * float((local**2).sum())
+    miss = float(((fit(model) - local_points) ** 2).sum())
+    return miss < _MAX_RESIDUAL_SHARE**2 * float((local_points**2).sum())
 
 
 def degrees_among_metres(model: FloatArray, world: FloatArray) -> BoolArray:
@@ -79,26 +79,30 @@ def degrees_among_metres(model: FloatArray, world: FloatArray) -> BoolArray:
     -------
     (n,) ndarray of bool
     """
-    flat = np.abs(world[:, :2])
-    small = (flat.max(axis=1) <= 180.0) & (flat.min(axis=1) <= 90.0) & (flat.max(axis=1) > 0.0)
-    large = flat.max(axis=1) > _MIN_METRES
-    both = small.any() and int(large.sum()) > 1 and (small | large).all()
+    flat_values = np.abs(world[:, :2])
+    is_small = (
+        (flat_values.max(axis=1) <= 180.0)
+        & (flat_values.min(axis=1) <= 90.0)
+        & (flat_values.max(axis=1) > 0.0)
+    )
+    is_large = flat_values.max(axis=1) > _MIN_METRES
+    both = is_small.any() and int(is_large.sum()) > 1 and (is_small | is_large).all()
     # A site is less than a degree across, and few sites are less than a metre across.
-    both = both and float(np.ptp(world[small, :2], axis=0).max()) < 1.0
-    return small if both and not distances_agree(model, world) else np.zeros(len(world), bool)
+    both = both and float(np.ptp(world[is_small, :2], axis=0).max()) < 1.0
+    return is_small if both and not distances_agree(model, world) else np.zeros(len(world), bool)
 
 
 def select_group_at_model(
-    model: FloatArray, world: FloatArray, which: BoolArray, inside: BoolArray
+    model: FloatArray, world: FloatArray, mask: BoolArray, is_inside: BoolArray
 ) -> BoolArray | None:
     """Select the correct one of two groups.
 
     Parameters
     ----------
     model, world : (n, 3) ndarray
-    which : (n,) ndarray of bool
+    mask : (n,) ndarray of bool
         True for the points of one group.
-    inside : (n,) ndarray of bool
+    is_inside : (n,) ndarray of bool
         Mask of the points in the area of use of the CRS; all False without a CRS.
 
     Returns
@@ -106,26 +110,26 @@ def select_group_at_model(
     (n,) ndarray of bool or None
         Mask of the correct group, or None if it is unclear.
     """
-    for is_at_model in (inside, _near_model_coordinates(model, world)):
-        first, second = float(is_at_model[which].mean()), float(is_at_model[~which].mean())
+    for is_at_model in (is_inside, _near_model_coordinates(model, world)):
+        first, second = float(is_at_model[mask].mean()), float(is_at_model[~mask].mean())
         if first > 0.5 > second or second > 0.5 > first:
-            return which if first > second else ~which
-    count = int(which.sum())
+            return mask if first > second else ~mask
+    count = int(mask.sum())
     if 2 * count == len(world):
         return None
-    return which if 2 * count > len(world) else ~which
+    return mask if 2 * count > len(world) else ~mask
 
 
 def _near_model_coordinates(model: FloatArray, world: FloatArray) -> BoolArray:
     """Return a mask of points whose World coordinates are close to those on the model."""
-    reach = float(np.linalg.norm(np.ptp(model, axis=0)))
-    away = np.linalg.norm(world[:, :2] - model[:, :2], axis=1)
-    far_out = np.linalg.norm(model[:, :2], axis=1) > _SEPARATION_FACTOR * reach
-    return np.asarray(far_out & (away < _SEPARATION_FACTOR * reach))
+    max_distance = float(np.linalg.norm(np.ptp(model, axis=0)))
+    distances = np.linalg.norm(world[:, :2] - model[:, :2], axis=1)
+    far_out = np.linalg.norm(model[:, :2], axis=1) > _SEPARATION_FACTOR * max_distance
+    return np.asarray(far_out & (distances < _SEPARATION_FACTOR * max_distance))
 
 
 def separate_group_findings(
-    labels: Sequence[str], world: FloatArray, which: BoolArray
+    labels: Sequence[str], world: FloatArray, mask: BoolArray
 ) -> list[Finding]:
     """Return a finding about two groups of points if it is unclear which is correct.
 
@@ -133,33 +137,33 @@ def separate_group_findings(
     ----------
     labels : sequence of str
     world : (n, 3) ndarray
-    which : (n,) ndarray of bool
+    mask : (n,) ndarray of bool
         True for the points of one group.
 
     Returns
     -------
     list of Finding
     """
-    middles = [np.median(world[rows], axis=0) for rows in (which, ~which)]
-    names = [selected(labels, rows) for rows in (which, ~which)]
-    off = float(np.linalg.norm(middles[0] - middles[1]))
-    if float(np.linalg.norm(middles[0] - middles[1][[1, 0, 2]])) < off / _SEPARATION_FACTOR:
+    centres = [np.median(world[rows], axis=0) for rows in (mask, ~mask)]
+    names = [selected(labels, rows) for rows in (mask, ~mask)]
+    distance = float(np.linalg.norm(centres[0] - centres[1]))
+    if float(np.linalg.norm(centres[0] - centres[1][[1, 0, 2]])) < distance / _SEPARATION_FACTOR:
         return [Finding("control.group-swapped", first=names[0], second=names[1])]
-    return [Finding("control.apart", first=names[0], second=names[1], distance_m=off)]
+    return [Finding("control.apart", first=names[0], second=names[1], distance_m=distance)]
 
 
-def mixed_degree_findings(labels: Sequence[str], which: BoolArray) -> list[Finding]:
+def mixed_degree_findings(labels: Sequence[str], mask: BoolArray) -> list[Finding]:
     """Return the finding about points in degrees among others in metres.
 
     Parameters
     ----------
     labels : sequence of str
-    which : (n,) ndarray of bool
+    mask : (n,) ndarray of bool
         Mask of the points in degrees.
 
     Returns
     -------
     list of Finding
     """
-    names = [labels[int(row)] for row in np.flatnonzero(which)]
+    names = [labels[int(row)] for row in np.flatnonzero(mask)]
     return [Finding("control.some-in-degrees", labels=names)]

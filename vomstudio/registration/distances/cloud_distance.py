@@ -29,7 +29,7 @@ class CloudSides:
     cloud : PointCloud
     resolution : float
         Resolution of the points, in the unit of the cloud.
-    toward : ((m, 3) array, (m, 3) array), optional
+    direction : ((m, 3) array, (m, 3) array), optional
         Points and normals of a nearby surface with known sides, for a cloud whose file has no
         normals.
     """
@@ -38,7 +38,7 @@ class CloudSides:
         self,
         cloud: PointCloud,
         resolution: float,
-        toward: tuple[FloatArray, FloatArray] | None = None,
+        direction: tuple[FloatArray, FloatArray] | None = None,
     ) -> None:
         from scipy.spatial import cKDTree
 
@@ -58,7 +58,7 @@ class CloudSides:
             self._sides = None
         else:
             self._file_normals = None
-            self._sides = self._find_sides(toward)
+            self._sides = self._find_sides(direction)
 
     @property
     def mean_normal(self) -> FloatArray:
@@ -75,38 +75,38 @@ class CloudSides:
         return float(np.linalg.norm(normals, axis=1).sum())
 
     def find_counterparts(
-        self, places: FloatArray, progress: Progress | None = None
+        self, positions: FloatArray, progress: Progress | None = None
     ) -> Counterparts:
         """Return the signed distances of positions (n, 3).
 
         Each step of `progress`, which may raise Cancelled, is one position.
         """
         progress = progress or SilentProgress()
-        n = len(places)
+        n = len(positions)
         distance, beyond_edge, normal = np.full(n, np.nan), np.zeros(n), np.full((n, 3), np.nan)
         for start in range(0, n, _BLOCK_SIZE):
             rows = slice(start, min(start + _BLOCK_SIZE, n))
-            distance[rows], beyond_edge[rows], normal[rows] = self._block(places[rows])
+            distance[rows], beyond_edge[rows], normal[rows] = self._block(positions[rows])
             progress.step(rows.stop)
         return Counterparts(distance, beyond_edge, normal)
 
-    def _block(self, places: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        n = len(places)
+    def _block(self, positions: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        n = len(positions)
         distance, beyond_edge, normal = np.full(n, np.nan), np.zeros(n), np.full((n, 3), np.nan)
-        rows = np.flatnonzero(np.isfinite(places).all(axis=1))
-        _, nearest = self._tree.query(places[rows] - self._origin, workers=-1)
+        rows = np.flatnonzero(np.isfinite(positions).all(axis=1))
+        _, nearest = self._tree.query(positions[rows] - self._origin, workers=-1)
         unique_nearest, inverse = np.unique(nearest, return_inverse=True)
         planes = self._grid.planes(self._points[unique_nearest], self._radius)
         # Fewer than three points, or collinear points, have no plane: use the nearest point.
         has_plane = planes.spread[:, 1] > 1e-9 * planes.spread[:, 2]
         normals = self.turned(self._points[unique_nearest], planes.normal, unique_nearest)
-        normals, has_plane, middle = normals[inverse], has_plane[inverse], planes.mean[inverse]
-        off = places[rows] - self._points[nearest]
-        length = np.linalg.norm(off, axis=1)
-        height = np.einsum("ij,ij->i", off, normals)
+        normals, has_plane, centre = normals[inverse], has_plane[inverse], planes.mean[inverse]
+        offset = positions[rows] - self._points[nearest]
+        length = np.linalg.norm(offset, axis=1)
+        height = np.einsum("ij,ij->i", offset, normals)
         along_surface = np.sqrt(np.maximum(length**2 - height**2, 0.0))
-        signed = np.einsum("ij,ij->i", places[rows] - middle, normals)
-        distance[rows] = np.where(has_plane, signed, length)
+        signed_values = np.einsum("ij,ij->i", positions[rows] - centre, normals)
+        distance[rows] = np.where(has_plane, signed_values, length)
         beyond_edge[rows] = np.where(
             has_plane & (along_surface <= _MAX_GAP * self.resolution), 0.0, along_surface
         )
@@ -114,7 +114,7 @@ class CloudSides:
         return distance, beyond_edge, normal
 
     def turned(
-        self, places: FloatArray, normals: FloatArray, rows: IntArray | None = None
+        self, positions: FloatArray, normals: FloatArray, rows: IntArray | None = None
     ) -> FloatArray:
         """Orient normals (k, 3) at positions (k, 3) towards the side of the cloud.
 
@@ -122,36 +122,36 @@ class CloudSides:
         """
         if self._file_normals is not None:
             if rows is None:
-                rows = np.asarray(self._tree.query(places - self._origin, workers=-1)[1])
+                rows = np.asarray(self._tree.query(positions - self._origin, workers=-1)[1])
             sides = self._file_normals[rows]
         else:
             from scipy.spatial import cKDTree
 
             assert self._sides is not None
-            sides = self._sides[1][cKDTree(self._sides[0]).query(places)[1]]
+            sides = self._sides[1][cKDTree(self._sides[0]).query(positions)[1]]
         signs = np.where(np.einsum("ij,ij->i", normals, sides) < 0, -1.0, 1.0)
         return np.asarray(normals * signs[:, None], np.float64)
 
     # --- sides of a cloud without normals ---------------------------------------------------------
     def _find_sides(
-        self, toward: tuple[FloatArray, FloatArray] | None
+        self, direction: tuple[FloatArray, FloatArray] | None
     ) -> tuple[FloatArray, FloatArray]:
         """Return some points of the cloud, and their normals, all on the same side."""
         from scipy.spatial import cKDTree
 
-        places = self._points[:: max(1, len(self._points) // _MAX_COARSE_POINTS)]
+        positions = self._points[:: max(1, len(self._points) // _MAX_COARSE_POINTS)]
         # Use normals at a scale at which neighbours among these few points are similar.
-        sparse = self.resolution * np.sqrt(max(len(self._points) / max(len(places), 1), 1.0))
+        sparse = self.resolution * np.sqrt(max(len(self._points) / max(len(positions), 1), 1.0))
         radius = max(self._radius, 2.0 * sparse)
-        planes = PointGrid(self._points, radius).planes(places, radius)
-        sound = np.isfinite(planes.normal).all(axis=1)
-        places, normals = places[sound], planes.normal[sound]
-        if not len(places):
+        planes = PointGrid(self._points, radius).planes(positions, radius)
+        is_sound = np.isfinite(planes.normal).all(axis=1)
+        positions, normals = positions[is_sound], planes.normal[is_sound]
+        if not len(positions):
             return self._points[:1], np.array([[0.0, 0.0, 1.0]])
-        normals, parts = spread_side(places, normals)
+        normals, parts = spread_side(positions, normals)
         near = None
-        if toward is not None and len(toward[0]):
-            near = toward[1][cKDTree(toward[0]).query(places)[1]]
+        if direction is not None and len(direction[0]):
+            near = direction[1][cKDTree(direction[0]).query(positions)[1]]
         self.source = "up" if near is None else "model"
         for part in np.unique(parts):
             rows = parts == part
@@ -161,7 +161,7 @@ class CloudSides:
                 side = upper_side(normals[rows].sum(axis=0))
             if side < 0:
                 normals[rows] *= -1.0
-        return places, normals
+        return positions, normals
 
 
 def has_sides(cloud: PointCloud) -> bool:
@@ -200,14 +200,14 @@ def upper_side(mean: FloatArray) -> float:
     return 1.0
 
 
-def spread_side(places: FloatArray, normals: FloatArray) -> tuple[FloatArray, Int32Array]:
+def spread_side(positions: FloatArray, normals: FloatArray) -> tuple[FloatArray, Int32Array]:
     """Orient normals consistently by propagation between neighbours.
 
     The most nearly parallel neighbours are processed first (Hoppe et al. 1992, SIGGRAPH 26, 71).
 
     Parameters
     ----------
-    places, normals : (k, 3) array
+    positions, normals : (k, 3) array
 
     Returns
     -------
@@ -223,13 +223,15 @@ def spread_side(places: FloatArray, normals: FloatArray) -> tuple[FloatArray, In
     )
     from scipy.spatial import cKDTree
 
-    k = len(places)
+    k = len(positions)
     count = min(_NEIGHBOURS + 1, k)
-    near = np.atleast_2d(cKDTree(places).query(places, k=count)[1]).reshape(k, count)
+    near = np.atleast_2d(cKDTree(positions).query(positions, k=count)[1]).reshape(k, count)
     first, second = np.repeat(np.arange(k), count), near.ravel()
-    alike = np.abs(np.einsum("ij,ij->i", normals[first], normals[second]))
+    alike_values = np.abs(np.einsum("ij,ij->i", normals[first], normals[second]))
     # An edge with zero weight would be ignored.
-    graph = coo_matrix((1.0 + 1e-6 - np.minimum(alike, 1.0), (first, second)), shape=(k, k)).tocsr()
+    graph = coo_matrix(
+        (1.0 + 1e-6 - np.minimum(alike_values, 1.0), (first, second)), shape=(k, k)
+    ).tocsr()
     tree = minimum_spanning_tree(graph.maximum(graph.T))
     _, parts = connected_components(tree, directed=False)
     turned = normals.copy()

@@ -20,7 +20,7 @@ class CompareOptions(Options):
         label=to_translate("Radius"),
         help=to_translate("use M3C2 with cylinders of this radius, with a level of detection, m"),
         tip=to_translate("Cylinder radius; each cylinder should contain twenty points"),
-        automatic=to_translate("distance to the nearest point of the benchmark"),
+        automatic_text=to_translate("distance to the nearest point of the benchmark"),
         empty_text=to_translate("nearest"),
     )
     registration_error_m: float | None = option(
@@ -32,6 +32,6 @@ class CompareOptions(Options):
             " of detection, m"
         ),
         tip=to_translate("Standard deviation of one model's position relative to the other"),
-        automatic=to_translate("from the model's registration or reconstruction, else 0"),
+        automatic_text=to_translate("from the model's registration or reconstruction, else 0"),
         decimals=4,
     )

@@ -137,38 +137,40 @@ def compare(
         If the two do not overlap.
     """
     progress = progress or SilentProgress()
-    places = points_of(model)
+    positions = points_of(model)
     for data, name in ((model, tr("The model")), (benchmark, tr("The benchmark"))):
         if not np.isfinite(points_of(data)).all(axis=1).any():
             raise GeometryError(Finding("comparison.no-points", name=name))
     require_overlap(_bounds(model), _bounds(benchmark), (tr("The model"), tr("the benchmark")))
     progress.stage(tr("Preparing the benchmark"), None)
     sides, by = _sides(model, benchmark)
-    progress.stage(tr("Computing distances"), len(places))
-    near = sides.find_counterparts(places, progress)
+    progress.stage(tr("Computing distances"), len(positions))
+    near = sides.find_counterparts(positions, progress)
     slack = _spacing(model)
-    beyond = ~np.isfinite(near.distance) | (near.beyond_edge > (slack if by == "winding" else 0.0))
+    is_beyond = ~np.isfinite(near.distance) | (
+        near.beyond_edge > (slack if by == "winding" else 0.0)
+    )
     findings: list[Finding] = []
-    distances, lod95, reach = np.where(beyond, np.nan, near.distance), None, None
+    distances, lod95, max_distance = np.where(is_beyond, np.nan, near.distance), None, None
     if radius_m is not None:
-        reach = _reach(distances, radius_m)
+        max_distance = _reach(distances, radius_m)
         error = registration_error_m or 0.0
         distances, lod95 = _m3c2(
-            model, benchmark, near, beyond, radius_m, reach, error, progress, findings
+            model, benchmark, near, is_beyond, radius_m, max_distance, error, progress, findings
         )
         if registration_error_m is None:
             findings.append(Finding("comparison.error-assumed"))
     figures = statistics(distances, lod95)
-    if len(places) - figures["n"] > _PARTIAL_SHARE * len(places):
+    if len(positions) - figures["n"] > _PARTIAL_SHARE * len(positions):
         findings.append(
-            Finding("comparison.partial", share_percent=100.0 * figures["n"] / len(places))
+            Finding("comparison.partial", share_percent=100.0 * figures["n"] / len(positions))
         )
     return Comparison(
         **figures,
         method="nearest" if radius_m is None else "m3c2",
         radius_m=radius_m,
         normal_radius_m=None if radius_m is None else m3c2.NORMAL_SCALE * radius_m,
-        reach_m=reach,
+        reach_m=max_distance,
         registration_error_m=None if radius_m is None else (registration_error_m or 0.0),
         positive_toward=_toward(sides),
         sides_by=by,
@@ -198,27 +200,27 @@ def statistics(distances: FloatArray, lod95: FloatArray | None) -> dict[str, Any
         If no distance is finite.
     """
     is_finite = np.isfinite(distances)
-    valid = distances[is_finite]
-    if not len(valid):
+    valid_distances = distances[is_finite]
+    if not len(valid_distances):
         raise GeometryError(Finding("comparison.no-overlap"))
-    median = float(np.median(valid))
+    median = float(np.median(valid_distances))
     lod: float | None = None
-    share: float | None = None
+    fraction: float | None = None
     if lod95 is not None:
-        known = is_finite & np.isfinite(lod95)
-        if known.any():
-            lod = float(np.median(lod95[known]))
-            share = float((np.abs(distances[known]) > lod95[known]).mean())
+        is_known = is_finite & np.isfinite(lod95)
+        if is_known.any():
+            lod = float(np.median(lod95[is_known]))
+            fraction = float((np.abs(distances[is_known]) > lod95[is_known]).mean())
     return {
-        "n": len(valid),
-        "beyond": len(distances) - len(valid),
-        "mean_m": float(valid.mean()),
+        "n": len(valid_distances),
+        "beyond": len(distances) - len(valid_distances),
+        "mean_m": float(valid_distances.mean()),
         "median_m": median,
-        "std_m": float(valid.std(ddof=1)) if len(valid) > 1 else None,
-        "mad_m": float(np.median(np.abs(valid - median))),
-        "rms_m": float(np.sqrt((valid**2).mean())),
+        "std_m": float(valid_distances.std(ddof=1)) if len(valid_distances) > 1 else None,
+        "mad_m": float(np.median(np.abs(valid_distances - median))),
+        "rms_m": float(np.sqrt((valid_distances**2).mean())),
         "lod95_m": lod,
-        "significant_share": share,
+        "significant_share": fraction,
     }
 
 
@@ -235,18 +237,18 @@ def _sides(model: Mesh | PointCloud, benchmark: Mesh | PointCloud) -> tuple[Any,
     cloud = benchmark
     if isinstance(cloud, Mesh):
         cloud = PointCloud(cloud.vertices)
-    toward = None
+    direction = None
     if isinstance(model, Mesh) and len(model.faces):
         corners = model.vertices[model.faces[:: max(1, len(model.faces) // 50_000)]]
-        toward = (
+        direction = (
             corners.mean(axis=1),
             np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]),
         )
     elif isinstance(model, PointCloud) and has_sides(model):
         assert model.normals is not None
         step = max(1, len(model.points) // 50_000)
-        toward = (model.points[::step], np.asarray(model.normals[::step], np.float64))
-    cloud_sides = CloudSides(cloud, _spacing(cloud), toward)
+        direction = (model.points[::step], np.asarray(model.normals[::step], np.float64))
+    cloud_sides = CloudSides(cloud, _spacing(cloud), direction)
     return cloud_sides, {"file": "normals", "model": "model", "up": "up"}[cloud_sides.source]
 
 
@@ -271,22 +273,22 @@ def _m3c2(
     model: Mesh | PointCloud,
     benchmark: Mesh | PointCloud,
     near: Counterparts,
-    beyond: BoolArray,
+    is_beyond: BoolArray,
     radius: float,
-    reach: float,
+    max_distance: float,
     error: float,
     progress: Progress,
     findings: list[Finding],
 ) -> tuple[FloatArray, FloatArray]:
-    places = points_of(model)
+    positions = points_of(model)
     clouds = []
     for data, name in ((model, tr("the model")), (benchmark, tr("the benchmark"))):
         points, added = surface_points(data, _POINT_SPACING * radius)
         clouds.append(points)
         if added > len(points) / 2:
             findings.append(Finding("comparison.large-faces", name=name))
-    rows = np.flatnonzero(~beyond)
-    core = np.asarray(places[rows], np.float64)
+    rows = np.flatnonzero(~is_beyond)
+    core = np.asarray(positions[rows], np.float64)
     progress.stage(tr("Computing normals"), len(core))
     normals = m3c2.normals_at(
         clouds[0], core, m3c2.NORMAL_SCALE * radius, near.normal[rows], progress
@@ -297,7 +299,7 @@ def _m3c2(
         clouds[0],
         clouds[1],
         radius=radius,
-        reach=reach,
+        max_distance=max_distance,
         registration_error=error,
         progress=progress,
     )
@@ -311,7 +313,7 @@ def _m3c2(
                 count=m3c2.MIN_POINTS,
             )
         )
-    distances, lod95 = np.full(len(places), np.nan), np.full(len(places), np.nan)
+    distances, lod95 = np.full(len(positions), np.nan), np.full(len(positions), np.nan)
     distances[rows], lod95[rows] = (
         projection.distance,
         np.where(has_distance, projection.lod95, np.nan),
@@ -324,5 +326,5 @@ def _toward(sides: MeshSides | CloudSides) -> Toward | None:
     size = float(np.linalg.norm(mean))
     if not size > _MIN_MEAN_NORMAL * sides.total:
         return None
-    line = Line.from_vector(mean, directed=True)
+    line = Line.from_vector(mean, is_directed=True)
     return Toward(line.trend_deg, line.plunge_deg)

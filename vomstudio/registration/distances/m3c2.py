@@ -49,7 +49,7 @@ class Projection:
 
 def normals_at(
     cloud: FloatArray,
-    places: FloatArray,
+    positions: FloatArray,
     radius: float,
     sides: FloatArray,
     progress: Progress | None = None,
@@ -59,7 +59,7 @@ def normals_at(
     Parameters
     ----------
     cloud : (m, 3) array
-    places : (n, 3) array
+    positions : (n, 3) array
     radius : float
         Radius of the ball of points used to estimate a normal.
     sides : (n, 3) array
@@ -71,7 +71,7 @@ def normals_at(
     (n, 3) array
         Unit normals, NaN for fewer than three points.
     """
-    normals = PointGrid(cloud, radius).planes(places, radius, progress).normal
+    normals = PointGrid(cloud, radius).planes(positions, radius, progress).normal
     signs = np.where(np.einsum("ij,ij->i", normals, sides) < 0, -1.0, 1.0)
     return np.asarray(normals * signs[:, None], np.float64)
 
@@ -83,7 +83,7 @@ def project(
     second: FloatArray,
     *,
     radius: float,
-    reach: float,
+    max_distance: float,
     registration_error: float = 0.0,
     progress: Progress | None = None,
 ) -> Projection:
@@ -97,7 +97,7 @@ def project(
         Clouds in the same frame and unit.
     radius : float
         Radius of the cylinder.
-    reach : float
+    max_distance : float
         Half length of the cylinder.
     registration_error : float
         One-sigma error of the relative position of the clouds.
@@ -109,7 +109,7 @@ def project(
     for title, cloud in ((tr("Model"), first), (tr("Benchmark"), second)):
         progress.stage(title, len(core))
         grid = PointGrid(cloud, radius)
-        sums.append(grid.along(core, normals, radius, reach, progress))
+        sums.append(grid.along(core, normals, radius, max_distance, progress))
     a, b = sums
     count = np.column_stack([a.count, b.count])
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -56,8 +56,8 @@ class MeshSides:
         normals = np.zeros((int(self._places.max(initial=-1)) + 1, 3))
         for k in range(3):
             a, b = corners[(k + 1) % 3] - corners[k], corners[(k + 2) % 3] - corners[k]
-            across = np.linalg.norm(np.cross(a, b), axis=1)
-            angle = np.arctan2(across, np.einsum("ij,ij->i", a, b))
+            sine = np.linalg.norm(np.cross(a, b), axis=1)
+            angle = np.arctan2(sine, np.einsum("ij,ij->i", a, b))
             for axis in range(3):
                 normals[:, axis] += np.bincount(
                     self._places[:, k], angle * self._faces[:, axis], len(normals)
@@ -67,11 +67,11 @@ class MeshSides:
     def _edge_normals(self) -> tuple[IntArray, FloatArray, BoolArray]:
         """Return sorted edge keys, summed adjacent normals, and a mask of edges with one face."""
         keys = np.concatenate([self._edge_key(slice(None), k) for k in range(3)])
-        named, which, count = np.unique(keys, return_inverse=True, return_counts=True)
+        named, inverse, count = np.unique(keys, return_inverse=True, return_counts=True)
         faces = np.tile(np.arange(len(self._faces)), 3)
         sums: FloatArray = np.zeros((len(named), 3))
         for axis in range(3):
-            sums[:, axis] = np.bincount(which, self._faces[faces, axis], len(named))
+            sums[:, axis] = np.bincount(inverse, self._faces[faces, axis], len(named))
         return np.asarray(named, np.int64), sums, np.asarray(count == 1, np.bool_)
 
     def _edge_key(self, rows: slice | IntArray, opposite: int) -> IntArray:
@@ -81,30 +81,30 @@ class MeshSides:
         return np.asarray(np.minimum(a, b) * len(self._corners) + np.maximum(a, b), np.int64)
 
     def find_counterparts(
-        self, places: FloatArray, progress: Progress | None = None
+        self, positions: FloatArray, progress: Progress | None = None
     ) -> Counterparts:
         """Return the signed distances of positions (n, 3).
 
         Each step of `progress`, which may raise Cancelled, is one position.
         """
-        n = len(places)
+        n = len(positions)
         distance, beyond_edge, normal = np.full(n, np.nan), np.zeros(n), np.full((n, 3), np.nan)
 
         def work(rows: slice) -> None:
-            distance[rows], beyond_edge[rows], normal[rows] = self._block(places[rows])
+            distance[rows], beyond_edge[rows], normal[rows] = self._block(positions[rows])
 
         run_in_blocks(work, n, progress or SilentProgress(), _BLOCK_SIZE)
         return Counterparts(distance, beyond_edge, normal)
 
-    def _block(self, places: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        near = self._tree.nearest(places)
-        n = len(places)
+    def _block(self, positions: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        near = self._tree.nearest(positions)
+        n = len(positions)
         distance, beyond_edge, normal = np.full(n, np.nan), np.zeros(n), np.full((n, 3), np.nan)
         rows = np.flatnonzero(near.index >= 0)
         face, weights = near.index[rows], near.weights[rows]
         corners = self._mesh.vertices[self._mesh.faces[face]]
-        off = places[rows] - np.einsum("nk,nkx->nx", weights, corners)
-        length = np.linalg.norm(off, axis=1)
+        offset = positions[rows] - np.einsum("nk,nkx->nx", weights, corners)
+        length = np.linalg.norm(offset, axis=1)
         pseudonormal, is_border = self._faces[face].copy(), np.zeros(len(rows), bool)
         is_zero = weights <= _EDGE_WEIGHT
         for k in range(3):
@@ -120,10 +120,10 @@ class MeshSides:
                 self._corners[corner],
                 self._is_border[corner],
             )
-        side = np.where(np.einsum("ij,ij->i", off, pseudonormal) < 0, -1.0, 1.0)
+        side = np.where(np.einsum("ij,ij->i", offset, pseudonormal) < 0, -1.0, 1.0)
         size = np.linalg.norm(pseudonormal, axis=1, keepdims=True)
         pseudonormal = pseudonormal / np.where(size > 0, size, 1.0)
-        height = np.einsum("ij,ij->i", off, pseudonormal)
+        height = np.einsum("ij,ij->i", offset, pseudonormal)
         along_surface = np.sqrt(np.maximum(length**2 - height**2, 0.0))
         distance[rows] = side * length
         beyond_edge[rows] = np.where(is_border, along_surface, 0.0)

@@ -45,13 +45,13 @@ _COMMON_SIZE_FACTOR = 2.0
 
 
 # --- names ----------------------------------------------------------------------------------------
-def nearest(name: str, known: Sequence[str]) -> str | None:
+def nearest(name: str, known_names: Sequence[str]) -> str | None:
     """Return the known name that is most similar to the given name, if any.
 
     Parameters
     ----------
     name : str
-    known : sequence of str
+    known_names : sequence of str
         Known names.
 
     Returns
@@ -59,10 +59,10 @@ def nearest(name: str, known: Sequence[str]) -> str | None:
     str or None
     """
     normalised = _normalise(name)
-    same = [other for other in known if _normalise(other) == normalised]
-    if len(same) == 1:
-        return same[0]
-    close = get_close_matches(name, known, 1, _MIN_SIMILARITY)
+    is_same = [other for other in known_names if _normalise(other) == normalised]
+    if len(is_same) == 1:
+        return is_same[0]
+    close = get_close_matches(name, known_names, 1, _MIN_SIMILARITY)
     return close[0] if close else None
 
 
@@ -72,11 +72,11 @@ def _normalise(name: str) -> str:
     return re.sub(r"0*(\d+)", lambda digits: digits.group(1), letters)
 
 
-def _suggest_names(names: Sequence[str], known: Sequence[str]) -> list[str]:
+def _suggest_names(names: Sequence[str], known_names: Sequence[str]) -> list[str]:
     """Return the names, each with the most similar known name."""
     hints = []
     for name in names:
-        near = nearest(name, known)
+        near = nearest(name, known_names)
         hints.append(name if near is None else tr("{name} ({near}?)", name=name, near=near))
     return hints
 
@@ -210,10 +210,10 @@ def _other_conventions() -> Iterator[_PixelConvention]:
         (90, ((0, 1), (-1, 0)), (0, 1)),
         (270, ((0, -1), (1, 0)), (1, 0)),
     ):
-        turned = tr("the photos were rotated by {angle}° when marked", angle=angle)
-        yield _PixelConvention(turned, turn, start)
-    exchanged = tr("column and row are swapped and counted from the lower right corner")
-    yield _PixelConvention(exchanged, ((0, -1), (-1, 0)), (1, 1))
+        turned_text = tr("the photos were rotated by {angle}° when marked", angle=angle)
+        yield _PixelConvention(turned_text, turn, start)
+    exchanged_text = tr("column and row are swapped and counted from the lower right corner")
+    yield _PixelConvention(exchanged_text, ((0, -1), (-1, 0)), (1, 1))
     middle = tr("they are counted from the photo centre, with rows upward")
     yield _PixelConvention(middle, ((1, 0), (0, -1)), (0.5, 0.5))
     middle = tr("they are counted from the photo centre, with rows downward")
@@ -256,11 +256,11 @@ def require_pixels_of_photos(
         better = (
             changed_ray_px * _MIN_IMPROVEMENT < ray_px and not changed_point_px * 2.0 > point_px
         )
-        places = (
+        positions = (
             changed_ray_px <= max(ray_px, _MAX_RAY_PX)
             and changed_point_px * _MIN_IMPROVEMENT < point_px
         )
-        if (better or places) and (
+        if (better or positions) and (
             best is None or changed_ray_px + np.nan_to_num(changed_point_px) < best[0]
         ):
             best = (
@@ -333,7 +333,7 @@ def _conversions(
     if abs(usual - best) < _SIZE_TOLERANCE and miss(usual) <= _COMMON_SIZE_FACTOR * miss(best):
         best = usual
     lens, size = photos[0].view.intrinsics, math.exp(best)
-    words = tr(
+    text = tr(
         "they were made in copies of {width:.0f} x {height:.0f} pixels instead of {w} x {h}, so"
         " columns and rows must be multiplied by {size:.3g}",
         width=lens.width / size,
@@ -342,7 +342,7 @@ def _conversions(
         h=lens.height,
         size=size,
     )
-    yield words, size, change(best)
+    yield text, size, change(best)
 
 
 def _share_inside(
@@ -377,35 +377,35 @@ def _misses(
     converted = [change(photo.pixels, photo.view) for photo in photos]
     for photo, pixels in zip(photos, converted, strict=True):
         rays = photo.view.rays(pixels)
-        across = np.eye(3) - rays[:, :, None] * rays[:, None, :]
-        np.add.at(normal, photo.rows, across)
-        np.add.at(right, photo.rows, across @ photo.view.centre)
+        projector = np.eye(3) - rays[:, :, None] * rays[:, None, :]
+        np.add.at(normal, photo.rows, projector)
+        np.add.at(right, photo.rows, projector @ photo.view.centre)
         np.add.at(count, photo.rows, 1.0)
     places = np.full((n, 3), np.nan)
     for row in np.flatnonzero(count >= 2):
         if np.isfinite(normal[row]).all() and np.linalg.cond(normal[row]) < 1e8:
             places[row] = np.linalg.solve(normal[row], right[row])
     ray_px = _median_miss(photos, converted, places)
-    known = np.flatnonzero(np.isfinite(places).all(axis=1) & np.isfinite(targets).all(axis=1))
-    if len(known) < _MIN_POINTS:
+    known_rows = np.flatnonzero(np.isfinite(places).all(axis=1) & np.isfinite(targets).all(axis=1))
+    if len(known_rows) < _MIN_POINTS:
         return ray_px, math.nan
     try:
-        fit = fit_similarity(places[known], targets[known])
+        fit = fit_similarity(places[known_rows], targets[known_rows])
     except GeometryError:
         return ray_px, math.nan
     back = np.full((n, 3), np.nan)
-    back[known] = fit.inverse(targets[known])
+    back[known_rows] = fit.inverse(targets[known_rows])
     return ray_px, _median_miss(photos, converted, back)
 
 
 def _median_miss(
-    photos: Sequence[_PhotoMarks], converted: Sequence[FloatArray], places: FloatArray
+    photos: Sequence[_PhotoMarks], converted_arrays: Sequence[FloatArray], positions: FloatArray
 ) -> float:
     """Return the median residual of marks of known points; infinite behind a camera."""
     distances = []
-    for photo, pixels in zip(photos, converted, strict=True):
-        known = np.isfinite(places[photo.rows]).all(axis=1)
-        if known.any():
-            off = photo.view.project(places[photo.rows][known]) - pixels[known]
-            distances.append(np.nan_to_num(np.linalg.norm(off, axis=1), nan=np.inf))
+    for photo, pixels in zip(photos, converted_arrays, strict=True):
+        is_known = np.isfinite(positions[photo.rows]).all(axis=1)
+        if is_known.any():
+            offset = photo.view.project(positions[photo.rows][is_known]) - pixels[is_known]
+            distances.append(np.nan_to_num(np.linalg.norm(offset, axis=1), nan=np.inf))
     return float(np.median(np.concatenate(distances))) if distances else math.inf

@@ -47,26 +47,26 @@ class Marks(NamedTuple):
         return Marks([self.views[row] for row in rows], self.pixels[rows])
 
 
-def mark_distances(marks: Marks, place: FloatArray) -> FloatArray:
+def mark_distances(marks: Marks, position: FloatArray) -> FloatArray:
     """Return the distances of marks from the projection of a position.
 
     Parameters
     ----------
     marks : Marks
-    place : (3,) ndarray
+    position : (3,) ndarray
 
     Returns
     -------
     (k,) ndarray
         Distances, pixels; infinite behind a camera and for an unknown position.
     """
-    if not np.isfinite(place).all():
+    if not np.isfinite(position).all():
         return np.full(len(marks.views), np.inf)
-    off = [
-        np.linalg.norm(view.project(place)[0] - pixel)
+    distance = [
+        np.linalg.norm(view.project(position)[0] - pixel)
         for view, pixel in zip(marks.views, marks.pixels, strict=True)
     ]
-    return np.nan_to_num(np.array(off, np.float64), nan=np.inf)
+    return np.nan_to_num(np.array(distance, np.float64), nan=np.inf)
 
 
 def robust_place(marks: Marks) -> FloatArray:
@@ -89,14 +89,14 @@ def robust_place(marks: Marks) -> FloatArray:
     candidates = _meeting_places(marks)
     if not len(candidates):
         return triangulate(marks.views, marks.pixels)
-    off = np.array(
+    distance = np.array(
         [
             np.linalg.norm(view.project(candidates) - pixel, axis=1)
             for view, pixel in zip(marks.views, marks.pixels, strict=True)
         ]
     )
-    off = np.sort(np.nan_to_num(off, nan=np.inf), axis=0)
-    best = candidates[int(np.argmin(off[count // 2]))]
+    distance = np.sort(np.nan_to_num(distance, nan=np.inf), axis=0)
+    best = candidates[int(np.argmin(distance[count // 2]))]
     near = np.argsort(mark_distances(marks, best), kind="stable")[: count // 2 + 1]
     return triangulate(*marks.select(near))
 
@@ -111,12 +111,14 @@ def _meeting_places(marks: Marks) -> FloatArray:
     if len(pairs) > _MAX_PAIRS:
         pairs = pairs[np.random.default_rng(0).choice(len(pairs), _MAX_PAIRS, replace=False)]
     first, second = pairs.T
-    across = np.eye(3) - rays[:, :, None] * rays[:, None, :]
-    normal = across[first] + across[second]
-    right = np.einsum("nij,nj->ni", across, centres)
-    usable = np.linalg.cond(normal) < 1e8
-    places = np.linalg.solve(normal[usable], (right[first] + right[second])[usable][..., None])
-    return np.asarray(places[..., 0])
+    projector = np.eye(3) - rays[:, :, None] * rays[:, None, :]
+    normal = projector[first] + projector[second]
+    right = np.einsum("nij,nj->ni", projector, centres)
+    is_usable = np.linalg.cond(normal) < 1e8
+    positions = np.linalg.solve(
+        normal[is_usable], (right[first] + right[second])[is_usable][..., None]
+    )
+    return np.asarray(positions[..., 0])
 
 
 def mark_scatter_px(points: Sequence[Marks]) -> float:
@@ -137,20 +139,22 @@ def mark_scatter_px(points: Sequence[Marks]) -> float:
 
 def _robust_distances(points: Sequence[Marks]) -> list[tuple[Marks, FloatArray]]:
     """Return the located points, and the distances of their marks from the located positions."""
-    places = [(marks, robust_place(marks)) for marks in points if len(marks.views) >= 2]
+    positions = [(marks, robust_place(marks)) for marks in points if len(marks.views) >= 2]
     return [
-        (marks, mark_distances(marks, place)) for marks, place in places if np.isfinite(place).all()
+        (marks, mark_distances(marks, position))
+        for marks, position in positions
+        if np.isfinite(position).all()
     ]
 
 
-def _scatter_px(located: Sequence[tuple[Marks, FloatArray]]) -> float:
-    distances = [off for _, off in located]
+def _scatter_px(located_pairs: Sequence[tuple[Marks, FloatArray]]) -> float:
+    distances = [off for _, off in located_pairs]
     if not distances:
         return float("nan")
     scatter = float(np.median(np.concatenate(distances))) / _MEDIAN_LENGTH
     for _ in range(_ROUNDS):
         lengths: list[FloatArray] = []
-        for marks, off in located:
+        for marks, off in located_pairs:
             near = np.flatnonzero(off <= _LIMIT_SIGMAS * scatter)
             if len(near) >= 2 and len(near) < len(off):
                 place = triangulate(*marks.select(near))
@@ -186,12 +190,14 @@ def mark_error_px(points: Sequence[Marks]) -> float:
     GeometryError
         If this applies to all points.
     """
-    located = _robust_distances(points)
-    if not located:
+    located_robust_distances = _robust_distances(points)
+    if not located_robust_distances:
         return MIN_MARK_PX
-    plausible = [each for each in located if float(np.median(each[1])) <= _max_px(each[0])]
+    plausible = [
+        item for item in located_robust_distances if float(np.median(item[1])) <= _max_px(item[0])
+    ]
     if not plausible:
-        scatter_px = _scatter_px(located)
+        scatter_px = _scatter_px(located_robust_distances)
         raise GeometryError(Finding("control.marks-scattered", scatter_px=scatter_px))
     return max(MIN_MARK_PX, _scatter_px(plausible))
 
@@ -246,20 +252,20 @@ def agreement_px(mark_px: float) -> float:
     return _LIMIT_SIGMAS * max(HAND_MARK_PX, mark_px)
 
 
-def place_covariance(marks: Marks, place: FloatArray, mark_px: float) -> FloatArray:
+def place_covariance(marks: Marks, position: FloatArray, mark_px: float) -> FloatArray:
     """Return the covariance (3, 3) of a triangulated point in the frame of the views.
 
     Parameters
     ----------
     marks : Marks
         Marks from which the point was triangulated.
-    place : (3,) array
+    position : (3,) array
     mark_px : float
         One-sigma error of a mark in one direction.
     """
-    distances = [float(np.linalg.norm(place - view.centre)) for view in marks.views]
+    distances = [float(np.linalg.norm(position - view.centre)) for view in marks.views]
     step = 1e-6 * max(1e-9, min(distances))
     offsets = np.vstack([np.eye(3) * step, -np.eye(3) * step])
-    pixels = np.array([view.project(place + offsets) for view in marks.views])
+    pixels = np.array([view.project(position + offsets) for view in marks.views])
     moves = ((pixels[:, :3] - pixels[:, 3:]) / (2.0 * step)).transpose(0, 2, 1).reshape(-1, 3)
     return np.asarray(mark_px**2 * np.linalg.inv(moves.T @ moves))

@@ -80,21 +80,21 @@ def find_agreeing(label: str, marks: Marks, limit_px: float) -> tuple[IntArray, 
     if len(every) < 3 or meet(marks, limit_px):
         return every, []
     place = robust_place(marks)
-    near = mark_distances(marks, place) <= limit_px
-    if near.sum() >= _MIN_AGREEING:
-        place = triangulate(*marks.select(np.flatnonzero(near)))
-        near = mark_distances(marks, place) <= limit_px
-    if near.sum() >= _MIN_AGREEING and 2 * near.sum() > len(every):
-        rows = np.flatnonzero(near)
+    is_near = mark_distances(marks, place) <= limit_px
+    if is_near.sum() >= _MIN_AGREEING:
+        place = triangulate(*marks.select(np.flatnonzero(is_near)))
+        is_near = mark_distances(marks, place) <= limit_px
+    if is_near.sum() >= _MIN_AGREEING and 2 * is_near.sum() > len(every):
+        rows = np.flatnonzero(is_near)
         place = triangulate(*marks.select(rows))
-        return rows, [_wrong(label, marks, int(row), place) for row in np.flatnonzero(~near)]
+        return rows, [_wrong(label, marks, int(row), place) for row in np.flatnonzero(~is_near)]
     worst, place = _worst(marks)
     wrong = [_wrong(label, marks, worst, place)]
     return (every if wrong[0].expected is None else np.delete(every, worst)), wrong
 
 
 def find_misplaced(
-    label: str, marks: Marks, place: FloatArray, limit_px: float, far_px: float
+    label: str, marks: Marks, position: FloatArray, limit_px: float, far_px: float
 ) -> tuple[IntArray, list[WrongMark]]:
     """Find the marks of a point that contradict its surveyed position.
 
@@ -104,7 +104,7 @@ def find_misplaced(
     ----------
     label : str
     marks : Marks
-    place : (3,) array
+    position : (3,) array
         Surveyed position of the point in the frame of the views.
     limit_px : float
         Distance from the place of the point up to which marks agree.
@@ -117,18 +117,18 @@ def find_misplaced(
         Rows of the correct marks.
     wrong : list of WrongMark
     """
-    far = mark_distances(marks, place) > max(limit_px, far_px)
+    far = mark_distances(marks, position) > max(limit_px, far_px)
     if not far.any() or far.all() or meet(marks, limit_px):
         return np.arange(len(far)), []
-    wrong = [_wrong(label, marks, int(row), place) for row in np.flatnonzero(far)]
+    wrong = [_wrong(label, marks, int(row), position) for row in np.flatnonzero(far)]
     return np.flatnonzero(~far), wrong
 
 
-def _wrong(label: str, marks: Marks, row: int, place: FloatArray) -> WrongMark:
-    """Return the wrong mark; the other marks intersect at `place` (3,), NaN if unknown."""
+def _wrong(label: str, marks: Marks, row: int, position: FloatArray) -> WrongMark:
+    """Return the wrong mark; the other marks intersect at `position` (3,), NaN if unknown."""
     view = marks.views[row]
     x, y = (float(v) for v in marks.pixels[row])
-    pixels = view.project(place)[0] if np.isfinite(place).all() else np.full(2, np.nan)
+    pixels = view.project(position)[0] if np.isfinite(position).all() else np.full(2, np.nan)
     expected = (float(pixels[0]), float(pixels[1])) if np.isfinite(pixels).all() else None
     return WrongMark(label, view.name, (x, y), expected)
 
@@ -156,13 +156,15 @@ def _worst(marks: Marks) -> tuple[int, FloatArray]:
     The position is NaN if leaving out another mark is nearly as good.
     """
     rows = np.arange(len(marks.views))
-    remaining, places = [], []
+    remaining_items, positions = [], []
     for row in rows:
         others = marks.select(np.delete(rows, row))
         place = triangulate(*others)
-        places.append(place)
-        remaining.append(float(mark_distances(others, place).max()))
-    best = int(np.argmin(remaining))
-    second = float(np.partition(remaining, 1)[1])
-    is_clear = math.isfinite(remaining[best]) and second >= _CLEAR * max(remaining[best], 1.0)
-    return best, places[best] if is_clear else np.full(3, np.nan)
+        positions.append(place)
+        remaining_items.append(float(mark_distances(others, place).max()))
+    best = int(np.argmin(remaining_items))
+    second = float(np.partition(remaining_items, 1)[1])
+    is_clear = math.isfinite(remaining_items[best]) and second >= _CLEAR * max(
+        remaining_items[best], 1.0
+    )
+    return best, positions[best] if is_clear else np.full(3, np.nan)

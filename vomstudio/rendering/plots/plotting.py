@@ -62,12 +62,12 @@ def draw(
         _add_model(plotter, model, origin)
     for feature in features:
         _add_feature(plotter, feature, origin)
-    named = [f for f in features if f.label]
-    if named:
-        anchors = np.array([f.anchor for f in named]) - origin
+    named_features = [f for f in features if f.label]
+    if named_features:
+        anchors = np.array([f.anchor for f in named_features]) - origin
         plotter.add_point_labels(
             anchors,
-            [f.label for f in named],
+            [f.label for f in named_features],
             font_size=12,
             shape="rounded_rect",
             shape_color="white",
@@ -114,8 +114,10 @@ def _add_feature(plotter: Any, feature: DrawnFeature, origin: FloatArray) -> Non
 
     line = feature.line - origin
     if len(line) > 1:
-        joined = pyvista.lines_from_points(line)
-        plotter.add_mesh(joined, color=feature.color, line_width=4, name=f"{feature.name} line")
+        joined_lines = pyvista.lines_from_points(line)
+        plotter.add_mesh(
+            joined_lines, color=feature.color, line_width=4, name=f"{feature.name} line"
+        )
     elif len(line) == 1:
         plotter.add_points(line, color=feature.color, point_size=8, name=f"{feature.name} point")
     if feature.ring is not None:
@@ -130,8 +132,8 @@ def _look(plotter: Any, models: Sequence[Mesh | PointCloud]) -> None:
         plotter.reset_camera()
         return
     trend, plunge = np.radians(first_view(models[0], np.eye(4)))
-    away = [np.sin(trend) * np.cos(plunge), np.cos(trend) * np.cos(plunge), -np.sin(plunge)]
-    plotter.view_vector([-v for v in away], viewup=(0.0, 0.0, 1.0))
+    distances = [np.sin(trend) * np.cos(plunge), np.cos(trend) * np.cos(plunge), -np.sin(plunge)]
+    plotter.view_vector([-v for v in distances], viewup=(0.0, 0.0, 1.0))
     plotter.reset_camera()
 
 

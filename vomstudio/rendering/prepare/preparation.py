@@ -75,13 +75,16 @@ def finite_bounds(points: FloatingArray, stop: threading.Event) -> FloatArray:
     for part in pieces(len(points), stop):
         # Reduces long rows, because a reduction along rows of three elements is eight times
         # slower.
-        flat = np.ascontiguousarray(points[part]).reshape(-1)
-        row_end = len(flat) // ROW * ROW
-        for rows in (flat[:row_end].reshape(-1, ROW), flat[row_end:].reshape(-1, 3)):
+        flat_values = np.ascontiguousarray(points[part]).reshape(-1)
+        row_end = len(flat_values) // ROW * ROW
+        for rows in (flat_values[:row_end].reshape(-1, ROW), flat_values[row_end:].reshape(-1, 3)):
             if rows.size:
-                lowest, highest = np.fmin.reduce(rows, axis=0), np.fmax.reduce(rows, axis=0)
-                low = np.fmin(low, np.fmin.reduce(lowest.reshape(-1, 3), axis=0))
-                high = np.fmax(high, np.fmax.reduce(highest.reshape(-1, 3), axis=0))
+                lowest_values, highest_values = (
+                    np.fmin.reduce(rows, axis=0),
+                    np.fmax.reduce(rows, axis=0),
+                )
+                low = np.fmin(low, np.fmin.reduce(lowest_values.reshape(-1, 3), axis=0))
+                high = np.fmax(high, np.fmax.reduce(highest_values.reshape(-1, 3), axis=0))
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
         return np.zeros((2, 3))
     return np.stack([low, high])
@@ -168,12 +171,14 @@ def vertex_colors(
             used = used_vertices[part]
             if picture is not None and mesh.uv is not None:
                 uv = mesh.uv[used]
-                good = np.isfinite(uv).all(axis=1)
+                is_good = np.isfinite(uv).all(axis=1)
                 height, width = picture.shape[:2]
-                turned = uv[good] - np.floor(uv[good])
-                column = np.minimum((turned[:, 0] * width).astype(np.int32), width - 1)
-                line = np.minimum(((1.0 - turned[:, 1]) * height).astype(np.int32), height - 1)
-                out[used[good]] = picture[line, column]
+                turned_values = uv[is_good] - np.floor(uv[is_good])
+                column = np.minimum((turned_values[:, 0] * width).astype(np.int32), width - 1)
+                line = np.minimum(
+                    ((1.0 - turned_values[:, 1]) * height).astype(np.int32), height - 1
+                )
+                out[used[is_good]] = picture[line, column]
             elif tint is not None:
                 out[used] = np.round(np.clip(tint, 0.0, 1.0) * np.array(255.0)).astype(np.uint8)
     return out
@@ -223,7 +228,7 @@ def make_proxy(
     return compact(out, colors is not None)
 
 
-def compact(data: vtkPolyData, colored: bool) -> tuple[vtkPolyData, Int32Array]:
+def compact(data: vtkPolyData, is_colored: bool) -> tuple[vtkPolyData, Int32Array]:
     """Remove unused points, and return the new data with the original row of each point.
 
     Points and triangles are sorted by location. The decimation retains all original points,
@@ -241,7 +246,7 @@ def compact(data: vtkPolyData, colored: bool) -> tuple[vtkPolyData, Int32Array]:
     place = np.empty(len(used), np.int32)
     place[order] = np.arange(len(used), dtype=np.int32)
     used = used[order]
-    colors = vtk_data.to_array(data.GetPointData().GetScalars())[used] if colored else None
+    colors = vtk_data.to_array(data.GetPointData().GetScalars())[used] if is_colored else None
     faces = place[inverse.reshape(-1)].reshape(-1, 3)
     return vtk_data.triangles(points[used], faces, colors=colors), used.astype(np.int32)
 
@@ -264,20 +269,20 @@ def mesh_chunks(
     else:
         order = np.arange(len(faces))
     del corner
-    textured = material >= 0 and mesh.materials[material].texture is not None
-    uv = mesh.uv if textured else None
-    used = np.zeros(len(points), np.bool_)
-    place = np.empty(len(points), np.int32)
+    is_textured = material >= 0 and mesh.materials[material].texture is not None
+    uv = mesh.uv if is_textured else None
+    is_used = np.zeros(len(points), np.bool_)
+    position = np.empty(len(points), np.int32)
     for part in pieces(len(faces), stop, FACES_PER_CHUNK):
         ids = order[part]
         big = faces[ids]
-        used[big.reshape(-1)] = True
-        vertex_ids = np.flatnonzero(used)
-        used[vertex_ids] = False
-        place[vertex_ids] = np.arange(len(vertex_ids), dtype=np.int32)
-        small = place[big]
-        at = points[vertex_ids]
-        corners = at[small]
+        is_used[big.reshape(-1)] = True
+        vertex_ids = np.flatnonzero(is_used)
+        is_used[vertex_ids] = False
+        position[vertex_ids] = np.arange(len(vertex_ids), dtype=np.int32)
+        small = position[big]
+        place_position = points[vertex_ids]
+        corners = place_position[small]
         boxes = spatial_blocks.block_boxes(
             corners.min(axis=1), corners.max(axis=1), spatial_blocks.FACES_PER_BLOCK
         )
@@ -286,10 +291,13 @@ def mesh_chunks(
             coordinates = np.nan_to_num(np.asarray(uv[vertex_ids], np.float32))
             density = uv_per_metre(corners, coordinates[small])
         data = vtk_data.triangles(
-            at, small, uv=coordinates, colors=None if colors is None else colors[vertex_ids]
+            place_position,
+            small,
+            uv=coordinates,
+            colors=None if colors is None else colors[vertex_ids],
         )
         chunk = FaceChunk(
-            at, small, (ids + rows.start).astype(np.int32), vertex_ids, boxes, material
+            place_position, small, (ids + rows.start).astype(np.int32), vertex_ids, boxes, material
         )
         yield MeshChunkReady(chunk, data, density)
 
@@ -299,8 +307,8 @@ def uv_per_metre(corners: Float32Array, uv: Float32Array) -> float:
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = float(np.linalg.norm(np.cross(a, b), axis=1).sum())
     s, t = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
-    covered = float(np.abs(s[:, 0] * t[:, 1] - s[:, 1] * t[:, 0]).sum())
-    return float(np.sqrt(covered / area)) if area > 0.0 else 0.0
+    covered_value = float(np.abs(s[:, 0] * t[:, 1] - s[:, 1] * t[:, 0]).sum())
+    return float(np.sqrt(covered_value / area)) if area > 0.0 else 0.0
 
 
 def make_locator(chunk: FaceChunk) -> vtkStaticCellLocator:
@@ -336,23 +344,23 @@ def prepare_textures(
     whole_side : int, optional
         Maximum side length of textures that are not divided into quarters, pixels.
     """
-    loaded: dict[Path, Texture | None] = {}
+    loaded_items: dict[Path, Texture | None] = {}
     for i, material in enumerate(mesh.materials):
         if stop.is_set():
             raise Stopped
         path = material.texture
         if path is None or mesh.uv is None:
             continue
-        if path not in loaded:
+        if path not in loaded_items:
             try:
-                loaded[path] = load_texture(path, limit, whole_side)
-                reduced = loaded[path]
+                loaded_items[path] = load_texture(path, limit, whole_side)
+                reduced = loaded_items[path]
                 if reduced is not None and reduced.note is not None:
                     emit(Problem(reduced.note))
             except TextureProblem as error:
-                loaded[path] = None
+                loaded_items[path] = None
                 emit(Problem(error.finding))
-        emit(TextureReady(i, loaded[path]))
+        emit(TextureReady(i, loaded_items[path]))
     emit(TexturesDone())
 
 

@@ -138,17 +138,19 @@ class Streamer:
     def _follow(self, rows: tuple[int, ...], turn: int) -> None:
         try:
             self._used.update(dict.fromkeys(rows, turn))
-            missing = [row for row in rows if row not in self._fetched and row not in self._broken]
-            while missing:
+            missing_rows = [
+                row for row in rows if row not in self._fetched and row not in self._broken
+            ]
+            while missing_rows:
                 if turn != self.turn:
                     return
                 if self._stopped.is_set():
                     raise Stopped
-                points = np.cumsum(self._nodes.counts[missing])
+                points = np.cumsum(self._nodes.counts[missing_rows])
                 count = max(1, int(np.searchsorted(points, self._nodes.batch_points, side="right")))
                 self._make_room(int(points[count - 1]), turn)
-                self._fetch(missing[:count])
-                missing = missing[count:]
+                self._fetch(missing_rows[:count])
+                missing_rows = missing_rows[count:]
             self._emit(ViewDone(turn))
         except Stopped:
             pass
@@ -179,25 +181,27 @@ class Streamer:
     def _make_room(self, requested_points: int, turn: int) -> None:
         point_count = sum(int(self._nodes.counts[row]) for row in self._fetched)
         kept_rows = set(self._nodes.first)
-        dropped: dict[int, NodePoints] = {}
+        dropped_items: dict[int, NodePoints] = {}
         for row in sorted(self._fetched.keys() - kept_rows, key=lambda r: self._used.get(r, 0)):
             if point_count + requested_points <= self._nodes.budget or self._used.get(row) == turn:
                 break
-            dropped[row] = self._fetched.pop(row)
+            dropped_items[row] = self._fetched.pop(row)
             point_count -= int(self._nodes.counts[row])
-        if dropped:
-            self._emit(NodesDropped(dropped, self._nodes))
+        if dropped_items:
+            self._emit(NodesDropped(dropped_items, self._nodes))
 
     def _hand_over(self, row: int, piece: NodePoints) -> None:
         rows, ids = piece.rows, piece.ids
-        at = (piece.cloud.points.take(rows, axis=0) - self._origin).astype(np.float32)
+        position = (piece.cloud.points.take(rows, axis=0) - self._origin).astype(np.float32)
         if not self._nodes.is_ordered:
-            low, high = at.min(axis=0), at.max(axis=0)
-            order = np.argsort(spatial_blocks.morton(at, low, float((high - low).max()) or 1.0))
-            at, rows, ids = at[order], rows[order], ids[order]
-        boxes = spatial_blocks.block_boxes(at, at, spatial_blocks.POINTS_PER_BLOCK)
-        chunk = PointChunk(at, ids, boxes)
-        data = vtk_data.point_set(at, self._colors(piece.cloud, rows))
+            low, high = position.min(axis=0), position.max(axis=0)
+            order = np.argsort(
+                spatial_blocks.morton(position, low, float((high - low).max()) or 1.0)
+            )
+            position, rows, ids = position[order], rows[order], ids[order]
+        boxes = spatial_blocks.block_boxes(position, position, spatial_blocks.POINTS_PER_BLOCK)
+        chunk = PointChunk(position, ids, boxes)
+        data = vtk_data.point_set(position, self._colors(piece.cloud, rows))
         spacing = float(self._nodes.spacing[row])
         self._emit(NodeReady(chunk, data, spacing, row, NodePoints(piece.cloud, rows, ids)))
         self._fetched[row] = piece

@@ -155,8 +155,10 @@ def make_level(pixels: ByteArray, whole_side: int | None) -> Level:
     height, width = pixels.shape[:2]
     if whole_side is None or max(height, width) <= whole_side or min(height, width) < 2:
         return Level(width, height, (pixels,))
-    padded = np.pad(pixels, ((1, 1), (1, 1), (0, 0)), mode="wrap")
+    padded_values = np.pad(pixels, ((1, 1), (1, 1), (0, 0)), mode="wrap")
     rows = [(0, height // 2 + 2), (height // 2, height + 2)]
     columns = [(0, width // 2 + 2), (width // 2, width + 2)]
-    tiles = tuple(np.ascontiguousarray(padded[a:b, c:d]) for a, b in rows for c, d in columns)
+    tiles = tuple(
+        np.ascontiguousarray(padded_values[a:b, c:d]) for a, b in rows for c, d in columns
+    )
     return Level(width, height, tiles)

@@ -143,9 +143,9 @@ class Annotations:
         ab, point = b - a, np.array([x, y])
         square = np.maximum(np.einsum("ij,ij->i", ab, ab), 1e-12)
         t = np.clip(np.einsum("ij,ij->i", point - a, ab) / square, 0.0, 1.0)
-        off = np.hypot(*(a + t[:, None] * ab - point).T)
-        best = int(np.argmin(off))
-        if off[best] > PICK_DISTANCE:
+        distance = np.hypot(*(a + t[:, None] * ab - point).T)
+        best = int(np.argmin(distance))
+        if distance[best] > PICK_DISTANCE:
             return None
         return self._ready.drawings[int(self._owners[best])].id
 
@@ -153,7 +153,7 @@ class Annotations:
         self,
         painter: QPainter,
         features: Mapping[str, FeatureDrawing],
-        selected: frozenset[str],
+        selected_names: frozenset[str],
         camera: Camera,
         project: Project,
         size: tuple[float, float],
@@ -168,7 +168,7 @@ class Annotations:
         painter : QPainter
         features : mapping
             Drawings by feature id.
-        selected : frozenset of str
+        selected_names : frozenset of str
             Ids of the selected features.
         camera : Camera
         project : callable
@@ -189,17 +189,17 @@ class Annotations:
         ratio = painter.device().devicePixelRatioF()
         count = len(ready.drawings)
         pixels, is_visible = project(ready.places.reshape(-1, 3))
-        at = self._choose_positions(ready, is_visible.reshape(count, -1), moving)
-        anchors = pixels.reshape(count, -1, 2)[np.arange(count), at]
-        is_seen = is_visible.reshape(count, -1)[np.arange(count), at]
-        is_selected = ready.flags(selected)
+        position = self._choose_positions(ready, is_visible.reshape(count, -1), moving)
+        anchors = pixels.reshape(count, -1, 2)[np.arange(count), position]
+        is_seen = is_visible.reshape(count, -1)[np.arange(count), position]
+        is_selected = ready.flags(selected_names)
         grid = LabelGrid(*size)
         for box in kept_free:
             grid.block(box.x(), box.y(), box.width(), box.height())
         gap = LABEL_GAP
         if len(ready.symbol_rows):
             rows = ready.symbol_rows
-            signs = ready.symbols.signs(camera, size, ready.places[rows, at[rows]])
+            signs = ready.symbols.signs(camera, size, ready.places[rows, position[rows]])
             self._paint_symbols(painter, ready, signs, is_seen, is_selected, grid, size, moving)
             if not ready.discs.all():
                 gap = SYMBOL_GAP
@@ -209,11 +209,11 @@ class Annotations:
         drawings = [d for d in features.values() if d.visible and (d.label or d.symbol)]
         symbols = list(map(_SYMBOL, drawings))
         valid = list(filter(None, symbols))
-        places, sizes = self._measure(drawings)
+        positions, sizes = self._measure(drawings)
         return _Ready(
             drawings,
             dict(zip(map(_ID, drawings), count(), strict=False)),
-            places,
+            positions,
             np.fromiter(map(_EXTENT, drawings), float, len(drawings)),
             sizes,
             np.fromiter(map(bool, map(_LABEL, drawings)), np.bool_, len(drawings)),
@@ -248,7 +248,7 @@ class Annotations:
         self._previous = None
         return places, sizes
 
-    def _choose_positions(self, ready: _Ready, is_visible: BoolArray, moving: bool) -> IntArray:
+    def _choose_positions(self, ready: _Ready, is_visible: BoolArray, is_moving: bool) -> IntArray:
         """Return the index (n,) of each label's position, preferably the previous one.
 
         If the previous position is hidden, a visible one is chosen, so that a long trace is
@@ -256,17 +256,19 @@ class Annotations:
         """
         last_positions = ready.numbers(self._position_by_id)
         # Return to the anchor once the view has come to rest.
-        preferred = last_positions if moving else np.zeros_like(last_positions)
-        is_kept = is_visible[np.arange(ready.count), preferred] | ~is_visible.any(axis=1)
-        if moving:
+        preferred_last_positions = last_positions if is_moving else np.zeros_like(last_positions)
+        is_kept = is_visible[np.arange(ready.count), preferred_last_positions] | ~is_visible.any(
+            axis=1
+        )
+        if is_moving:
             for shown_frames in (self._labels_shown, self._symbols_shown):
                 hidden_frames = ready.numbers(shown_frames)
                 is_kept |= (hidden_frames > 0) & (hidden_frames < MAX_HIDDEN_FRAMES)
-        at = np.where(is_kept, preferred, np.argmax(is_visible, axis=1))
+        index = np.where(is_kept, preferred_last_positions, np.argmax(is_visible, axis=1))
         self._position_by_id = {
-            ready.drawings[i].id: int(at[i]) for i in np.flatnonzero(at).tolist()
+            ready.drawings[i].id: int(index[i]) for i in np.flatnonzero(index).tolist()
         }
-        return at
+        return index
 
     # --- symbols -----------------------------------------------------------------------------
     def _paint_symbols(
@@ -278,38 +280,40 @@ class Annotations:
         is_selected: BoolArray,
         grid: LabelGrid,
         size: tuple[float, float],
-        moving: bool,
+        is_moving: bool,
     ) -> None:
         rows = ready.symbol_rows
         extents = ready.extents[rows]
         with np.errstate(invalid="ignore"):
-            inside = (
+            is_inside = (
                 (signs.depth > 0.0)
                 & (signs.pixels > -20.0).all(axis=1)
                 & (signs.pixels < np.array(size) + 20.0).all(axis=1)
             )
-        is_patient = self._patient(ready, is_visible, self._symbols_shown, moving)[rows]
-        small = extents < MIN_DISC_PIXELS * signs.metres
-        candidates = inside & (is_patient | is_selected[rows]) & (~ready.discs | small)
+        is_patient = self._patient(ready, is_visible, self._symbols_shown, is_moving)[rows]
+        is_small = extents < MIN_DISC_PIXELS * signs.metres
+        candidates = is_inside & (is_patient | is_selected[rows]) & (~ready.discs | is_small)
         was_shown = ready.flags(self._symbols_shown)[rows]
-        order = order_by_importance(is_selected[rows], was_shown, extents, moving=moving)
+        order = order_by_importance(is_selected[rows], was_shown, extents, is_moving=is_moving)
         # Includes a margin, because a symbol may be partly outside the image.
-        room = LabelGrid(size[0] + 40.0, size[1] + 40.0)
+        available_space = LabelGrid(size[0] + 40.0, size[1] + 40.0)
         full, dots, discs = [], [], []
         # A few selected symbols are drawn over all others, but many would overlap each other.
         selected_rows = np.flatnonzero(is_selected[rows])
         certain = (
             set(selected_rows.tolist()) if len(selected_rows) <= MAX_SELECTED_ON_TOP else set()
         )
-        places = signs.pixels.tolist()
+        positions = signs.pixels.tolist()
         for i in order[candidates[order]].tolist():
-            x, y = places[i]
-            margin = SYMBOL_HALF_SIZE + (6.0 if moving and not was_shown[i] else 0.0)
-            free = room.is_free(x + 20.0 - margin, y + 20.0 - margin, 2 * margin, 2 * margin)
+            x, y = positions[i]
+            margin = SYMBOL_HALF_SIZE + (6.0 if is_moving and not was_shown[i] else 0.0)
+            is_free = available_space.is_free(
+                x + 20.0 - margin, y + 20.0 - margin, 2 * margin, 2 * margin
+            )
             if ready.discs[i]:
                 discs.append(i)
-            elif i in certain or free:
-                room.block(
+            elif i in certain or is_free:
+                available_space.block(
                     x + 20.0 - SYMBOL_HALF_SIZE,
                     y + 20.0 - SYMBOL_HALF_SIZE,
                     2 * SYMBOL_HALF_SIZE,
@@ -353,12 +357,12 @@ class Annotations:
         pixmap = self._dots.get(key)
         if pixmap is None:
             pixmap = _blank_pixmap(width + 2.0, width + 2.0, ratio)
-            inner = QPainter(pixmap)
-            inner.setRenderHint(QPainter.RenderHint.Antialiasing)
-            inner.setPen(QPen(painting.DARK, 1.2))
-            inner.setBrush(painting.to_color(color))
-            inner.drawEllipse(QRectF(1.0, 1.0, width, width))
-            inner.end()
+            pixmap_painter = QPainter(pixmap)
+            pixmap_painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            pixmap_painter.setPen(QPen(painting.DARK, 1.2))
+            pixmap_painter.setBrush(painting.to_color(color))
+            pixmap_painter.drawEllipse(QRectF(1.0, 1.0, width, width))
+            pixmap_painter.end()
             self._dots[key] = pixmap
         return pixmap
 
@@ -373,9 +377,9 @@ class Annotations:
         if not len(strokes):
             return
         # Slightly longer strokes with flat ends take a third of the time of round ends.
-        along = strokes[:, 1] - strokes[:, 0]
-        along *= CAP_LENGTH / np.maximum(np.hypot(*along.T), 1e-9)[:, None]
-        longer = strokes + np.stack([-along, along], axis=1)
+        along_component = strokes[:, 1] - strokes[:, 0]
+        along_component *= CAP_LENGTH / np.maximum(np.hypot(*along_component.T), 1e-9)[:, None]
+        longer = strokes + np.stack([-along_component, along_component], axis=1)
         lines = [QLineF(*ends) for ends in longer.reshape(-1, 4).tolist()]
         groups: dict[tuple[bool, tuple[float, float, float]], list[QLineF]] = {}
         for line, owner in zip(lines, owners.tolist(), strict=True):
@@ -411,9 +415,9 @@ class Annotations:
             if symbol is None or not symbol.text or not np.isfinite(centres[i]).all():
                 continue
             picture = self._number(symbol.text, ratio)
-            wide, tall = picture.width() / ratio, picture.height() / ratio
-            x, y = centres[i][0] - wide / 2.0, centres[i][1] - tall / 2.0
-            if grid.take(x + 2.0, y + 4.0, wide - 4.0, tall - 8.0):
+            width, height = picture.width() / ratio, picture.height() / ratio
+            x, y = centres[i][0] - width / 2.0, centres[i][1] - height / 2.0
+            if grid.take(x + 2.0, y + 4.0, width - 4.0, height - 8.0):
                 painter.drawPixmap(
                     QPointF(round(x * ratio) / ratio, round(y * ratio) / ratio), picture
                 )
@@ -423,11 +427,11 @@ class Annotations:
         if pixmap is None:
             font = painting.system_font(bold=True)
             metrics = QFontMetricsF(font)
-            wide, tall = metrics.horizontalAdvance(text) + 6.0, metrics.height() + 4.0
-            pixmap = _blank_pixmap(wide, tall, ratio)
-            inner = QPainter(pixmap)
-            painting.outlined_text(inner, 3.0, 2.0 + metrics.ascent(), text, font)
-            inner.end()
+            width, height = metrics.horizontalAdvance(text) + 6.0, metrics.height() + 4.0
+            pixmap = _blank_pixmap(width, height, ratio)
+            pixmap_painter = QPainter(pixmap)
+            painting.outlined_text(pixmap_painter, 3.0, 2.0 + metrics.ascent(), text, font)
+            pixmap_painter.end()
             self._numbers[(text, ratio)] = pixmap
         return pixmap
 
@@ -446,74 +450,80 @@ class Annotations:
         is_selected: BoolArray,
         grid: LabelGrid,
         gap: float,
-        moving: bool,
+        is_moving: bool,
         ratio: float,
     ) -> None:
-        is_patient = self._patient(ready, is_visible, self._labels_shown, moving)
+        is_patient = self._patient(ready, is_visible, self._labels_shown, is_moving)
         was_shown = ready.flags(self._labels_shown)
         candidates = ready.labelled & (is_patient | is_selected) & np.isfinite(anchors).all(axis=1)
         if self.label_mode == "none":
             candidates[:] = False
         elif self._labels_selection_only(ready):
             candidates &= is_selected
-        if moving and was_shown.any() and int(candidates.sum()) > MAX_PLACED_IN_MOTION:
+        if is_moving and was_shown.any() and int(candidates.sum()) > MAX_PLACED_IN_MOTION:
             # Placing thousands of labels takes too long for a step of a drag; at rest, all are
             # placed.
             candidates &= was_shown
-        order = order_by_importance(is_selected, was_shown, ready.extents, moving=moving)
+        order = order_by_importance(is_selected, was_shown, ready.extents, is_moving=is_moving)
         corners = ready.numbers(self._corners)
         # While the view moves, a new label needs more space, so that it does not vanish at the
         # next step.
-        clear = np.where(was_shown | is_selected, 0.0, NEW_LABEL_CLEARANCE) if moving else None
-        placed = place_labels(
+        clear = np.where(was_shown | is_selected, 0.0, NEW_LABEL_CLEARANCE) if is_moving else None
+        placed_labels = place_labels(
             grid, anchors, ready.sizes, order[candidates[order]], gap, corners, clear
         )
-        for i, (x, y) in placed.items():
+        for i, (x, y) in placed_labels.items():
             d = ready.drawings[i]
             picture = self.labels.picture(d.label, d.color, bool(is_selected[i]), ratio, d.verdict)
             painter.drawPixmap(QPointF(x, y), picture)
-            wide, tall = ready.sizes[i]
-            self.label_boxes.append((d.id, QRectF(x, y, float(wide), float(tall))))
-        self._remember(self._labels_shown, ready, list(placed), is_visible)
-        self._corners = {ready.drawings[i].id: int(corners[i]) for i in placed}
+            width, height = ready.sizes[i]
+            self.label_boxes.append((d.id, QRectF(x, y, float(width), float(height))))
+        self._remember(self._labels_shown, ready, list(placed_labels), is_visible)
+        self._corners = {ready.drawings[i].id: int(corners[i]) for i in placed_labels}
 
     def paint_hovered(
-        self, painter: QPainter, drawing: FeatureDrawing, x: float, y: float, room: QRectF
+        self, painter: QPainter, drawing: FeatureDrawing, x: float, y: float, available_rect: QRectF
     ) -> None:
-        """Paint the label of the feature under the cursor beside a pixel, inside `room`.
+        """Paint the label of the feature under the cursor beside a pixel, inside `available_rect`.
 
         Nothing is painted if the feature is already labelled or labels are switched off.
         """
         is_labelled = any(id_ == drawing.id for id_, _ in self.label_boxes)
         if self.label_mode == "none" or not drawing.label or is_labelled:
             return
-        wide, tall = self.labels.size(drawing.label, drawing.verdict)
-        x_left = min(max(x + HOVER_GAP, room.left()), room.right() - wide)
-        y_top = min(max(y - HOVER_GAP - tall, room.top()), room.bottom() - tall)
+        width, height = self.labels.size(drawing.label, drawing.verdict)
+        x_left = min(max(x + HOVER_GAP, available_rect.left()), available_rect.right() - width)
+        y_top = min(
+            max(y - HOVER_GAP - height, available_rect.top()), available_rect.bottom() - height
+        )
         ratio = painter.device().devicePixelRatioF()
         picture = self.labels.picture(drawing.label, drawing.color, False, ratio, drawing.verdict)
         painter.drawPixmap(QPointF(x_left, y_top), picture)
 
     # --- memory ------------------------------------------------------------------------------
     def _patient(
-        self, ready: _Ready, is_visible: BoolArray, shown: dict[str, int], moving: bool
+        self, ready: _Ready, is_visible: BoolArray, shown_items: dict[str, int], is_moving: bool
     ) -> BoolArray:
         """Return which drawings are visible, or were visible recently if the view is moving."""
-        if not moving or not shown:
+        if not is_moving or not shown_items:
             return is_visible
         return is_visible | ready.flags(
-            id_ for id_, gone in shown.items() if gone < MAX_HIDDEN_FRAMES
+            id_ for id_, gone in shown_items.items() if gone < MAX_HIDDEN_FRAMES
         )
 
     def _remember(
-        self, shown: dict[str, int], ready: _Ready, shown_rows: Iterable[int], is_visible: BoolArray
+        self,
+        shown_items: dict[str, int],
+        ready: _Ready,
+        shown_rows: Iterable[int],
+        is_visible: BoolArray,
     ) -> None:
         """Count the frames for which each shown row has been invisible."""
-        previous = dict(shown)
-        shown.clear()
+        previous = dict(shown_items)
+        shown_items.clear()
         for row in shown_rows:
             id_ = ready.drawings[row].id
-            shown[id_] = 0 if is_visible[row] else previous.get(id_, 0) + 1
+            shown_items[id_] = 0 if is_visible[row] else previous.get(id_, 0) + 1
 
 
 def _flat_pen(color: QColor, width: float) -> QPen:
@@ -528,7 +538,7 @@ def _places(drawing: FeatureDrawing) -> FloatArray:
     anchor = np.asarray(drawing.anchor, float)
     if len(line) < 2:
         return np.repeat(anchor[None], 1 + len(LINE_POSITIONS), axis=0)
-    rows = [round(along * (len(line) - 1)) for along in LINE_POSITIONS]
+    rows = [round(along_component * (len(line) - 1)) for along_component in LINE_POSITIONS]
     return np.concatenate([anchor[None], line[rows]])
 
 

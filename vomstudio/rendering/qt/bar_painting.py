@@ -48,13 +48,13 @@ class ColorBar:
         self._captions += [plain.elidedText(t, elide, MAX_TITLE_WIDTH) for t in captions[1:] if t]
         self._head = bold.height() + self._line * (len(self._captions) - 1) + 5.0
         self._foot = self._line + 5.0 if scale.missing else 0.0
-        wide = [bold.horizontalAdvance(self._captions[0])]
-        wide += [plain.horizontalAdvance(t) for t in self._captions[1:]]
-        room = max(bottom - top, 40.0)
+        total_width = [bold.horizontalAdvance(self._captions[0])]
+        total_width += [plain.horizontalAdvance(t) for t in self._captions[1:]]
+        available_space = max(bottom - top, 40.0)
         self._left_out = 0
         if scale.kind == "categories":
             row = self._line + 3.0
-            max_rows = max(1, int((room - self._head - self._foot - 2.0 * PAD) / row))
+            max_rows = max(1, int((available_space - self._head - self._foot - 2.0 * PAD) / row))
             self._rows = list(scale.categories)
             if len(self._rows) > MAX_ROWS:
                 # Borders distinguish categories with similar colours.
@@ -63,17 +63,19 @@ class ColorBar:
                 self._left_out = len(self._rows) - (max_rows - 1)
                 self._rows = self._rows[: max_rows - 1]
             words = [c.name for c in self._rows] + self._omitted_text()
-            inner = row * len(words)
+            inner_values = row * len(words)
         else:
-            inner = min(MAX_BAR_HEIGHT, room) - self._head - self._foot - 2.0 * PAD
-            words = [text for _, text in self._ticks(inner)]
+            inner_values = (
+                min(MAX_BAR_HEIGHT, available_space) - self._head - self._foot - 2.0 * PAD
+            )
+            words = [text for _, text in self._ticks(inner_values)]
         text_width = max([plain.horizontalAdvance(w) for w in words], default=0.0)
-        wide.append(BAR_WIDTH + 8.0 + text_width)
+        total_width.append(BAR_WIDTH + 8.0 + text_width)
         if scale.missing:
-            wide.append(BAR_WIDTH + 8.0 + plain.horizontalAdvance(tr(MISSING_TEXT)))
-        width = max(wide) + 2.0 * PAD
-        height = self._head + inner + self._foot + 2.0 * PAD
-        self._inner = inner
+            total_width.append(BAR_WIDTH + 8.0 + plain.horizontalAdvance(tr(MISSING_TEXT)))
+        width = max(total_width) + 2.0 * PAD
+        height = self._head + inner_values + self._foot + 2.0 * PAD
+        self._inner = inner_values
         self.box = QRectF(right - width, top, width, height)
 
     def _omitted_text(self) -> list[str]:
@@ -83,7 +85,7 @@ class ColorBar:
             [tr_n("and {count} more", "and {count} more", self._left_out)] if self._left_out else []
         )
 
-    def _ticks(self, tall: float) -> list[tuple[float, str]]:
+    def _ticks(self, height: float) -> list[tuple[float, str]]:
         """Return the position (0 to 1 from the bottom) and the text of each tick.
 
         The ticks are both ends of the scale, and round values whose texts do not overlap.
@@ -98,7 +100,7 @@ class ColorBar:
             (0.0, ("≤ " if scale.below else "") + low),
             (1.0, ("≥ " if scale.above else "") + high),
         ]
-        clear = 1.25 * self._line / max(tall, 1.0)
+        clear = 1.25 * self._line / max(height, 1.0)
         max_ticks = max(1, int(1.0 / max(1.6 * clear, 0.14)))
         between = [
             ((v - scale.low) / width, text)
@@ -166,12 +168,12 @@ class ColorBar:
             y = ramp.bottom() - place * ramp.height()
             painter.setPen(QPen(TEXT, 1.0))
             painter.drawLine(QPointF(ramp.right(), y), QPointF(ramp.right() + 4.0, y))
-            at = QPointF(ramp.right() + 8.0, y + metrics.capHeight() / 2.0)
-            painter.drawText(at, text)
+            position = QPointF(ramp.right() + 8.0, y + metrics.capHeight() / 2.0)
+            painter.drawText(position, text)
 
 
 def lay_out_bars(
-    shown: Sequence[tuple[Scale, Sequence[str]]],
+    shown_pairs: Sequence[tuple[Scale, Sequence[str]]],
     width: float,
     height: float,
     covered: QRectF | None = None,
@@ -182,7 +184,7 @@ def lay_out_bars(
     """
     bars: list[ColorBar] = []
     right, bottom = width - MARGIN, scale_bar_box(width, height).top() - 10.0
-    for scale, captions in shown:
+    for scale, captions in shown_pairs:
         bar = ColorBar(scale, captions, right, TOP, bottom)
         if covered is not None and bar.box.intersects(covered):
             bar = ColorBar(scale, captions, covered.left() - 8.0, TOP, bottom)
@@ -200,7 +202,7 @@ def draw_clip_box(
     painter: QPainter,
     corners: FloatArray,
     centres: FloatArray,
-    usable: Sequence[bool],
+    usable_flags: Sequence[bool],
     hot: int | None,
     letters: Sequence[str],
 ) -> None:
@@ -213,7 +215,7 @@ def draw_clip_box(
         Pixels of `ClipBox.corners`; NaN for corners behind the viewer.
     centres : (6, 2) float64
         Pixels of the handles, in the order of FACES.
-    usable : sequence of bool
+    usable_flags : sequence of bool
         Whether each handle can be dragged.
     hot : int or None
         Handle under the cursor.
@@ -233,12 +235,12 @@ def draw_clip_box(
         if not np.isfinite(centres[k]).all():
             continue
         x, y = centres[k]
-        reach = HANDLE_RADIUS + (1.5 if k == hot else 0.0)
+        max_distance = HANDLE_RADIUS + (1.5 if k == hot else 0.0)
         fill = QColor(BOX_COLOR if k == hot else "#ffffff")
-        fill.setAlphaF(0.95 if usable[k] else 0.35)
+        fill.setAlphaF(0.95 if usable_flags[k] else 0.35)
         painter.setPen(QPen(DARK, 1.6))
         painter.setBrush(fill)
-        painter.drawEllipse(QPointF(x, y), reach, reach)
+        painter.drawEllipse(QPointF(x, y), max_distance, max_distance)
         letter = letters[axis] + ("+" if side else "−")
         painter.setPen(DARK)
         painter.drawText(

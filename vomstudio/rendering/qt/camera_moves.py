@@ -101,10 +101,10 @@ class CameraMoves(QObject):
         self.camera.look_along(trend_deg, plunge_deg)
         self.moved()
 
-    def set_orthographic(self, orthographic: bool) -> None:
+    def set_orthographic(self, is_orthographic: bool) -> None:
         """Switch the projection, keeping the scale at the distance of the pivot."""
-        if orthographic != self.camera.orthographic:
-            self.camera.orthographic = orthographic
+        if is_orthographic != self.camera.orthographic:
+            self.camera.orthographic = is_orthographic
             self.moved()
 
     def _frame_all(self) -> None:

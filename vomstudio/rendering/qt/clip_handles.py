@@ -96,24 +96,24 @@ class ClipHandles(QObject):
         corners, _ = self._camera.project(self.box.corners(), extent)
         centres = np.stack([self.box.face_centre(*face) for face in BOX_FACES])
         pixels, _ = self._camera.project(centres, extent)
-        usable = []
-        for (axis, _side), at in zip(BOX_FACES, pixels, strict=True):
-            good = bool(np.isfinite(at).all())
-            if good:
-                origin, direction = self._camera.ray(float(at[0]), float(at[1]), extent)
-                good = along_axis(origin, direction, np.zeros(3), axis) is not None
-            usable.append(good)
-        return corners, pixels, usable
+        usable_items = []
+        for (axis, _side), position in zip(BOX_FACES, pixels, strict=True):
+            is_drawable = bool(np.isfinite(position).all())
+            if is_drawable:
+                origin, direction = self._camera.ray(float(position[0]), float(position[1]), extent)
+                is_drawable = along_axis(origin, direction, np.zeros(3), axis) is not None
+            usable_items.append(is_drawable)
+        return corners, pixels, usable_items
 
     def face_at(self, x: float, y: float) -> int | None:
         """Return the face whose handle is at a pixel, or None."""
         if self.box is None or not self.handles:
             return None
         _, pixels, usable = self.places()
-        off = np.hypot(pixels[:, 0] - x, pixels[:, 1] - y)
-        off = np.where(np.isfinite(off) & np.array(usable), off, np.inf)
-        best = int(np.argmin(off))
-        return best if off[best] <= FACE_PIXELS else None
+        distance = np.hypot(pixels[:, 0] - x, pixels[:, 1] - y)
+        distance = np.where(np.isfinite(distance) & np.array(usable), distance, np.inf)
+        best = int(np.argmin(distance))
+        return best if distance[best] <= FACE_PIXELS else None
 
     def drag_face(self, face: int, x: float, y: float) -> None:
         """Move a face along its axis so that it follows the cursor at a pixel."""

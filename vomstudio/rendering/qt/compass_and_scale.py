@@ -36,8 +36,8 @@ def draw_compass(painter: QPainter, frame: FloatArray, height: float, north_know
     painter.setBrush(QColor(18, 20, 23, 95))
     painter.drawEllipse(centre, 46.0, 46.0)
 
-    def place(vector: Sequence[float] | FloatArray, reach: float = radius) -> QPointF:
-        x, y = (frame[:2] @ np.asarray(vector, float)) * reach
+    def place(vector: Sequence[float] | FloatArray, max_distance: float = radius) -> QPointF:
+        x, y = (frame[:2] @ np.asarray(vector, float)) * max_distance
         return QPointF(centre.x() + float(x), centre.y() - float(y))
 
     turn = np.linspace(0.0, 2.0 * np.pi, 49)
@@ -58,39 +58,41 @@ def draw_compass(painter: QPainter, frame: FloatArray, height: float, north_know
     painter.drawPolygon(north)
     bold, plain = painting.system_font(bold=True), painting.system_font()
     letters = (tr("N"), tr("E"), tr("S"), tr("W")) if north_known else ("y", "x", "", "")
-    occupied: list[QPointF] = []
+    occupied_items: list[QPointF] = []
     for k, letter in enumerate(letters):
         if not letter:
             continue
-        turned = math.radians(90.0 * k)
-        at = place((math.sin(turned), math.cos(turned), 0.0), radius + 9.0)
+        turned_value = math.radians(90.0 * k)
+        position = place((math.sin(turned_value), math.cos(turned_value), 0.0), radius + 9.0)
         # In a horizontal view the letters meet at the needle, and only the first one is drawn.
-        if any(math.hypot(at.x() - q.x(), at.y() - q.y()) < 13.0 for q in occupied):
+        if any(
+            math.hypot(position.x() - q.x(), position.y() - q.y()) < 13.0 for q in occupied_items
+        ):
             continue
-        occupied.append(at)
+        occupied_items.append(position)
         font = bold if k == 0 else plain
         metrics = QFontMetricsF(font)
         painting.outlined_text(
             painter,
-            at.x() - metrics.horizontalAdvance(letter) / 2.0,
-            at.y() + metrics.capHeight() / 2.0,
+            position.x() - metrics.horizontalAdvance(letter) / 2.0,
+            position.y() + metrics.capHeight() / 2.0,
             letter,
             font,
         )
     if not north_known:
         small = painting.system_font()
         text = tr("local frame")
-        wide = QFontMetricsF(small).horizontalAdvance(text)
+        width = QFontMetricsF(small).horizontalAdvance(text)
         painting.outlined_text(
-            painter, max(box.left(), centre.x() - wide / 2.0), box.top() - 4.0, text, small
+            painter, max(box.left(), centre.x() - width / 2.0), box.top() - 4.0, text, small
         )
     painter.restore()
 
 
 def scale_bar(metres_per_pixel: float, width: float) -> tuple[float, float]:
     """Return a round length in metres and its pixels, at most a sixth of the view's width."""
-    longest = max(60.0, min(220.0, width / 6.0)) * metres_per_pixel
-    length = round_length(max(longest, 1e-6))
+    max_length = max(60.0, min(220.0, width / 6.0)) * metres_per_pixel
+    length = round_length(max(max_length, 1e-6))
     return length, length / metres_per_pixel
 
 
@@ -126,7 +128,7 @@ def draw_scale_bar(
         pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
         painter.setPen(pen)
         painter.drawPath(bar)
-    text = bar_text(length, metric=unit_known)
+    text = bar_text(length, is_metric=unit_known)
     font = painting.system_font(bold=True)
     painting.outlined_text(
         painter,

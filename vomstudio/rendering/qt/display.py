@@ -51,9 +51,9 @@ class ModelAppearance(QObject):
 
         self._change(apply)
 
-    def set_lit(self, mode: str, lit: bool) -> None:
+    def set_lit(self, mode: str, is_lit: bool) -> None:
         """Set whether a light at the viewer shades the meshes in a display mode."""
-        self._change(lambda scene: scene.set_lit(mode, lit))
+        self._change(lambda scene: scene.set_lit(mode, is_lit))
 
     def set_point_size(self, pixels: float | None) -> None:
         """Set the size of cloud points in logical pixels; None closes the gaps between points."""

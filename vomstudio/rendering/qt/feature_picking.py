@@ -14,7 +14,7 @@ FEATURE_PIXELS = 7.0
 
 
 def feature_at(
-    shown: Sequence[FeatureDrawing],
+    shown_feature_drawings: Sequence[FeatureDrawing],
     x: float,
     y: float,
     camera: Camera,
@@ -26,7 +26,7 @@ def feature_at(
 
     `extent` is the size of the picture.
     """
-    lines = [d for d in shown if len(d.line) >= 2]
+    lines = [d for d in shown_feature_drawings if len(d.line) >= 2]
     if lines:
         sizes = [len(d.line) for d in lines]
         pixels, _ = camera.project(
@@ -38,12 +38,12 @@ def feature_at(
         with np.errstate(invalid="ignore", divide="ignore"):
             t = np.einsum("ij,ij->i", np.array([x, y]) - a, ab) / np.einsum("ij,ij->i", ab, ab)
             t = np.clip(np.nan_to_num(t), 0.0, 1.0)
-            off = np.hypot(*(a + t[:, None] * ab - np.array([x, y])).T)
-        off[(owner[:-1] != owner[1:]) | ~np.isfinite(off)] = np.inf
-        if len(off) and off.min() <= FEATURE_PIXELS:
-            return lines[int(owner[int(np.argmin(off))])].id
+            distance = np.hypot(*(a + t[:, None] * ab - np.array([x, y])).T)
+        distance[(owner[:-1] != owner[1:]) | ~np.isfinite(distance)] = np.inf
+        if len(distance) and distance.min() <= FEATURE_PIXELS:
+            return lines[int(owner[int(np.argmin(distance))])].id
     best, feature_id = np.inf, None
-    for d in shown if discs else ():
+    for d in shown_feature_drawings if discs else ():
         if d.disc is None:
             continue
         ring, depth = camera.project(np.asarray(d.disc, float), extent)

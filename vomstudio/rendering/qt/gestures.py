@@ -124,9 +124,9 @@ class Gestures(QObject):
         self._still.setInterval(STILL_MS)
         self._still.timeout.connect(self._stand_still)
 
-    def set_turntable(self, enabled: bool) -> None:
+    def set_turntable(self, is_enabled: bool) -> None:
         """Set whether orbiting keeps the z axis upright or is free, as with a trackball."""
-        self._turntable = enabled
+        self._turntable = is_enabled
 
     def adopt_settings(self, other: Gestures) -> None:
         """Use the buttons, keys and rotation of another view."""
@@ -143,15 +143,15 @@ class Gestures(QObject):
         if preview is None or not len(preview.line):
             return None
         pixels, _ = self._camera.project(np.asarray(preview.line, float), self._view.extent())
-        off = np.hypot(pixels[:, 0] - x, pixels[:, 1] - y)
-        off = np.where(np.isfinite(off), off, np.inf)
-        best = int(np.argmin(off))
-        return best if off[best] <= HANDLE_PIXELS else None
+        distance = np.hypot(pixels[:, 0] - x, pixels[:, 1] - y)
+        distance = np.where(np.isfinite(distance), distance, np.inf)
+        best = int(np.argmin(distance))
+        return best if distance[best] <= HANDLE_PIXELS else None
 
     def _event(
         self,
         kind: Pointer,
-        at: QPointF,
+        position: QPointF,
         button: Qt.MouseButton,
         event: QMouseEvent,
         hit: bool = True,
@@ -159,13 +159,13 @@ class Gestures(QObject):
         modifiers = event.modifiers()
         return PointerEvent(
             kind,
-            at.x(),
-            at.y(),
+            position.x(),
+            position.y(),
             BUTTONS.get(button, Button.NONE),
             bool(modifiers & Qt.KeyboardModifier.ShiftModifier),
             bool(modifiers & Qt.KeyboardModifier.ControlModifier),
-            self._view.pick(at.x(), at.y()) if hit else None,
-            self.handle_at(at.x(), at.y()),
+            self._view.pick(position.x(), position.y()) if hit else None,
+            self.handle_at(position.x(), position.y()),
             alt=bool(modifiers & Qt.KeyboardModifier.AltModifier),
         )
 
@@ -174,15 +174,17 @@ class Gestures(QObject):
     def press(self, event: QMouseEvent) -> None:
         if self._press is not None:
             return
-        at = event.position()
-        self._press = self._last = at
+        position = event.position()
+        self._press = self._last = position
         self._button = event.button()
         self._action = None
-        left = event.button() == Qt.MouseButton.LeftButton
+        is_left = event.button() == Qt.MouseButton.LeftButton
         shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
-        self._held_handle = self.handle_at(at.x(), at.y()) if left and not shift else None
-        free = left and not shift and self._held_handle is None
-        self.held_face = self._faces.face_at(at.x(), at.y()) if free else None
+        self._held_handle = (
+            self.handle_at(position.x(), position.y()) if is_left and not shift else None
+        )
+        is_free = is_left and not shift and self._held_handle is None
+        self.held_face = self._faces.face_at(position.x(), position.y()) if is_free else None
         event.accept()
 
     def _begin_action(self, event: QMouseEvent) -> None:
@@ -195,7 +197,7 @@ class Gestures(QObject):
         shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
         button = self._button
         hit = view.pick(self._press.x(), self._press.y())
-        at = None if hit is None else view.world_of(hit)
+        position = None if hit is None else view.world_of(hit)
         if self._held_handle is not None:
             self._action = "handle"
             start = self._event(Pointer.DRAG_START, self._press, button, event)
@@ -205,43 +207,45 @@ class Gestures(QObject):
         ):
             self._action = "pan"
             self._action_depth = (
-                None if at is None else float((at - self._camera.position) @ self._camera.direction)
+                None
+                if position is None
+                else float((position - self._camera.position) @ self._camera.direction)
             )
         elif button == self.orbit_button:
             self._action = "orbit"
-            if at is not None:
-                self._camera.set_pivot(at)
+            if position is not None:
+                self._camera.set_pivot(position)
         elif button == Qt.MouseButton.LeftButton:
             self._action = "tool"
             self.pointer.emit(self._event(Pointer.DRAG_START, self._press, button, event))
         elif button == Qt.MouseButton.RightButton:
             self._action = "zoom"
-            if at is not None:
-                self._camera.set_pivot(at)
+            if position is not None:
+                self._camera.set_pivot(position)
         else:
             self._action = "none"
 
     def move(self, event: QMouseEvent) -> None:
-        at = event.position()
-        self.cursor = at
+        position = event.position()
+        self.cursor = position
         if self._press is None:
             self._hover_later(event)
             return
         if self._action is None:
-            if is_click(at.x() - self._press.x(), at.y() - self._press.y()):
+            if is_click(position.x() - self._press.x(), position.y() - self._press.y()):
                 return
             self._begin_action(event)
             self._last = self._press
-        dx, dy = at.x() - self._last.x(), at.y() - self._last.y()
-        self._last = at
+        dx, dy = position.x() - self._last.x(), position.y() - self._last.y()
+        self._last = position
         if self._action == "face":
             assert self.held_face is not None
-            self._faces.drag_face(self.held_face, at.x(), at.y())
+            self._faces.drag_face(self.held_face, position.x(), position.y())
         elif self._action == "handle":
-            move = self._event(Pointer.DRAG_MOVE, at, self._button, event)
+            move = self._event(Pointer.DRAG_MOVE, position, self._button, event)
             self.pointer.emit(replace(move, handle=self._held_handle))
         elif self._action == "tool":
-            self._drag_tool(event, at, at - QPointF(dx, dy))
+            self._drag_tool(event, position, position - QPointF(dx, dy))
         elif self._action != "none":
             self._move_camera(dx, dy)
 
@@ -256,9 +260,9 @@ class Gestures(QObject):
             camera.zoom(ZOOM_PER_NOTCH ** (-dy / 30.0), camera.pivot)
         self._moves.moved()
 
-    def _drag_tool(self, event: QMouseEvent, at: QPointF, last: QPointF) -> None:
+    def _drag_tool(self, event: QMouseEvent, cursor_position: QPointF, last: QPointF) -> None:
         """Pass a drag to the tool, in steps that leave no gaps in a brush stroke."""
-        movement, steps = at - last, 1
+        movement, steps = cursor_position - last, 1
         preview, camera = self._view.preview, self._camera
         brush = preview.brush if preview is not None else None
         if brush is not None:
@@ -322,24 +326,24 @@ class Gestures(QObject):
         notches = (turned.y() or turned.x()) / 120.0
         if notches == 0.0:
             return
-        view, at = self._view, event.position()
+        view, position = self._view, event.position()
         keys, modifier = event.modifiers(), Qt.KeyboardModifier
         shift, ctrl = bool(keys & modifier.ShiftModifier), bool(keys & modifier.ControlModifier)
         if self.tool_takes_keys and (shift or ctrl):
-            x, y = at.x(), at.y()
+            x, y = position.x(), position.y()
             self.pointer.emit(
                 PointerEvent(Pointer.WHEEL, x, y, shift=shift, ctrl=ctrl, turns=notches)
             )
             event.accept()
             return
-        hit = view.pick(at.x(), at.y())
+        hit = view.pick(position.x(), position.y())
         if hit is not None:
-            about = view.world_of(hit)
+            centre = view.world_of(hit)
         else:
-            about = self._camera.point_at_depth(
-                at.x(), at.y(), view.extent(), self._camera.distance
+            centre = self._camera.point_at_depth(
+                position.x(), position.y(), view.extent(), self._camera.distance
             )
-        self._camera.zoom(ZOOM_PER_NOTCH**notches, about)
+        self._camera.zoom(ZOOM_PER_NOTCH**notches, centre)
         self._moves.moved()
         event.accept()
 

@@ -51,7 +51,7 @@ class Overlays:
         painter: QPainter,
         size: Size,
         features: Mapping[str, FeatureDrawing],
-        selected: frozenset[str],
+        selected_names: frozenset[str],
         scales: list[tuple[Scale, str]],
         project: Callable[[FloatArray], tuple[FloatArray, BoolArray]],
         *,
@@ -66,7 +66,7 @@ class Overlays:
             Width and height of the picture.
         features : mapping
             Drawings by feature id.
-        selected : frozenset of str
+        selected_names : frozenset of str
             Ids of the selected features.
         scales : list of (Scale, str)
             Colour scales of the displayed fields, with the ids of their models.
@@ -80,7 +80,7 @@ class Overlays:
         self.annotations.paint(
             painter,
             features,
-            selected,
+            selected_names,
             self._camera,
             project,
             size,
@@ -115,9 +115,9 @@ class Overlays:
             scales = [
                 (replace(s, unit=tr("units")) if s.unit == "m" else s, id_) for s, id_ in scales
             ]
-        several = len(scales) > 1
+        is_several = len(scales) > 1
         captioned = [
-            (scale, (scale.title, self._captions.get(model_id, "") if several else ""))
+            (scale, (scale.title, self._captions.get(model_id, "") if is_several else ""))
             for scale, model_id in scales
         ]
         return bar_painting.lay_out_bars(captioned, *size, covered=self.covered)

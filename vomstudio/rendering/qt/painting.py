@@ -69,20 +69,20 @@ def outlined_text(painter: QPainter, x: float, baseline: float, text: str, font:
     if image is None:
         if len(_letters) > 200:
             _letters.clear()
-        wide = math.ceil((metrics.horizontalAdvance(text) + 2.0 * rim) * ratio)
-        tall = math.ceil((metrics.height() + 2.0 * rim) * ratio)
-        image = QImage(wide, tall, QImage.Format.Format_ARGB32_Premultiplied)
+        width = math.ceil((metrics.horizontalAdvance(text) + 2.0 * rim) * ratio)
+        height = math.ceil((metrics.height() + 2.0 * rim) * ratio)
+        image = QImage(width, height, QImage.Format.Format_ARGB32_Premultiplied)
         image.setDevicePixelRatio(ratio)
         image.fill(Qt.GlobalColor.transparent)
         path = QPainterPath()
         path.addText(QPointF(rim, rim + metrics.ascent()), font, text)
         pen = QPen(DARK, 3.0)
         pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
-        inner = QPainter(image)
-        inner.setRenderHint(QPainter.RenderHint.Antialiasing)
-        inner.strokePath(path, pen)
-        inner.fillPath(path, TEXT)
-        inner.end()
+        image_painter = QPainter(image)
+        image_painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        image_painter.strokePath(path, pen)
+        image_painter.fillPath(path, TEXT)
+        image_painter.end()
         _letters[key] = image
     # Integer device pixels keep the letters sharp.
     x_left = round((x - rim) * ratio) / ratio
@@ -271,11 +271,11 @@ def draw_handle(
     color: QColor,
     *,
     is_visible: bool,
-    hot: bool,
-    marked: bool = False,
+    is_hot: bool,
+    is_marked: bool = False,
 ) -> None:
     """Draw a vertex, which is larger under the cursor and has a second ring if marked."""
-    radius = 6.5 if hot else 4.6
+    radius = 6.5 if is_hot else 4.6
     fill = QColor(color)
     if not is_visible:
         fill.setAlphaF(0.35)
@@ -284,7 +284,7 @@ def draw_handle(
     painter.drawEllipse(QPointF(x, y), radius, radius)
     painter.setPen(QPen(TEXT, 1.5))
     painter.drawEllipse(QPointF(x, y), radius, radius)
-    if marked:
+    if is_marked:
         painter.setBrush(Qt.BrushStyle.NoBrush)
         for pen in (QPen(DARK, 4.0), QPen(TEXT, 2.0)):
             painter.setPen(pen)
@@ -313,18 +313,20 @@ def draw_pending_click(painter: QPainter, x: float, y: float, color: QColor) -> 
     painter.drawEllipse(QPointF(x, y), 3.0, 3.0)
 
 
-def draw_name(painter: QPainter, x: float, y: float, text: str, room: QRect) -> None:
-    """Draw a name on a dark background above a position, inside `room`."""
+def draw_name(painter: QPainter, x: float, y: float, text: str, available_rect: QRect) -> None:
+    """Draw a name on a dark background above a position, inside `available_rect`."""
     font = system_font()
     metrics = QFontMetricsF(font)
-    wide, high = metrics.horizontalAdvance(text) + 14.0, metrics.height() + 6.0
-    x_left = min(max(x - wide / 2.0, room.left() + 4.0), room.right() - wide - 4.0)
-    top = y - high - 12.0 if y - high - 12.0 > room.top() + 4.0 else y + 12.0
+    width, high = metrics.horizontalAdvance(text) + 14.0, metrics.height() + 6.0
+    x_left = min(
+        max(x - width / 2.0, available_rect.left() + 4.0), available_rect.right() - width - 4.0
+    )
+    top = y - high - 12.0 if y - high - 12.0 > available_rect.top() + 4.0 else y + 12.0
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setFont(font)
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(PANEL)
-    painter.drawRoundedRect(QRectF(x_left, top, wide, high), 4.0, 4.0)
+    painter.drawRoundedRect(QRectF(x_left, top, width, high), 4.0, 4.0)
     painter.setPen(TEXT)
     painter.drawText(QPointF(x_left + 7.0, top + 3.0 + metrics.ascent()), text)
 

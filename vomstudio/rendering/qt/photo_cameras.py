@@ -94,11 +94,11 @@ class PhotoCameras:
             self.hot = None
             self._pane.update()
 
-    def paint(self, painter: QPainter, room: QRect) -> None:
-        """Paint the name of the photo under the cursor, inside `room`."""
+    def paint(self, painter: QPainter, available_rect: QRect) -> None:
+        """Paint the name of the photo under the cursor, inside `available_rect`."""
         place = next((f.tip for f in self.frusta if f.name == self.hot), None)
         if place is None or self.hot is None:
             return
-        (at,), _ = self._camera.project(place[None], self._pane.extent())
-        if np.isfinite(at).all():
-            painting.draw_name(painter, float(at[0]), float(at[1]), self.hot, room)
+        (pixel,), _ = self._camera.project(place[None], self._pane.extent())
+        if np.isfinite(pixel).all():
+            painting.draw_name(painter, float(pixel[0]), float(pixel[1]), self.hot, available_rect)

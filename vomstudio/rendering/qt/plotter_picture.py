@@ -31,14 +31,14 @@ class PlotterPicture(QObject):
         self._scene: Scene | None = None
         self._present: Callable[[], None] = lambda: None
         self._request_paint = request_paint
-        self._dirty, self._features_dirty, self._rest_pending = True, False, False
+        self._is_dirty, self._features_dirty, self._rest_pending = True, False, False
         self._rest_timer = QTimer(self)
         self._rest_timer.setSingleShot(True)
         self._rest_timer.timeout.connect(self._come_to_rest)
 
-    def begin(self, scene: Scene, present: Callable[[], None]) -> None:
-        """Draw a scene from now on; `present` passes a finished picture to the screen."""
-        self._scene, self._present = scene, present
+    def begin(self, scene: Scene, present_callback: Callable[[], None]) -> None:
+        """Draw a scene from now on; `present_callback` passes a finished picture to the screen."""
+        self._scene, self._present = scene, present_callback
         self.redraw()
 
     def stop(self) -> None:
@@ -53,7 +53,7 @@ class PlotterPicture(QObject):
         return (
             scene is not None
             and scene.picture.complete
-            and not (self.moving or self._dirty or self._features_dirty)
+            and not (self.moving or self._is_dirty or self._features_dirty)
             and not self._rest_timer.isActive()
         )
 
@@ -61,7 +61,7 @@ class PlotterPicture(QObject):
 
     def stir(self) -> None:
         """Draw once in the next paint because the camera has moved, and refine after a delay."""
-        self.moving, self._dirty = True, True
+        self.moving, self._is_dirty = True, True
         if self._scene is not None:
             self._scene.picture.abandon()
         self._rest_timer.start(REST_MS)
@@ -69,13 +69,13 @@ class PlotterPicture(QObject):
 
     def redraw(self) -> None:
         """Draw again because the models have changed."""
-        self._dirty = True
+        self._is_dirty = True
         self._rest_soon()
         self._request_paint()
 
     def redraw_once(self) -> None:
         """Draw the models once, while refinement at rest continues."""
-        self._dirty = True
+        self._is_dirty = True
         self._request_paint()
 
     def redraw_features(self) -> None:
@@ -92,7 +92,7 @@ class PlotterPicture(QObject):
         scene = self._scene
         if scene is None:
             return
-        if scene.picture.complete and not self._dirty:
+        if scene.picture.complete and not self._is_dirty:
             # Labels that did not fit during the movement may fit now.
             self.completed.emit()
         elif any(m.visible and m.proxies and not m.chunks_done for m in scene.models.values()):
@@ -115,13 +115,13 @@ class PlotterPicture(QObject):
         self._rest_pending = False
         if picture.refining:
             if picture.refine():
-                self._dirty = self._features_dirty = False
+                self._is_dirty = self._features_dirty = False
                 self._finish(scene)
             else:
                 self._request_paint()
-        elif self._dirty:
-            self._dirty = self._features_dirty = False
-            picture.draw(moving=self.moving)
+        elif self._is_dirty:
+            self._is_dirty = self._features_dirty = False
+            picture.draw(is_moving=self.moving)
             if picture.layering:
                 self._request_paint()
                 return

@@ -95,8 +95,8 @@ class PreviewPainter:
                         y,
                         color,
                         is_visible=bool(is_visible[i]),
-                        hot=i == hot_handle,
-                        marked=i == preview.marked,
+                        is_hot=i == hot_handle,
+                        is_marked=i == preview.marked,
                     )
         self._paint_pending(preview, color)
         if preview.outline is not None:
@@ -112,9 +112,9 @@ class PreviewPainter:
         rubber = None
         if preview.rubber is not None:
             rubber = self._camera.project(np.asarray(preview.rubber, float), (width, height))[0][0]
-        at = cursor.x(), cursor.y()
+        position = cursor.x(), cursor.y()
         border = self._border(preview)
-        picked_points = PickedPoints(pixels, at, rubber, border, clear, self._widget)
+        picked_points = PickedPoints(pixels, position, rubber, border, clear, self._widget)
         self._paint_reading(preview, picked_points)
 
     def _paint_pending(self, preview: Preview, color: QColor) -> None:
@@ -138,8 +138,8 @@ class PreviewPainter:
         if preview.area is None or not len(preview.area.border):
             return np.zeros((0, 2))
         edges = preview.area.border[:: len(preview.area.border) // MAX_DOTS + 1]
-        places = edges.mean(axis=1, dtype=np.float64) + preview.area.origin
-        return self._camera.project(places, self._extent)[0]
+        positions = edges.mean(axis=1, dtype=np.float64) + preview.area.origin
+        return self._camera.project(positions, self._extent)[0]
 
     def _paint_brush(self, brush: BrushRing, color: QColor) -> float:
         """Paint the brush ring parallel to the surface, or to the image if that is unknown.
@@ -151,7 +151,7 @@ class PreviewPainter:
         painting.draw_brush(self._painter, ring, color, removes=brush.removes)
         return float(np.ptp(ring[:, 0])) / 2.0 if np.isfinite(ring).all() else 0.0
 
-    def _paint_line(self, line: FloatArray, color: QColor, wide: float) -> None:
+    def _paint_line(self, line: FloatArray, color: QColor, width: float) -> None:
         """Paint a line of the World frame, subdivided to distinguish its hidden parts."""
         pixels, _ = self._camera.project(line, self._extent)
         if not np.isfinite(pixels).all():
@@ -163,4 +163,4 @@ class PreviewPainter:
         ]
         points = np.concatenate([*fine, line[-1:]])
         pixels, is_visible = self._project(points)
-        painting.draw_runs(self._painter, pixels, is_visible, color, wide)
+        painting.draw_runs(self._painter, pixels, is_visible, color, width)

@@ -44,8 +44,8 @@ class ReadoutBox:
         if self._verdict:
             head += self._icon() + 2 * GAP + first_metrics.horizontalAdvance(self._verdict)
         other_lines = zip(self._metrics[1:], self._lines[1:], strict=True)
-        wide = max([head] + [m.horizontalAdvance(text) for m, text in other_lines])
-        return wide + 2 * _SIDE, sum(m.height() for m in self._metrics) + 2 * _TOP
+        width = max([head] + [m.horizontalAdvance(text) for m, text in other_lines])
+        return width + 2 * _SIDE, sum(m.height() for m in self._metrics) + 2 * _TOP
 
     def paint(self, painter: QPainter, box: QRectF) -> None:
         painter.save()

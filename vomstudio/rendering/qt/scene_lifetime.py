@@ -43,13 +43,13 @@ class SceneLife(QObject):
         self.closed = False
         self._camera, self._furnish = camera, furnish
         self._waiting: list[Callable[[], None]] = []
-        self._begun = False
+        self._has_begun = False
         self._background = Background(poster(self), "vtk import", threads=1)
 
     def begin(self) -> None:
         """Start the import once the window is visible; further calls have no effect."""
-        if not self._begun and not self.closed:
-            self._begun = True
+        if not self._has_begun and not self.closed:
+            self._has_begun = True
             QTimer.singleShot(0, self._import)
 
     def _import(self) -> None:

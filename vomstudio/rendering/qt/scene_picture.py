@@ -52,7 +52,7 @@ class ScenePicture(QObject):
         self.moving = False
         self._view, self._life = view, life
         self._pixels: ByteArray | None = None
-        self._dirty = True
+        self._is_dirty = True
         self._features_dirty = False
         self._first_done = False
         self._warming: Iterator[None] = iter(())
@@ -82,7 +82,7 @@ class ScenePicture(QObject):
     def stir(self) -> None:
         """Draw once in the next paint because the camera has moved, and refine after a delay."""
         self.moving = True
-        self._dirty = True
+        self._is_dirty = True
         if self._life.scene is not None:
             self._life.scene.picture.abandon()
         self._refine.stop()
@@ -92,7 +92,7 @@ class ScenePicture(QObject):
     def redraw(self) -> None:
         """Draw again because the models have changed."""
         self.content_changed.emit()
-        self._dirty = True
+        self._is_dirty = True
         self._refine.stop()
         self._rest_soon()
         self._view.update()
@@ -100,7 +100,7 @@ class ScenePicture(QObject):
     def redraw_once(self) -> None:
         """Draw the models once, while refinement at rest continues."""
         self.content_changed.emit()
-        self._dirty = True
+        self._is_dirty = True
         self._view.update()
 
     def redraw_features(self) -> None:
@@ -123,13 +123,13 @@ class ScenePicture(QObject):
             return
         scene.picture.abandon()
         self._refine.stop()
-        if not self._dirty:
+        if not self._is_dirty:
             self._rest_timer.start(1)
 
-    def arrived(self, *, first: bool) -> None:
-        """Draw new content after a short delay, or immediately if it is the `first`."""
+    def arrived(self, *, is_first: bool) -> None:
+        """Draw new content after a short delay, or immediately if it is the `is_first`."""
         self.content_changed.emit()
-        if first:
+        if is_first:
             self.redraw_once()
         self._rest_soon()
 
@@ -146,7 +146,7 @@ class ScenePicture(QObject):
         scene.set_scale(self._view.devicePixelRatioF())
         scene.resize(*self.device_size())
         self.moving = True
-        self._dirty = True
+        self._is_dirty = True
         self._refine.stop()
         self._rest_timer.start(REST_MS)
         self._view.update()
@@ -180,9 +180,9 @@ class ScenePicture(QObject):
             return
         _leave_qt_context()
         picture = scene.picture
-        if self._dirty and not picture.refining:
-            self._dirty = self._features_dirty = False
-            picture.draw(moving=self.moving)
+        if self._is_dirty and not picture.refining:
+            self._is_dirty = self._features_dirty = False
+            picture.draw(is_moving=self.moving)
             if picture.layering:
                 self._refine.start()
                 if self.image is not None:
@@ -190,7 +190,7 @@ class ScenePicture(QObject):
             self._grab(scene)
             self.drawn.emit()
             if picture.more_to_come:
-                self._dirty = True
+                self._is_dirty = True
                 QTimer.singleShot(0, self._view.update)
             if not picture.complete and not picture.layering:
                 self._rest_soon()
@@ -220,7 +220,7 @@ class ScenePicture(QObject):
         scene = self._life.scene
         if scene is not None and not scene.models:
             for _ in self._warming:
-                self._dirty = True
+                self._is_dirty = True
                 QTimer.singleShot(0, self._warm)
                 return
             self._view.update()
@@ -232,12 +232,12 @@ class ScenePicture(QObject):
         self.moving = False
         if scene is None or not self._view.isVisible():
             return
-        if scene.picture.layering and not scene.picture.refining and not self._dirty:
+        if scene.picture.layering and not scene.picture.refining and not self._is_dirty:
             # The last band schedules the refinement again if anything is left to draw.
             return
-        if not self._dirty:
+        if not self._is_dirty:
             scene.nodes.look_around()
-        if scene.picture.complete and not self._dirty:
+        if scene.picture.complete and not self._is_dirty:
             # The picture is complete; labels that did not fit during the movement may fit now.
             self.outdated.emit()
             self._view.update()
@@ -247,7 +247,7 @@ class ScenePicture(QObject):
             m.visible and m.proxies and not m.chunks_done for m in scene.models.values()
         )
         if unfinished:
-            if self._dirty:
+            if self._is_dirty:
                 self._view.update()
             return
         if scene.nodes.waits:
@@ -265,9 +265,9 @@ class ScenePicture(QObject):
         if picture.refining:
             done = picture.refine()
             if done:
-                self._dirty = False
+                self._is_dirty = False
                 self._features_dirty = False
-        elif picture.layering and not self._dirty and not self._features_dirty:
+        elif picture.layering and not self._is_dirty and not self._features_dirty:
             done = picture.draw_band()
         else:
             # The next paint starts the drawing again.

@@ -249,7 +249,7 @@ class SecondView(QWidget):
         return pixels, self._scene.visibility(points) & self._source.clip.holds(points)
 
     def hover(self, x: float, y: float, *, free: bool) -> None:
-        """Handle the cursor at a pixel; this view has nothing to highlight."""
+        """Ignore the cursor at a pixel, because this view has no highlights."""
 
     def set_preview(self, preview: Preview | None) -> None:
         """Show the preview of an unfinished feature, or None to remove it."""

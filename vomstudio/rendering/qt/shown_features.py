@@ -39,7 +39,7 @@ class ShownFeatures:
         picture: ScenePicture,
         annotations: Annotations,
         inside: Callable[[FeatureDrawing], bool],
-        cut: Callable[[], bool],
+        cut_callback: Callable[[], bool],
     ) -> None:
         """Create an empty set of features.
 
@@ -47,7 +47,7 @@ class ShownFeatures:
         ----------
         inside : callable
             Returns whether any part of a feature is inside the clipping box.
-        cut : callable
+        cut_callback : callable
             Returns whether clipping is on.
         """
         self.drawings: dict[str, FeatureDrawing] = {}
@@ -55,7 +55,7 @@ class ShownFeatures:
         self._hovered: tuple[str, float, float] | None = None
         self._camera, self._pane = camera, pane
         self._life, self._picture = life, picture
-        self._annotations, self._inside, self._cut = annotations, inside, cut
+        self._annotations, self._inside, self._cut = annotations, inside, cut_callback
 
     def furnish(self, scene: Scene) -> None:
         """Pass the drawings to a new scene."""
@@ -89,9 +89,9 @@ class ShownFeatures:
 
     def hover(self, id_: str | None, x: float = 0.0, y: float = 0.0) -> None:
         """Label the feature under the cursor at a pixel; None removes the label."""
-        hovered = None if id_ is None else (id_, x, y)
-        if hovered != self._hovered:
-            self._hovered = hovered
+        hovered_feature = None if id_ is None else (id_, x, y)
+        if hovered_feature != self._hovered:
+            self._hovered = hovered_feature
             self._pane.update()
 
     def paint_hovered(self, painter: QPainter) -> None:
@@ -102,8 +102,8 @@ class ShownFeatures:
         drawing = self.drawings.get(id_)
         if drawing is not None and drawing.visible:
             width, height = self._pane.extent()
-            room = QRectF(0.0, 0.0, width, height)
-            self._annotations.paint_hovered(painter, drawing, x, y, room)
+            available_rect = QRectF(0.0, 0.0, width, height)
+            self._annotations.paint_hovered(painter, drawing, x, y, available_rect)
 
     def set_live(self, areas: list[tuple[Area, tuple[float, float, float]]]) -> None:
         """Show the areas of an unfinished feature with their colours."""

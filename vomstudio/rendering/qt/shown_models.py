@@ -95,10 +95,10 @@ class ShownModels(QObject):
         """
         if self._life.closed:
             return
-        hidden = self._elements.get(model_id)
+        hidden_element = self._elements.get(model_id)
         self.remove(model_id)
-        if hidden is not None:
-            self._elements[model_id] = hidden
+        if hidden_element is not None:
+            self._elements[model_id] = hidden_element
         stop = self.work.expect(model_id)
         self._stages[model_id] = set()
         self._transforms[model_id] = np.array(to_world, np.float64)
@@ -133,21 +133,21 @@ class ShownModels(QObject):
             scene.remove_model(model_id)
             self._picture.redraw()
 
-    def set_visible(self, model_id: str, visible: bool) -> None:
-        (self._hidden.discard if visible else self._hidden.add)(model_id)
+    def set_visible(self, model_id: str, is_visible: bool) -> None:
+        (self._hidden.discard if is_visible else self._hidden.add)(model_id)
         scene = self._life.scene
         if scene is not None and model_id in scene.models:
-            scene.set_visible(model_id, visible)
+            scene.set_visible(model_id, is_visible)
             self._picture.redraw()
 
-    def hide_elements(self, model_id: str, hidden: BoolArray | None) -> None:
+    def hide_elements(self, model_id: str, is_hidden: BoolArray | None) -> None:
         """Hide the marked faces or points (n,) of a model; None shows all."""
         self._elements.pop(model_id, None)
-        if hidden is not None:
-            self._elements[model_id] = hidden
+        if is_hidden is not None:
+            self._elements[model_id] = is_hidden
         scene = self._life.scene
         if scene is not None and model_id in scene.models:
-            scene.set_hidden(model_id, hidden)
+            scene.set_hidden(model_id, is_hidden)
             self._picture.redraw()
 
     def set_to_world(self, model_id: str, to_world: FloatArray) -> None:
@@ -181,7 +181,7 @@ class ShownModels(QObject):
         if scene is None:
             return
         until = time.perf_counter() + TAKE_S
-        changed = False
+        is_changed = False
         while time.perf_counter() < until and (prepared := self.work.next()):
             model_id, event = prepared
             if isinstance(event, Problem):
@@ -199,10 +199,10 @@ class ShownModels(QObject):
             if isinstance(event, LocatorReady):
                 self._reach(model_id, "pickable")
             else:
-                changed = True
+                is_changed = True
         if self.work.waiting:
             self._handed.emit()
-        if changed:
+        if is_changed:
             self._content_changed()
 
     def _register(self, model_id: str, event: ModelBounds) -> None:
@@ -225,8 +225,8 @@ class ShownModels(QObject):
         if scene is None:
             return
         models = scene.models.values()
-        unseen = not all("shown" in self.reached(model.model_id) for model in models)
-        self._picture.arrived(first=unseen and any(m.proxies or m.parts for m in models))
+        is_unseen = not all("shown" in self.reached(model.model_id) for model in models)
+        self._picture.arrived(is_first=is_unseen and any(m.proxies or m.parts for m in models))
 
     def _report_stages(self) -> None:
         scene = self._life.scene

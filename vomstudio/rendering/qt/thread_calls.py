@@ -24,17 +24,17 @@ class _Courier(QObject):
     def __init__(self) -> None:
         super().__init__()
         self._called.connect(self._make, Qt.ConnectionType.QueuedConnection)
-        self._sending, self._closed = threading.Lock(), False
+        self._sending, self._is_closed = threading.Lock(), False
         # Runs before PySide deletes the Qt objects, as it also does at exit.
         atexit.register(self.close)
 
     def close(self) -> None:
         with self._sending:
-            self._closed = True
+            self._is_closed = True
 
     def carry(self, call: Call) -> None:
         with self._sending:
-            if not self._closed:
+            if not self._is_closed:
                 self._called.emit(call)
 
     def _make(self, call: Call) -> None:

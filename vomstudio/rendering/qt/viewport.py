@@ -205,14 +205,14 @@ class Viewport(QWidget):
             return pixels, scene.visibility(points)
         width, height = self.extent()
         with np.errstate(invalid="ignore"):
-            inside = (
+            is_inside = (
                 (depth > 0)
                 & (pixels[:, 0] >= 0)
                 & (pixels[:, 0] < width)
                 & (pixels[:, 1] >= 0)
                 & (pixels[:, 1] < height)
             )
-        return pixels, inside
+        return pixels, is_inside
 
     def _project_uncut(self, points: FloatArray) -> tuple[FloatArray, BoolArray]:
         pixels, is_visible = self.project(points)

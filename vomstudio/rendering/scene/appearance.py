@@ -82,13 +82,17 @@ class Appearance:
 
     def dress(self, model: ModelScene, part: Part) -> None:
         """Set the appearance of a part for the display mode."""
-        actor, mapper, look = part.actor, part.actor.GetMapper(), part.actor.GetProperty()
-        look.SetColor(*PLAIN_COLOR)
-        look.SetPointSize(max(1.0, round((self.point_size or 2.0) * self.point_scale)))
-        look.SetAmbient(0.25)
-        look.SetDiffuse(0.75)
+        actor, mapper, display_property = (
+            part.actor,
+            part.actor.GetMapper(),
+            part.actor.GetProperty(),
+        )
+        display_property.SetColor(*PLAIN_COLOR)
+        display_property.SetPointSize(max(1.0, round((self.point_size or 2.0) * self.point_scale)))
+        display_property.SetAmbient(0.25)
+        display_property.SetDiffuse(0.75)
         if isinstance(model.data, PointCloud):
-            look.LightingOff()
+            display_property.LightingOff()
             colored = part.tinted or (part.has_colors and self.mode != "plain shaded")
             mapper.SetScalarVisibility(colored)
             return
@@ -96,15 +100,15 @@ class Appearance:
         gpu_textures.remove_textures(actor)
         textured = skin is not None and self.textured(model) and skin.wear(actor)
         if textured:
-            look.SetColor(1.0, 1.0, 1.0)
+            display_property.SetColor(1.0, 1.0, 1.0)
         colored = part.tinted or (part.has_colors and not textured and self.mode != "plain shaded")
         mapper.SetScalarVisibility(colored)
-        look.SetLighting(self.lit[self.mode if textured or colored else "plain shaded"])
+        display_property.SetLighting(self.lit[self.mode if textured or colored else "plain shaded"])
         if self.mode == "wireframe":
-            look.SetRepresentationToWireframe()
-            look.SetLighting(False)
+            display_property.SetRepresentationToWireframe()
+            display_property.SetLighting(False)
         elif self.mode == "points":
-            look.SetRepresentationToPoints()
-            look.SetLighting(False)
+            display_property.SetRepresentationToPoints()
+            display_property.SetLighting(False)
         else:
-            look.SetRepresentationToSurface()
+            display_property.SetRepresentationToSurface()

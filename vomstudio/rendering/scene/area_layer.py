@@ -180,7 +180,7 @@ class AreaLayer:
         self._live = areas
         self._live_stale = True
 
-    def refresh(self, *, moving: bool, pixel: Pixel | None = None) -> None:
+    def refresh(self, *, is_moving: bool, pixel: Pixel | None = None) -> None:
         renderer, emphasis = self._renderer, self._emphasis
         if renderer is None or emphasis is None:
             return
@@ -206,7 +206,7 @@ class AreaLayer:
             if self._live_piece is None:
                 self._live_piece = self._piece(emphasis, OPACITY, BORDER_WIDTH)
             self._live_piece.set([(*live, WHITE) for live in self._live], self._origin)
-        offset = PROXY_OFFSET if moving else OVER_SURFACE
+        offset = PROXY_OFFSET if is_moving else OVER_SURFACE
         for piece in (*self._bins.values(), self._selected_piece, self._live_piece):
             if piece is not None:
                 piece.stand(offset, self.scale, pixel)

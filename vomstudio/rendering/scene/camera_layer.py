@@ -29,13 +29,13 @@ class CameraLayer:
         self.frusta: tuple[Frustum, ...] = ()
         self.selection: frozenset[str] = frozenset()
         self._origin: FloatArray = np.zeros(3)
-        self._stale = True
+        self._is_stale = True
         self._actors: dict[str, vtkActor] = {}
 
     @property
     def stale(self) -> bool:
         """Whether the cameras have changed since the last drawing."""
-        return self._stale
+        return self._is_stale
 
     def attach(self, renderer: vtkRenderer) -> None:
         for name in ("faces", "faces+", "halo", "lines", "lines+"):
@@ -43,37 +43,37 @@ class CameraLayer:
             mapper.SetInputData(vtkPolyData())
             mapper.ScalarVisibilityOff()
             actor.SetMapper(mapper)
-            look = actor.GetProperty()
-            look.LightingOff()
+            display_property = actor.GetProperty()
+            display_property.LightingOff()
             # Does not write depth, because hidden points of the rock are determined from the
             # depth.
             actor.ForceTranslucentOn()
-            look.SetColor(
+            display_property.SetColor(
                 *(DARK if name == "halo" else CHOSEN_COLOR if name.endswith("+") else COLOR)
             )
             if name.startswith("faces"):
-                look.SetOpacity(CHOSEN_OPACITY if name.endswith("+") else FACE_OPACITY)
+                display_property.SetOpacity(CHOSEN_OPACITY if name.endswith("+") else FACE_OPACITY)
             actor.VisibilityOff()
             self._actors[name] = actor
             renderer.AddActor(actor)
 
     def set_origin(self, origin: FloatArray) -> None:
         self._origin = origin
-        self._stale = True
+        self._is_stale = True
 
     def set_scale(self, scale: float) -> None:
         self.scale = scale
-        self._stale = True
+        self._is_stale = True
 
     def show(self, frusta: Sequence[Frustum]) -> None:
         """Set the cameras, given in the World frame."""
         self.frusta = tuple(frusta)
-        self._stale = True
+        self._is_stale = True
 
     def choose(self, names: frozenset[str]) -> None:
         """Emphasise the cameras of exactly these photos."""
         self.selection = names
-        self._stale = True
+        self._is_stale = True
 
     def corners(self) -> FloatArray:
         """Return points (n, 3) that bound all cameras, in the World frame."""
@@ -83,9 +83,9 @@ class CameraLayer:
 
     def refresh(self) -> None:
         """Update the actors. Called before every drawing of the layer."""
-        if not self._stale or not self._actors:
+        if not self._is_stale or not self._actors:
             return
-        self._stale = False
+        self._is_stale = False
         emphasised = [f for f in self.frusta if f.name in self.selection]
         plain = [f for f in self.frusta if f.name not in self.selection]
         width = {"halo": HALO_WIDTH, "lines": LINE_WIDTH, "lines+": 1.5 * LINE_WIDTH}

@@ -56,9 +56,9 @@ class SceneVisibility:
             self.parts(), self.eye, self.camera, self._canvas.size[1]
         )
 
-    def pixel_at(self, place: FloatArray) -> float:
+    def pixel_at(self, position: FloatArray) -> float:
         """Return the metres per device pixel at a point in the World frame."""
-        depth = float((place - self.camera.position) @ self.camera.direction)
+        depth = float((position - self.camera.position) @ self.camera.direction)
         return self.camera.metres_per_pixel(self._canvas.size[1], max(depth, 1e-6))
 
     def is_in_front(self, points: FloatArray, depth_tolerance: float = 0.0) -> BoolArray:

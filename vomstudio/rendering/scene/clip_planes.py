@@ -40,14 +40,14 @@ class ClipPlanes:
             for k, (axis, side) in enumerate(BOX_FACES):
                 normal = np.zeros(3)
                 normal[axis] = -1.0 if side else 1.0
-                at = self.box.face_centre(axis, side)
+                position = self.box.face_centre(axis, side)
                 self._planes[k].SetNormal(*normal)
-                self._planes[k].SetOrigin(*(at - origin))
-                if any(((c - at) @ normal).min() < 0.0 for c in corners):
+                self._planes[k].SetOrigin(*(position - origin))
+                if any(((c - position) @ normal).min() < 0.0 for c in corners):
                     cutting.append(k)
-        changed = cutting != self._cutting
+        is_changed = cutting != self._cutting
         self._cutting = cutting
-        return changed
+        return is_changed
 
     def cut(self, actor: vtkActor) -> None:
         """Clip an actor of a model."""

@@ -50,16 +50,16 @@ def find_spot(points: FloatArray, eye: Eye, size: tuple[int, int]) -> Spot | Non
     Points are in the World frame. Returns None if the lines may be anywhere because points are
     behind the viewer. The rectangle may be outside the picture.
     """
-    off = points - eye.position
-    depth = off @ eye.direction
+    offset = points - eye.position
+    depth = offset @ eye.direction
     if not len(points) or not np.isfinite(depth).all():
         return None
     if not eye.orthographic and depth.min() <= eye.near:
         return None
     half = eye.half_height * (1.0 if eye.orthographic else depth)
     width, height = size
-    columns = width / 2.0 + off @ eye.right / half * height / 2.0
-    rows = height / 2.0 + off @ eye.up / half * height / 2.0
+    columns = width / 2.0 + offset @ eye.right / half * height / 2.0
+    rows = height / 2.0 + offset @ eye.up / half * height / 2.0
     margin = 16.0 * max(size)
     (left, right), (bottom, top) = (
         (
@@ -79,19 +79,19 @@ def visible_in_spot(spot: Spot, boxes: FloatArray, eye: Eye, size: tuple[int, in
     """
     width, height = size
     centre = boxes.mean(axis=1) - eye.position
-    reach = (boxes[:, 1] - boxes[:, 0]) / 2.0
+    max_distance = (boxes[:, 1] - boxes[:, 0]) / 2.0
     is_visible = np.ones(len(boxes), np.bool_)
-    for axis, first_pixel, last_pixel, middle in (
+    for axis, first_pixel, last_pixel, midpoint in (
         (eye.right, spot.left, spot.right + 1, width / 2.0),
         (eye.up, spot.bottom, spot.top + 1, height / 2.0),
     ):
         for sign, limit in ((1.0, first_pixel), (-1.0, last_pixel)):
             # Plane that contains an edge of the rectangle and the eye (or the view direction).
-            off = (limit - middle) * eye.half_height
+            offset = (limit - midpoint) * eye.half_height
             normal, shift = sign * height / 2.0 * axis, 0.0
             if eye.orthographic:
-                shift = -sign * off
+                shift = -sign * offset
             else:
-                normal = normal - sign * off * eye.direction
-            is_visible &= centre @ normal + reach @ np.abs(normal) + shift >= 0.0
+                normal = normal - sign * offset * eye.direction
+            is_visible &= centre @ normal + max_distance @ np.abs(normal) + shift >= 0.0
     return is_visible

@@ -88,7 +88,7 @@ class EyeDome:
         near: float,
         far: float,
         distance: float,
-        orthographic: bool,
+        is_orthographic: bool,
         scale: float,
     ) -> None:
         """Shade rows[0] to rows[1] of `source`, and draw them into the window's buffer.
@@ -103,7 +103,7 @@ class EyeDome:
             First and last row that are drawn.
         near, far, distance : float
             Depth of the near and far planes, and distance of the pivot, metres.
-        orthographic : bool
+        is_orthographic : bool
             Whether the projection is parallel.
         scale : float
             Device pixels per logical pixel.
@@ -125,10 +125,10 @@ class EyeDome:
         depths.Activate()
         program.SetUniformi("colors", colors.GetTextureUnit())
         program.SetUniformi("depths", depths.GetTextureUnit())
-        reach = REACH_PIXELS * scale
-        program.SetUniform2f("pixel", [reach / size[0], reach / size[1]])
+        max_distance = REACH_PIXELS * scale
+        program.SetUniform2f("pixel", [max_distance / size[0], max_distance / size[1]])
         program.SetUniform2f("range", [near, far])
-        program.SetUniformi("parallel", int(orthographic))
+        program.SetUniformi("parallel", int(is_orthographic))
         program.SetUniformf("distance", distance)
         program.SetUniformf("strength", STRENGTH)
         self._quad.Render()

@@ -199,7 +199,7 @@ class FeatureLayer:
         """Update the actors of selected and live features."""
         if not self._actors:
             return
-        self.areas.refresh(moving=self.thin, pixel=pixel)
+        self.areas.refresh(is_moving=self.thin, pixel=pixel)
         if self._chosen_stale:
             # Selected features are redrawn over all features, so that a change of the selection
             # does not rebuild the large arrays.

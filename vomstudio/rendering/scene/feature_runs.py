@@ -128,8 +128,8 @@ class FeatureRuns:
         `is_needed` receives World boxes (n, 2, 3), as minimum and maximum corners.
         """
         blocks = self._all()
-        boxes = np.concatenate([np.zeros((0, 2, 3)), *(each.boxes for each in blocks)])
-        drawings = (drawing for each in blocks for drawing in each.shown)
+        boxes = np.concatenate([np.zeros((0, 2, 3)), *(item.boxes for item in blocks)])
+        drawings = (drawing for item in blocks for drawing in item.shown)
         selected = list(compress(drawings, is_needed(boxes).tolist()))
         return lines_of(selected, self._origin), discs_of(selected, self._origin)
 
@@ -169,14 +169,14 @@ def _boxes_of(runs: list[FloatArray]) -> FloatArray:
     """Return the bounding box (n, 2, 3) of each run, NaN for a run without points."""
     boxes = np.full((len(runs), 2, 3), np.nan)
     sizes = np.array([len(run) for run in runs], np.int64)
-    filled = np.flatnonzero(sizes)
-    if len(filled):
+    filled_rows = np.flatnonzero(sizes)
+    if len(filled_rows):
         points = np.concatenate(runs)
-        starts = (np.cumsum(sizes) - sizes)[filled]
+        starts = (np.cumsum(sizes) - sizes)[filled_rows]
         # Non-finite points are ignored, unless a run has no finite points.
         points[~np.isfinite(points).all(axis=1)] = np.nan
-        boxes[filled, 0] = np.fmin.reduceat(points, starts, axis=0)
-        boxes[filled, 1] = np.fmax.reduceat(points, starts, axis=0)
+        boxes[filled_rows, 0] = np.fmin.reduceat(points, starts, axis=0)
+        boxes[filled_rows, 1] = np.fmax.reduceat(points, starts, axis=0)
     return boxes
 
 

@@ -20,7 +20,7 @@ MIN_SHARE, MAX_SHARE = 0.001, 0.05
 that shows a field."""
 
 
-def push_back_others(visible: Sequence[ModelScene], look: Appearance, eye: Eye) -> None:
+def push_back_others(visible: Sequence[ModelScene], style: Appearance, eye: Eye) -> None:
     """Draw models without a field behind those that show a field.
 
     Features keep their depth, so they remain in front of both.
@@ -28,13 +28,13 @@ def push_back_others(visible: Sequence[ModelScene], look: Appearance, eye: Eye) 
     Parameters
     ----------
     visible : sequence of ModelScene
-    look : Appearance
+    style : Appearance
     eye : Eye
         View in which the models will be drawn.
     """
-    shift_m = max((_shift_m(m) for m in visible if look.shows_field(m)), default=0.0)
+    shift_m = max((_shift_m(m) for m in visible if style.shows_field(m)), default=0.0)
     for model in visible:
-        offset = 0.0 if look.shows_field(model) else _offset(model, eye, shift_m)
+        offset = 0.0 if style.shows_field(model) else _offset(model, eye, shift_m)
         for part in model.parts + model.proxies:
             if part.offset != offset:
                 part.offset = offset

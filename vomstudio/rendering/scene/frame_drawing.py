@@ -100,14 +100,14 @@ class FramePicture:
         parts = [part for _, part in self._sight.parts()]
         return not all(p.uploaded for p in parts) or self.pace.expected(parts) > SLOW_FRAME_S
 
-    def draw(self, *, moving: bool) -> None:
+    def draw(self, *, is_moving: bool) -> None:
         """Draw a picture now, using proxies if drawing the models takes too long."""
-        if moving and not self._was_moving:
+        if is_moving and not self._was_moving:
             self.pace.begin_moving()
-        self._was_moving = moving
+        self._was_moving = is_moving
         self.abandon()
         self._sight.apply()
-        self._nodes.look_around(fetch=not moving)
+        self._nodes.look_around(fetch=not is_moving)
         # Set first, because the point size affects the drawing time.
         self._sight.size_points()
         proxy = self.slow
@@ -122,9 +122,9 @@ class FramePicture:
         self._show(show)
         self._canvas.surface_saved = False
         features = self._contents.features
-        features.thin = moving
-        uses_bands = not moving and self._wants_bands
-        self._render(erase=True, surface=True, layer=not uses_bands, keep=not moving)
+        features.thin = is_moving
+        uses_bands = not is_moving and self._wants_bands
+        self._render(erase=True, surface=True, layer=not uses_bands, keep=not is_moving)
         features.thin = False
         self._canvas.wait()
         elapsed_s = time.perf_counter() - started
@@ -166,13 +166,13 @@ class FramePicture:
         canvas, frame, eye = self._canvas, self._frame, self._sight.eye
         if not canvas.surface_saved or eye is None:
             if not self.refining:
-                self.draw(moving=False)
+                self.draw(is_moving=False)
             # Otherwise the features will appear in the frame that is being refined.
             return
         depth = eye.depth(self._contents.corners_over())
         if len(depth) and (depth.min() < eye.near or depth.max() > eye.far):
             # The saved depth has another range, so that these features would be clipped.
-            self.draw(moving=False)
+            self.draw(is_moving=False)
             return
         if self.refining and begun:
             self._begin_bands()
@@ -281,7 +281,7 @@ class FramePicture:
             near=eye.near,
             far=eye.far,
             distance=self._sight.camera.distance,
-            orthographic=eye.orthographic,
+            is_orthographic=eye.orthographic,
             scale=self._contents.look.point_scale,
         )
         canvas.wait()
@@ -375,9 +375,9 @@ class FramePicture:
         canvas, features = self._canvas, self._contents.features
         width = math.ceil((LINE_WIDTH + HALO_EXTRA) * features.scale)
         spot = spot.wider(width).within(canvas.size)
-        around = spot.wider(width)
+        wider_spot = spot.wider(width)
         features.refresh(
-            self._sight.pixel_at, lambda boxes: visible_in_spot(around, boxes, eye, canvas.size)
+            self._sight.pixel_at, lambda boxes: visible_in_spot(wider_spot, boxes, eye, canvas.size)
         )
 
         def before_layer() -> None:

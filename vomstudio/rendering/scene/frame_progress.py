@@ -29,17 +29,17 @@ class FrameProgress:
         self.first = False
         self.bands: list[tuple[int, int]] | None = None
         self.complete = False
-        self._outdated = False
+        self._is_outdated = False
 
     def begin(self, parts: list[Entry]) -> None:
         self.pending, self.bands = parts, None
         self.first = True
-        self._outdated = False
+        self._is_outdated = False
 
     def end(self) -> None:
         """Mark the frame as complete."""
         self.pending = None
-        self.complete = not self._outdated
+        self.complete = not self._is_outdated
 
     def abandon(self) -> None:
         """Discard the frame, and mark the last picture as incomplete."""
@@ -49,7 +49,7 @@ class FrameProgress:
     def outdate(self) -> None:
         """Mark the frame and the last picture as incomplete because content has been added."""
         self.complete = False
-        self._outdated = True
+        self._is_outdated = True
 
     def admit(self, model: ModelScene, part: Part) -> bool:
         """Add a part to the frame. Return False if it is too late to add it."""

@@ -11,9 +11,9 @@ from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.scene.model_scene import ModelScene, Part
 
 
-def hide(model: ModelScene, hidden: BoolArray | None) -> None:
+def hide(model: ModelScene, is_hidden: BoolArray | None) -> None:
     """Hide the marked faces or points (n,) of a model; None shows all."""
-    previous, model.hidden = model.hidden, hidden
+    previous, model.hidden = model.hidden, is_hidden
     for number, part in enumerate(model.parts):
         _dress(model, number, part, previous)
     if isinstance(model.data, Mesh) and model.proxies:
@@ -26,28 +26,30 @@ def hide_newest(model: ModelScene) -> None:
         _dress(model, len(model.parts) - 1, model.parts[-1], None)
 
 
-def _dress(model: ModelScene, number: int, part: Part, previous: BoolArray | None) -> None:
+def _dress(model: ModelScene, number: int, part: Part, is_previous: BoolArray | None) -> None:
     data = part.actor.GetMapper().GetInput()
     assert isinstance(data, vtkPolyData)
     if isinstance(model.data, Mesh):
         chunk = model.face_chunks[number]
-        if _has_none(chunk.face_ids, previous) and _has_none(chunk.face_ids, model.hidden):
+        if _has_none(chunk.face_ids, is_previous) and _has_none(chunk.face_ids, model.hidden):
             return
         faces = chunk.faces if model.hidden is None else chunk.faces[~model.hidden[chunk.face_ids]]
         data.SetPolys(vtk_data.triangle_cells(faces))
         part.elements = len(faces)
     else:
         points = model.point_chunks[number]
-        if _has_none(points.point_ids, previous) and _has_none(points.point_ids, model.hidden):
+        if _has_none(points.point_ids, is_previous) and _has_none(points.point_ids, model.hidden):
             return
-        at = points.points
+        position = points.points
         if model.hidden is not None:
             # Hidden points are moved to the position of a visible point.
             is_hidden = model.hidden[points.point_ids]
             visible_rows = np.flatnonzero(~is_hidden)
-            at = at.copy()
-            at[is_hidden] = at[visible_rows[0]] if len(visible_rows) else np.float32(np.nan)
-        data.SetPoints(vtk_data.vtk_points(at))
+            position = position.copy()
+            position[is_hidden] = (
+                position[visible_rows[0]] if len(visible_rows) else np.float32(np.nan)
+            )
+        data.SetPoints(vtk_data.vtk_points(position))
     data.Modified()
     part.uploaded = False
 

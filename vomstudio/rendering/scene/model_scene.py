@@ -91,11 +91,11 @@ class ModelScene:
         """Remove nodes of a cloud, and return their parts."""
         dropped_rows = set(rows)
         kept_indices = [k for k, part in enumerate(self.parts) if part.row not in dropped_rows]
-        dropped = [part for part in self.parts if part.row in dropped_rows]
+        dropped_parts = [part for part in self.parts if part.row in dropped_rows]
         self.point_chunks = [self.point_chunks[k] for k in kept_indices]
         self.parts = [self.parts[k] for k in kept_indices]
         self.forget_boxes()
-        return dropped
+        return dropped_parts
 
     def forget_boxes(self) -> None:
         """Discard the boxes of the chunks because the parts have changed."""
@@ -117,10 +117,10 @@ class ModelScene:
         surface.
         """
         low, high = self.low[None], self.high[None]
-        streamed = isinstance(self.data, StreamedCloud)
-        if close and self.chunks_done and self.parts and not streamed:
+        is_streamed = isinstance(self.data, StreamedCloud)
+        if close and self.chunks_done and self.parts and not is_streamed:
             low, high = self.chunk_boxes()
         grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-        local = np.where(grid[None] == 1, high[:, None], low[:, None]).reshape(-1, 3)
-        file = local + self.origin
+        local_points = np.where(grid[None] == 1, high[:, None], low[:, None]).reshape(-1, 3)
+        file = local_points + self.origin
         return np.asarray(file @ self.to_world[:3, :3].T + self.to_world[:3, 3])

@@ -115,12 +115,12 @@ def pick_model(
         return None
     limits = None
     if box is not None:
-        reach = 0.0
+        max_distance = 0.0
         if not isinstance(model.data, Mesh):
             # A point inside the box may be near a ray that passes just outside it.
             distance = float(np.linalg.norm(model.corners_world() - origin, axis=1).max())
-            reach = (radius + spread * distance) * MAX_PICK_DISTANCE_PIXELS
-        limits = limits_for(box, origin, direction, model.to_world, model.origin, reach)
+            max_distance = (radius + spread * distance) * MAX_PICK_DISTANCE_PIXELS
+        limits = limits_for(box, origin, direction, model.to_world, model.origin, max_distance)
         if limits is None:
             return None
     if isinstance(model.data, Mesh):

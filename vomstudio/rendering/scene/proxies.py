@@ -40,12 +40,12 @@ def coarse_nodes(entries: list[Entry], sets: int) -> tuple[list[Entry], bool]:
     """
     nodes = [entry for entry in entries if isinstance(entry[0].data, PointCloud)]
     nodes.sort(key=lambda entry: -entry[1].spacing)
-    remaining = sets * POINTS_PER_SET
+    remaining_values = sets * POINTS_PER_SET
     show: list[Entry] = []
     fresh = 0
     for model, part in nodes:
-        remaining -= part.elements
-        if show and remaining < 0:
+        remaining_values -= part.elements
+        if show and remaining_values < 0:
             break
         if not part.uploaded:
             # Only a few at a time, because the first drawing uploads them.

@@ -54,11 +54,11 @@ class Scene:
         self,
         camera: Camera | None = None,
         canvas: Canvas | None = None,
-        look: Appearance | None = None,
+        style: Appearance | None = None,
     ) -> None:
         self.camera = Camera() if camera is None else camera
         self.canvas = Canvas() if canvas is None else canvas
-        self._contents = Contents() if look is None else Contents(look=look)
+        self._contents = Contents() if style is None else Contents(look=style)
         self.models = self._contents.models
         self.look = self._contents.look
         self.features = self._contents.features
@@ -160,13 +160,13 @@ class Scene:
         self._place_planes()
         self.picture.abandon()
 
-    def set_visible(self, model_id: str, visible: bool) -> None:
-        self.models[model_id].visible = visible
+    def set_visible(self, model_id: str, is_visible: bool) -> None:
+        self.models[model_id].visible = is_visible
         self.picture.abandon()
 
-    def set_hidden(self, model_id: str, hidden: BoolArray | None) -> None:
+    def set_hidden(self, model_id: str, is_hidden: BoolArray | None) -> None:
         """Hide the marked faces or points (n,) of a model; None shows all."""
-        hidden_elements.hide(self.models[model_id], hidden)
+        hidden_elements.hide(self.models[model_id], is_hidden)
         self.picture.abandon()
 
     def corners(self, *, close: bool = False) -> FloatArray:
@@ -195,9 +195,9 @@ class Scene:
                 self.look.tint(model)
         self._redress()
 
-    def set_lit(self, mode: str, lit: bool) -> None:
+    def set_lit(self, mode: str, is_lit: bool) -> None:
         """Set whether a light at the viewer shades the meshes in a display mode."""
-        self.look.lit[mode] = lit
+        self.look.lit[mode] = is_lit
         self._redress()
 
     def set_point_size(self, pixels: float | None) -> None:
@@ -264,9 +264,9 @@ class Scene:
 
     def set_clip(self, box: ClipBox | None) -> None:
         """Set the clipping box for drawing and picking, or None for no clipping."""
-        previous, self._planes.box = self._planes.box, box
+        previous_box, self._planes.box = self._planes.box, box
         self._place_planes()
-        if (previous is None) != (box is None):
+        if (previous_box is None) != (box is None):
             self.features.clip(None if box is None else self._planes.every())
         self.picture.abandon()
 

@@ -107,51 +107,51 @@ class SharedScene(Scene):
         ]
         return picking.pick_front(candidates, self.camera, x, y, size, self.clip_box)
 
-    def _follow_look(self, look: Appearance) -> bool:
+    def _follow_look(self, style: Appearance) -> bool:
         settings = (self.look.mode, self.look.lit, self.look.point_size)
-        if settings == (look.mode, look.lit, look.point_size):
+        if settings == (style.mode, style.lit, style.point_size):
             return False
-        self.look.mode, self.look.lit = look.mode, dict(look.lit)
-        self.look.point_size = look.point_size
+        self.look.mode, self.look.lit = style.mode, dict(style.lit)
+        self.look.point_size = style.point_size
         self._redress()
         return True
 
     def _follow_model(self, model: ModelScene) -> bool:
         """Adopt the present state of a model of the source."""
-        twin, changed = self.models.get(model.model_id), False
+        twin, is_changed = self.models.get(model.model_id), False
         if twin is None or twin.data is not model.data:
             bounds = model.origin + np.stack([model.low, model.high])
             twin = self.add_model(model.model_id, model.data, model.to_world, bounds, model.origin)
-            changed = True
+            is_changed = True
         if (twin.to_world != model.to_world).any():
             self.set_to_world(model.model_id, model.to_world)
-            changed = True
+            is_changed = True
         if twin.field is not model.field or twin.hidden is not model.hidden:
             twin.field, twin.hidden = model.field, model.hidden
-            changed = True
-        changed |= self._follow_skins(twin, model)
-        changed |= self._follow_parts(twin, twin.proxies, model.proxies)
-        changed |= self._follow_parts(twin, twin.parts, model.parts)
+            is_changed = True
+        is_changed |= self._follow_skins(twin, model)
+        is_changed |= self._follow_parts(twin, twin.proxies, model.proxies)
+        is_changed |= self._follow_parts(twin, twin.parts, model.parts)
         is_done = (model.chunks_done, model.textures_done)
         if (twin.chunks_done, twin.textures_done) != is_done:
             twin.chunks_done, twin.textures_done = is_done
             # Until all chunks are present, a simplified model is shown.
-            changed = True
-        return changed
+            is_changed = True
+        return is_changed
 
     @staticmethod
     def _follow_skins(twin: ModelScene, model: ModelScene) -> bool:
-        changed = False
+        is_changed = False
         for material, skin in model.skins.items():
             previous = twin.skins.get(material)
             if previous is None or previous.texture is not skin.texture:
                 twin.skins[material] = Skin(skin.texture)
-                changed = True
-        return changed
+                is_changed = True
+        return is_changed
 
     def _follow_parts(self, twin: ModelScene, parts: list[Part], sources: list[Part]) -> bool:
         """Adopt the parts of a model, which share the data of their sources."""
-        changed = False
+        is_changed = False
         if [id(part.source) for part in parts] != [id(source) for source in sources]:
             present = {id(part.source): part for part in parts}
             parts[:] = [
@@ -162,13 +162,13 @@ class SharedScene(Scene):
                 gpu_textures.remove_textures(part.actor)
                 self.canvas.remove(part.actor)
             twin.forget_boxes()
-            changed = True
+            is_changed = True
         for part, source in zip(parts, sources, strict=True):
             if part.tinted != source.tinted or part.elements != source.elements:
                 part.tinted, part.elements, part.uploaded = source.tinted, source.elements, False
                 self.look.dress(twin, part)
-                changed = True
-        return changed
+                is_changed = True
+        return is_changed
 
     def _share(self, twin: ModelScene, source: Part) -> Part:
         """Create a part that draws the data of another part."""

@@ -37,18 +37,18 @@ def parts_in_view(
         centre = centre @ linear.T + model.to_world[:3, 3]
         radius = np.linalg.norm(half, axis=1) * np.cbrt(abs(np.linalg.det(linear)))
         q = (centre - eye.position) @ np.stack([eye.right, eye.up, eye.direction]).T
-        tall = eye.half_height * (1.0 if eye.orthographic else np.maximum(q[:, 2], 0))
+        height = eye.half_height * (1.0 if eye.orthographic else np.maximum(q[:, 2], 0))
         slant = 1.0 if eye.orthographic else np.hypot(1.0, eye.half_height * aspect)
-        inside = (
-            (np.abs(q[:, 1]) <= tall + radius * slant)
-            & (np.abs(q[:, 0]) <= tall * aspect + radius * slant)
+        is_inside = (
+            (np.abs(q[:, 1]) <= height + radius * slant)
+            & (np.abs(q[:, 0]) <= height * aspect + radius * slant)
             & (q[:, 2] + radius > eye.near)
         )
         if clip is not None:
-            inside &= clip.meets_balls(centre, radius)
+            is_inside &= clip.meets_balls(centre, radius)
         if model.streamer is not None and not every_node:
-            inside &= np.array([part.row in model.shown_rows for part in model.parts])
-        for i in np.flatnonzero(inside):
+            is_inside &= np.array([part.row in model.shown_rows for part in model.parts])
+        for i in np.flatnonzero(is_inside):
             parts.append((float(q[i, 2] - radius[i]), model, model.parts[i]))
     parts.sort(key=lambda entry: entry[0])
     return [(model, part) for _, model, part in parts]
@@ -64,16 +64,16 @@ def reach(model: ModelScene, part: Part, eye: Eye) -> tuple[float, float]:
 
 
 def size_points(
-    model: ModelScene, part: Part, eye: Eye, camera: Camera, height: int, look: Appearance
+    model: ModelScene, part: Part, eye: Eye, camera: Camera, height: int, style: Appearance
 ) -> None:
     """Set the smallest point size that closes the gaps between points, within limits."""
     scale, depth = reach(model, part, eye)
     spacing = model.shown_rows.get(part.row, part.spacing)
     pixels = 1.3 * spacing * scale / camera.metres_per_pixel(height, depth)
-    low, high = 2.0 * look.point_scale, 9.0 * look.point_scale
+    low, high = 2.0 * style.point_scale, 9.0 * style.point_scale
     size = round(min(max(pixels, low), high))
-    if look.point_size is not None:
-        size = max(1, round(look.point_size * look.point_scale))
+    if style.point_size is not None:
+        size = max(1, round(style.point_size * style.point_scale))
     part.actor.GetProperty().SetPointSize(size)
     part.weight = point_weight(size)
 

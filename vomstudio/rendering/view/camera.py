@@ -117,8 +117,8 @@ def rotation(axis: FloatArray, angle_deg: float) -> FloatArray:
     a = math.radians(angle_deg)
     x, y, z = axis
     k = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    turn: FloatArray = np.eye(3) + math.sin(a) * k + (1.0 - math.cos(a)) * (k @ k)
-    return turn
+    rotation_matrix: FloatArray = np.eye(3) + math.sin(a) * k + (1.0 - math.cos(a)) * (k @ k)
+    return rotation_matrix
 
 
 class Camera:
@@ -150,8 +150,8 @@ class Camera:
 
     def metres_per_pixel(self, height: float, depth: float | None = None) -> float:
         """Return the metres per pixel at `depth`, by default at the depth of the pivot."""
-        reach = self.distance if self.orthographic or depth is None else depth
-        return 2.0 * reach * self.tangent / max(height, 1.0)
+        max_distance = self.distance if self.orthographic or depth is None else depth
+        return 2.0 * max_distance * self.tangent / max(height, 1.0)
 
     def trend_plunge(self) -> tuple[float, float]:
         """Return the trend and plunge of the view direction; the trend of a vertical view is 0."""
@@ -178,9 +178,9 @@ class Camera:
         margin = 0.05 * (farthest - nearest) + 0.02 * self.distance + 1e-6
         nearest, farthest = nearest - margin, farthest + margin
         if self.orthographic:
-            reach = DEPTH_RANGE * self.distance
-            nearest = max(nearest, min(farthest, self.distance) - reach)
-            farthest = min(farthest, max(nearest, self.distance) + reach)
+            max_distance = DEPTH_RANGE * self.distance
+            nearest = max(nearest, min(farthest, self.distance) - max_distance)
+            farthest = min(farthest, max(nearest, self.distance) + max_distance)
             retreat = max(0.0, 1e-3 * (farthest - nearest) - nearest)
             position = position - retreat * self.direction
             nearest, farthest = nearest + retreat, farthest + retreat
@@ -255,8 +255,8 @@ class Camera:
 
     def tumble(self, right_deg: float, up_deg: float) -> None:
         """Rotate about the pivot around the image axes, like a trackball."""
-        turn = rotation(self.frame[1], -right_deg) @ rotation(self.frame[0], -up_deg)
-        frame = self.frame @ turn.T
+        rotation_matrix = rotation(self.frame[1], -right_deg) @ rotation(self.frame[0], -up_deg)
+        frame = self.frame @ rotation_matrix.T
         frame[2] /= np.linalg.norm(frame[2])
         frame[0] = np.cross(frame[2], frame[1])
         frame[0] /= np.linalg.norm(frame[0])
@@ -273,13 +273,13 @@ class Camera:
         """Look along a direction, keeping the pixel of the pivot."""
         self._turn_to(view_frame(trend_deg, plunge_deg))
 
-    def zoom(self, factor: float, about: FloatArray) -> None:
-        """Multiply the distance to the point `about` by a factor, keeping its pixel."""
-        about = np.asarray(about, float)
+    def zoom(self, factor: float, centre: FloatArray) -> None:
+        """Multiply the distance to the point `centre` by a factor, keeping its pixel."""
+        centre = np.asarray(centre, float)
         distance = self.distance * factor
         if not 1e-4 < distance < 1e8:
             return
-        self.position = about + (self.position - about) * factor
+        self.position = centre + (self.position - centre) * factor
         self.distance = distance
 
     def pan(self, dx: float, dy: float, height: float, depth: float | None = None) -> None:
@@ -295,8 +295,8 @@ class Camera:
         if not len(points):
             return
         width, height = size
-        tall = self.tangent
-        wide = tall * width / max(height, 1.0)
+        total_height = self.tangent
+        total_width = total_height * width / max(height, 1.0)
         # Reduces contiguous rows, because extremes of the columns of (n, 3) take four times as
         # long.
         q = np.ascontiguousarray((points @ self.frame.T).T)
@@ -307,10 +307,15 @@ class Camera:
         for _ in range(8):
             p = q - centre[:, None]
             if self.orthographic:
-                depth = float(max(np.abs(p[1]).max() / tall, np.abs(p[0]).max() / wide))
+                depth = float(
+                    max(np.abs(p[1]).max() / total_height, np.abs(p[0]).max() / total_width)
+                )
                 break
             depth = float(
-                max((np.abs(p[1]) / tall - p[2]).max(), (np.abs(p[0]) / wide - p[2]).max())
+                max(
+                    (np.abs(p[1]) / total_height - p[2]).max(),
+                    (np.abs(p[0]) / total_width - p[2]).max(),
+                )
             )
             depth = max(depth, float(-p[2].min()) * 1.01 + 1e-3)
             image_points = p[:2] / (p[2] + depth)

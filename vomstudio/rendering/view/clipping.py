@@ -36,16 +36,16 @@ def limits_for(
     direction: FloatArray,
     to_world: FloatArray,
     model_origin: FloatArray,
-    reach: float = 0.0,
+    max_distance: float = 0.0,
 ) -> PickLimits | None:
-    """Return the picking limits on a World ray, or None if it misses the box by `reach`."""
-    stretch = box.stretch(origin, direction, reach)
+    """Return the picking limits on a World ray, or None if it misses the box by `max_distance`."""
+    stretch = box.stretch(origin, direction, max_distance)
     if stretch is None:
         return None
     scale = float(np.cbrt(abs(np.linalg.det(to_world[:3, :3])))) or 1.0
 
-    def inside(local: FloatArray) -> BoolArray:
-        return box.holds((local + model_origin) @ to_world[:3, :3].T + to_world[:3, 3])
+    def inside(local_points: FloatArray) -> BoolArray:
+        return box.holds((local_points + model_origin) @ to_world[:3, :3].T + to_world[:3, 3])
 
     return PickLimits(stretch[0] / scale, stretch[1] / scale, inside)
 
@@ -57,12 +57,12 @@ def along_axis(
 
     Returns None if the ray is parallel to the line.
     """
-    along = np.zeros(3)
-    along[axis] = 1.0
-    cos = float(direction @ along)
+    along_component = np.zeros(3)
+    along_component[axis] = 1.0
+    cos = float(direction @ along_component)
     sin2 = 1.0 - cos * cos
     if sin2 < 1e-3:
         return None
     gap = through - origin
-    shift = (cos * float(gap @ direction) - float(gap @ along)) / sin2
+    shift = (cos * float(gap @ direction) - float(gap @ along_component)) / sin2
     return float(through[axis] + shift)

@@ -67,10 +67,12 @@ class LabelGrid:
         size = (columns + 7) // 8
         bits = b"".join((row & ((1 << columns) - 1)).to_bytes(size, "little") for row in self._rows)
         cells = np.frombuffer(bits, np.uint8).reshape(-1, size)
-        filled = np.unpackbits(cells, axis=1, bitorder="little")[:, :columns]
-        sums[1:, 1:] = filled.cumsum(axis=0, dtype=np.int64).cumsum(axis=1)
-        occupied = sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left]
-        return np.asarray(is_rejected | (occupied > 0))
+        filled_values = np.unpackbits(cells, axis=1, bitorder="little")[:, :columns]
+        sums[1:, 1:] = filled_values.cumsum(axis=0, dtype=np.int64).cumsum(axis=1)
+        occupied_sums = (
+            sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left]
+        )
+        return np.asarray(is_rejected | (occupied_sums > 0))
 
     def _cells(self, x: float, y: float, width: float, height: float) -> tuple[int, int, int]:
         """Return the first row, the end row and the column bits of a rectangle."""
@@ -113,9 +115,9 @@ def place_labels(
         Margin, in pixels, that must be free around a label at its first position. Otherwise the
         label is omitted.
     """
-    placed: dict[int, tuple[float, float]] = {}
-    finite = np.asarray(np.isfinite(anchors).all(axis=1))
-    rows = order[finite[order]]
+    placed_items: dict[int, tuple[float, float]] = {}
+    finite_values = np.asarray(np.isfinite(anchors).all(axis=1))
+    rows = order[finite_values[order]]
     spots = _spots(grid, anchors[rows], sizes[rows], gap)
     margins = np.zeros(len(rows)) if clear is None else clear[rows]
     stop = 0
@@ -135,19 +137,24 @@ def place_labels(
         )
         # Uses plain numbers, because accessing single array elements would take longer than the
         # placement.
-        for i, own_spots, shut, free in each:
+        for i, own_spots, shut, free_spots in each:
             last = 0 if corners is None else int(corners[i])
-            if free > 0.0:
+            if free_spots > 0.0:
                 x0, y0, width, height = own_spots[last]
-                if not grid.is_free(x0 - free, y0 - free, width + 2 * free, height + 2 * free):
+                if not grid.is_free(
+                    x0 - free_spots,
+                    y0 - free_spots,
+                    width + 2 * free_spots,
+                    height + 2 * free_spots,
+                ):
                     continue
             for k in (last, *(k for k in POSITIONS if k != last)):
                 if not shut[k] and grid.take(*own_spots[k]):
-                    placed[i] = (own_spots[k][0], own_spots[k][1])
+                    placed_items[i] = (own_spots[k][0], own_spots[k][1])
                     if corners is not None:
                         corners[i] = k
                     break
-    return placed
+    return placed_items
 
 
 def _spots(
@@ -162,20 +169,20 @@ def _spots(
     # Labels at an edge of the image are moved inside.
     right = np.minimum(x + gap, grid.width - width)
     left = np.maximum(x - gap - width, 0.0)
-    middle = x - width / 2.0
-    above, below = y - gap - height, y + gap
-    columns = [right, right, left, left, middle, middle]
-    rows = [above, below] * 3
+    centre = x - width / 2.0
+    y_above, y_below = y - gap - height, y + gap
+    columns = [right, right, left, left, centre, centre]
+    rows = [y_above, y_below] * 3
     spots = [np.stack([a, b, width, height], axis=1) for a, b in zip(columns, rows, strict=True)]
     return np.stack(spots, axis=1)
 
 
 def order_by_importance(
-    selected: BoolArray,
+    is_selected: BoolArray,
     was_shown: BoolArray,
     extents: FloatArray,
     *,
-    moving: bool,
+    is_moving: bool,
 ) -> IntArray:
     """Return the order in which labels or symbols (n,) are placed.
 
@@ -183,5 +190,5 @@ def order_by_importance(
     labels precede new ones while the view moves, and at rest those that are not much larger.
     Labels that appear and disappear at every step would be illegible.
     """
-    weight = extents if moving else extents * np.where(was_shown, 1.5, 1.0)
-    return np.lexsort((-weight, ~was_shown & moving, ~selected))
+    weight = extents if is_moving else extents * np.where(was_shown, 1.5, 1.0)
+    return np.lexsort((-weight, ~was_shown & is_moving, ~is_selected))

@@ -68,14 +68,14 @@ class Pace:
         elif seconds < 0.6 * MOVING_S and self.moving_sets < max_sets:
             self.moving_sets += 1
 
-    def next_batch(self, pending: Sequence[Drawable], seconds: float = BATCH_S) -> int:
+    def next_batch(self, pending_drawables: Sequence[Drawable], seconds: float = BATCH_S) -> int:
         """Return the number of pending parts, at least one, to draw in the next step."""
         total_s = 0.0
-        for count, part in enumerate(pending):
+        for count, part in enumerate(pending_drawables):
             total_s += self.expected([part])
             if count and total_s > seconds:
                 return count
-        return len(pending)
+        return len(pending_drawables)
 
 
 def point_weight(pixels: float) -> float:

@@ -113,17 +113,17 @@ class ReadingPosition:
         picked_points : PickedPoints
         """
         for number, size in enumerate(sizes):
-            places = _places(size, view, picked_points)
-            side = self._free_side(places, picked_points)
+            positions = _places(size, view, picked_points)
+            side = self._free_side(positions, picked_points)
             if side is not None:
-                return number, self._take(side, places[side])
+                return number, self._take(side, positions[side])
         number = len(sizes) - 1
-        places = [*_places(sizes[number], view, picked_points), *_grid(sizes[number], view)]
-        cost = [_covered(box, picked_points, LINE_CLEARANCE) for box in places]
+        positions = [*_places(sizes[number], view, picked_points), *_grid(sizes[number], view)]
+        cost = [_covered(box, picked_points, LINE_CLEARANCE) for box in positions]
         side = int(np.argmin(cost))
         if cost[self.side] <= cost[side]:
             side = self.side
-        return number, self._take(side, places[side])
+        return number, self._take(side, positions[side])
 
     def forget(self) -> None:
         """Reset the position because no reading is drawn."""
@@ -133,17 +133,17 @@ class ReadingPosition:
         self.side, self.box = side, box
         return box
 
-    def _free_side(self, places: list[PixelBox], picked: PickedPoints) -> int | None:
-        onwards = picked.ahead()
+    def _free_side(self, positions: list[PixelBox], picked_points: PickedPoints) -> int | None:
+        onwards = picked_points.ahead()
 
         def free(side: int, margin: float, *, next_too: bool = False) -> bool:
-            box = places[side]
-            if _covered(box, picked, margin) > 0.0:
+            box = positions[side]
+            if _covered(box, picked_points, margin) > 0.0:
                 return False
             return not next_too or float(_lengths_in(box, onwards).sum()) == 0.0
 
         cursor_positions = range(POSITIONS_AT_CURSOR)
-        is_usual = self.side < len(places)
+        is_usual = self.side < len(positions)
         if self.side < POSITIONS_AT_CURSOR:
             if free(self.side, LINE_CLEARANCE, next_too=True):
                 return self.side
@@ -155,25 +155,31 @@ class ReadingPosition:
                 return side
         if is_usual and free(self.side, LINE_CLEARANCE):
             return self.side
-        return next((side for side in range(len(places)) if free(side, NEW_CLEARANCE)), None)
+        return next((side for side in range(len(positions)) if free(side, NEW_CLEARANCE)), None)
 
 
-def _places(size: Size, view: Size, picked: PickedPoints) -> list[PixelBox]:
+def _places(size: Size, view: Size, picked_points: PickedPoints) -> list[PixelBox]:
     """Return the candidate positions: six at the cursor, then those along the edges."""
-    (wide, high), (width, height), (x, y) = size, view, picked.cursor
-    x_right, x_left = x + max(20.0, picked.clear + 8.0), x - max(16.0, picked.clear + 8.0) - wide
+    (total_width, high), (width, height), (x, y) = size, view, picked_points.cursor
+    x_right, x_left = (
+        x + max(20.0, picked_points.clear + 8.0),
+        x - max(16.0, picked_points.clear + 8.0) - total_width,
+    )
     y_below, y_above = y + 18.0, y - 14.0 - high
-    below, above = y + max(24.0, picked.clear + 12.0), y - max(20.0, picked.clear + 12.0) - high
-    middle = x - wide / 2.0
-    x_max, y_max = width - EDGE - wide, height - EDGE - high
-    mid_x, mid_y = (width - wide) / 2.0, (height - high) / 2.0
+    below, above = (
+        y + max(24.0, picked_points.clear + 12.0),
+        y - max(20.0, picked_points.clear + 12.0) - high,
+    )
+    centre = x - total_width / 2.0
+    x_max, y_max = width - EDGE - total_width, height - EDGE - high
+    mid_x, mid_y = (width - total_width) / 2.0, (height - high) / 2.0
     corners = [
         (x_right, y_below),
         (x_right, y_above),
         (x_left, y_below),
         (x_left, y_above),
-        (middle, below),
-        (middle, above),
+        (centre, below),
+        (centre, above),
         # The lower corners come last, because they contain the compass and the scale bar.
         (EDGE, EDGE),
         (x_max, EDGE),
@@ -184,18 +190,20 @@ def _places(size: Size, view: Size, picked: PickedPoints) -> list[PixelBox]:
         (EDGE, y_max),
         (x_max, y_max),
     ]
-    return [(max(EDGE, min(a, x_max)), max(EDGE, min(b, y_max)), wide, high) for a, b in corners]
+    return [
+        (max(EDGE, min(a, x_max)), max(EDGE, min(b, y_max)), total_width, high) for a, b in corners
+    ]
 
 
 def _grid(size: Size, view: Size) -> list[PixelBox]:
     """Return a grid of positions over the view, used if all preferred positions are covered."""
-    (wide, high), (width, height) = size, view
-    columns = np.linspace(EDGE, max(width - EDGE - wide, EDGE), GRID_SIZE)
+    (total_width, high), (width, height) = size, view
+    columns = np.linspace(EDGE, max(width - EDGE - total_width, EDGE), GRID_SIZE)
     rows = np.linspace(EDGE, max(height - EDGE - high, EDGE), GRID_SIZE)
-    return [(float(x), float(y), wide, high) for y in rows for x in columns]
+    return [(float(x), float(y), total_width, high) for y in rows for x in columns]
 
 
-def _covered(box: PixelBox, picked: PickedPoints, margin: float) -> float:
+def _covered(box: PixelBox, picked_points: PickedPoints, margin: float) -> float:
     """Return the cost of a box that covers or is close to the picked points.
 
     The cost is the length of covered lines in pixels; each vertex, and especially the cursor,
@@ -203,12 +211,14 @@ def _covered(box: PixelBox, picked: PickedPoints, margin: float) -> float:
     """
     x, y, wide, high = box
     wider = (x - margin, y - margin, wide + 2 * margin, high + 2 * margin)
-    cost = float(_lengths_in(wider, picked.segments()).sum())
-    points = picked.points()
+    cost = float(_lengths_in(wider, picked_points.segments()).sum())
+    points = picked_points.points()
     cost += VERTEX_COST * int(_inside(wider, points, 0.0).sum())
-    reach = max(CURSOR_CLEARANCE, picked.clear)
-    cost += CURSOR_COST * int(_inside(box, np.array([picked.cursor], float), reach).sum())
-    if picked.widget is not None and _overlaps(box, picked.widget):
+    max_distance = max(CURSOR_CLEARANCE, picked_points.clear)
+    cost += CURSOR_COST * int(
+        _inside(box, np.array([picked_points.cursor], float), max_distance).sum()
+    )
+    if picked_points.widget is not None and _overlaps(box, picked_points.widget):
         cost += CURSOR_COST
     return cost
 
@@ -233,9 +243,9 @@ def _lengths_in(box: PixelBox, segments: FloatArray) -> FloatArray:
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         a, b = (low - start) / direction, (top - start) / direction
     is_parallel = direction == 0.0
-    within = (start >= low) & (start <= top)
-    a = np.where(is_parallel, np.where(within, -np.inf, np.inf), a)
-    b = np.where(is_parallel, np.where(within, np.inf, -np.inf), b)
+    is_within = (start >= low) & (start <= top)
+    a = np.where(is_parallel, np.where(is_within, -np.inf, np.inf), a)
+    b = np.where(is_parallel, np.where(is_within, np.inf, -np.inf), b)
     enter = np.clip(np.minimum(a, b).max(axis=1, initial=0.0), 0.0, None)
-    leave = np.maximum(np.where(is_parallel & ~within, -np.inf, a), b).min(axis=1, initial=1.0)
+    leave = np.maximum(np.where(is_parallel & ~is_within, -np.inf, a), b).min(axis=1, initial=1.0)
     return np.asarray(np.clip(leave - enter, 0.0, None) * np.hypot(*direction.T))

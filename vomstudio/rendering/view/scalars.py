@@ -182,15 +182,15 @@ class Scale:
             out[~is_valid] = MISSING
         return out
 
-    def ticks(self, most: int = 6) -> list[tuple[float, str]]:
-        """Return up to `most` round values between `low` and `high`, with their texts."""
+    def ticks(self, maximum: int = 6) -> list[tuple[float, str]]:
+        """Return up to `maximum` round values between `low` and `high`, with their texts."""
         if self.kind == "categories" or not self.high > self.low:
             return []
         width = self.high - self.low
         if self.kind == "cyclic":
             steps = np.linspace(self.low, self.high, 5)
             return [(float(v), f"{v:g}") for v in steps]
-        step = round_step(width / most)
+        step = round_step(width / maximum)
         decimals = max(0, -math.floor(math.log10(step) + 1e-9))
         first = math.ceil(self.low / step - 1e-9)
         last = math.floor(self.high / step + 1e-9)
@@ -208,11 +208,11 @@ def number(value: float, decimals: int) -> str:
     return text.lstrip("-") if float(text) == 0.0 else text.replace("-", "−")
 
 
-def round_step(smallest: float) -> float:
-    """Return the smallest number 1, 2 or 5 times a power of ten not below `smallest`."""
-    power = 10.0 ** math.floor(math.log10(smallest))
+def round_step(smallest_value: float) -> float:
+    """Return the smallest number 1, 2 or 5 times a power of ten not below `smallest_value`."""
+    power = 10.0 ** math.floor(math.log10(smallest_value))
     for k in (1.0, 2.0, 5.0):
-        if k * power >= smallest * (1.0 - 1e-9):
+        if k * power >= smallest_value * (1.0 - 1e-9):
             return k * power
     return 10.0 * power
 
@@ -274,36 +274,36 @@ def make_scale(
 ) -> Scale:
     """Return the colour scale of a field; `check` is called regularly and may raise to stop."""
     count, read_values = reader(data, style.name, to_world)
-    lowest, highest, missing = math.inf, -math.inf, False
+    lowest_value, highest, is_missing = math.inf, -math.inf, False
     for part in _pieces(count):
         check()
         values = read_values(part)
         if values.dtype.kind == "f":
-            good = np.isfinite(values)
-            missing |= not good.all()
-            values = values[good]
+            is_good = np.isfinite(values)
+            is_missing |= not is_good.all()
+            values = values[is_good]
         if len(values):
-            lowest = min(lowest, float(values.min()))
+            lowest_value = min(lowest_value, float(values.min()))
             highest = max(highest, float(values.max()))
     title, unit = field_title(style.name), field_unit(style.name)
-    if lowest > highest:
+    if lowest_value > highest:
         table = np.array([MISSING], np.uint8)
         return Scale(title, unit, "sequential", 0.0, 0.0, table, missing=True)
-    codes = _codes(data, style.name, lowest, highest, check)
+    codes = _codes(data, style.name, lowest_value, highest, check)
     if codes is not None:
         categories = tuple(_categories(style.name, codes))
         table = np.array([c.rgb for c in categories], np.uint8)
         return Scale(
-            title, "", "categories", math.nan, math.nan, table, categories, False, False, missing
+            title, "", "categories", math.nan, math.nan, table, categories, False, False, is_missing
         )
-    kind = _kind(style.name, lowest, highest)
+    kind = _kind(style.name, lowest_value, highest)
     rows = np.unique(np.linspace(0, count - 1, min(count, SAMPLE)).astype(np.int64))
     sample = np.asarray(read_values(rows), np.float64)
     sample = sample[np.isfinite(sample)]
-    low, high = _range(kind, style, sample if len(sample) else np.array([lowest, highest]))
+    low, high = _range(kind, style, sample if len(sample) else np.array([lowest_value, highest]))
     palette = style.palette or PALETTES[kind][0]
     if kind == "cyclic":
-        return Scale(title, unit, kind, low, high, map_table(palette), missing=missing)
+        return Scale(title, unit, kind, low, high, map_table(palette), missing=is_missing)
     return Scale(
         title,
         unit,
@@ -311,20 +311,24 @@ def make_scale(
         low,
         high,
         map_table(palette),
-        below=lowest < low,
+        below=lowest_value < low,
         above=highest > high,
-        missing=missing,
+        missing=is_missing,
     )
 
 
-def _kind(name: str, lowest: float, highest: float) -> Kind:
+def _kind(name: str, lowest_value: float, highest_value: float) -> Kind:
     plain = _plain(name)
-    if any(word in plain for word in AZIMUTH_NAMES) and lowest >= -180.0 and highest <= 360.0:
+    if (
+        any(word in plain for word in AZIMUTH_NAMES)
+        and lowest_value >= -180.0
+        and highest_value <= 360.0
+    ):
         return "cyclic"
     if name == ELEVATION or plain in ("x", "y", "z"):
         return "sequential"
-    signed = lowest < 0.0 < highest or name in SIGNED_NAMES
-    return "diverging" if signed else "sequential"
+    is_signed = lowest_value < 0.0 < highest_value or name in SIGNED_NAMES
+    return "diverging" if is_signed else "sequential"
 
 
 def _range(kind: Kind, style: FieldStyle, sample: FloatArray) -> tuple[float, float]:
@@ -346,19 +350,25 @@ def _range(kind: Kind, style: FieldStyle, sample: FloatArray) -> tuple[float, fl
 
 
 def _codes(
-    data: Mesh | PointCloud, name: str, lowest: float, highest: float, check: Callable[[], None]
+    data: Mesh | PointCloud,
+    name: str,
+    lowest_value: float,
+    highest_value: float,
+    check: Callable[[], None],
 ) -> IntArray | None:
     """Return the codes that occur in a field, or None if its values are not codes."""
     plain = _plain(name)
     if name == ELEVATION or "intensity" in plain:
         return None
     values = data.fields[name]
-    named = plain.partition(",")[0] in NAMED_CATEGORIES or any(word in plain for word in CODE_NAMES)
-    if values.dtype.kind == "f" and not named:
+    is_named = plain.partition(",")[0] in NAMED_CATEGORIES or any(
+        word in plain for word in CODE_NAMES
+    )
+    if values.dtype.kind == "f" and not is_named:
         return None
-    if not 0.0 <= lowest <= highest <= 65535.0:
+    if not 0.0 <= lowest_value <= highest_value <= 65535.0:
         return None
-    occurs = np.zeros(int(highest) + 1, np.bool_)
+    occurs = np.zeros(int(highest_value) + 1, np.bool_)
     for part in _pieces(len(values)):
         check()
         part_values = np.asarray(values[part])

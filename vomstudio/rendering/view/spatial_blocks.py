@@ -147,11 +147,11 @@ def first_face(
     origin: FloatArray,
     direction: FloatArray,
     between: tuple[float, float] = (0.0, np.inf),
-    hidden: BoolArray | None = None,
+    is_hidden: BoolArray | None = None,
 ) -> int | None:
     """Return the row of the front-most face that a ray hits between two depths, or None.
 
-    The ray is in the local frame. `hidden` marks faces of the model that are ignored.
+    The ray is in the local frame. `is_hidden` marks faces of the model that are ignored.
     """
     if not chunks:
         return None
@@ -163,8 +163,8 @@ def first_face(
         rows = chunk.blocks.elements(
             hits_boxes(chunk.blocks.low, chunk.blocks.high, origin, direction)
         )
-        if hidden is not None:
-            rows = rows[~hidden[chunk.face_ids[rows]]]
+        if is_hidden is not None:
+            rows = rows[~is_hidden[chunk.face_ids[rows]]]
         if not len(rows):
             continue
         corners = chunk.points[chunk.faces[rows]].astype(np.float64)
@@ -185,7 +185,7 @@ def points_near_ray(
     spread: float,
     thickness: float = np.inf,
     counts: Callable[[FloatArray], BoolArray] | None = None,
-    hidden: BoolArray | None = None,
+    is_hidden: BoolArray | None = None,
 ) -> tuple[IntArray, FloatArray, FloatArray]:
     """Return the points of a cloud near a ray in the local frame.
 
@@ -203,7 +203,7 @@ def points_near_ray(
         of the maximum distance.
     counts : callable, optional
         Returns which points (n, 3) of the local frame are considered; by default all.
-    hidden : (n,) bool, optional
+    is_hidden : (n,) bool, optional
         Marks the points of the cloud that are ignored.
 
     Returns
@@ -232,22 +232,22 @@ def points_near_ray(
             chunk.blocks.low - pad[i], chunk.blocks.high + pad[i], origin, direction
         )
         rows = chunk.blocks.elements(inside)
-        if hidden is not None:
-            rows = rows[~hidden[chunk.point_ids[rows]]]
+        if is_hidden is not None:
+            rows = rows[~is_hidden[chunk.point_ids[rows]]]
         if not len(rows):
             continue
         q = chunk.points[rows] - origin
         depth = q @ direction
         side = q - depth[:, None] * direction
-        off = np.sqrt(np.einsum("ij,ij->i", side, side))
-        allowed = radius + spread * np.maximum(depth, 0.0)
-        near_rows = np.flatnonzero((depth > 0.0) & (off <= allowed))
+        offset = np.sqrt(np.einsum("ij,ij->i", side, side))
+        allowed_values = radius + spread * np.maximum(depth, 0.0)
+        near_rows = np.flatnonzero((depth > 0.0) & (offset <= allowed_values))
         if counts is not None and len(near_rows):
             near_rows = near_rows[counts(chunk.points[rows[near_rows]].astype(np.float64))]
         if len(near_rows):
             rows_out.append(chunk.point_ids[rows[near_rows]].astype(np.int64))
             depth_out.append(depth[near_rows])
-            off_out.append(off[near_rows] / allowed[near_rows])
+            off_out.append(offset[near_rows] / allowed_values[near_rows])
             front = min(front, float(depth_out[-1].min()))
     if not rows_out:
         return np.zeros(0, np.int64), np.zeros(0), np.zeros(0)

@@ -30,8 +30,8 @@ HOOK_LENGTH = 5.5
 
 
 def _arc(centre: float, radius: float, start_deg: float, end_deg: float, steps: int) -> FloatArray:
-    turn = np.radians(np.linspace(start_deg, end_deg, steps + 1))
-    points = np.stack([centre + radius * np.cos(turn), radius * np.sin(turn)], axis=1)
+    angle = np.radians(np.linspace(start_deg, end_deg, steps + 1))
+    points = np.stack([centre + radius * np.cos(angle), radius * np.sin(angle)], axis=1)
     return np.stack([points[:-1], points[1:]], axis=1)
 
 
@@ -90,10 +90,12 @@ class Signs:
     def strokes(self, rows: Sequence[int]) -> tuple[FloatArray, IntArray]:
         """Return the end points (s, 2, 2) of the strokes of some symbols, and their rows (s,)."""
         parts, owners = [], []
-        selected = np.asarray(rows, dtype=np.int64)
-        kinds = np.array([self.kinds[i] for i in selected])
+        selected_values = np.asarray(rows, dtype=np.int64)
+        kinds = np.array([self.kinds[i] for i in selected_values])
         for kind, shape in _SHAPES.items():
-            rows_of_kind = selected[kinds == kind] if len(selected) else selected
+            rows_of_kind = (
+                selected_values[kinds == kind] if len(selected_values) else selected_values
+            )
             if not len(rows_of_kind):
                 continue
             axes = np.stack([self.along[rows_of_kind], self.across[rows_of_kind]], axis=1)
@@ -110,9 +112,9 @@ class Signs:
         for kind, (u, v) in _NUMBER.items():
             rows_of_kind = [i for i, k in enumerate(self.kinds) if k == kind]
             if rows_of_kind:
-                away = u * self.along[rows_of_kind] + v * self.across[rows_of_kind]
-                length = np.maximum(np.hypot(*away.T), 1e-9)[:, None]
-                result[rows_of_kind] = self.pixels[rows_of_kind] + away * (
+                distances = u * self.along[rows_of_kind] + v * self.across[rows_of_kind]
+                length = np.maximum(np.hypot(*distances.T), 1e-9)[:, None]
+                result[rows_of_kind] = self.pixels[rows_of_kind] + distances * (
                     1.0 + _NUMBER_GAP / length
                 )
         return result
@@ -129,7 +131,7 @@ class SymbolSet:
         self._lines = np.array([k == "line" for k in self.kinds], np.bool_)
 
     def signs(
-        self, camera: Camera, size: tuple[float, float], places: FloatArray | None = None
+        self, camera: Camera, size: tuple[float, float], positions: FloatArray | None = None
     ) -> Signs:
         """Project the symbols to an image of a given size.
 
@@ -138,31 +140,35 @@ class SymbolSet:
         camera : Camera
         size : tuple of float
             Width and height of the image.
-        places : (n, 3) float64, optional
+        positions : (n, 3) float64, optional
             World positions that replace the positions of the symbols.
         """
-        places = self.places if places is None else places
-        pixels, depth = camera.project(places, size)
-        away = places - camera.position
-        front = np.maximum(away @ camera.direction, 1e-9)
-        reach = np.full(len(front), camera.distance) if camera.orthographic else front
-        metres = 2.0 * camera.tangent / max(size[1], 1.0) * reach
+        positions = self.places if positions is None else positions
+        pixels, depth = camera.project(positions, size)
+        offsets = positions - camera.position
+        front = np.maximum(offsets @ camera.direction, 1e-9)
+        max_distance = np.full(len(front), camera.distance) if camera.orthographic else front
+        metres = 2.0 * camera.tangent / max(size[1], 1.0) * max_distance
         slant = np.zeros((len(front), 2))
         if not camera.orthographic:
-            slant = (away @ camera.frame[:2].T) / front[:, None]
+            slant = (offsets @ camera.frame[:2].T) / front[:, None]
 
         def projected(vectors: FloatArray) -> FloatArray:
             """Return the projections (n, 2) of one-pixel steps along unit vectors (n, 3)."""
-            flat = vectors @ camera.frame[:2].T - slant * (vectors @ camera.direction)[:, None]
-            return flat * [1.0, -1.0]
+            flat_values = (
+                vectors @ camera.frame[:2].T - slant * (vectors @ camera.direction)[:, None]
+            )
+            return flat_values * [1.0, -1.0]
 
-        along = _clamp_length(projected(self._along), MIN_LENGTH_SHARE, np.array([1.0, 0.0]))
-        sideways = np.stack([-along[:, 1], along[:, 0]], axis=1)
+        along_component = _clamp_length(
+            projected(self._along), MIN_LENGTH_SHARE, np.array([1.0, 0.0])
+        )
+        sideways = np.stack([-along_component[:, 1], along_component[:, 0]], axis=1)
         sideways /= np.hypot(*sideways.T)[:, None]
         # The head of an arrow is flat on the screen.
-        across = _clamp_length(projected(self._across), MIN_TICK_SHARE, sideways)
-        across = np.where(self._lines[:, None], sideways, across)
-        return Signs(self.kinds, pixels, depth, metres, along, across)
+        across_component = _clamp_length(projected(self._across), MIN_TICK_SHARE, sideways)
+        across_component = np.where(self._lines[:, None], sideways, across_component)
+        return Signs(self.kinds, pixels, depth, metres, along_component, across_component)
 
 
 def _stacked(vectors: Sequence[FloatArray]) -> FloatArray:
@@ -170,19 +176,19 @@ def _stacked(vectors: Sequence[FloatArray]) -> FloatArray:
     return np.concatenate([np.zeros(0), *vectors]).reshape(-1, 3)
 
 
-def _clamp_length(vectors: FloatArray, least: float, instead: FloatArray) -> FloatArray:
+def _clamp_length(vectors: FloatArray, least_value: float, instead: FloatArray) -> FloatArray:
     """Extend vectors (n, 2) to a minimum length; end-on vectors are replaced by `instead`."""
     long = np.hypot(*vectors.T)[:, None]
-    grown = np.where(
-        long < END_ON_SINE, least * instead, vectors * (least / np.maximum(long, 1e-12))
+    grown_values = np.where(
+        long < END_ON_SINE, least_value * instead, vectors * (least_value / np.maximum(long, 1e-12))
     )
-    return np.asarray(np.where(long < least, grown, vectors))
+    return np.asarray(np.where(long < least_value, grown_values, vectors))
 
 
 def plane_symbol(
     dip_direction_deg: float,
     dip_deg: float,
-    place: FloatArray,
+    position: FloatArray,
     extent: float,
     *,
     overturned: bool = False,
@@ -196,18 +202,18 @@ def plane_symbol(
     if not overturned and dip in (0, 90):
         kind = "horizontal" if dip == 0 else "vertical"
     text = "" if kind in ("horizontal", "vertical") else str(dip)
-    return Symbol(kind, np.asarray(place, float), strike, down, text, extent)
+    return Symbol(kind, np.asarray(position, float), strike, down, text, extent)
 
 
-def line_symbol(trend_deg: float, plunge_deg: float, place: FloatArray, extent: float) -> Symbol:
+def line_symbol(trend_deg: float, plunge_deg: float, position: FloatArray, extent: float) -> Symbol:
     """Return the symbol of a line at a World position."""
     t, p = np.radians(trend_deg), np.radians(plunge_deg)
     direction = np.array([np.sin(t) * np.cos(p), np.cos(t) * np.cos(p), -np.sin(p)])
     return Symbol(
-        "line", np.asarray(place, float), direction, np.zeros(3), str(round(plunge_deg)), extent
+        "line", np.asarray(position, float), direction, np.zeros(3), str(round(plunge_deg)), extent
     )
 
 
-def small_disc(place: FloatArray, extent: float) -> Symbol:
+def small_disc(position: FloatArray, extent: float) -> Symbol:
     """Return a dot that replaces a disc too small to show its attitude."""
-    return Symbol("disc", np.asarray(place, float), np.zeros(3), np.zeros(3), "", extent)
+    return Symbol("disc", np.asarray(position, float), np.zeros(3), np.zeros(3), "", extent)

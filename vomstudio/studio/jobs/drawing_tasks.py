@@ -143,7 +143,7 @@ class DrawnLines:
 
 
 def collect_lines(
-    brought: ProjectedLines,
+    brought_projected_lines: ProjectedLines,
     names: Iterable[str],
     sidecar: Sidecar,
     warnings: Iterable[Finding],
@@ -153,7 +153,7 @@ def collect_lines(
 
     Parameters
     ----------
-    brought : ProjectedLines
+    brought_projected_lines : ProjectedLines
         Lines of the drawing with their positions on the surface.
     names : iterable of str
         Names of the lines that the drawing contains.
@@ -167,18 +167,18 @@ def collect_lines(
 
     stated_names = {name.strip() for name in names}
     lines = []
-    for line in (*brought.lines, *brought.skipped):
+    for line in (*brought_projected_lines.lines, *brought_projected_lines.skipped):
         points = line.points
         if to_file is not None and len(points):
             points = transform.apply(to_file, points)
-        places = iter(points.tolist())
+        positions = iter(points.tolist())
         lines.append(
             DrawingLine(
                 name=line.name,
                 is_named=line.name in stated_names,
                 layer=line.layer,
                 pixels=tuple((float(x), float(y)) for x, y in line.pixels),
-                points=tuple(_point(next(places)) if met else None for met in line.is_met),
+                points=tuple(_point(next(positions)) if met else None for met in line.is_met),
                 id=line.words.id,
                 kind=line.words.kind,
                 set=line.words.set,
@@ -209,10 +209,12 @@ def _read_lines(request: DrawnLinesRequest, progress: Progress) -> DrawnLines:
     data = read_in_file_frame(request.model, progress).data
     progress.stage(tr("Projecting {count} lines onto the surface", count=len(lines)))
     try:
-        brought = project_lines(lines, transform_sidecar(picture, request.model.to_world), data)
+        brought_lines = project_lines(
+            lines, transform_sidecar(picture, request.model.to_world), data
+        )
     except InputError as error:
         raise error.with_file(request.drawing) from error
-    return collect_lines(brought, (line.name for line in lines), picture, messages)
+    return collect_lines(brought_lines, (line.name for line in lines), picture, messages)
 
 
 READ_DRAWN_LINES = Job(

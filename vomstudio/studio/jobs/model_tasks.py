@@ -96,16 +96,16 @@ def _load_model(request: ModelFile, progress: Progress) -> CachedModel:
     from vomstudio.io.models.opening import resolution
 
     cached_folder = model_cache.folder_of(request.path, request.cache)
-    loaded, folder = model_cache.load_for_transfer(request.path, cached_folder, progress)
-    spacing = loaded.resolution
+    loaded_model, folder = model_cache.load_for_transfer(request.path, cached_folder, progress)
+    spacing = loaded_model.resolution
     if spacing is None:
-        spacing = resolution(loaded.data)
+        spacing = resolution(loaded_model.data)
     return CachedModel(
         folder,
-        loaded.kind,
-        loaded.crs,
-        loaded.content_hash,
-        tuple(loaded.warnings),
+        loaded_model.kind,
+        loaded_model.crs,
+        loaded_model.content_hash,
+        tuple(loaded_model.warnings),
         spacing if spacing == spacing else None,
     )
 
@@ -325,13 +325,13 @@ def _cut_model(request: ModelCut, progress: Progress) -> CutModel:
     from vomstudio.io.models import model_cache
     from vomstudio.io.models.piece_writing import write_piece
 
-    loaded = model_cache.load(
+    loaded_model = model_cache.load(
         request.path, model_cache.folder_of(request.path, request.cache), progress
     )
     with open_regular(request.bits) as file:
         bits = np.load(file, allow_pickle=False)
     path, warnings = write_piece(
-        loaded,
+        loaded_model,
         bits,
         request.path,
         request.content_hash,

@@ -87,7 +87,7 @@ def _list_photos(request: PhotosRequest, progress: Progress) -> PhotoListing:
     survey = read_photos(request.photos, progress)
     thumbnails = request.cache / "thumbnails"
     make_folder(thumbnails)
-    places = metres_from_gps(survey.photos)
+    positions = metres_from_gps(survey.photos)
     progress.stage(tr("Creating thumbnails"), len(survey.photos))
     rows = []
     for number, photo in enumerate(survey.photos):
@@ -96,7 +96,7 @@ def _list_photos(request: PhotosRequest, progress: Progress) -> PhotoListing:
         if photo.yaw_deg is not None and (photo.pitch_deg is None or photo.pitch_deg > -80):
             yaw = math.radians(photo.yaw_deg)
             looks = (math.sin(yaw), math.cos(yaw))
-        east, north = (float(value) for value in places[number, :2])
+        east, north = (float(value) for value in positions[number, :2])
         rows.append(
             ListedPhoto(
                 name=photo.name,
@@ -169,14 +169,14 @@ def _check_photos(request: PhotosRequest, progress: Progress) -> SurveyReport:
     files = [path for photo in folder.photos for path in (photo.path, photo.mask) if path]
     state = "\n".join([__version__, *map(_file_state, files)])
     name = hashlib.sha256(state.encode()).hexdigest()[:24]
-    cached = request.cache / "checks" / f"{name}.json"
+    cached_values = request.cache / "checks" / f"{name}.json"
     with contextlib.suppress(InputError, OSError, ValueError, TypeError, KeyError, WorkerError):
         # The verdict is derived again, in the present language.
-        return replace(serialisation.decode(SurveyReport, read_json(cached)), verdict="")
+        return replace(serialisation.decode(SurveyReport, read_json(cached_values)), verdict="")
     report = check_photos(folder, progress=progress)
     with contextlib.suppress(OSError, TargetError):
-        make_folder(cached.parent)
-        write_bytes(cached, json.dumps(serialisation.encode(report)).encode(), force=True)
+        make_folder(cached_values.parent)
+        write_bytes(cached_values, json.dumps(serialisation.encode(report)).encode(), force=True)
     return report
 
 

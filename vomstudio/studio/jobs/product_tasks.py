@@ -91,17 +91,21 @@ def _orthophoto(request: OrthophotoRequest, progress: Progress) -> OrthophotoOut
         shown = interpretation.read_items(request.draw) if only is None else only.features(items)
         features = interpretation.select_items(shown, request.parts)
     folder = model_cache.folder_of(request.path, request.cache)
-    loaded = model_cache.load(request.path, folder, progress)
+    loaded_model = model_cache.load(request.path, folder, progress)
     plan = planning.plan(
-        loaded.data, request.view, to_world=request.to_world, gsd=request.gsd, region=request.region
+        loaded_model.data,
+        request.view,
+        to_world=request.to_world,
+        gsd=request.gsd,
+        region=request.region,
     )
     result = orthophoto.write_orthophoto(
-        loaded.data,
+        loaded_model.data,
         plan,
         request.out,
         crs=request.crs,
         model=str(request.path),
-        content_hash=loaded.content_hash,
+        content_hash=loaded_model.content_hash,
         sheet=request.sheet,
         force=True,
         progress=progress,
@@ -152,15 +156,15 @@ def _elevation(request: ElevationRequest, progress: Progress) -> WrittenElevatio
     from vomstudio.products.elevation.planning import plan_heights, reference_plane
 
     folder = model_cache.folder_of(request.path, request.cache)
-    loaded = model_cache.load(request.path, folder, progress)
-    data = transform_model(loaded.data, request.to_world)
+    loaded_model = model_cache.load(request.path, folder, progress)
+    data = transform_model(loaded_model.data, request.to_world)
     options = request.options
     plan = plan_heights(
         data,
         reference_plane(options.plane),
         to_world=np.eye(4),
         gsd=options.gsd_m,
-        metric=request.metric,
+        is_metric=request.metric,
     )
     heights, limit = draw_heights(data, plan, options.limit_m, progress)
     progress.stage(tr("Writing the elevation model"))
@@ -173,8 +177,8 @@ def _elevation(request: ElevationRequest, progress: Progress) -> WrittenElevatio
         world=request.crs,
         north_known=request.north_known,
         model=str(request.path),
-        content_hash=loaded.content_hash,
-        warnings=(*loaded.warnings, *plan.notes),
+        content_hash=loaded_model.content_hash,
+        warnings=(*loaded_model.warnings, *plan.notes),
         force=True,
     )
 

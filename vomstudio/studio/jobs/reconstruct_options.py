@@ -31,7 +31,7 @@ class ReconstructOptions(Options):
             "control points: CSV label,x,y,z[,sigma][,use], XML from MicMac or Metashape,"
             " OpenDroneMap's gcp_list.txt, or none"
         ),
-        automatic=to_translate(
+        automatic_text=to_translate(
             "control.csv in or next to the photo folder, if enough of its points are marked"
         ),
     )
@@ -42,7 +42,7 @@ class ReconstructOptions(Options):
             "marks of the control points: CSV label,photo,x,y, or XML from MicMac; other labels"
             " are tie points"
         ),
-        automatic=to_translate(
+        automatic_text=to_translate(
             "in the control point file, else marks.csv next to it or in the photo folder"
         ),
     )
@@ -66,7 +66,7 @@ class ReconstructOptions(Options):
         label=to_translate("Threads"),
         help=to_translate("number of threads on this computer"),
         tip=to_translate("Number of threads; fewer need less memory"),
-        automatic=to_translate("all processors"),
+        automatic_text=to_translate("all processors"),
     )
     seed: int = option(
         0,

@@ -89,10 +89,10 @@ def _tables(
             Finding(
                 "reconstruct.tables-unused",
                 file=control_path,
-                reason=each.message,
-                reason_code=each.code,
+                reason=finding.message,
+                reason_code=finding.code,
             )
-            for each in findings
+            for finding in findings
         ]
         return control, marks, reasons
     control = Path(gcp).resolve()

@@ -110,19 +110,19 @@ def _fit(request: FitRequest, progress: Progress) -> FittedModel:
     target_points, target_spacing = points_and_spacing(
         load_in_world(request.reference, progress), request.reference.path
     )
-    initial = similarity_of(request.model.to_world)
+    initial_similarity = similarity_of(request.model.to_world)
     evidence = Evidence(pairs=_pairs(request.pairs) if request.pairs else None)
     if evidence.pairs is None or evidence.too_few_alone:
         # One or two points support the fit, but give no initial placement.
-        start = initial
+        start = initial_similarity
         names = (request.model.name, request.reference.name)
         require_overlap(box_of(start(points)), box_of(target_points), names)
     else:
         start = similarity_of(register(evidence).matrix)
         if not request.scale:
-            start = replace_scale(start, initial.scale, points.mean(axis=0))
+            start = replace_scale(start, initial_similarity.scale, points.mean(axis=0))
     flags, about_stable = _stable(target_points, request, progress)
-    fitted = fit_to_reference(
+    reference_fit = fit_to_reference(
         points,
         target_points,
         start,
@@ -132,12 +132,17 @@ def _fit(request: FitRequest, progress: Progress) -> FittedModel:
         scale_error=None if registration is None else registration.scale_error,
         progress=progress,
     )
-    evidence.reference = fitted.observation
-    placed = prepend_warnings(register(evidence), (*about_stable, *fitted.warnings))
+    evidence.reference = reference_fit.observation
+    placed = prepend_warnings(register(evidence), (*about_stable, *reference_fit.warnings))
     if not placed.known.all:
-        raise GeometryError(Finding("registration.undetermined", parameters=fitted.free))
+        raise GeometryError(Finding("registration.undetermined", parameters=reference_fit.free))
     return FittedModel(
-        placed, fitted.places, fitted.overlap, fitted.rms_m, fitted.blocks, fitted.block_m
+        placed,
+        reference_fit.places,
+        reference_fit.overlap,
+        reference_fit.rms_m,
+        reference_fit.blocks,
+        reference_fit.block_m,
     )
 
 
@@ -233,7 +238,7 @@ def _compare(request: ComparisonRequest, progress: Progress) -> ComparedModels:
         np.savez(file, **arrays)
     figures = comparison.to_dict()
     return ComparedModels(
-        figures | {"warnings": [str(each) for each in (*warnings, *comparison.warnings)]},
+        figures | {"warnings": [str(item) for item in (*warnings, *comparison.warnings)]},
         request.out,
     )
 
@@ -264,7 +269,7 @@ def _export(request: ComparisonExport, progress: Progress) -> ExportedModel:
     with open_arrays(request.fields) as arrays:
         data = replace(data, fields={**data.fields, **arrays})
     inputs = [request.model.path, request.benchmark]
-    inputs += [path for each in list(inputs) for path in companions(each)]
+    inputs += [path for item in list(inputs) for path in companions(item)]
     registration = request.model.registration
     if registration is not None:
         registration = change_file_frame(registration, request.model.to_world)

@@ -30,11 +30,11 @@ def encode(value: Any, place: str = "") -> Any:
         inside = f"{place}." if place else ""
         return {
             field.name: encode(
-                each.tolist() if _is_array(type(each)) and field.type is not Any else each,
+                item.tolist() if _is_array(type(item)) and field.type is not Any else item,
                 inside + field.name,
             )
             for field in dataclasses.fields(value)
-            for each in [getattr(value, field.name)]
+            for item in [getattr(value, field.name)]
         }
     if isinstance(value, float) and not math.isfinite(value):
         raise WorkerError(Finding("job.unsendable", name=place, type=str(value)))
@@ -43,15 +43,15 @@ def encode(value: Any, place: str = "") -> Any:
     if isinstance(value, Path):
         return str(value)
     if isinstance(value, Mapping):
-        return {key: encode(each, f"{place}[{key!r}]") for key, each in value.items()}
+        return {key: encode(item, f"{place}[{key!r}]") for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [encode(each, f"{place}[{number}]") for number, each in enumerate(value)]
+        return [encode(item, f"{place}[{number}]") for number, item in enumerate(value)]
     raise WorkerError(Finding("job.unsendable", name=place, type=type(value).__name__))
 
 
-def decode(cls: type[T], plain: Any) -> T:
+def decode(cls: type[T], plain_value: Any) -> T:
     """Restore an encoded dataclass. Raises WorkerError for an invalid field."""
-    value: T = _decode(cls, plain, "")
+    value: T = _decode(cls, plain_value, "")
     return value
 
 
@@ -60,33 +60,39 @@ def _hints(cls: type[Any]) -> Mapping[str, Any]:
     return typing.get_type_hints(cls)
 
 
-def _decode(target: Any, plain: Any, place: str) -> Any:
+def _decode(target: Any, plain_value: Any, place: str) -> Any:
     if target is Any:
-        return plain
+        return plain_value
     if target is Finding:
-        return _finding(plain, place)
+        return _finding(plain_value, place)
     if dataclasses.is_dataclass(target):
-        return _dataclass(target, plain, place)
+        return _dataclass(target, plain_value, place)
     origin = typing.get_origin(target)
     if origin in (typing.Union, types.UnionType):
-        return _union(target, plain, place)
+        return _union(target, plain_value, place)
     if origin is typing.Literal:
-        return plain if plain in typing.get_args(target) else _misfit(target, plain, place)
+        return (
+            plain_value
+            if plain_value in typing.get_args(target)
+            else _misfit(target, plain_value, place)
+        )
     if _is_array(origin):
         import numpy as np
 
         try:
-            return np.array(plain, np.float64)
+            return np.array(plain_value, np.float64)
         except (TypeError, ValueError):
-            return _misfit(origin, plain, place)
+            return _misfit(origin, plain_value, place)
     if origin is tuple or origin in (list, Sequence):
-        return _sequence(target, plain, place)
+        return _sequence(target, plain_value, place)
     if origin in (dict, Mapping):
-        if not isinstance(plain, Mapping):
-            return _misfit(target, plain, place)
-        inner = typing.get_args(target)[1]
-        return {key: _decode(inner, each, f"{place}[{key!r}]") for key, each in plain.items()}
-    return _leaf(target, plain, place)
+        if not isinstance(plain_value, Mapping):
+            return _misfit(target, plain_value, place)
+        inner_args = typing.get_args(target)[1]
+        return {
+            key: _decode(inner_args, item, f"{place}[{key!r}]") for key, item in plain_value.items()
+        }
+    return _leaf(target, plain_value, place)
 
 
 def _is_array(kind: Any) -> bool:
@@ -94,71 +100,77 @@ def _is_array(kind: Any) -> bool:
     return getattr(kind, "__module__", "") == "numpy" and kind.__name__ == "ndarray"
 
 
-def _finding(plain: Any, place: str) -> Finding:
-    if not isinstance(plain, Mapping):
-        misfit: Finding = _misfit(Finding, plain, place)
+def _finding(plain_value: Any, place: str) -> Finding:
+    if not isinstance(plain_value, Mapping):
+        misfit: Finding = _misfit(Finding, plain_value, place)
         return misfit
     try:
-        return Finding.from_dict(plain)
+        return Finding.from_dict(plain_value)
     except (KeyError, TypeError, IndexError):
         raise WorkerError(
-            Finding("job.wrong-value", name=place, type="Finding", value=plain.get("code"))
+            Finding("job.wrong-value", name=place, type="Finding", value=plain_value.get("code"))
         ) from None
 
 
-def _dataclass(cls: Any, plain: Any, place: str) -> Any:
-    if not isinstance(plain, Mapping):
-        return _misfit(cls, plain, place)
+def _dataclass(cls: Any, plain_value: Any, place: str) -> Any:
+    if not isinstance(plain_value, Mapping):
+        return _misfit(cls, plain_value, place)
     hints, inside = _hints(cls), f"{place}." if place else ""
     fields = {field.name: field for field in dataclasses.fields(cls) if field.init}
-    if unknown := sorted(set(plain) - set(fields)):
+    if unknown := sorted(set(plain_value) - set(fields)):
         raise WorkerError(Finding("job.unknown-field", type=cls.__name__, name=inside + unknown[0]))
     for name, field in fields.items():
-        needed = field.default is dataclasses.MISSING
-        if name not in plain and needed and field.default_factory is dataclasses.MISSING:
+        is_needed = field.default is dataclasses.MISSING
+        if name not in plain_value and is_needed and field.default_factory is dataclasses.MISSING:
             raise WorkerError(Finding("job.missing-field", name=inside + name, type=cls.__name__))
-    return cls(**{name: _decode(hints[name], plain[name], inside + name) for name in plain})
+    return cls(
+        **{name: _decode(hints[name], plain_value[name], inside + name) for name in plain_value}
+    )
 
 
-def _union(target: Any, plain: Any, place: str) -> Any:
+def _union(target: Any, plain_value: Any, place: str) -> Any:
     kinds = typing.get_args(target)
-    if plain is None and type(None) in kinds:
+    if plain_value is None and type(None) in kinds:
         return None
     kinds_without_none = [kind for kind in kinds if kind is not type(None)]
     for kind in kinds_without_none[:-1]:
         try:
-            return _decode(kind, plain, place)
+            return _decode(kind, plain_value, place)
         except WorkerError:
             continue
-    return _decode(kinds_without_none[-1], plain, place)
+    return _decode(kinds_without_none[-1], plain_value, place)
 
 
-def _sequence(target: Any, plain: Any, place: str) -> Any:
-    if not isinstance(plain, list | tuple):
-        return _misfit(target, plain, place)
+def _sequence(target: Any, plain_value: Any, place: str) -> Any:
+    if not isinstance(plain_value, list | tuple):
+        return _misfit(target, plain_value, place)
     kinds = typing.get_args(target)
     if typing.get_origin(target) is not tuple:
-        return [_decode(kinds[0], each, f"{place}[{n}]") for n, each in enumerate(plain)]
+        return [_decode(kinds[0], item, f"{place}[{n}]") for n, item in enumerate(plain_value)]
     if len(kinds) == 2 and kinds[1] is Ellipsis:
-        kinds = (kinds[0],) * len(plain)
-    if len(kinds) != len(plain):
-        return _misfit(target, plain, place)
-    pairs = zip(kinds, plain, strict=True)
-    return tuple(_decode(kind, each, f"{place}[{n}]") for n, (kind, each) in enumerate(pairs))
+        kinds = (kinds[0],) * len(plain_value)
+    if len(kinds) != len(plain_value):
+        return _misfit(target, plain_value, place)
+    pairs = zip(kinds, plain_value, strict=True)
+    return tuple(_decode(kind, item, f"{place}[{n}]") for n, (kind, item) in enumerate(pairs))
 
 
-def _leaf(target: Any, plain: Any, place: str) -> Any:
+def _leaf(target: Any, plain_value: Any, place: str) -> Any:
     if target is Path:
-        return Path(plain) if isinstance(plain, str | Path) else _misfit(target, plain, place)
-    if target is float and isinstance(plain, int) and not isinstance(plain, bool):
+        return (
+            Path(plain_value)
+            if isinstance(plain_value, str | Path)
+            else _misfit(target, plain_value, place)
+        )
+    if target is float and isinstance(plain_value, int) and not isinstance(plain_value, bool):
         # An integer in a field of type float remains an integer (3, not 3.0).
-        return plain
-    fits = isinstance(plain, target) and (target is bool or not isinstance(plain, bool))
-    return plain if fits else _misfit(target, plain, place)
+        return plain_value
+    fits = isinstance(plain_value, target) and (target is bool or not isinstance(plain_value, bool))
+    return plain_value if fits else _misfit(target, plain_value, place)
 
 
-def _misfit(target: Any, plain: Any, place: str) -> Any:
-    text = repr(plain)
+def _misfit(target: Any, plain_value: Any, place: str) -> Any:
+    text = repr(plain_value)
     text = text if len(text) <= 40 else f"{text[:39]}…"
     name = getattr(target, "__name__", str(target))
     raise WorkerError(Finding("job.wrong-value", name=place, type=name, value=text))

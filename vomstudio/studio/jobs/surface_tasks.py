@@ -64,15 +64,15 @@ def _compute(request: FieldsRequest, progress: Progress) -> ComputedFields:
     from vomstudio.extraction.surface_fields import KINDS, surface_fields
 
     mark = f"{request.key} {request.radius_m!r}"
-    cached = _read_cached(request.out, mark)
-    if cached is not None:
-        return cached
+    cached_fields = _read_cached(request.out, mark)
+    if cached_fields is not None:
+        return cached_fields
     fields = surface_fields(load_in_world(request.model, progress), request.radius_m, progress)
     arrays: dict[str, Any] = {key: fields.values[key] for key in KINDS}
     arrays |= {
         "mark": np.array(mark),
         "count": np.array(fields.typical_count),
-        "warnings": np.array(json.dumps([each.to_dict() for each in fields.warnings])),
+        "warnings": np.array(json.dumps([item.to_dict() for item in fields.warnings])),
     }
     request.out.parent.mkdir(parents=True, exist_ok=True)
     part = request.out.with_name(f"{request.out.stem}.part.npz")

@@ -110,12 +110,12 @@ def _control(path: Path, marks: Path | None, crs: str | None, photos: Any) -> Co
     from vomstudio.photogrammetry.georeferencing.control_check import check_control
 
     points = read_control(path)
-    placed = agreed_crs(path, crs)
+    placed_agreed_crs = agreed_crs(path, crs)
     reason = Finding("control.crs-chosen")
     if crs is None:
         reason = Finding("control.crs-stated", file=path.name)
-    marked = read_marks(marks_beside(path) if marks is None else marks)
-    check = check_control(points, marked, photos, placed, reason)
+    marked_marks = read_marks(marks_beside(path) if marks is None else marks)
+    check = check_control(points, marked_marks, photos, placed_agreed_crs, reason)
     return serialisation.decode(ControlFacts, check.to_dict())
 
 

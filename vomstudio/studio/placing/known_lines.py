@@ -253,25 +253,25 @@ def line_residuals(
             continue
         if line.is_read:
             if line.id in directions:
-                off = residual_deg(line, directions[line.id], placed, turned_deg)
-                evidence_found.append(LineResidual(line.id, off))
+                distance = residual_deg(line, directions[line.id], placed, turned_deg)
+                evidence_found.append(LineResidual(line.id, distance))
             continue
         ends = placed(np.array([line.vertices[0], line.vertices[-1]], np.float64))
-        along = ends[1] - ends[0]
-        length = float(np.linalg.norm(along))
+        segments = ends[1] - ends[0]
+        length = float(np.linalg.norm(segments))
         if not length > 0:
             continue
         if line.kind == "level":
-            off = float(np.degrees(np.arcsin(np.clip(along[2] / length, -1.0, 1.0))))
+            distance = float(np.degrees(np.arcsin(np.clip(segments[2] / length, -1.0, 1.0))))
         elif line.kind == "plumb":
-            off = float(np.degrees(np.arctan2(np.hypot(*along[:2]), abs(along[2]))))
+            distance = float(np.degrees(np.arctan2(np.hypot(*segments[:2]), abs(segments[2]))))
         elif line.kind == "azimuth":
-            azimuth = np.degrees(np.arctan2(along[0], along[1]))
+            azimuth = np.degrees(np.arctan2(segments[0], segments[1]))
             known_azimuth_deg = (line.value or 0.0) + turned_deg
-            off = float((azimuth - known_azimuth_deg + 180.0) % 360.0 - 180.0)
+            distance = float((azimuth - known_azimuth_deg + 180.0) % 360.0 - 180.0)
         else:
-            off = length - (line.value or 0.0)
-        evidence_found.append(LineResidual(line.id, off))
+            distance = length - (line.value or 0.0)
+        evidence_found.append(LineResidual(line.id, distance))
     return evidence_found
 
 
@@ -319,6 +319,6 @@ def covariance_after(placed: Placed, before: Registration | None) -> FloatArray:
         moves = np.eye(7)
         moves[4:] = jacobian(np.subtract(placed.centre, before.centre))
         earlier = moves @ np.array(before.covariance, np.float64) @ moves.T
-    free = [not known.vertical] * 2 + [not known.north, not known.scale]
-    keep = np.array(free + [not known.position] * 3, np.float64)
+    free_values = [not known.vertical] * 2 + [not known.north, not known.scale]
+    keep = np.array(free_values + [not known.position] * 3, np.float64)
     return np.asarray(total + earlier * np.outer(keep, keep))

@@ -47,7 +47,7 @@ class ModelDirection:
 
 
 def measure_directions(
-    lines: Iterable[KnownLine], measured: Mapping[str, Measurement], model: Model
+    lines: Iterable[KnownLine], measured_items: Mapping[str, Measurement], model: Model
 ) -> dict[str, ModelDirection]:
     """Return the directions on the model, keyed by reading id.
 
@@ -56,7 +56,7 @@ def measure_directions(
     Parameters
     ----------
     lines : iterable of KnownLine
-    measured : mapping of str to Measurement
+    measured_items : mapping of str to Measurement
         Measurements of the features, keyed by feature id.
     model : Model
     """
@@ -64,7 +64,7 @@ def measure_directions(
     turn = rows[:3, :3] / transform.scale_factor(rows)
     directions = {}
     for line in lines:
-        measurement = measured.get(line.feature_id)
+        measurement = measured_items.get(line.feature_id)
         if not line.is_read or measurement is None:
             continue
         world = _direction(measurement, line.kind == "plane")
@@ -75,25 +75,27 @@ def measure_directions(
     return directions
 
 
-def _direction(measured: Measurement, plane: bool) -> FloatArray | None:
+def _direction(measurement: Measurement, plane: bool) -> FloatArray | None:
     """Return the direction (3,) in the World frame, or None if it is undefined."""
     if not plane:
-        return None if measured.line is None else np.asarray(measured.line.vector(), np.float64)
-    if measured.fit is not None:
-        return np.asarray(measured.fit.normal, np.float64)
-    return None if measured.plane is None else np.asarray(measured.plane.normal(), np.float64)
+        return (
+            None if measurement.line is None else np.asarray(measurement.line.vector(), np.float64)
+        )
+    if measurement.fit is not None:
+        return np.asarray(measurement.fit.normal, np.float64)
+    return None if measurement.plane is None else np.asarray(measurement.plane.normal(), np.float64)
 
 
-def _direction_sigma(measured: Measurement, plane: bool) -> float | None:
+def _direction_sigma(measurement: Measurement, plane: bool) -> float | None:
     """Return the standard deviation of a direction in degrees, or None if unknown."""
-    largest, smallest = measured.max_confidence95_deg, measured.min_confidence95_deg
-    if plane and measured.fit is not None:
+    largest, smallest = measurement.max_confidence95_deg, measurement.min_confidence95_deg
+    if plane and measurement.fit is not None:
         largest, smallest = governing_half_angles(
-            measured.fit,
-            measured.judged_as,
-            measured.resolution_m,
-            measured.outcrop_normal,
-            measured.stretch_error_deg,
+            measurement.fit,
+            measurement.judged_as,
+            measurement.resolution_m,
+            measurement.outcrop_normal,
+            measurement.stretch_error_deg,
         )
     if largest is None or smallest is None:
         return None
@@ -114,17 +116,20 @@ def compass_table(
 
     The errors in the table combine those of the reading and the feature.
     """
-    used = placement_readings(lines, directions)
-    if not used:
+    used_placement_readings = placement_readings(lines, directions)
+    if not used_placement_readings:
         return None
     return CompassTable(
-        tuple(line.name for line in used),
-        np.array([line.kind == "plane" for line in used], bool),
-        np.array([line.value for line in used], np.float64),
-        np.array([line.inclination_deg for line in used], np.float64),
-        np.array([directions[line.id].direction for line in used], np.float64),
+        tuple(line.name for line in used_placement_readings),
+        np.array([line.kind == "plane" for line in used_placement_readings], bool),
+        np.array([line.value for line in used_placement_readings], np.float64),
+        np.array([line.inclination_deg for line in used_placement_readings], np.float64),
+        np.array([directions[line.id].direction for line in used_placement_readings], np.float64),
         np.array(
-            [_combine_sigmas(line.sigma, directions[line.id].sigma_deg) for line in used],
+            [
+                _combine_sigmas(line.sigma, directions[line.id].sigma_deg)
+                for line in used_placement_readings
+            ],
             np.float64,
         ),
     )
@@ -161,14 +166,14 @@ def residual_deg(
     direction = placed_direction(model_direction, placed)
     cosine = abs(float(reading.vectors()[0] @ direction))
     # Avoids the arc cosine, which is inaccurate for very small angles.
-    across = float(np.linalg.norm(np.cross(reading.vectors()[0], direction)))
-    return float(np.degrees(np.arctan2(across, cosine)))
+    sine = float(np.linalg.norm(np.cross(reading.vectors()[0], direction)))
+    return float(np.degrees(np.arctan2(sine, cosine)))
 
 
 def placed_direction(model_direction: ModelDirection, placed: Placed) -> FloatArray:
     """Return a direction on the model as a unit vector (3,) in the World frame."""
-    turn = np.asarray(placed.matrix)[:3, :3] / placed.scale
-    return np.asarray(turn @ model_direction.direction, np.float64)
+    rotation = np.asarray(placed.matrix)[:3, :3] / placed.scale
+    return np.asarray(rotation @ model_direction.direction, np.float64)
 
 
 # --- input of the user ------------------------------------------------------------------------
@@ -207,13 +212,13 @@ def parse_reading(text: str, kind: ReadKind, notation: str) -> ParsedReading:
     return ParsedReading(line.trend_deg, line.plunge_deg, sigma)
 
 
-def field_text(measured: Measurement, kind: ReadKind, turned_deg: float, notation: str) -> str:
+def field_text(measurement: Measurement, kind: ReadKind, turned_deg: float, notation: str) -> str:
     """Return a field measurement as the text of a compass reading before correction.
 
     Field measurements refer to grid north; `turned_deg` is the correction that would be added to
     the reading. Returns "" for a measurement of another kind.
     """
-    plane, line = measured.plane, measured.line
+    plane, line = measurement.plane, measurement.line
     if kind == "plane" and plane is not None:
         azimuth, inclination = plane.dip_direction_deg, plane.dip_deg
     elif kind == "lineation" and line is not None:
@@ -238,7 +243,7 @@ def parse_sigma(text: str) -> float:
 
 
 def why_not_read(
-    record: Record | None, model: Model, measured: Measurement | None
+    record: Record | None, model: Model, measurement: Measurement | None
 ) -> Finding | None:
     """Return why a record cannot have a compass reading on a model, or None if it can."""
     feature = None if record is None else get_feature({record.id: record}, record.id)
@@ -248,32 +253,32 @@ def why_not_read(
         return Finding("feature.not-on-model", feature=feature.name)
     if feature.model_id != model.id:
         return Finding("feature.on-other-model", feature=feature.name, model=model.name)
-    if measured is None or (measured.plane is None and measured.line is None):
+    if measurement is None or (measurement.plane is None and measurement.line is None):
         return Finding("feature.no-attitude", feature=feature.name)
     return None
 
 
 def create_reading(
-    feature: Any, measured: Measurement, parsed: ParsedReading, others: Iterable[str]
+    feature: Any, measurement: Measurement, parsed_reading: ParsedReading, others: Iterable[str]
 ) -> KnownLine:
     """Create the record of a reading; `others` are the names that are in use."""
     return KnownLine(
         new_id("reading"),
         _name(feature.name, set(others)),
-        reading_kind(measured),
+        reading_kind(measurement),
         feature.model_id,
         feature.model_hash,
         (),
-        parsed.azimuth_deg,
-        parsed.sigma_deg,
-        inclination_deg=parsed.inclination_deg,
+        parsed_reading.azimuth_deg,
+        parsed_reading.sigma_deg,
+        inclination_deg=parsed_reading.inclination_deg,
         feature_id=feature.id,
     )
 
 
-def reading_kind(measured: Measurement) -> ReadKind:
+def reading_kind(measurement: Measurement) -> ReadKind:
     """Return whether a reading of this feature is a plane or a line."""
-    return "plane" if measured.line is None else "lineation"
+    return "plane" if measurement.line is None else "lineation"
 
 
 def _name(name: str, used_names: set[str]) -> str:

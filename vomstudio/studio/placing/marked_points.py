@@ -57,9 +57,9 @@ def marked_pairs(
         )
         crs = world.crs
         messages += world.findings
-        places = world.points.tolist()
+        locations = world.points.tolist()
         points = [
-            replace(p, position=(x, y, z)) for p, (x, y, z) in zip(points, places, strict=True)
+            replace(p, position=(x, y, z)) for p, (x, y, z) in zip(points, locations, strict=True)
         ]
     path = marks_file or marks_beside(control)
     marks = read_marks(path)
@@ -72,17 +72,17 @@ def marked_pairs(
             failure.file = str(path)
             raise
         messages += name_findings(list(positions), evidence.marks, evidence.views)
-    used = [mark for mark in evidence.marks if mark[0] in positions]
-    marked = marked_places(evidence, used, messages)
-    triangulated = [p for p in points if p.label in marked]
-    sigma = [[p.sigma_m or math.nan] * 3 for p in triangulated]
+    used_marks = [mark for mark in evidence.marks if mark[0] in positions]
+    marked = marked_places(evidence, used_marks, messages)
+    triangulated_points = [p for p in points if p.label in marked]
+    sigma = [[p.sigma_m or math.nan] * 3 for p in triangulated_points]
     pairs = Pairs(
-        tuple(p.label for p in triangulated),
-        np.array([marked[p.label][0] for p in triangulated]).reshape(-1, 3),
-        np.array([p.position for p in triangulated], np.float64).reshape(-1, 3),
+        tuple(p.label for p in triangulated_points),
+        np.array([marked[p.label][0] for p in triangulated_points]).reshape(-1, 3),
+        np.array([p.position for p in triangulated_points], np.float64).reshape(-1, 3),
         np.array(sigma, np.float64).reshape(-1, 3),
-        np.array([p.check for p in triangulated], bool),
-        covariance=np.array([marked[p.label][1] for p in triangulated]).reshape(-1, 3, 3),
+        np.array([p.check for p in triangulated_points], bool),
+        covariance=np.array([marked[p.label][1] for p in triangulated_points]).reshape(-1, 3, 3),
     )
     if evidence.pairs is not None:
         pairs = evidence.pairs.joined_with(pairs)

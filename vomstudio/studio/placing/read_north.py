@@ -20,7 +20,7 @@ GRID_NORTH = ReadNorth("grid")
 """Default north reference if no other reference is stated."""
 
 
-def resolve_north(compass: Compass, known: North) -> tuple[ReadNorth, str]:
+def resolve_north(compass: Compass, known_north: North) -> tuple[ReadNorth, str]:
     """Return the correction of compass azimuths to grid north, and its summary.
 
     Raises
@@ -28,7 +28,7 @@ def resolve_north(compass: Compass, known: North) -> tuple[ReadNorth, str]:
     UsageError, InputError
         If the declination is not known.
     """
-    correction = known.required_correction(compass.north)
+    correction = known_north.required_correction(compass.north)
     sigma_deg = compass.doubt_deg
     sigma_deg = default_north_sigma_deg(compass.north) if sigma_deg is None else sigma_deg
     return correction.read_north(sigma_deg), correction.summary
@@ -70,7 +70,7 @@ def north_inputs(
 
 
 def to_register_options(
-    compass: Compass | None, used: ReadNorth, pairs: Pairs, crs: str | None
+    compass: Compass | None, used_north: ReadNorth, pairs: Pairs, crs: str | None
 ) -> RegisterOptions | None:
     """Return the options of `register` with the same azimuth correction.
 
@@ -78,16 +78,16 @@ def to_register_options(
     are passed to it. Their common error is always stated.
     """
     if compass is None or compass.north == "grid":
-        return RegisterOptions(north_sigma_deg=used.doubt_deg or None)
+        return RegisterOptions(north_sigma_deg=used_north.doubt_deg or None)
     place = place_of(crs, pairs.world) if crs is not None and len(pairs.labels) else None
     day = parse_day(compass.day) if compass.day else None
     equivalent_deg = North(crs, place, day, compass.declination_deg).correction(compass.north)
-    if equivalent_deg is None or abs(equivalent_deg.deg - used.turned_deg) > TOLERANCE_DEG:
+    if equivalent_deg is None or abs(equivalent_deg.deg - used_north.turned_deg) > TOLERANCE_DEG:
         return None
     declination_deg = compass.declination_deg
     return RegisterOptions(
         north=compass.north,
         declination_deg=declination_deg,
         date=(compass.day or None) if declination_deg is None else None,
-        north_sigma_deg=used.doubt_deg,
+        north_sigma_deg=used_north.doubt_deg,
     )

@@ -64,26 +64,26 @@ class InitialPlacement:
     scale_error: float | None = None
 
 
-def _stated_placement(loaded: LoadedModel) -> InitialPlacement:
-    established = establish_frame(loaded)
+def _stated_placement(loaded_model: LoadedModel) -> InitialPlacement:
+    established = establish_frame(loaded_model)
     frame, registration = established.frame, established.registration
     if registration is not None:
         return InitialPlacement(
             established.to_world(), frame.crs, frame.has_metres, registration.scale_error
         )
-    has_known_unit = loaded.unit_m is not None or frame.crs is not None
+    has_known_unit = loaded_model.unit_m is not None or frame.crs is not None
     return InitialPlacement(
-        frame.to_world(), frame.crs, has_known_unit or has_known_scale(loaded.path) is True
+        frame.to_world(), frame.crs, has_known_unit or has_known_scale(loaded_model.path) is True
     )
 
 
 def fit_model(
-    loaded: LoadedModel,
+    loaded_model: LoadedModel,
     reference: str | Path,
     *,
     near: Placed | None,
     crs: str | None,
-    stable: str | Path | None = None,
+    stable_text: str | Path | None = None,
     initial: InitialPlacement | None = None,
     progress: Progress,
 ) -> ReferenceFit:
@@ -91,14 +91,14 @@ def fit_model(
 
     Parameters
     ----------
-    loaded : LoadedModel
+    loaded_model : LoadedModel
     reference : str or Path
     near : Placed or None
         Initial placement by other observations. If None, the fit starts with the frames of the
         files.
     crs : str or None
         CRS of the World frame. If None, the CRS of the reference is used.
-    stable : str or Path, optional
+    stable_text : str or Path, optional
         Mask of the stable part of the reference.
     initial : InitialPlacement, optional
         Placement of the model, by default as stated by its file.
@@ -109,14 +109,14 @@ def fit_model(
     UsageError, InputError, GeometryError, Cancelled
     """
     target = read_in_world(reference, progress)
-    names = (loaded.path.name, Path(reference).name)
+    names = (loaded_model.path.name, Path(reference).name)
     messages = list(target.warnings)
     if crs is not None:
         messages += crs_findings(crs, target.crs, ("--crs", names[1]))
-    initial = initial or _stated_placement(loaded)
+    initial = initial or _stated_placement(loaded_model)
     similarity = similarity_of(initial.to_world)
     scale = not initial.metric
-    points, spacing = points_and_spacing(loaded.data, loaded.path)
+    points, spacing = points_and_spacing(loaded_model.data, loaded_model.path)
     if near is None:
         messages += crs_findings(initial.crs, target.crs, names)
         start = similarity
@@ -127,10 +127,10 @@ def fit_model(
             start = replace_scale(start, similarity.scale, points.mean(axis=0))
     target_points, target_spacing = points_and_spacing(target.data, target.loaded.path)
     flags, stable_m = None, None
-    if stable is not None:
-        flags, stable_m, mask_findings = _stable(target_points, target, Path(stable), progress)
+    if stable_text is not None:
+        flags, stable_m, mask_findings = _stable(target_points, target, Path(stable_text), progress)
         messages += mask_findings
-    fitted = fit_to_reference(
+    reference_fit = fit_to_reference(
         points,
         target_points,
         start,
@@ -142,11 +142,11 @@ def fit_model(
     )
     return ReferenceFit(
         names[1],
-        fitted,
+        reference_fit,
         crs if crs is not None else target.crs,
         stable_m,
         scale,
-        (*messages, *fitted.warnings),
+        (*messages, *reference_fit.warnings),
         target.registration,
     )
 
@@ -157,18 +157,18 @@ def _stable(
     names = (tr("The mask"), tr("the reference"))
     messages: list[Finding]
     if path.suffix.lower() in POLYGONS:
-        reach = None
+        max_distance = None
         flags, about_layer = find_inside_polygons(points, path, target.crs, progress)
         messages = list(about_layer)
     else:
         mask = read_in_world(path, progress)
         messages = list(crs_findings(mask.crs, target.crs, names))
-        places, spacing = points_and_spacing(mask.data, mask.loaded.path)
-        flags, reach = near_cloud(points, places, spacing)
+        positions, spacing = points_and_spacing(mask.data, mask.loaded.path)
+        flags, max_distance = near_cloud(points, positions, spacing)
     if not flags.any():
         raise InputError(
             Finding("reference.mask-elsewhere"),
             file=path,
             field="--stable",
         )
-    return flags, reach, messages
+    return flags, max_distance, messages

@@ -92,30 +92,30 @@ def register_model(model: str, options: RegisterOptions, progress: Progress) -> 
     crs = options.crs
     if crs is not None and options.to_crs is None:
         crs = metric_crs(crs, "--crs")
-    loaded = None
+    loaded_model = None
     if model != "-":
         from vomstudio.io.models.opening import read_model
 
-        loaded = read_model(Path(model), progress)
+        loaded_model = read_model(Path(model), progress)
     messages, unused = list[Finding](), list[Finding]()
-    record = None if loaded is None else _model_record(loaded, options, messages)
-    evidence, crs, read_north = _evidence(options, crs, loaded, messages, unused)
+    record = None if loaded_model is None else _model_record(loaded_model, options, messages)
+    evidence, crs, read_north = _evidence(options, crs, loaded_model, messages, unused)
     if options.unit is not None:
         evidence.scale = METRES[options.unit]
     elif record is not None and evidence.scale is not None and record.registration is not None:
         evidence.scale = transform.scale_factor(record.registration.matrix)
         evidence.scale_error = record.registration.scale_error
-    evidence.up, evidence.crs = None if loaded is None else _up(loaded, options), crs
-    evidence.photo_up = None if loaded is None else photo_up(loaded.path)
+    evidence.up, evidence.crs = None if loaded_model is None else _up(loaded_model, options), crs
+    evidence.photo_up = None if loaded_model is None else photo_up(loaded_model.path)
     base = Frame("local", None, METRES[options.unit or "m"], options.up or "z").to_world()
     to_world = transform.matrix(base)
-    fitted = _fitted(options, evidence, loaded, crs, to_world, progress)
-    if fitted is not None:
-        crs = fitted.crs
-        evidence.reference = fitted.fitted.observation
-        messages += fitted.warnings
+    reference_fit = _fitted(options, evidence, loaded_model, crs, to_world, progress)
+    if reference_fit is not None:
+        crs = reference_fit.crs
+        evidence.reference = reference_fit.fitted.observation
+        messages += reference_fit.warnings
     try:
-        placed = _solved(evidence, loaded, to_world)
+        placed = _solved(evidence, loaded_model, to_world)
     except GeometryError as failure:
         if failure.file is None and failure.field is None:
             failure.file = _pairs_file(options)
@@ -124,16 +124,20 @@ def register_model(model: str, options: RegisterOptions, progress: Progress) -> 
         raise
     registration = None
     if record is not None:
-        registration = _registration(placed, evidence, record, crs, fitted, read_north, messages)
-    warnings = [*messages, *_relocation_findings(placed, loaded, crs), *placed.warnings]
+        registration = _registration(
+            placed, evidence, record, crs, reference_fit, read_north, messages
+        )
+    warnings = [*messages, *_relocation_findings(placed, loaded_model, crs), *placed.warnings]
     for name, error in _bars_as_checks(evidence, placed):
         warnings.append(Finding("scale.check-bar", name=name, error_m=error))
     result = replace(placed, warnings=tuple(warnings))
     misses = attitude_misses(evidence, placed)
-    return RegistrationResult(result, misses, loaded, crs, fitted, registration)
+    return RegistrationResult(result, misses, loaded_model, crs, reference_fit, registration)
 
 
-def _model_record(loaded: LoadedModel, options: RegisterOptions, messages: list[Finding]) -> Model:
+def _model_record(
+    loaded_model: LoadedModel, options: RegisterOptions, messages: list[Finding]
+) -> Model:
     """Return the record of the model before the registration.
 
     Findings about the registration file beside the model are appended to `messages`.
@@ -141,11 +145,11 @@ def _model_record(loaded: LoadedModel, options: RegisterOptions, messages: list[
     from vomstudio.io.gate.frame_options import FrameOptions
     from vomstudio.io.models.frames import frame_of_file, stored_registration
 
-    path = loaded.path
-    stored = stored_registration(loaded, FrameOptions(up=options.up, unit=options.unit))
+    path = loaded_model.path
+    stored = stored_registration(loaded_model, FrameOptions(up=options.up, unit=options.unit))
     messages += stored.findings
-    placement = stored.registration or frame_of_file(path, loaded.crs)
-    return Model("", path.stem, str(path), loaded.kind, loaded.content_hash, placement)
+    placement = stored.registration or frame_of_file(path, loaded_model.crs)
+    return Model("", path.stem, str(path), loaded_model.kind, loaded_model.content_hash, placement)
 
 
 def _registration(
@@ -153,7 +157,7 @@ def _registration(
     evidence: Evidence,
     model: Model,
     crs: str | None,
-    fitted: ReferenceFit | None,
+    reference_fit: ReferenceFit | None,
     read_north: ReadNorth | None,
     messages: list[Finding],
 ) -> Registration:
@@ -172,23 +176,25 @@ def _registration(
             file = registration_path(model.path).name
             messages.append(Finding("registration.incomplete", file=file))
         model = replace(model, placement=UNDECLARED_FRAME)
-    reference = "" if fitted is None else fitted.name
+    reference = "" if reference_fit is None else reference_fit.name
     record = create_registration(placed, evidence.pairs, model, crs, reference, read_north)
-    if fitted is None or fitted.reference is None:
+    if reference_fit is None or reference_fit.reference is None:
         return record
-    record = add_reference_error(record, fitted.reference, scale_fitted=fitted.scale_fitted)
+    record = add_reference_error(
+        record, reference_fit.reference, scale_fitted=reference_fit.scale_fitted
+    )
     messages += reference_findings(record)
     return record
 
 
 def _unused_marks_error(
-    failure: GeometryError, unused: Sequence[Finding], evidence: Evidence
+    failure: GeometryError, unused_findings: Sequence[Finding], evidence: Evidence
 ) -> GeometryError:
     """Return the error of a registration that failed because of unused marks."""
     finding = cause_of(failure)
     if evidence.too_few_alone:
         finding = Finding("registration.few-marked-points")
-    marks = " ".join(map(str, unused))
+    marks = " ".join(map(str, unused_findings))
     return GeometryError(
         Finding("registration.marks-unused", marks=marks, reason=finding, reason_code=finding.code),
         file=failure.file,
@@ -206,11 +212,11 @@ def _bars_as_checks(evidence: Evidence, placed: Placed) -> list[tuple[str, float
     pairs = evidence.pairs
     if pairs is None:
         return []
-    places = dict(zip(pairs.labels, pairs.model, strict=True))
+    positions = dict(zip(pairs.labels, pairs.model, strict=True))
     return [
         (
             f"{bar.first} - {bar.second}",
-            float(placed.scale * np.linalg.norm(places[bar.second] - places[bar.first]))
+            float(placed.scale * np.linalg.norm(positions[bar.second] - positions[bar.first]))
             - bar.length_m,
         )
         for bar in evidence.bars
@@ -221,7 +227,7 @@ def _bars_as_checks(evidence: Evidence, placed: Placed) -> list[tuple[str, float
 def _fitted(
     options: RegisterOptions,
     evidence: Evidence,
-    loaded: LoadedModel | None,
+    loaded_model: LoadedModel | None,
     crs: str | None,
     to_world: FloatArray,
     progress: Progress,
@@ -231,21 +237,26 @@ def _fitted(
         return None
     from vomstudio.studio.placing.reference_fitting import fit_model
 
-    if loaded is None:
+    if loaded_model is None:
         raise UsageError(Finding("option.needs-model", option="--reference"), field="MODEL")
     # One or two points support the fit, but give no initial placement.
     is_determined = not (evidence.empty or evidence.too_few_alone)
-    initial = _solved(evidence, loaded, to_world) if is_determined else None
+    initial = _solved(evidence, loaded_model, to_world) if is_determined else None
     return fit_model(
-        loaded, options.reference, near=initial, crs=crs, stable=options.stable, progress=progress
+        loaded_model,
+        options.reference,
+        near=initial,
+        crs=crs,
+        stable_text=options.stable,
+        progress=progress,
     )
 
 
-def _solved(evidence: Evidence, loaded: LoadedModel | None, to_world: FloatArray) -> Placed:
+def _solved(evidence: Evidence, loaded_model: LoadedModel | None, to_world: FloatArray) -> Placed:
     """Solve in the frame that the options state; `to_world` converts the file frame to it."""
     from vomstudio.registration.evidence import register
 
-    extent = None if loaded is None else _extent(loaded)
+    extent = None if loaded_model is None else _extent(loaded_model)
     # Cameras and a reference determine the orientation, and are in the file frame.
     is_in_file_frame = evidence.views or evidence.centres or evidence.reference is not None
     if is_in_file_frame or np.array_equal(to_world, np.eye(4)):
@@ -253,49 +264,50 @@ def _solved(evidence: Evidence, loaded: LoadedModel | None, to_world: FloatArray
     return solve_from(evidence, extent, to_world)
 
 
-def _extent(loaded: LoadedModel) -> FloatArray:
+def _extent(loaded_model: LoadedModel) -> FloatArray:
     from vomstudio.registration.surface_points import some_points
 
-    return some_points(loaded.data)
+    return some_points(loaded_model.data)
 
 
-def _up(loaded: LoadedModel, options: RegisterOptions) -> FloatArray | None:
+def _up(loaded_model: LoadedModel, options: RegisterOptions) -> FloatArray | None:
     """Return the up direction (3,) of a model, or None if neither file nor options define it."""
     from vomstudio.io.models.frames import frame_of_file
 
-    if options.up is not None and loaded.turned_about is not None:
+    if options.up is not None and loaded_model.turned_about is not None:
         raise UsageError(Finding("frame.up-by-format"), field="--up")
     if options.up is not None:
         return np.array([0.0, 1.0, 0.0] if options.up == "y" else [0.0, 0.0, 1.0])
-    surveyed = loaded.path.suffix.casefold() in SURVEY_FORMATS
-    has_up = surveyed or frame_of_file(loaded.path, loaded.crs).has_up
+    is_surveyed = loaded_model.path.suffix.casefold() in SURVEY_FORMATS
+    has_up = is_surveyed or frame_of_file(loaded_model.path, loaded_model.crs).has_up
     return np.array([0.0, 0.0, 1.0]) if has_up else None
 
 
 def _relocation_findings(
-    placed: Placed, loaded: LoadedModel | None, crs: str | None
+    placed: Placed, loaded_model: LoadedModel | None, crs: str | None
 ) -> list[Finding]:
     """Return a finding if a model is moved far from the coordinates in its file."""
     from vomstudio.registration.coordinate_checks import relocation_findings
 
-    if loaded is None or loaded.crs is None or not placed.known.position:
+    if loaded_model is None or loaded_model.crs is None or not placed.known.position:
         return []
-    if crs is not None and crs != loaded.crs:
+    if crs is not None and crs != loaded_model.crs:
         return []
-    extent = _extent(loaded)
-    return relocation_findings(extent, placed(extent), loaded.crs)
+    extent = _extent(loaded_model)
+    return relocation_findings(extent, placed(extent), loaded_model.crs)
 
 
 def _evidence(
     options: RegisterOptions,
     crs: str | None,
-    loaded: LoadedModel | None,
+    loaded_model: LoadedModel | None,
     messages: list[Finding],
-    unused: list[Finding],
+    unused_findings: list[Finding],
 ) -> tuple[Evidence, str | None, ReadNorth | None]:
     """Return the observations, the World CRS and the north reference of azimuths.
 
-    Messages are appended to `messages`; those about unused points and marks also to `unused`.
+    Messages are appended to `messages`; those about unused points and marks also to
+    `unused_findings`.
     """
     from vomstudio.io.control import observation_tables as tables
     from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
@@ -309,16 +321,16 @@ def _evidence(
     evidence = Evidence(without=tuple(options.without), robust=options.robust)
     evidence.scale = 1.0 if options.keep_scale else None
     evidence.click_sigma_m = options.click_sigma_m
-    if loaded is not None:
-        evidence.resolution = known_resolution(loaded.data)
+    if loaded_model is not None:
+        evidence.resolution = known_resolution(loaded_model.data)
     if options.north_sigma_deg is not None:
         evidence.north_doubt_deg = evidence.compass_doubt_deg = options.north_sigma_deg
         evidence.compass_doubt_stated = True
     else:
         evidence.compass_doubt_deg = default_north_sigma_deg(options.north)
     photo_sources = (options.cameras, options.attitudes, options.horizon, options.gcp)
-    if any(each is not None for each in photo_sources):
-        cameras = _own_cameras(options, loaded)
+    if any(item is not None for item in photo_sources):
+        cameras = _own_cameras(options, loaded_model)
         evidence.views, evidence.centres = cameras.views, cameras.centres
         messages += cameras.warnings
     target = None if options.to_crs is None else metric_crs(options.to_crs, "--to-crs")
@@ -328,8 +340,10 @@ def _evidence(
         crs = crs or evidence.pairs.crs
     if options.gcp is not None:
         marks, gcp = None if options.marks is None else Path(options.marks), Path(options.gcp)
-        evidence.pairs, crs = marked_pairs(gcp, marks, evidence, crs, unused, to_crs=target)
-        messages += unused
+        evidence.pairs, crs = marked_pairs(
+            gcp, marks, evidence, crs, unused_findings, to_crs=target
+        )
+        messages += unused_findings
     crs = target or crs
     if options.scale_bars is not None:
         evidence.bars = tables.read_scale_bars(options.scale_bars)
@@ -337,14 +351,14 @@ def _evidence(
         evidence.level = tables.read_level_lines(options.horizon)
     if options.orientations is not None:
         evidence.compass = tables.read_compass(options.orientations)
-    place = None
+    position = None
     if evidence.pairs is not None:
         messages += check_area(evidence.pairs.world, crs)
     if options.cameras is not None:
         positions = _positions(options.cameras, cameras)
-        evidence.positions, crs, place = positions_in_metres(positions, crs, messages)
-        messages += check_area(evidence.positions.places, crs, converted=place is not None)
-    north = _north(options, evidence, crs, place)
+        evidence.positions, crs, position = positions_in_metres(positions, crs, messages)
+        messages += check_area(evidence.positions.places, crs, is_converted=position is not None)
+    north = _north(options, evidence, crs, position)
     if options.attitudes is not None:
         table = _attitudes(options.attitudes, options.north, cameras)
         messages += table.notes
@@ -372,7 +386,7 @@ def _evidence(
     return evidence, crs, read_north
 
 
-def _own_cameras(options: RegisterOptions, loaded: LoadedModel | None) -> OwnCameras:
+def _own_cameras(options: RegisterOptions, loaded_model: LoadedModel | None) -> OwnCameras:
     """Read the cameras in the frame of the model."""
     from vomstudio.io.photos.cameras_file import FILE_NAME
     from vomstudio.io.photos.own_cameras.reading import find_own_cameras, read_own_cameras
@@ -380,13 +394,13 @@ def _own_cameras(options: RegisterOptions, loaded: LoadedModel | None) -> OwnCam
     if options.model_cameras is not None:
         path = Path(options.model_cameras)
     else:
-        if loaded is None:
+        if loaded_model is None:
             raise UsageError(
                 Finding("option.needs-cameras"),
                 field="MODEL",
             )
-        path = find_own_cameras(loaded.path) or loaded.path.with_name(FILE_NAME)
-    return read_own_cameras(path, None if loaded is None else loaded.data.bounds)
+        path = find_own_cameras(loaded_model.path) or loaded_model.path.with_name(FILE_NAME)
+    return read_own_cameras(path, None if loaded_model is None else loaded_model.data.bounds)
 
 
 def _positions(source: str | Path, cameras: OwnCameras) -> Positions:
@@ -413,17 +427,17 @@ def _north(
     options: RegisterOptions,
     evidence: Evidence,
     crs: str | None,
-    place: tuple[float, float] | None,
+    position: tuple[float, float] | None,
 ) -> North:
     """Return the north reference, and the location and date of the readings."""
     from vomstudio.registration.north import North, parse_day, place_of
 
     positions = [] if evidence.pairs is None else [evidence.pairs.world]
     positions += [] if evidence.positions is None else [evidence.positions.places]
-    if place is None and crs is not None and positions:
-        place = place_of(crs, np.concatenate(positions))
+    if position is None and crs is not None and positions:
+        position = place_of(crs, np.concatenate(positions))
     day = None if options.date is None else parse_day(options.date)
-    return North(crs, place, day, options.declination_deg)
+    return North(crs, position, day, options.declination_deg)
 
 
 def _turn_to_grid(

@@ -66,14 +66,17 @@ def parse_click_sigma(text: str, field: str) -> float:
 
 
 def import_control_points(
-    records: Mapping[str, Record], model: Model, pairs: Pairs, known: Sequence[ControlPoint]
+    records: Mapping[str, Record],
+    model: Model,
+    pairs: Pairs,
+    known_control_points: Sequence[ControlPoint],
 ) -> Edit:
     """Import points of a file as control points of a model.
 
-    The points `known`, which the model already has, are given the coordinates with the same
-    label.
+    The points `known_control_points`, which the model already has, are given the coordinates with
+    the same label.
     """
-    existing = {point.name: point for point in known}
+    existing = {point.name: point for point in known_control_points}
     records_after: dict[str, Record | None] = {}
     for row, label in enumerate(pairs.labels):
         point_before = existing.get(label)
@@ -98,14 +101,14 @@ def import_control_points(
 
 def control_pairs(points: Sequence[ControlPoint]) -> Pairs:
     """Return pairs for the points that were located on the model and have coordinates."""
-    located = [p for p in points if p.vertices and p.position is not None]
+    located_points = [p for p in points if p.vertices and p.position is not None]
     nothing = (np.nan, np.nan, np.nan)
     return Pairs(
-        tuple(p.name for p in located),
-        np.array([p.vertices[0] for p in located], np.float64).reshape(-1, 3),
-        np.array([p.position for p in located], np.float64).reshape(-1, 3),
-        np.array([p.sigma_m or nothing for p in located], np.float64).reshape(-1, 3),
-        np.array([p.check for p in located], bool),
+        tuple(p.name for p in located_points),
+        np.array([p.vertices[0] for p in located_points], np.float64).reshape(-1, 3),
+        np.array([p.position for p in located_points], np.float64).reshape(-1, 3),
+        np.array([p.sigma_m or nothing for p in located_points], np.float64).reshape(-1, 3),
+        np.array([p.check for p in located_points], bool),
     )
 
 
@@ -117,17 +120,17 @@ def expected_positions(
     The positions (3,) are in the World frame of the present placement. They are computed from
     `placed` or, without it, from two points on a model with a known vertical direction.
     """
-    remaining = [p for p in points if not p.vertices and p.position is not None]
+    remaining_points = [p for p in points if not p.vertices and p.position is not None]
     to_model = (
         _match_two_points(points, model) if placed is None else transform.invert(placed.matrix)
     )
-    if not remaining or to_model is None:
+    if not remaining_points or to_model is None:
         return {}
-    world = np.array([p.position for p in remaining], np.float64)
-    places = transform.apply(to_model, world)
+    world = np.array([p.position for p in remaining_points], np.float64)
+    positions = transform.apply(to_model, world)
     if placed is not None:
-        places = transform.apply(model.to_world, places)
-    return {p.id: place for p, place in zip(remaining, places, strict=True)}
+        positions = transform.apply(model.to_world, positions)
+    return {p.id: position for p, position in zip(remaining_points, positions, strict=True)}
 
 
 def _match_two_points(points: Sequence[ControlPoint], model: Model) -> FloatArray | None:
@@ -263,16 +266,16 @@ def create_registration(
     `reference` is the name of the reference of a fit, or "" for a placement by pairs and known
     lines. `read_north` is the north reference of the azimuths, or None without azimuths.
     """
-    previous = model.registration
+    previous_registration = model.registration
     has_points = pairs is not None and bool(len(pairs.labels))
     method, name = _method(placed, model.name, reference, has_points=has_points)
     id_ = (
-        previous.id
-        if previous is not None and previous.method == method
+        previous_registration.id
+        if previous_registration is not None and previous_registration.method == method
         else new_id("registration")
     )
     error = placed.rotation_error_deg
-    covariance = covariance_after(placed, previous)
+    covariance = covariance_after(placed, previous_registration)
     up_error = None
     if (
         error.about_up is not None
@@ -296,8 +299,12 @@ def create_registration(
         reach_m=placed.reach_m,
         normal=placed.normal,
         # Angles and ratios are invariant under a similarity.
-        lens_bowing95_deg=None if previous is None else previous.lens_bowing95_deg,
-        lens_stretch95=None if previous is None else previous.lens_stretch95,
+        lens_bowing95_deg=None
+        if previous_registration is None
+        else previous_registration.lens_bowing95_deg,
+        lens_stretch95=None
+        if previous_registration is None
+        else previous_registration.lens_stretch95,
         read_north=read_north,
         observations=placed.observations,
         click_sigma_m=placed.click_sigma_m,
@@ -344,14 +351,14 @@ def add_reference_error(
     shape = other.shape_covariance()
     if shape is None:
         return record
-    theirs, away = np.zeros((7, 7)), np.zeros(3)
+    theirs, offsets = np.zeros((7, 7)), np.zeros(3)
     theirs[:4, :4] = shape
     if other.covariance is not None and other.centre is not None:
         theirs = np.array(other.covariance, np.float64)
-        away = np.subtract(record.centre, other.centre)
+        offsets = np.subtract(record.centre, other.centre)
     # A rotation or scale about the centre also shifts other points.
     moves = np.eye(7)
-    moves[4:] = jacobian(away)
+    moves[4:] = jacobian(offsets)
     moves[3, 3] = 1.0 if scale_fitted else 0.0
     total = np.array(record.covariance, np.float64) + moves @ theirs @ moves.T
     east, north, up, scale = np.sqrt(np.diag(total)[:4]).tolist()
@@ -366,10 +373,10 @@ def add_reference_error(
 
 def reference_findings(record: Registration) -> tuple[Finding, ...]:
     """Return a finding on the combined errors of a fit and its reference."""
-    turn, scale = worst_turn95_deg(record.rotation_covariance()), record.scale_error
-    if turn is None or scale is None:
+    rotation, scale = worst_turn95_deg(record.rotation_covariance()), record.scale_error
+    if rotation is None or scale is None:
         return ()
-    values = {"rotation95_deg": turn, "scale95_percent": 100.0 * Z_95 * scale}
+    values = {"rotation95_deg": rotation, "scale95_percent": 100.0 * Z_95 * scale}
     return (Finding("registration.reference-error", **values),)
 
 
@@ -382,7 +389,7 @@ def set_rotations_deg(
     records: Mapping[str, Record],
     before: Model,
     after: Model,
-    measured: Mapping[str, Measurement],
+    measured_items: Mapping[str, Measurement],
 ) -> dict[str, float]:
     """Return the rotation of the mean pole of each set of planes, degrees.
 
@@ -393,7 +400,7 @@ def set_rotations_deg(
     records : mapping
     before, after : Model
         Model before and after the placement.
-    measured : mapping of str to Measurement
+    measured_items : mapping of str to Measurement
         Measurements of the features in `records` after the placement.
 
     Returns
@@ -402,7 +409,7 @@ def set_rotations_deg(
         Rotation, keyed by feature type and set name.
     """
     poles: dict[str, list[FloatArray]] = {}
-    for id_, figures in measured.items():
+    for id_, figures in measured_items.items():
         feature = records.get(id_)
         if (
             figures.plane is None
@@ -424,12 +431,12 @@ def set_rotations_deg(
     return rotations
 
 
-def set_rotation_finding(turned: Mapping[str, float]) -> Finding | None:
+def set_rotation_finding(turned_items: Mapping[str, float]) -> Finding | None:
     """Return the finding on the rotation of sets, largest first, or None without sets."""
-    ordered = sorted(turned.items(), key=lambda each: -each[1])
+    ordered = sorted(turned_items.items(), key=lambda each: -each[1])
     parts = [
-        tr("{set_name} by {turn:.1f}°", set_name=name, turn=turn)
-        for name, turn in ordered[:MAX_SETS_REPORTED]
+        tr("{set_name} by {turn:.1f}°", set_name=name, turn=rotation)
+        for name, rotation in ordered[:MAX_SETS_REPORTED]
     ]
     if len(ordered) > MAX_SETS_REPORTED:
         parts.append(tr("others by less"))

@@ -51,11 +51,11 @@ def compute_exposed(
 
 
 def picked_lines(
-    records: Records, measured: Mapping[str, Measurement], model_id: str
+    records: Records, measured_items: Mapping[str, Measurement], model_id: str
 ) -> list[FloatArray]:
     """Return the picks on a model as World lines (k, 3); a patch is its centre."""
     lines = []
-    for id_, measurement in measured.items():
+    for id_, measurement in measured_items.items():
         feature = records.get(id_)
         if not (isinstance(feature, Typed) and isinstance(feature, OnAModel)):
             continue
@@ -142,9 +142,9 @@ class FaceGrids:
                 self._compute(grid)
 
     def _compute(self, grid: FaceGrid) -> None:
-        geometry, opened = _Geometry.of(grid), self._models.open.get(grid.model_id)
+        geometry, open_model = _Geometry.of(grid), self._models.open.get(grid.model_id)
         entry = self._exposed.get(grid.id)
-        if opened is None or (entry is not None and entry[0] == geometry):
+        if open_model is None or (entry is not None and entry[0] == geometry):
             return
         self._exposed[grid.id] = (geometry, None)
 
@@ -153,7 +153,7 @@ class FaceGrids:
             self.changed.emit(grid.id)
 
         self._background.run(
-            lambda: compute_exposed(grid, opened.data, opened.resolution, pieces=True),
+            lambda: compute_exposed(grid, open_model.data, open_model.resolution, pieces=True),
             store,
             lambda _: store(None),
             key=grid.id,

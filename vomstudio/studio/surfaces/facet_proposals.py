@@ -169,9 +169,9 @@ class FacetProposals(ProposalQueue[Proposals]):
         def judge(result: FoundFacets) -> None:
             # Processing thousands of facets takes too long for the main thread.
             records, thresholds = dict(self._projects.records), self._thresholds()
-            whole = sight is None
+            is_whole = sight is None
             self._read(
-                lambda: assess_facets(record, options, result, whole, records, thresholds),
+                lambda: assess_facets(record, options, result, is_whole, records, thresholds),
                 self._show_proposals,
             )
 
@@ -180,7 +180,7 @@ class FacetProposals(ProposalQueue[Proposals]):
             FacetsRequest(standing, options, sight, out),
             tr("Facets of {model}", model=record.name),
             judge,
-            quiet=sight is not None,
+            is_quiet=sight is not None,
         )
 
     def _show_proposals(self, proposals: Proposals) -> None:
@@ -197,8 +197,8 @@ class FacetProposals(ProposalQueue[Proposals]):
         been decided.
         """
         proposals = self.proposals
-        opened = None if proposals is None else self._models.open.get(proposals.model_id)
-        if proposals is None or opened is None:
+        open_model = None if proposals is None else self._models.open.get(proposals.model_id)
+        if proposals is None or open_model is None:
             return
         if not self.open and by != "exposure":
             self.unpaint()
@@ -212,24 +212,24 @@ class FacetProposals(ProposalQueue[Proposals]):
             painted = np.where(proposals.covers < 0, np.nan, proposals.covers).astype(np.float32)
         self._show_painted(proposals.model_id, painted, FieldStyle(PAINTED[by], palette=palette))
 
-    def paint_shares(self, mode: str, shares: Mapping[int, float]) -> None:
+    def paint_shares(self, mode: str, fractions: Mapping[int, float]) -> None:
         """Colour the facets on the outcrop by a share of each facet; other points are grey.
 
         Parameters
         ----------
         mode : str
             A key of SHARES.
-        shares : mapping of int to float
+        fractions : mapping of int to float
             Share of each facet (0 to 1), keyed by its index.
         """
         proposals = self.proposals
         if proposals is None or proposals.model_id not in self._models.open:
             return
         values = np.full(len(proposals.patches) + 1, np.nan, np.float32)
-        for row, share in shares.items():
-            values[row] = 100.0 * share
-        finite = values[np.isfinite(values)]
-        maximum = max(float(finite.max(initial=0.0)), MIN_RANGE_PERCENT)
+        for row, fraction in fractions.items():
+            values[row] = 100.0 * fraction
+        finite_values = values[np.isfinite(values)]
+        maximum = max(float(finite_values.max(initial=0.0)), MIN_RANGE_PERCENT)
         style = FieldStyle(SHARES[mode], low=0.0, high=maximum)
         self._show_painted(proposals.model_id, values[proposals.label], style)
 
@@ -238,28 +238,28 @@ class FacetProposals(ProposalQueue[Proposals]):
         if self.proposals is not None:
             self._restore_colours(self.proposals.model_id)
 
-    def _show_painted(self, model_id: str, painted: Float32Array, style: FieldStyle) -> None:
+    def _show_painted(self, model_id: str, painted_values: Float32Array, style: FieldStyle) -> None:
         self._unpaint(model_id)
-        opened = self._models.open[model_id]
-        if opened.give_fields({style.name: painted}):
+        open_model = self._models.open[model_id]
+        if open_model.give_fields({style.name: painted_values}):
             if not self._mode_before:
                 self._mode_before = self._display.mode
             self._display.show_field(model_id, style)
 
     def _unpaint(self, model_id: str) -> None:
-        style, opened = self._display.styles.get(model_id), self._models.open.get(model_id)
+        style, open_model = self._display.styles.get(model_id), self._models.open.get(model_id)
         if style is not None and style.name in _NAMES:
             self._display.show_no_field(model_id)
-        if opened is not None:
-            opened.drop_fields(_NAMES)
+        if open_model is not None:
+            open_model.drop_fields(_NAMES)
 
     def _restore_colours(self, model_id: str) -> None:
         """Restore the colours that were shown before the facets were painted."""
         style, mode = self._display.styles.get(model_id), self._mode_before
-        painted = style is not None and style.name in _NAMES
+        is_painted = style is not None and style.name in _NAMES
         self._unpaint(model_id)
         self._mode_before = ""
-        if painted and mode and self._display.mode == "field":
+        if is_painted and mode and self._display.mode == "field":
             self._display.set_mode(mode)
 
     # --- decisions ----------------------------------------------------------------------------
@@ -285,14 +285,14 @@ class FacetProposals(ProposalQueue[Proposals]):
         ]
         # The edit must not discard the other proposals.
         self.open -= set(open_rows)
-        measured = [proposals.measured[row] for row in open_rows]
+        measurements = [proposals.measured[row] for row in open_rows]
 
         def added(records: Mapping[str, Record], features: Sequence[Patch]) -> Edit:
             edit = edits.add_features(records, features)
             if records.get(proposals.model_id) is proposals.model:
                 # Avoids measuring hundreds of patches again while the window waits.
                 named = [f for f in edit.after.values() if isinstance(f, Feature)]
-                self._foresee(list(zip(named, measured, strict=True)), proposals.judged_by)
+                self._foresee(list(zip(named, measurements, strict=True)), proposals.judged_by)
             return edit
 
         if not self._editing.attempt(added, patches):
@@ -339,7 +339,7 @@ def assess_facets(
     model: Model,
     options: FacetOptions,
     result: FoundFacets,
-    whole: bool,
+    is_whole: bool,
     records: dict[str, Any],
     thresholds: Thresholds,
 ) -> Proposals:
@@ -384,7 +384,7 @@ def assess_facets(
                 bend_deg=float(of["bend_deg"][i]) or None,
             )
         )
-    measured = measure_all(records, patches, thresholds)
+    measurements = measure_all(records, patches, thresholds)
     return Proposals(
         model.id,
         model.to_world,
@@ -393,20 +393,20 @@ def assess_facets(
         options,
         result,
         tuple(patches),
-        tuple(measured),
+        tuple(measurements),
         of["label"],
         of["covers"],
         of["exposed_m2"],
-        whole,
+        is_whole,
     )
 
 
-def _value(by: str, row: int, measured: Measurement) -> float:
+def _value(by: str, row: int, measurement: Measurement) -> float:
     if by == "label":
         return row + 1.0
     if by == "dip direction":
-        return np.nan if measured.plane is None else measured.plane.dip_direction_deg
-    error = measured.total95_deg
+        return np.nan if measurement.plane is None else measurement.plane.dip_direction_deg
+    error = measurement.total95_deg
     return 90.0 if error is None else error
 
 

@@ -40,7 +40,7 @@ def grid_shares(project: HeadlessProject) -> tuple[list[GridShare], list[Finding
     A grid is omitted if its model cannot be read.
     """
     records = dict(project.session.records)
-    shares: list[GridShare] = []
+    fractions: list[GridShare] = []
     findings: list[Finding] = []
     measurements = Measurements()
     for grid in project.session.of(FaceGrid):
@@ -49,15 +49,15 @@ def grid_shares(project: HeadlessProject) -> tuple[list[GridShare], list[Finding
             findings.append(Finding("grid.no-model", grid=grid.name))
             continue
         try:
-            read = project.read_model(model)
+            read_model = project.read_model(model)
         except VomError as error:
             findings.append(finding_of(error))
             continue
-        exposed = compute_exposed(grid, read.data, read.resolution, pieces=False)
+        exposure = compute_exposed(grid, read_model.data, read_model.resolution, pieces=False)
         feature_ids = [
             f.id for f in project.session.features() if getattr(f, "model_id", "") == model.id
         ]
         lines = picked_lines(records, measurements.of(records, feature_ids), model.id)
-        share = compute_coverage(grid, model, exposed, lines)
-        shares.append(GridShare(grid.id, grid.name, model.name, share))
-    return shares, findings
+        fraction = compute_coverage(grid, model, exposure, lines)
+        fractions.append(GridShare(grid.id, grid.name, model.name, fraction))
+    return fractions, findings

@@ -42,7 +42,7 @@ class AcceptedProposals:
 
 
 def accept_proposals(
-    desk: HeadlessProject,
+    project: HeadlessProject,
     search: FacetOptions | ProposalOptions,
     options: AcceptOptions,
     progress: Progress,
@@ -51,7 +51,7 @@ def accept_proposals(
 
     Parameters
     ----------
-    desk : HeadlessProject
+    project : HeadlessProject
     search : FacetOptions or ProposalOptions
         Options that select the search. Lines that are already traces are not proposed.
     options : AcceptOptions
@@ -70,12 +70,12 @@ def accept_proposals(
     DocumentError
         If no proposal has the quality.
     """
-    model, kind = desk.find_model(options.model), desk.find_type(options.type)
+    model, kind = project.find_model(options.model), project.find_type(options.type)
     # Reports a file that is missing or has changed.
-    desk.read_model(model)
-    path = desk.project.find_model(model) or Path(model.path)
-    placed = placed_model(model, path, desk.project.cache)
-    records = dict(desk.session.records)
+    project.read_model(model)
+    path = project.project.find_model(model) or Path(model.path)
+    placed = placed_model(model, path, project.project.cache)
+    records = dict(project.session.records)
     features, measured, warnings = _propose(model, placed, search, records, progress)
     selected = [
         replace(
@@ -93,9 +93,9 @@ def accept_proposals(
             Finding("proposals.none", proposed=len(features), quality=options.quality)
         )
     edit = edits.add_features(records, selected)
-    desk.session.apply(edit)
-    added = tuple(each for each in edit.after.values() if isinstance(each, Feature))
-    return AcceptedProposals(added, len(features), warnings)
+    project.session.apply(edit)
+    added_features = tuple(item for item in edit.after.values() if isinstance(item, Feature))
+    return AcceptedProposals(added_features, len(features), warnings)
 
 
 def _propose(
@@ -115,7 +115,7 @@ def _propose(
                     raise UsageError(conflict, field=flag)
             facets = FIND_FACETS.do(FacetsRequest(placed, search, None, out), progress)
             proposals = assess_facets(model, search, facets, True, records, DEFAULT_THRESHOLDS)
-            patches = [replace(each, notes=proposals.provenance) for each in proposals.patches]
+            patches = [replace(item, notes=proposals.provenance) for item in proposals.patches]
             return patches, proposals.measured, facets.warnings
         known = known_lines(records, model.id)
         request = replace(search, max_lines=search.max_lines + len(known))

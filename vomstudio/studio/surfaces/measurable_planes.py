@@ -51,9 +51,9 @@ def resolve_plane(
         return None
 
 
-def map_names(plane: Plane, length: float, *, metric: bool) -> dict[str, str]:
+def map_names(plane: Plane, length: float, *, is_metric: bool) -> dict[str, str]:
     """Return the names of the two map fields among the fields of a model."""
-    unit = "m" if metric else "units"
+    unit = "m" if is_metric else "units"
     plane_text = (
         f"{format_azimuth(plane.dip_direction_deg)}/{plane.dip_deg:02.0f}, L {length:g} {unit}"
     )

@@ -34,18 +34,18 @@ class ModelCutting:
         The new model is stored in the project folder and has the placement of the original.
         """
         model = get(self._projects.records, model_id, Model)
-        opened = self._models.open.get(model_id)
+        open_model = self._models.open.get(model_id)
         project = self._projects.project
         path = None if model is None else project.find_model(model)
-        if model is None or opened is None or path is None:
+        if model is None or open_model is None or path is None:
             self._notices.warn(Finding("model.not-open"))
             return
-        if isinstance(opened.data, StreamedCloud):
+        if isinstance(open_model.data, StreamedCloud):
             self._notices.warn(Finding("model.cloud-too-large", model=model.name))
             return
-        used_names = {each.name for each in self._projects.of(Model)}
+        used_names = {item.name for item in self._projects.of(Model)}
         names = (tr("{model} piece {number}", model=model.name, number=k) for k in count(1))
-        name = next(each for each in names if each not in used_names)
+        name = next(item for item in names if item not in used_names)
         with tempfile.NamedTemporaryFile(prefix="vomstudio-", suffix=".npy", delete=False) as file:
             np.save(file, np.packbits(mask))
         bits = Path(file.name)
@@ -55,20 +55,20 @@ class ModelCutting:
             project.cache,
             model.content_hash,
             bits,
-            opened.crs,
+            open_model.crs,
             folder,
             name,
             model.registration,
         )
 
-        def done(cut: CutModel) -> None:
+        def done(cut_model: CutModel) -> None:
             bits.unlink(missing_ok=True)
             if self._projects.project is not project:
                 return
-            for warning in cut.warnings:
+            for warning in cut_model.warnings:
                 self._notices.warn(warning)
             label = f"Cut {name} out of {model.name}"
-            self._models.open_model(cut.path, name, like=model_id, label=label)
+            self._models.open_model(cut_model.path, name, like=model_id, label=label)
 
         self._jobs.submit(
             CUT_MODEL,

@@ -79,24 +79,24 @@ class ModelWork:
         title: str,
         then: Callable[[Any], None],
         *,
-        quiet: bool = False,
+        is_quiet: bool = False,
     ) -> None:
         def done(result: Any) -> None:
-            if self.running is begun:
+            if self.running is running_job:
                 then(result)
 
         def failed(event: Failed) -> None:
-            if self.running is begun:
+            if self.running is running_job:
                 self.running = None
                 was_stopped = event.cancelled
                 self._report(
                     Finding("job.stopped") if was_stopped else finding_of(event.to_error())
                 )
 
-        begun = self._jobs.submit(
-            job, order, title=title, on_done=done, on_failed=failed, quiet=quiet
+        running_job = self._jobs.submit(
+            job, order, title=title, on_done=done, on_failed=failed, is_quiet=is_quiet
         )
-        self.running, self.findings = begun, ()
+        self.running, self.findings = running_job, ()
         self.changed.emit()
 
     def _read(self, work: Callable[[], Result], show: Callable[[Result], None]) -> None:

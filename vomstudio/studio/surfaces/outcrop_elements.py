@@ -62,37 +62,37 @@ class ModelElements:
         return [id_ for id_ in ids if id_ in self._models.open and visible(id_)]
 
     def data(self, model_id: str) -> Mesh | PointCloud | None:
-        opened = self._models.open.get(model_id)
-        return None if opened is None else opened.data
+        open_model = self._models.open.get(model_id)
+        return None if open_model is None else open_model.data
 
     def spacing(self, model_id: str) -> float:
-        opened = self._models.open.get(model_id)
-        return 0.0 if opened is None else opened.resolution or 0.0
+        open_model = self._models.open.get(model_id)
+        return 0.0 if open_model is None else open_model.resolution or 0.0
 
     # --- neighbours ---------------------------------------------------------------------------
     def neighbours(self, model_id: str, then: Callable[[], None]) -> Neighbours | Finding | None:
-        opened = self._models.open.get(model_id)
-        if opened is None:
+        open_model = self._models.open.get(model_id)
+        if open_model is None:
             return Finding("model.not-open", model=model_id)
-        if self._neighbours is not None and self._neighbours[0] is opened:
+        if self._neighbours is not None and self._neighbours[0] is open_model:
             return self._neighbours[1]
-        if self._pending is not None and self._pending[0] is opened:
+        if self._pending is not None and self._pending[0] is open_model:
             if then not in self._pending[1]:
                 self._pending[1].append(then)
         else:
-            self._pending = (opened, [then])
+            self._pending = (open_model, [then])
             self._background.run(
-                lambda: build_neighbours(opened.data, opened.resolution or 0.0),
-                partial(self._store, opened),
-                lambda error: self._store(opened, finding_of(error)),
+                lambda: build_neighbours(open_model.data, open_model.resolution or 0.0),
+                partial(self._store, open_model),
+                lambda error: self._store(open_model, finding_of(error)),
                 key=_NEIGHBOURS,
             )
         return None
 
-    def _store(self, opened: OpenModel, result: Neighbours | Finding) -> None:
+    def _store(self, opened_model: OpenModel, result: Neighbours | Finding) -> None:
         pending, self._pending = self._pending, None
-        if any(each is opened for each in self._models.open.values()):
-            self._neighbours = (opened, result)
+        if any(item is opened_model for item in self._models.open.values()):
+            self._neighbours = (opened_model, result)
             for callback in () if pending is None else pending[1]:
                 callback()
 
@@ -100,24 +100,24 @@ class ModelElements:
     def hidden(self, model_id: str) -> BoolArray | None:
         return self._hidden.get(model_id)
 
-    def hide(self, model_id: str, hidden: BoolArray | None) -> None:
-        if hidden is None or not hidden.any():
+    def hide(self, model_id: str, is_hidden: BoolArray | None) -> None:
+        if is_hidden is None or not is_hidden.any():
             if self._hidden.pop(model_id, None) is None:
                 return
         else:
-            self._hidden[model_id] = hidden
+            self._hidden[model_id] = is_hidden
         words = {id_: mask_to_dict(mask) for id_, mask in self._hidden.items()}
-        self._projects.keep_view(VIEW_KEY, {id_: each for id_, each in words.items() if each})
+        self._projects.keep_view(VIEW_KEY, {id_: item for id_, item in words.items() if item})
         self.hidden_changed.emit(model_id)
 
     def all_hidden(self) -> dict[str, BoolArray]:
         """Return the masks of hidden elements, keyed by model id."""
         return dict(self._hidden)
 
-    def hide_all(self, hidden: Mapping[str, BoolArray]) -> None:
+    def hide_all(self, hidden_items: Mapping[str, BoolArray]) -> None:
         """Hide exactly the marked elements of open models with an unchanged element count."""
-        for model_id in {*self._hidden, *hidden}:
-            mask, data = hidden.get(model_id), self.data(model_id)
+        for model_id in {*self._hidden, *hidden_items}:
+            mask, data = hidden_items.get(model_id), self.data(model_id)
             current = self._hidden.get(model_id)
             if (
                 mask is current
@@ -130,17 +130,17 @@ class ModelElements:
     def load(self) -> None:
         """Read the hidden elements of the open project, without a signal."""
         self._hidden.clear()
-        stored = self._projects.view(VIEW_KEY, {})
-        for id_, words in stored.items() if isinstance(stored, Mapping) else ():
+        stored_view = self._projects.view(VIEW_KEY, {})
+        for id_, words in stored_view.items() if isinstance(stored_view, Mapping) else ():
             with contextlib.suppress(KeyError, TypeError, ValueError):
                 self._hidden[str(id_)] = mask_from_dict(words)
 
     def loaded(self, model_id: str) -> None:
         """Apply the hidden elements to a loaded model."""
-        hidden, data = self._hidden.get(model_id), self.data(model_id)
-        if hidden is None or data is None:
+        hidden_elements, data = self._hidden.get(model_id), self.data(model_id)
+        if hidden_elements is None or data is None:
             return
-        if len(hidden) != element_count(data):
+        if len(hidden_elements) != element_count(data):
             # The user has selected a different file for the model.
             del self._hidden[model_id]
         else:

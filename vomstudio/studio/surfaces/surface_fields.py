@@ -144,12 +144,18 @@ class ModelFields(ModelWork):
     # --- availability -------------------------------------------------------------------------
     def why_not(self, model_id: str) -> Finding | None:
         """Return why no field can be computed for a model, or None if one can."""
-        opened = self._models.open.get(model_id)
-        if opened is None:
+        open_model = self._models.open.get(model_id)
+        if open_model is None:
             return Finding("model.not-open")
-        count = len(opened.data.vertices) if isinstance(opened.data, Mesh) else opened.data.count
+        count = (
+            len(open_model.data.vertices)
+            if isinstance(open_model.data, Mesh)
+            else open_model.data.count
+        )
         element_count = len(
-            opened.data.vertices if isinstance(opened.data, Mesh) else opened.data.points
+            open_model.data.vertices
+            if isinstance(open_model.data, Mesh)
+            else open_model.data.points
         )
         if element_count != count:
             return Finding("model.cloud-too-large", model=self._projects.name_of(model_id))
@@ -157,11 +163,13 @@ class ModelFields(ModelWork):
 
     def likely_radius(self, model_id: str) -> float:
         """Return five times the resolution of a model in metres, with two digits."""
-        opened, record = self._models.open.get(model_id), self._projects.records.get(model_id)
-        if opened is None or not isinstance(record, Model) or not opened.resolution:
+        open_model, record = self._models.open.get(model_id), self._projects.records.get(model_id)
+        if open_model is None or not isinstance(record, Model) or not open_model.resolution:
             return 0.5
         radius = (
-            DEFAULT_RADIUS_RESOLUTIONS * opened.resolution * transform.scale_factor(record.to_world)
+            DEFAULT_RADIUS_RESOLUTIONS
+            * open_model.resolution
+            * transform.scale_factor(record.to_world)
         )
         return float(f"{max(radius, 1e-6):.2g}")
 
@@ -181,12 +189,12 @@ class ModelFields(ModelWork):
         if not isinstance(model, Model):
             return None
         if request.kind in KINDS:
-            return field_name(request.kind, request.radius_m, metric=model.frame.has_metres)
+            return field_name(request.kind, request.radius_m, is_metric=model.frame.has_metres)
         if request.kind in (MEASURABLE, EXPECTED):
             plane = self.resolve_plane(request)
             if plane is None:
                 return None
-            names = map_names(plane, request.radius_m, metric=model.frame.has_metres)
+            names = map_names(plane, request.radius_m, is_metric=model.frame.has_metres)
             return names[request.kind]
         source: Feature | Model | None = get_feature(records, request.of)
         if request.kind == TO_MODEL:
@@ -195,8 +203,8 @@ class ModelFields(ModelWork):
         if source is None:
             return None
         unit = "m" if model.frame.has_metres else "units"
-        what = "plane of " if request.kind == TO_PLANE else ""
-        return f"distance to {what}{source.name} [{unit}]"
+        subject = "plane of " if request.kind == TO_PLANE else ""
+        return f"distance to {subject}{source.name} [{unit}]"
 
     # --- requests -----------------------------------------------------------------------------
     def ask(self, model_id: str, request: FieldRequest, palette: str | None = None) -> None:
@@ -222,26 +230,28 @@ class ModelFields(ModelWork):
             self._request_surface(model_id, shown)
         self.changed.emit()
 
-    def _request_surface(self, model_id: str, shown: ShownField) -> None:
+    def _request_surface(self, model_id: str, shown_field: ShownField) -> None:
         # All fields with the same radius are computed together.
         model = self._model(model_id)
         if model is None:
             return
-        (standing, record), radius = model, shown.wanted.radius_m
+        (standing, record), radius = model, shown_field.wanted.radius_m
         data = self._models.open[model_id].data
-        if shown.name in data.fields and shown.name in self._computed_names.get(model_id, ()):
-            self._show(model_id, shown, {}, self.shown[model_id].findings)
+        if shown_field.name in data.fields and shown_field.name in self._computed_names.get(
+            model_id, ()
+        ):
+            self._show(model_id, shown_field, {}, self.shown[model_id].findings)
             return
-        metric = record.frame.has_metres
+        is_metric = record.frame.has_metres
         key = sha256(repr((record.content_hash, record.to_world)).encode()).hexdigest()
         out = standing.cache / "fields" / f"{record.content_hash[:16]}.npz"
 
         def read() -> Arrays:
             with open_arrays(out) as arrays:
-                return {field_name(k, radius, metric=metric): arrays[k] for k in KINDS}
+                return {field_name(k, radius, is_metric=is_metric): arrays[k] for k in KINDS}
 
         def computed(fields: ComputedFields) -> None:
-            self._deliver(model_id, shown, lambda: (read(), fields.warnings))
+            self._deliver(model_id, shown_field, lambda: (read(), fields.warnings))
 
         self._submit(
             COMPUTE_FIELDS,
@@ -250,17 +260,19 @@ class ModelFields(ModelWork):
             computed,
         )
 
-    def _request_measurable(self, model_id: str, shown: ShownField) -> None:
+    def _request_measurable(self, model_id: str, shown_field: ShownField) -> None:
         # Both fields are computed together.
-        model, plane = self._model(model_id), self.resolve_plane(shown.wanted)
+        model, plane = self._model(model_id), self.resolve_plane(shown_field.wanted)
         if model is None or plane is None:
             return
         standing, record = model
-        data, length = self._models.open[model_id].data, shown.wanted.radius_m
-        if shown.name in data.fields and shown.name in self._computed_names.get(model_id, ()):
-            self._show(model_id, shown, {}, self.shown[model_id].findings)
+        data, length = self._models.open[model_id].data, shown_field.wanted.radius_m
+        if shown_field.name in data.fields and shown_field.name in self._computed_names.get(
+            model_id, ()
+        ):
+            self._show(model_id, shown_field, {}, self.shown[model_id].findings)
             return
-        names = map_names(plane, length, metric=record.frame.has_metres)
+        names = map_names(plane, length, is_metric=record.frame.has_metres)
         x, y, z = (float(v) for v in plane.normal())
         out = standing.cache / "fields" / f"{model_id}-measurable.npz"
         tilt = ToWorld.from_model(record).tilt_deg(plane.normal()) or 0.0
@@ -280,11 +292,11 @@ class ModelFields(ModelWork):
                 model=record.name,
                 plane=format_plane(plane),
             ),
-            lambda mapped: self._deliver(model_id, shown, lambda: (read(), mapped.findings)),
+            lambda mapped: self._deliver(model_id, shown_field, lambda: (read(), mapped.findings)),
         )
 
-    def _request_distances(self, model_id: str, shown: ShownField) -> None:
-        model, other_model = self._model(model_id), self._model(shown.wanted.of)
+    def _request_distances(self, model_id: str, shown_field: ShownField) -> None:
+        model, other_model = self._model(model_id), self._model(shown_field.wanted.of)
         if model is None or other_model is None:
             return
         standing, other_placed = model[0], other_model[0]
@@ -294,17 +306,17 @@ class ModelFields(ModelWork):
 
         def read() -> FieldsResult:
             with open_arrays(out) as arrays:
-                return {shown.name: arrays["distance_m"].astype(np.float32)}, ()
+                return {shown_field.name: arrays["distance_m"].astype(np.float32)}, ()
 
         self._submit(
             COMPARE_MODELS,
             ComparisonRequest(standing, other_placed, CompareOptions(), out),
             tr("Distances from {model} to {other}", model=standing.name, other=other_placed.name),
-            lambda _: self._deliver(model_id, shown, read),
+            lambda _: self._deliver(model_id, shown_field, read),
         )
 
-    def _request_plane(self, model_id: str, shown: ShownField) -> None:
-        plane, record = shown.rests_on, self._projects.records[model_id]
+    def _request_plane(self, model_id: str, shown_field: ShownField) -> None:
+        plane, record = shown_field.rests_on, self._projects.records[model_id]
         assert isinstance(record, Model)
         if not isinstance(plane, tuple) or plane[1] is None:
             self._report(Finding("field.no-plane"))
@@ -313,27 +325,29 @@ class ModelFields(ModelWork):
         data, rows = self._models.open[model_id].data, record.to_world
 
         def work() -> FieldsResult:
-            places = data.vertices if isinstance(data, Mesh) else data.points
-            off = (transform.apply(rows, places) - centre) @ normal
-            return {shown.name: off.astype(np.float32)}, ()
+            positions = data.vertices if isinstance(data, Mesh) else data.points
+            distance = (transform.apply(rows, positions) - centre) @ normal
+            return {shown_field.name: distance.astype(np.float32)}, ()
 
-        self._deliver(model_id, shown, work)
+        self._deliver(model_id, shown_field, work)
 
-    def _deliver(self, model_id: str, shown: ShownField, work: Callable[[], FieldsResult]) -> None:
+    def _deliver(
+        self, model_id: str, shown_field: ShownField, work: Callable[[], FieldsResult]
+    ) -> None:
         """Read or compute fields in a worker thread, and show them."""
-        self._read(work, lambda result: self._show(model_id, shown, *result))
+        self._read(work, lambda result: self._show(model_id, shown_field, *result))
 
     # --- showing -----------------------------------------------------------------------------
     def _show(
-        self, model_id: str, shown: ShownField, arrays: Arrays, findings: tuple[Finding, ...]
+        self, model_id: str, shown_field: ShownField, arrays: Arrays, findings: tuple[Finding, ...]
     ) -> None:
-        opened = self._models.open.get(model_id)
-        if opened is None:
+        open_model = self._models.open.get(model_id)
+        if open_model is None:
             return
         current_style = self._display.styles.get(model_id)
         same_style = (
             current_style
-            if current_style is not None and current_style.name == shown.name
+            if current_style is not None and current_style.name == shown_field.name
             else None
         )
         if arrays:
@@ -343,16 +357,18 @@ class ModelFields(ModelWork):
                 model_id, ()
             ):
                 self._display.show_no_field(model_id)
-            opened.drop_fields(self._computed_names.pop(model_id, ()))
-            if not opened.give_fields(arrays):
+            open_model.drop_fields(self._computed_names.pop(model_id, ()))
+            if not open_model.give_fields(arrays):
                 self._report(Finding("model.fields-too-large"))
                 return
             self._computed_names[model_id] = set(arrays)
-        self.shown[model_id] = replace(shown, findings=findings)
-        self._display.computed[model_id] = asdict(shown.wanted)
-        style = same_style or FieldStyle(shown.name, **_STYLES.get(shown.wanted.kind, {}))
-        if shown.palette is not None:
-            style = replace(style, palette=shown.palette)
+        self.shown[model_id] = replace(shown_field, findings=findings)
+        self._display.computed[model_id] = asdict(shown_field.wanted)
+        style = same_style or FieldStyle(
+            shown_field.name, **_STYLES.get(shown_field.wanted.kind, {})
+        )
+        if shown_field.palette is not None:
+            style = replace(style, palette=shown_field.palette)
         self._display.show_field(model_id, style)
         self._report(*findings)
 
@@ -371,15 +387,15 @@ class ModelFields(ModelWork):
             inputs = self._inputs(model_id, shown.wanted)
             if inputs == shown.rests_on:
                 continue
-            opened = self._models.open.get(model_id)
+            open_model = self._models.open.get(model_id)
             style = self._display.styles.get(model_id)
             is_visible = style is not None and style.name in self._computed_names.get(model_id, ())
             del self.shown[model_id]
-            if opened is not None:
+            if open_model is not None:
                 if is_visible:
                     self._display.show_no_field(model_id)
-                opened.drop_fields(self._computed_names.pop(model_id, ()))
-            if opened is not None and is_visible and self.name_of(model_id, shown.wanted):
+                open_model.drop_fields(self._computed_names.pop(model_id, ()))
+            if open_model is not None and is_visible and self.name_of(model_id, shown.wanted):
                 self.ask(model_id, shown.wanted)
 
     def _loaded(self, model_id: str) -> None:
@@ -404,11 +420,15 @@ class ModelFields(ModelWork):
             return to_world, None if plane is None else (plane.dip_direction_deg, plane.dip_deg)
         if request.kind != TO_PLANE or get_feature(records, request.of) is None:
             return to_world, None
-        measured = self._derived.measured([request.of])[request.of]
-        if measured.plane is None or not len(measured.points):
+        measurements = self._derived.measured([request.of])[request.of]
+        if measurements.plane is None or not len(measurements.points):
             return to_world, None
-        centre = measured.points.mean(axis=0) if measured.fit is None else measured.fit.centroid
-        normal = measured.plane.normal()
+        centre = (
+            measurements.points.mean(axis=0)
+            if measurements.fit is None
+            else measurements.fit.centroid
+        )
+        normal = measurements.plane.normal()
         return (
             to_world,
             tuple(float(v) for v in centre),
@@ -418,14 +438,14 @@ class ModelFields(ModelWork):
 
 def statistics(values: GenericArray) -> Mapping[str, float] | None:
     """Return the median and the bounds of the central 90 % of the values, or None."""
-    finite = np.asarray(values[:: max(1, len(values) // 200_000)], np.float64)
-    finite = finite[np.isfinite(finite)]
-    if not len(finite):
+    finite_values = np.asarray(values[:: max(1, len(values) // 200_000)], np.float64)
+    finite_values = finite_values[np.isfinite(finite_values)]
+    if not len(finite_values):
         return None
-    low, median, high = np.percentile(finite, [5.0, 50.0, 95.0])
+    low, median, high = np.percentile(finite_values, [5.0, 50.0, 95.0])
     return {"low": float(low), "median": float(median), "high": float(high)}
 
 
-def field_values(opened: OpenModel, name: str) -> GenericArray | None:
+def field_values(opened_model: OpenModel, name: str) -> GenericArray | None:
     """Return the values of a field of an open model, or None."""
-    return opened.data.fields.get(name)
+    return opened_model.data.fields.get(name)

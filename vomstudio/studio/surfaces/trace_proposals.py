@@ -278,8 +278,8 @@ def _clicks(trace: Trace, maximum: int) -> tuple[Point, ...]:
 
     line = np.asarray(trace.vertices, np.float64)
     length = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
-    off = MAX_OFFSET_RESOLUTIONS * (trace.resolution or 0.01 * length)
-    return tuple(trace.vertices[row] for row in simplify_line(line, off, maximum).tolist())
+    offset = MAX_OFFSET_RESOLUTIONS * (trace.resolution or 0.01 * length)
+    return tuple(trace.vertices[row] for row in simplify_line(line, offset, maximum).tolist())
 
 
 def known_lines(records: Mapping[str, Record], model_id: str) -> list[FloatArray]:
@@ -303,7 +303,7 @@ def assess_lines(
     model: Model,
     options: ProposalOptions,
     result: FoundTraces,
-    known: list[FloatArray],
+    known_arrays: list[FloatArray],
     records: dict[str, Any],
     thresholds: Thresholds,
 ) -> ProposedLines:
@@ -321,8 +321,8 @@ def assess_lines(
     lines = [of["places"][a:b] for a, b in zip(of["cuts"][:-1], of["cuts"][1:], strict=True)]
     spacing = of["resolution"][np.isfinite(of["resolution"])]
     lengths = of["length_m"] / transform.scale_factor(model.to_world)
-    usual = float(np.median(spacing)) if len(spacing) else 0.01 * float(lengths.max(initial=1.0))
-    is_known = are_along_known_lines(lines, known, SAME_LINE_RESOLUTIONS * usual)
+    median = float(np.median(spacing)) if len(spacing) else 0.01 * float(lengths.max(initial=1.0))
+    is_known = are_along_known_lines(lines, known_arrays, SAME_LINE_RESOLUTIONS * median)
     kinds = [r for r in records.values() if isinstance(r, FeatureType)]
     traces = list[Trace]()
     rows = list[int]()
@@ -345,7 +345,7 @@ def assess_lines(
             )
         )
         rows.append(row)
-    measured = measure_all(records, traces, thresholds)
+    measurements = measure_all(records, traces, thresholds)
     lines_found = [
         ProposedLine(
             trace,
@@ -355,7 +355,7 @@ def assess_lines(
             float(of["evidence"][row]),
             float(of["doubt"][row]),
         )
-        for row, trace, figures in zip(rows, traces, measured, strict=True)
+        for row, trace, figures in zip(rows, traces, measurements, strict=True)
     ]
     return ProposedLines(
         model.id, model.to_world, options, result, tuple(lines_found), sum(is_known)

@@ -57,9 +57,9 @@ class Stroke:
 
     @classmethod
     def begin(
-        cls, hit: Hit, model: Model, surface: PaintSurface, selected: BoolArray, *, removes: bool
+        cls, hit: Hit, model: Model, surface: PaintSurface, is_selected: BoolArray, *, removes: bool
     ) -> Stroke:
-        """Start a stroke that changes a copy of `selected` (n,) where the brush meets a surface."""
+        """Start a stroke that changes a copy of `is_selected` (n,) under the brush."""
         started = time.perf_counter()
         spacing = surface.resolution_near(np.array([hit.position]))
         # Until the search tree exists, live measurements use a single point.
@@ -68,7 +68,7 @@ class Stroke:
             model,
             surface,
             removes,
-            selected.copy(),
+            is_selected.copy(),
             transform.scale_factor(model.to_world),
             transform.apply(model.to_world, [hit.position])[0],
             spacing,
@@ -91,9 +91,9 @@ class Stroke:
         """Return the indices (k,) of the selected faces or points."""
         return np.flatnonzero(self.selected)
 
-    def figures(self, ids: IntArray, *, whole: bool) -> dict[str, Any]:
-        """Return the patch fields derived from its ids; `whole` includes those of a record."""
-        if whole:
+    def figures(self, ids: IntArray, *, is_whole: bool) -> dict[str, Any]:
+        """Return the patch fields derived from its ids; `is_whole` includes those of a record."""
+        if is_whole:
             return record_figures(self.surface, ids)
         points, weights = self.surface.weighted(ids)
         figures = _moments_and_area(self.surface, ids, points, moments(points, weights))
@@ -105,10 +105,12 @@ class Stroke:
         """Return whether a live measurement is due because the selection has changed."""
         return self.count != self.measured and now >= self.measured_until
 
-    def note_measured(self, started: float) -> None:
+    def note_measured(self, started_value: float) -> None:
         """Schedule the next live measurement; slow measurements are made less often."""
-        now, self.measured = time.perf_counter(), self.count
-        self.measured_until = now + (now - started) * (1.0 / MAX_LIVE_SHARE - 1.0)
+        current_time, self.measured = time.perf_counter(), self.count
+        self.measured_until = current_time + (current_time - started_value) * (
+            1.0 / MAX_LIVE_SHARE - 1.0
+        )
 
     def area(self) -> Area | None:
         """Return the touched area for drawing, or None."""

@@ -83,9 +83,9 @@ class ContactTool(FollowingTool[Contact]):
         if line is None or self._continued:
             self._context.tool_changed()
             return
-        changed = replace(line, **values)  # type: ignore[arg-type]
-        if changed != line:
-            self._keep(changed, self._steps, self.current_vertex)
+        changed_line = replace(line, **values)  # type: ignore[arg-type]
+        if changed_line != line:
+            self._keep(changed_line, self._steps, self.current_vertex)
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Contact:
         return Contact(
@@ -100,15 +100,17 @@ class ContactTool(FollowingTool[Contact]):
 
     def _look(self) -> None:
         assert self._feature is not None
-        complete = self._whole(self._feature)
-        self.measurement = self._context.measure(complete) if complete.vertices else None
+        complete_feature = self._whole(self._feature)
+        self.measurement = (
+            self._context.measure(complete_feature) if complete_feature.vertices else None
+        )
 
     def _edit(self, feature: Contact) -> Edit:
-        measured = self.measurement
-        if measured is None or measured.problem:
-            problem = None if measured is None else measured.problem
+        measurement = self.measurement
+        if measurement is None or measurement.problem:
+            problem = None if measurement is None else measurement.problem
             raise GeometryError(problem or Finding("tool.no-points"))
-        if not (measured.dimension or {}).get("length_m"):
+        if not (measurement.dimension or {}).get("length_m"):
             raise GeometryError(Finding("points.coincident"))
         records = self._context.session.records
         if self._continued:
@@ -137,12 +139,12 @@ class ContactTool(FollowingTool[Contact]):
 
     # --- preview ------------------------------------------------------------------------------
     def _reading(self) -> tuple[str, ...]:
-        count, measured = len(self.vertices), self.measurement
+        count, measurement = len(self.vertices), self.measurement
         if self.searching:
             return self._searching_words()
-        if measured is None or not measured.dimension:
+        if measurement is None or not measurement.dimension:
             return (points_text(count),)
-        return (points_text(count), *words(measured)[:1])
+        return (points_text(count), *words(measurement)[:1])
 
 
 TOOL = ToolEntry(

@@ -42,7 +42,7 @@ class ControlTool(StatelessTool):
     def __init__(self, context: ToolContext) -> None:
         self._context = context
         self._current = ""
-        self._active = False
+        self._is_active = False
         self._expected: Mapping[str, FloatArray] = {}
         self._radius = 0.0
 
@@ -58,7 +58,7 @@ class ControlTool(StatelessTool):
 
     def begin(self) -> None:
         """Activate the tool."""
-        self._active = True
+        self._is_active = True
         self._show()
 
     def choose(self, id_: str) -> None:
@@ -67,17 +67,17 @@ class ControlTool(StatelessTool):
         self._show()
         self._context.tool_changed()
 
-    def expect(self, places: Mapping[str, FloatArray], radius: float) -> None:
+    def expect(self, positions: Mapping[str, FloatArray], radius: float) -> None:
         """Set the expected positions of points without a location.
 
         Parameters
         ----------
-        places : mapping of str to (3,) float64
+        positions : mapping of str to (3,) float64
             Positions in the World frame, keyed by point id.
         radius : float
             Radius of the ring around each position, metres.
         """
-        self._expected, self._radius = places, radius
+        self._expected, self._radius = positions, radius
         self._show()
 
     def hint(self) -> str:
@@ -104,7 +104,7 @@ class ControlTool(StatelessTool):
 
     # --- gestures -----------------------------------------------------------------------------
     def pointer(self, event: PointerEvent) -> None:
-        self._active = True
+        self._is_active = True
         if event.kind is Pointer.CLICK and event.button is Button.LEFT and event.hit is not None:
             self._place(event.hit)
 
@@ -155,18 +155,18 @@ class ControlTool(StatelessTool):
     def _show(self) -> None:
         """Draw a ring at the expected position of the current point."""
         point = self.current
-        place = None if point is None or point.vertices else self._expected.get(point.id)
-        if not self._active:
+        position = None if point is None or point.vertices else self._expected.get(point.id)
+        if not self._is_active:
             return
         self._context.show(
             None
-            if place is None
-            else Preview(np.zeros((0, 3)), brush=BrushRing(place, self._radius, None))
+            if position is None
+            else Preview(np.zeros((0, 3)), brush=BrushRing(position, self._radius, None))
         )
 
     # --- change of tool or project ------------------------------------------------------------
     def leave(self) -> None:
-        self._active = False
+        self._is_active = False
         self._context.show(None)
 
     def document_changed(self) -> None:
@@ -174,7 +174,7 @@ class ControlTool(StatelessTool):
             self._current = ""
 
     def forget(self) -> None:
-        self._current, self._expected, self._active = "", {}, False
+        self._current, self._expected, self._is_active = "", {}, False
 
 
 TOOL = ToolEntry(

@@ -155,13 +155,13 @@ class ElementChanges:
     def show_all(self) -> None:
         """Show every face and point again; undo hides them again."""
         elements = self._context.elements
-        hidden = {id_: elements.hidden(id_) for id_ in elements.shown()}
-        for model_id in hidden:
+        hidden_by_id = {id_: elements.hidden(id_) for id_ in elements.shown()}
+        for model_id in hidden_by_id:
             elements.hide(model_id, None)
         self._context.tool_changed()
 
         def hide_again() -> bool:
-            for model_id, mask in hidden.items():
+            for model_id, mask in hidden_by_id.items():
                 elements.hide(model_id, mask)
             self._context.tool_changed()
             return True

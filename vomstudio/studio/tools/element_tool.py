@@ -123,9 +123,9 @@ class ElementTool:
         self.combine = combine
         self._changed()
 
-    def set_through(self, through: bool) -> None:
+    def set_through(self, is_through: bool) -> None:
         """Set whether shapes select hidden elements too."""
-        self.through = through
+        self.through = is_through
         self._changed()
 
     # --- shapes ------------------------------------------------------------------------------
@@ -215,9 +215,9 @@ class ElementTool:
                 self._context.hint(Finding("selection.empty"))
                 return
             selection = ElementSelection(model_id, len(mask))
-        hidden = self._context.elements.hidden(model_id)
-        if hidden is not None:
-            mask = mask & ~hidden
+        hidden_elements = self._context.elements.hidden(model_id)
+        if hidden_elements is not None:
+            mask = mask & ~hidden_elements
         if not selection.change(combine_masks(selection.mask, mask, how), step):
             self._context.hint(Finding("selection.no-change"))
             return
@@ -250,11 +250,11 @@ class ElementTool:
         """Redo the last undone step."""
         return self._selection is not None and self._stepped(self._selection.redo())
 
-    def _stepped(self, done: bool) -> bool:
-        if done:
+    def _stepped(self, is_done: bool) -> bool:
+        if is_done:
             self._keep_draft()
             self._changed()
-        return done
+        return is_done
 
     # --- end ---------------------------------------------------------------------------------
     def cancel(self) -> None:
@@ -281,13 +281,15 @@ class ElementTool:
             self.adopt(selection)
             return True
 
-        untouched = selection.mask
+        untouched_mask = selection.mask
         self._context.discarded(
             Discarded(
                 self.name,
                 label,
                 bring_back,
-                lambda: self._selection is selection and np.array_equal(selection.mask, untouched),
+                lambda: (
+                    self._selection is selection and np.array_equal(selection.mask, untouched_mask)
+                ),
                 after,
             )
         )
@@ -371,7 +373,7 @@ def inside(
     -------
     dict of str to ndarray of bool
     """
-    filled = looking.filled(shape.ring())
+    filled_ring = looking.filled(shape.ring())
     elements, masks = context.elements, {}
     for model_id in model_ids:
         data = elements.data(model_id)
@@ -380,7 +382,7 @@ def inside(
             masks[model_id] = looking.inside(
                 data,
                 transform.matrix(model.to_world),
-                filled,
+                filled_ring,
                 through=through,
                 spacing=elements.spacing(model_id) * transform.scale_factor(model.to_world),
             )

@@ -173,7 +173,7 @@ class FollowedLine:
         if self.cost == AUTO and not live:
             self._update_best_cost(model_id, tuple(way_points))
         by = self.by(model_id)
-        legs = [self._leg(model_id, a, b, by, live=live) for a, b in pairwise(way_points)]
+        legs = [self._leg(model_id, a, b, by, is_live=live) for a, b in pairwise(way_points)]
         return _joined(way_points, legs)
 
     def doubtful(
@@ -201,8 +201,8 @@ class FollowedLine:
         line = np.concatenate([leg.points for leg in known_legs])
         costs = np.concatenate([leg.costs for leg in known_legs if leg.costs is not None])
         is_new = _new_places(line)
-        at = np.cumsum(is_new)[np.cumsum([len(leg.points) for leg in known_legs]) - 1] - 1
-        return find_jumps(line[is_new], costs[is_new], np.append(0, at), resolution)
+        position = np.cumsum(is_new)[np.cumsum([len(leg.points) for leg in known_legs]) - 1] - 1
+        return find_jumps(line[is_new], costs[is_new], np.append(0, position), resolution)
 
     def by(self, model_id: str) -> str:
         """Return the current cost on a model, or the best cost so far if it is AUTO."""
@@ -219,46 +219,48 @@ class FollowedLine:
         if self._best is not None and self._best[0] == (model_id, way_points, costs):
             return
         ranks: list[tuple[Rank, int]] = []
-        waiting = False
+        is_waiting = False
         for number, cost in enumerate(costs):
-            legs = [self._leg(model_id, a, b, cost, live=False) for a, b in pairwise(way_points)]
+            legs = [self._leg(model_id, a, b, cost, is_live=False) for a, b in pairwise(way_points)]
             is_known = [
                 self._has(self._key(model_id, a, b, cost))
                 for a, b in pairwise(way_points)
                 if a != b
             ]
-            waiting = waiting or not all(is_known)
+            is_waiting = is_waiting or not all(is_known)
             if any(leg is not None for leg in legs):
                 rank = self._rank(model_id, _joined(way_points, legs), way_points, cost)
                 ranks.append((rank, number))
-        if not waiting:
+        if not is_waiting:
             best = costs[min(ranks)[1]] if ranks else costs[0]
             self._best = (model_id, way_points, costs), best
 
     def _candidates(self, model_id: str, way_points: Sequence[Point]) -> tuple[str, ...]:
         """Return the candidate costs for AUTO; legs in photos permit only photo costs."""
         costs = self._finder.costs(model_id)
-        uses_photos = self.follows_photos and any(self.photo_of(place) for place in way_points)
+        uses_photos = self.follows_photos and any(
+            self.photo_of(position) for position in way_points
+        )
         photo_costs = tuple(cost for cost in costs if cost in COLOUR_COSTS)
         return photo_costs if uses_photos and photo_costs else costs
 
-    def leg(self, model_id: str, one: Point, other: Point, *, live: bool) -> FloatArray | None:
+    def leg(self, model_id: str, one: Point, other: Point, *, is_live: bool) -> FloatArray | None:
         """Return the path between two points, or None while it is not available."""
         if self.cost is None:
             return None
-        return self._leg(model_id, one, other, self.by(model_id), live=live)
+        return self._leg(model_id, one, other, self.by(model_id), is_live=is_live)
 
     def _leg(
-        self, model_id: str, one: Point, other: Point, cost: str, *, live: bool
+        self, model_id: str, one: Point, other: Point, cost: str, *, is_live: bool
     ) -> FloatArray | None:
         if one == other:
             return None
         key = self._key(model_id, one, other, cost)
         leg = self._legs.get(key)
         points = None if leg is None else leg.points
-        if live and key not in self._legs:
+        if is_live and key not in self._legs:
             self._live = key
-        elif live or self._has(key) or key in self._requested:
+        elif is_live or self._has(key) or key in self._requested:
             return points
         else:
             self._requested.add(key)
@@ -267,7 +269,7 @@ class FollowedLine:
             cost,
             (one, other),
             photo=key[4],
-            live=live,
+            live=is_live,
             answer=lambda result: self._keep(key, result),
         )
         return points
@@ -302,23 +304,23 @@ class FollowedLine:
         self._live = None
 
     def _keep(self, key: Key, result: FollowedPath | Finding) -> None:
-        awaited = key in self._requested
+        is_awaited = key in self._requested
         self._requested.discard(key)
         if len(self._legs) > MAX_CACHED_LEGS:
             self._legs.clear()
         if isinstance(result, Finding):
             # The leg to the cursor changes soon, so its failure is not reported.
-            if awaited:
+            if is_awaited:
                 self._legs[key] = None
                 if self._reports(key):
                     self._on_finding(result)
         else:
             if result.final or not self._has(key):
                 self._legs[key] = result
-            if awaited and self._reports(key):
+            if is_awaited and self._reports(key):
                 for warning in result.warnings:
                     self._on_finding(warning)
-        if awaited or self._live == key:
+        if is_awaited or self._live == key:
             self._on_leg()
 
     def _reports(self, key: Key) -> bool:
@@ -349,8 +351,8 @@ def photo_votes(legs: Sequence[FollowedPath]) -> str | None:
         "Followed in the pixels of {photos}.",
         photos=", ".join(dict.fromkeys(leg.photo.rpartition("/")[2] for leg in legs)),
     )
-    judged = sum(leg.judged for leg in legs)
-    if not judged:
+    judged_count = sum(leg.judged for leg in legs)
+    if not judged_count:
         if not all(leg.final for leg in legs):
             return text
         return f"{text} {tr('No other photo could confirm it.')}"
@@ -359,6 +361,6 @@ def photo_votes(legs: Sequence[FollowedPath]) -> str | None:
         "{count} other photo was compared and confirms {percent:.0f} % of the line.",
         "{count} other photos were compared and confirm {percent:.0f} % of the line.",
         len(voters),
-        percent=100.0 * sum(leg.confirmed for leg in legs) / judged,
+        percent=100.0 * sum(leg.confirmed for leg in legs) / judged_count,
     )
     return f"{text} {votes}"

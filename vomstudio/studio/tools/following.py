@@ -102,11 +102,11 @@ class FollowingTool(PolylineTool[F]):
         """Whether a piece that ends in a photo is followed in that photo."""
         return self._line.follows_photos
 
-    def follow_in_photos(self, enabled: bool) -> None:
+    def follow_in_photos(self, is_enabled: bool) -> None:
         """Set whether pieces that end in a photo are followed in it or over the surface."""
-        if enabled == self._line.follows_photos:
+        if is_enabled == self._line.follows_photos:
             return
-        self._line.follows_photos = enabled
+        self._line.follows_photos = is_enabled
         if self._feature is not None:
             self._keep(self._feature, self._steps, self.current_vertex)
         else:
@@ -167,13 +167,13 @@ class FollowingTool(PolylineTool[F]):
 
     def leave(self) -> None:
         """Drop the waiting clicks of a feature that was not finished yet."""
-        dropped = 0
+        dropped_count = 0
         while self._later and self._later[-1] is not None:
             self._later.pop()
-            dropped += 1
+            dropped_count += 1
         self._type_of_later = (self._context.next_type_id, self._context.next_set)
-        if dropped:
-            self._context.hint(Finding("tool.clicks-dropped", count=dropped))
+        if dropped_count:
+            self._context.hint(Finding("tool.clicks-dropped", count=dropped_count))
             self._show_waiting()
         super().leave()
 
@@ -228,10 +228,10 @@ class FollowingTool(PolylineTool[F]):
         count = points_text(len(self.vertices))
         if not self._finish_when_found:
             return (count, Finding("follow.searching").message)
-        waiting = sum(event is not None for event in self._later)
-        if not waiting:
+        waiting_count = sum(event is not None for event in self._later)
+        if not waiting_count:
             return (count, Finding("follow.finishing").message)
-        clicks = Finding("follow.clicks-waiting", count=waiting)
+        clicks = Finding("follow.clicks-waiting", count=waiting_count)
         return (count, Finding("follow.finishing").message, clicks.message)
 
     # --- undo of pending clicks ---------------------------------------------------------------
@@ -314,7 +314,7 @@ class FollowingTool(PolylineTool[F]):
 
     def _state(self, feature: F) -> dict[str, Any]:
         state = super()._state(feature)
-        photos = [self._line.photo_of(place) for place in feature.vertices]
+        photos = [self._line.photo_of(position) for position in feature.vertices]
         return {**state, "photos": photos} if any(photos) else state
 
     def _take_photos(self, state: Mapping[str, Any]) -> None:
@@ -322,9 +322,9 @@ class FollowingTool(PolylineTool[F]):
         photos, vertices = state.get("photos"), state.get("vertices")
         if not isinstance(photos, list) or not isinstance(vertices, list):
             return
-        for photo, place in zip(photos, vertices, strict=False):
+        for photo, position in zip(photos, vertices, strict=False):
             with suppress(TypeError, ValueError):
-                x, y, z = place
+                x, y, z = position
                 self._line.set_photo(str(photo), (float(x), float(y), float(z)))
 
     def restore(self, state: Mapping[str, Any]) -> bool:
@@ -341,10 +341,10 @@ class FollowingTool(PolylineTool[F]):
             return None, None
         outline = self._way(self._whole(feature).vertices)
         path = np.asarray(outline, np.float64)
-        at, ahead = self._hovered(), None
-        if at is not None and feature.vertices and self._drag_from is None:
-            ahead = self._line.leg(feature.model_id, feature.vertices[-1], at, live=True)
+        position, forward = self._hovered(), None
+        if position is not None and feature.vertices and self._drag_from is None:
+            forward = self._line.leg(feature.model_id, feature.vertices[-1], position, is_live=True)
         to_world = model.to_world
         return transform.apply(to_world, path), (
-            None if ahead is None else transform.apply(to_world, ahead)
+            None if forward is None else transform.apply(to_world, forward)
         )

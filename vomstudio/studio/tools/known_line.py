@@ -65,8 +65,8 @@ class KnownLineTool(PolylineTool[KnownLine]):
         """Set the kind of the next line, and of the open line if it is new."""
         self.next_kind = kind
         open_one = self._feature
-        clicked = any(kind == each for each, _ in CLICKED)
-        if open_one is not None and not self._continued and clicked and open_one.kind != kind:
+        is_clicked = any(kind == item for item, _ in CLICKED)
+        if open_one is not None and not self._continued and is_clicked and open_one.kind != kind:
             self._keep(open_one.but(kind=kind), self._steps, None)
         self._context.tool_changed()
 
@@ -115,7 +115,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
         return {"kind": feature.kind}
 
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> KnownLine:
-        kind = next((each for each, _ in CLICKED if each == state["kind"]), None)
+        kind = next((item for item, _ in CLICKED if item == state["kind"]), None)
         if kind is None:
             raise ValueError(state["kind"])
         self.next_kind = kind

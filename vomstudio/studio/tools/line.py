@@ -68,10 +68,10 @@ class LineTool(PolylineTool[Lineation]):
     def why_not_finish(self) -> Finding | None:
         if self._feature is None:
             return Finding("tool.nothing-open")
-        missing = 2 - len(self.vertices)
-        if missing <= 0:
+        n_missing = 2 - len(self.vertices)
+        if n_missing <= 0:
             return None
-        return Finding("feature.too-few-points", count=missing, minimum=2)
+        return Finding("feature.too-few-points", count=n_missing, minimum=2)
 
     @property
     def attributes(self) -> NextLine:
@@ -97,14 +97,14 @@ class LineTool(PolylineTool[Lineation]):
             return
         attributes = _drop_orphan_slip(replace(self.attributes, **values))  # type: ignore[arg-type]
         if attributes != self.attributes:
-            changed = replace(
+            changed_line = replace(
                 line,
                 type_id=attributes.type_id,
                 set_name=attributes.set_name,
                 plane_id=attributes.plane_id,
                 slip=attributes.slip,
             )
-            self._keep(changed, self._steps, self.current_vertex)
+            self._keep(changed_line, self._steps, self.current_vertex)
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Lineation:
         return Lineation(
@@ -180,32 +180,34 @@ class LineTool(PolylineTool[Lineation]):
         return disc(fit.centroid, plane.plane.normal(), 0.5 * fit.length)
 
     def _reading(self) -> tuple[str, ...]:
-        measured, count = self.measurement, len(self.vertices)
-        at = self._hovered()
-        live = count == 1 and at is not None and at != self.vertices[0]
-        if live and self._feature is not None and at is not None:
+        measurement, count = self.measurement, len(self.vertices)
+        position = self._hovered()
+        is_live = count == 1 and position is not None and position != self.vertices[0]
+        if is_live and self._feature is not None and position is not None:
             # The cursor is used as the second point.
-            measured = self._context.measure(replace(self._feature, vertices=(*self.vertices, at)))
-        if measured is None or measured.line is None or measured.line_fit is None:
-            if count < 2 or measured is None or not measured.problem:
+            measurement = self._context.measure(
+                replace(self._feature, vertices=(*self.vertices, position))
+            )
+        if measurement is None or measurement.line is None or measurement.line_fit is None:
+            if count < 2 or measurement is None or not measurement.problem:
                 return (points_text(count),)
-            return (points_text(count), *wrap(str(measured.problem), WIDTH))
-        lines = [self._context.format_attitude(measured)]
-        if not live:
+            return (points_text(count), *wrap(str(measurement.problem), WIDTH))
+        lines = [self._context.format_attitude(measurement)]
+        if not is_live:
             lines.append(f"n {count}")
-        if measured.rake_deg is not None and self._feature is not None:
+        if measurement.rake_deg is not None and self._feature is not None:
             base = self._context.session.records.get(self._feature.plane_id)
             name = base.name if base is not None else tr("its plane")
             lines.append(
                 tr(
                     "Rake {rake:.0f}°, {angle:.1f}° off {plane}",
-                    rake=measured.rake_deg,
-                    angle=measured.off_plane_deg,
+                    rake=measurement.rake_deg,
+                    angle=measurement.off_plane_deg,
                     plane=name,
                 )
             )
-        if measured.verdict is not None and not live:
-            lines += first_reason(measured.verdict)
+        if measurement.verdict is not None and not is_live:
+            lines += first_reason(measurement.verdict)
         return tuple(lines)
 
 

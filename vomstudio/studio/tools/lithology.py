@@ -76,10 +76,10 @@ class LithologyTool(FollowingTool[Lithology]):
     def why_not_finish(self) -> Finding | None:
         if self._feature is None:
             return Finding("tool.nothing-open")
-        missing = 3 - len(self.vertices)
-        if missing <= 0 or (self.followed and len(self.vertices) > 1):
+        n_missing = 3 - len(self.vertices)
+        if n_missing <= 0 or (self.followed and len(self.vertices) > 1):
             return None
-        return Finding("feature.too-few-points", count=missing, minimum=3)
+        return Finding("feature.too-few-points", count=n_missing, minimum=3)
 
     def choose(self, lithology: str) -> None:
         """Set the rock of the next area, and of the open area if it is new."""
@@ -88,8 +88,8 @@ class LithologyTool(FollowingTool[Lithology]):
         if feature is None or self._continued or feature.lithology == lithology:
             self._context.tool_changed()
             return
-        changed = replace(feature, lithology=lithology)
-        self._keep(changed, self._steps, self.current_vertex)
+        changed_feature = replace(feature, lithology=lithology)
+        self._keep(changed_feature, self._steps, self.current_vertex)
 
     @property
     def _closed(self) -> bool:
@@ -108,13 +108,15 @@ class LithologyTool(FollowingTool[Lithology]):
     def _look(self) -> None:
         """Measure the outline, and request its area unless a corner is being dragged."""
         assert self._feature is not None
-        complete = self._whole(self._feature)
+        complete_feature = self._whole(self._feature)
         area, self._next_outline = None, None
         if self._drag_from is None and not super().searching:
-            area = self._area((complete.model_id, complete.vertices))
+            area = self._area((complete_feature.model_id, complete_feature.vertices))
         self._feature = replace(self._feature, area=area)
-        complete = replace(complete, area=area)
-        self.measurement = self._context.measure(complete) if complete.vertices else None
+        complete_feature = replace(complete_feature, area=area)
+        self.measurement = (
+            self._context.measure(complete_feature) if complete_feature.vertices else None
+        )
 
     def _area(self, outline: _Outline) -> float | None:
         """Return the area inside an outline, or request it and return None if it is unknown."""
@@ -123,8 +125,8 @@ class LithologyTool(FollowingTool[Lithology]):
                 return None
             self._next_outline = outline
             self._work_out()
-        cached = self._cached_area
-        return cached[1] if cached is not None and cached[0] == outline else None
+        cached_area = self._cached_area
+        return cached_area[1] if cached_area is not None and cached_area[0] == outline else None
 
     def _work_out(self) -> None:
         outline = self._next_outline
@@ -154,11 +156,11 @@ class LithologyTool(FollowingTool[Lithology]):
             self._work_out()
 
     def _edit(self, feature: Lithology) -> Edit:
-        measured = self.measurement
-        if measured is None or measured.problem:
-            problem = None if measured is None else measured.problem
+        measurement = self.measurement
+        if measurement is None or measurement.problem:
+            problem = None if measurement is None else measurement.problem
             raise GeometryError(problem or Finding("tool.no-points"))
-        if not (measured.dimension or {}).get("outline_m2"):
+        if not (measurement.dimension or {}).get("outline_m2"):
             raise GeometryError(Finding("tool.no-area"))
         records = self._context.session.records
         if self._continued:
@@ -187,13 +189,13 @@ class LithologyTool(FollowingTool[Lithology]):
         return color_of_rock(self.lithology) or KIND.color
 
     def _reading(self) -> tuple[str, ...]:
-        count, measured = len(self.vertices), self.measurement
+        count, measurement = len(self.vertices), self.measurement
         name = (self.lithology,) if self.lithology else ()
         if super().searching:
             return (*name, *self._searching_words())
-        if measured is None or not measured.dimension:
+        if measurement is None or not measurement.dimension:
             return (*name, points_text(count))
-        return (*name, points_text(count), *words(measured)[:1])
+        return (*name, points_text(count), *words(measurement)[:1])
 
 
 TOOL = ToolEntry(

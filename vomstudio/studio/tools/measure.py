@@ -77,9 +77,11 @@ class MeasureTool(PolylineTool[Dimension]):
     def why_not_finish(self) -> Finding | None:
         if self._feature is None:
             return Finding("tool.nothing-open")
-        missing = MIN_POINTS[self.kind] - len(self.vertices)
-        if missing > 0:
-            return Finding("feature.too-few-points", count=missing, minimum=MIN_POINTS[self.kind])
+        missing_values = MIN_POINTS[self.kind] - len(self.vertices)
+        if missing_values > 0:
+            return Finding(
+                "feature.too-few-points", count=missing_values, minimum=MIN_POINTS[self.kind]
+            )
         return self._no_plane()
 
     def _no_plane(self) -> Finding | None:
@@ -96,8 +98,8 @@ class MeasureTool(PolylineTool[Dimension]):
             self._context.tool_changed()
             return
         new_kind = open_one.kind if kind is None else kind
-        across = self.next_plane_id if new_kind == "thickness" else ""
-        changed = replace(open_one, kind=new_kind, plane_id=across)
+        across_component = self.next_plane_id if new_kind == "thickness" else ""
+        changed = replace(open_one, kind=new_kind, plane_id=across_component)
         if self._continued:
             return
         steps, points = self._steps, self.vertices
@@ -134,11 +136,11 @@ class MeasureTool(PolylineTool[Dimension]):
     def _edit(self, feature: Dimension) -> Edit:
         if (why := self.why_not_finish()) is not None:
             raise GeometryError(why)
-        measured = self.measurement
-        if measured is None or measured.problem:
-            problem = None if measured is None else measured.problem
+        measurement = self.measurement
+        if measurement is None or measurement.problem:
+            problem = None if measurement is None else measurement.problem
             raise GeometryError(problem or Finding("tool.no-points"))
-        if max((measured.dimension or {}).values(), default=0.0) <= 0.0:
+        if max((measurement.dimension or {}).values(), default=0.0) <= 0.0:
             raise GeometryError(Finding("points.coincident"))
         records = self._context.session.records
         if not self._continued:
@@ -188,25 +190,35 @@ class MeasureTool(PolylineTool[Dimension]):
     def _patch(self) -> FloatArray | None:
         """Return an outline of the plane of a thickness, through the base of the measurement."""
         plane = plane_of(self._context, self.plane_id) if self.kind == "thickness" else None
-        measured = self._live()
-        if plane is None or plane.plane is None or measured is None or len(measured.points) < 2:
+        measurement = self._live()
+        if (
+            plane is None
+            or plane.plane is None
+            or measurement is None
+            or len(measurement.points) < 2
+        ):
             return None
-        reach = float(np.linalg.norm(measured.points[-1] - measured.points[0]))
-        return disc(measured.points[0], plane.plane.normal(), max(reach, 1e-9))
+        max_distance = float(np.linalg.norm(measurement.points[-1] - measurement.points[0]))
+        return disc(measurement.points[0], plane.plane.normal(), max(max_distance, 1e-9))
 
     def _live(self) -> Measurement | None:
         """Return the measurement including the point under the cursor."""
-        at, points = self._hovered(), self.vertices
+        position, points = self._hovered(), self.vertices
         is_complete = self.kind in TWO_ENDS and len(points) > 1
-        if self._feature is None or is_complete or at is None or (points and at == points[-1]):
+        if (
+            self._feature is None
+            or is_complete
+            or position is None
+            or (points and position == points[-1])
+        ):
             return self.measurement
-        return self._context.measure(replace(self._feature, vertices=(*points, at)))
+        return self._context.measure(replace(self._feature, vertices=(*points, position)))
 
     def _reading(self) -> tuple[str, ...]:
-        measured = self._live()
-        if measured is None or not measured.dimension:
+        measurement = self._live()
+        if measurement is None or not measurement.dimension:
             return (points_text(len(self.vertices)),)
-        return tuple(words(measured))
+        return tuple(words(measurement))
 
 
 TOOL = ToolEntry(

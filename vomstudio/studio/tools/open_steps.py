@@ -102,8 +102,14 @@ class SteppedFeature(Generic[F]):
         return step_label(self.vertices, feature.vertices) if steps else f"Continue {feature.name}"
 
     def _unchanged(self) -> bool:
-        stored = self._context.session.records.get(self._feature.id) if self._feature else None
-        return self._continued and isinstance(stored, Picked) and stored.vertices == self.vertices
+        stored_record = (
+            self._context.session.records.get(self._feature.id) if self._feature else None
+        )
+        return (
+            self._continued
+            and isinstance(stored_record, Picked)
+            and stored_record.vertices == self.vertices
+        )
 
     # --- steps -------------------------------------------------------------------------------
     def mark(self, index: int | None) -> None:
@@ -126,10 +132,10 @@ class SteppedFeature(Generic[F]):
 
     def delete_vertex(self, index: int | None = None) -> None:
         """Delete a vertex, by default the marked vertex."""
-        at = self.current_vertex if index is None else index
-        if self._feature is None or at is None or not 0 <= at < len(self.vertices):
+        row_index = self.current_vertex if index is None else index
+        if self._feature is None or row_index is None or not 0 <= row_index < len(self.vertices):
             return
-        remaining = (*self.vertices[:at], *self.vertices[at + 1 :])
+        remaining = (*self.vertices[:row_index], *self.vertices[row_index + 1 :])
         if remaining or self._continued:
             self._set_vertices(remaining)
         else:
@@ -139,13 +145,13 @@ class SteppedFeature(Generic[F]):
         """Undo the last step of the open feature. Return False if no step can be undone."""
         if self._feature is None or self.undo_label is None:
             return False
-        ahead = [*self._ahead, (self._feature, self._steps)]
+        forward = [*self._ahead, (self._feature, self._steps)]
         vertices = self._steps[-1] if self._steps else ()
         if not self._steps or not (vertices or self._continued):
             self._close()
         else:
             self._keep(self._feature.but(vertices=vertices), self._steps[:-1], None)
-        self._ahead = ahead
+        self._ahead = forward
         self._context.tool_changed()
         return True
 
@@ -157,8 +163,8 @@ class SteppedFeature(Generic[F]):
         if self._feature is not None:
             # The type of the feature may have been changed in the meantime.
             feature = self._feature.but(vertices=feature.vertices)
-        stored = self._context.session.records.get(feature.id)
-        self._continued = isinstance(stored, self.record)
+        stored_record = self._context.session.records.get(feature.id)
+        self._continued = isinstance(stored_record, self.record)
         self._keep(feature, steps, None)
         self._continued = self._continued and self.open
         if not self.open:
@@ -191,6 +197,6 @@ def _nearest_segment(line: FloatArray, position: FloatArray) -> int:
     """Return the index of the segment of a line (k, 3) nearest to a position (3,)."""
     start, step = line[:-1], np.diff(line, axis=0)
     length = np.maximum((step**2).sum(axis=1), 1e-300)
-    along = np.clip(((position - start) * step).sum(axis=1) / length, 0.0, 1.0)
-    gap = np.linalg.norm(start + along[:, None] * step - position, axis=1)
+    along_component = np.clip(((position - start) * step).sum(axis=1) / length, 0.0, 1.0)
+    gap = np.linalg.norm(start + along_component[:, None] * step - position, axis=1)
     return int(gap.argmin())

@@ -39,7 +39,7 @@ class OutcropElements(Protocol):
     def hidden(self, model_id: str) -> BoolArray | None:
         """Return which elements (n,) are hidden, or None if all are visible."""
 
-    def hide(self, model_id: str, hidden: BoolArray | None) -> None:
+    def hide(self, model_id: str, is_hidden: BoolArray | None) -> None:
         """Hide exactly the marked elements; None shows all."""
 
     def cut_out(self, model_id: str, mask: BoolArray) -> None:

@@ -31,11 +31,11 @@ def local_corners(corners: FloatArray, model: Model, origin: FloatArray) -> Floa
     rows = transform.matrix(model.to_world)
     near = transform.apply(transform.invert(rows), [origin])[0]
     x, y, z = (corners.reshape(-1, 3) - near).astype(np.float32).T
-    local = np.empty((len(x), 3), np.float32)
+    local_points = np.empty((len(x), 3), np.float32)
     # Computed axis by axis, because a matrix product of many short rows takes ten times as long.
     for axis, (a, b, c) in enumerate(rows[:3, :3].astype(np.float32)):
-        local[:, axis] = a * x + b * y + c * z
-    return local.reshape(corners.shape)
+        local_points[:, axis] = a * x + b * y + c * z
+    return local_points.reshape(corners.shape)
 
 
 def patch_area(patch: Painted, model: Model, surface: PaintSurface) -> Area | None:

@@ -341,7 +341,7 @@ class PlaneTool(ElementTool):
             self._live, stroke.measured = None, stroke.count
             return
         patch = self._continued or new_patch(self._context, stroke.model, stroke.surface.element)
-        self._live = self._context.measure(patch.but(**stroke.figures(ids, whole=False)))
+        self._live = self._context.measure(patch.but(**stroke.figures(ids, is_whole=False)))
         stroke.note_measured(started)
 
     def take(self, model_id: str, mask: BoolArray, how: Combine, step: str) -> None:

@@ -243,8 +243,8 @@ class PolylineTool(SteppedFeature[F]):
         def untouched() -> bool:
             return self.open and (self._steps, self.vertices) == (steps, feature.vertices)
 
-        what = f"Discard the open {self.noun or self.name}"
-        self._context.discarded(Discarded(self.name, what, bring_back, untouched))
+        subject = f"Discard the open {self.noun or self.name}"
+        self._context.discarded(Discarded(self.name, subject, bring_back, untouched))
 
     def _close(self) -> bool:
         try:
@@ -288,15 +288,15 @@ class PolylineTool(SteppedFeature[F]):
             if state["tool"] != self.name or not isinstance(records.get(state["model_id"]), Model):
                 return False
             vertices = tuple((float(x), float(y), float(z)) for x, y, z in state["vertices"])
-            stored: Any = records.get(state[f"{self.name}_id"])
-            continued = bool(state["continued"]) and isinstance(stored, self.record)
+            stored_record: Any = records.get(state[f"{self.name}_id"])
+            continued = bool(state["continued"]) and isinstance(stored_record, self.record)
             feature = self._read(state, vertices)
         except (KeyError, TypeError, ValueError):
             return False
         if not np.isfinite(np.asarray(vertices)).all() or not (vertices or continued):
             return False
         if continued:
-            feature = replace(stored, vertices=vertices)
+            feature = replace(stored_record, vertices=vertices)
         self._feature, self._continued, self.current_vertex = feature, continued, None
         self._steps = [vertices[:count] for count in range(len(vertices))]
         if self._continued:
@@ -323,15 +323,17 @@ class PolylineTool(SteppedFeature[F]):
         if self._feature is None:
             self._context.show(None)
             return
-        model, at = self._model(), self._hovered()
-        cursor = None if at is None or model is None else (model.to_world, [at])
+        model, position = self._model(), self._hovered()
+        cursor = None if position is None or model is None else (model.to_world, [position])
         rubber = None if cursor is None else transform.apply(*cursor)[0]
-        line, marked = world_points(self._feature, model), self.current_vertex
+        line, marked_current_vertex = world_points(self._feature, model), self.current_vertex
         path, ahead = self._drawn()
         if self._closed:
             # Close the ring at the last vertex, where the rubber band starts.
             line = np.vstack([line[-1:], line])
-            marked = None if marked is None else marked + 1
+            marked_current_vertex = (
+                None if marked_current_vertex is None else marked_current_vertex + 1
+            )
         self._context.show(
             Preview(
                 line=line,
@@ -340,7 +342,7 @@ class PolylineTool(SteppedFeature[F]):
                 ahead=ahead,
                 doubtful=self._marked_stretches(path),
                 patch=self._patch(),
-                marked=marked,
+                marked=marked_current_vertex,
                 color=rgb(self._color()),
                 reading=self._reading(),
                 verdict=self._verdict(),
@@ -375,8 +377,8 @@ def plane_of(context: ToolContext, plane_id: str) -> Measurement | None:
     feature = get_feature(context.session.records, plane_id)
     if feature is None or not may_have_plane(feature):
         return None
-    measured = context.measure(feature)
-    return measured if measured.plane is not None else None
+    measurement = context.measure(feature)
+    return measurement if measurement.plane is not None else None
 
 
 def points_text(count: int) -> str:

@@ -90,7 +90,7 @@ class DrawnShape:
 
     def outline(self) -> Outline:
         """Return the outline of the shape for painting."""
-        places = self.ring() if self.mode == "rectangle" else self._places
+        positions = self.ring() if self.mode == "rectangle" else self._places
         if self.mode == "polygon":
-            places = [*places, self._cursor]
-        return Outline(tuple(places), len(places) > 2, self.combine == "subtract")
+            positions = [*positions, self._cursor]
+        return Outline(tuple(positions), len(positions) > 2, self.combine == "subtract")

@@ -75,9 +75,9 @@ class SelectTool(ElementTool):
         if self.target == "surface":
             super()._apply_shape(shape, looking)
             return
-        places = self._context.feature_places()
-        ids = list(places)
-        pixels = looking.pixels(np.array([places[id_] for id_ in ids]).reshape(-1, 3))
+        positions = self._context.feature_places()
+        ids = list(positions)
+        pixels = looking.pixels(np.array([positions[id_] for id_ in ids]).reshape(-1, 3))
         filled = looking.filled(shape.ring())
         height, width = filled.shape
         with np.errstate(invalid="ignore"):

@@ -157,7 +157,7 @@ class ToolContext(Protocol):
     def tool_changed(self) -> None:
         """Report a change of the tool's state, so that the panel and commands are updated."""
 
-    def discarded(self, discarded: Discarded) -> None:
+    def discarded(self, discarded_work: Discarded) -> None:
         """Report discarded work, which undo restores."""
 
     def created(self, feature_id: str) -> None:

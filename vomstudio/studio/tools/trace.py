@@ -74,10 +74,10 @@ class TraceTool(FollowingTool[Trace]):
     def why_not_finish(self) -> Finding | None:
         if self._feature is None:
             return Finding("tool.nothing-open")
-        missing = 3 - len(self.vertices)
-        if missing <= 0 or (self.followed and len(self.vertices) > 1):
+        n_missing = 3 - len(self.vertices)
+        if n_missing <= 0 or (self.followed and len(self.vertices) > 1):
             return None
-        return Finding("feature.too-few-points", count=missing, minimum=3)
+        return Finding("feature.too-few-points", count=n_missing, minimum=3)
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Trace:
         type_id, set_name = self._next_type
@@ -162,17 +162,17 @@ class TraceTool(FollowingTool[Trace]):
         """Query the surface and fit the plane."""
         assert self._feature is not None
         surface = self._context.surface(self._feature.model_id)
-        complete = self._whole(self._feature)
+        complete_feature = self._whole(self._feature)
         self._stretches = ()
         if surface is not None and self.vertices:
-            resolution, normal = measure_surroundings(surface, complete.vertices)
+            resolution, normal = measure_surroundings(surface, complete_feature.vertices)
             if self.followed and resolution is not None and self._drag_from is None:
                 self._stretches = self._doubtful(self._feature, resolution)
             self._feature = replace(
                 self._feature, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE
             )
-            complete = replace(
-                complete,
+            complete_feature = replace(
+                complete_feature,
                 resolution=resolution,
                 outcrop_normal=normal,
                 rule=SURROUNDINGS_RULE,
@@ -181,7 +181,9 @@ class TraceTool(FollowingTool[Trace]):
         if not self.followed:
             super()._look()
             return
-        self.measurement = self._context.measure(complete) if complete.vertices else None
+        self.measurement = (
+            self._context.measure(complete_feature) if complete_feature.vertices else None
+        )
 
     def _marked_stretches(self, path: np.ndarray | None) -> tuple[np.ndarray, ...]:
         if path is None:

@@ -137,7 +137,7 @@ class Actions(QObject):
 
     def viewport_actions(self) -> list[QAction]:
         """Return the actions of commands with plain keys in the viewport."""
-        return [self.all[name] for name, each in self._commands.items() if each.is_viewport_key]
+        return [self.all[name] for name, item in self._commands.items() if item.is_viewport_key]
 
     def why_not(self, name: str) -> Finding | None:
         """Return why a command cannot run now, or None if it can."""

@@ -127,7 +127,11 @@ def remember_target(studio: Studio, path: Path) -> None:
 
 
 def ask_for_target(
-    parent: QWidget, studio: Studio, title: str, proposed: str | Path, formats: Mapping[str, str]
+    parent: QWidget,
+    studio: Studio,
+    title: str,
+    proposed_text: str | Path,
+    formats: Mapping[str, str],
 ) -> Path | None:
     """Return the output file that the user selects, or None.
 
@@ -137,14 +141,14 @@ def ask_for_target(
     studio : Studio
     title : str
         Title of the dialog.
-    proposed : str or Path
+    proposed_text : str or Path
         Proposed file, by default in the folder of results.
     formats : mapping of str to str
         Names of the formats, keyed by file extension. The extension of the selected format is
         added if the user does not type one.
     """
     patterns = {f"{label} (*.{ending})": f".{ending}" for ending, label in formats.items()}
-    file = results_folder(studio) / proposed
+    file = results_folder(studio) / proposed_text
     answer = ask_for_file(parent, title, file, patterns, ending_decides=True)
     if answer is None:
         return None

@@ -274,8 +274,8 @@ def lay_out_now(widget: QWidget) -> None:
     if ancestor is None or not ancestor.isVisible():
         return
     # The last two are the viewport of the area and the panel, whose height is set first.
-    for each in chain[:-2]:
-        if (layout := each.layout()) is not None:
+    for item in chain[:-2]:
+        if (layout := item.layout()) is not None:
             layout.activate()
     ancestor.update_panel_height()
 

@@ -57,14 +57,14 @@ def _wind_color(number: int) -> str:
     return "#" + "".join(f"{round(255 * channel):02x}" for channel in channels)
 
 
-def _wind_of(measured: Measurement) -> int | None:
+def _wind_of(measurement: Measurement) -> int | None:
     """Return the number of the wind nearest to a dip direction or trend, or None without one."""
-    if measured.plane is not None:
-        return round(measured.plane.dip_direction_deg / 45.0) % 8
-    return None if measured.line is None else round(measured.line.trend_deg / 45.0) % 8
+    if measurement.plane is not None:
+        return round(measurement.plane.dip_direction_deg / 45.0) % 8
+    return None if measurement.line is None else round(measurement.line.trend_deg / 45.0) % 8
 
 
-def feature_class(studio: Studio, feature: Feature, measured: Measurement) -> ColorEntry:
+def feature_class(studio: Studio, feature: Feature, measurement: Measurement) -> ColorEntry:
     """Return the class of a feature with its colour, according to the settings.
 
     Features to which the property cannot apply, such as stations, keep their own colour.
@@ -73,7 +73,7 @@ def feature_class(studio: Studio, feature: Feature, measured: Measurement) -> Co
     ----------
     studio : Studio
     feature : Feature
-    measured : Measurement
+    measurement : Measurement
 
     Returns
     -------
@@ -87,29 +87,29 @@ def feature_class(studio: Studio, feature: Feature, measured: Measurement) -> Co
         color = colors.get((feature.type_id, feature.set_name), UNKNOWN_COLOR)
         return ColorEntry(color, feature.set_name)
     if mode == "quality":
-        quality = measured.verdict.quality if measured.verdict else ""
+        quality = measurement.verdict.quality if measurement.verdict else ""
         text = tr(quality) if quality else tr("no verdict")
         return ColorEntry(VERDICT_COLORS.get(quality, UNKNOWN_COLOR), text, quality)
-    wind = _wind_of(measured)
+    wind = _wind_of(measurement)
     if wind is None:
         return ColorEntry(UNKNOWN_COLOR, tr("no direction"))
     return ColorEntry(_wind_color(wind), tr(WINDS[wind]))
 
 
-def feature_color(studio: Studio, feature: Feature, measured: Measurement) -> str:
+def feature_color(studio: Studio, feature: Feature, measurement: Measurement) -> str:
     """Return the colour (#rrggbb) of a feature according to the settings.
 
     Parameters
     ----------
     studio : Studio
     feature : Feature
-    measured : Measurement
+    measurement : Measurement
 
     Returns
     -------
     str
     """
-    return feature_class(studio, feature, measured).color
+    return feature_class(studio, feature, measurement).color
 
 
 def legend(studio: Studio) -> tuple[str, list[ColorEntry]]:

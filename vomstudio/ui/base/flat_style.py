@@ -108,25 +108,25 @@ def _is_reached_by_key(option: QStyleOption) -> bool:
 def _draw_handle(option: QStyleOption, painter: QPainter) -> None:
     """Draw a line along the longer side of a handle."""
     rect = QRectF(option.rect)
-    middle = rect.center()
+    centre = rect.center()
     line = (
-        QRectF(round(middle.x()), rect.top(), 1.0, rect.height())
+        QRectF(round(centre.x()), rect.top(), 1.0, rect.height())
         if rect.height() > rect.width()
-        else QRectF(rect.left(), round(middle.y()), rect.width(), 1.0)
+        else QRectF(rect.left(), round(centre.y()), rect.width(), 1.0)
     )
     painter.fillRect(line, _mix(option.palette, QPalette.ColorRole.Window, _LINE_SHARE))
 
 
 def _draw_button(option: QStyleOption, painter: QPainter) -> None:
     state = option.state
-    share = 0.0
+    fraction = 0.0
     if state & (_State.State_Sunken | _State.State_On):
-        share = _PRESSED_SHARE
+        fraction = _PRESSED_SHARE
     elif state & _State.State_MouseOver and state & _State.State_Enabled:
-        share = _HOVER_SHARE
+        fraction = _HOVER_SHARE
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    painter.setBrush(_mix(option.palette, QPalette.ColorRole.Button, share))
+    painter.setBrush(_mix(option.palette, QPalette.ColorRole.Button, fraction))
     painter.setPen(QPen(_mix(option.palette, QPalette.ColorRole.Button, _FRAME_SHARE), 1.0))
     frame = QRectF(option.rect).adjusted(0.5, 0.5, -0.5, -0.5)
     painter.drawRoundedRect(frame, _RADIUS_PX, _RADIUS_PX)
@@ -154,11 +154,11 @@ def draw_focus(painter: QPainter, rect: QRectF, palette: QPalette) -> None:
     painter.restore()
 
 
-def _mix(palette: QPalette, role: QPalette.ColorRole, share: float) -> QColor:
+def _mix(palette: QPalette, role: QPalette.ColorRole, fraction: float) -> QColor:
     """Mix a colour of the palette with a share of the text colour."""
     ground, text = palette.color(role), palette.color(QPalette.ColorRole.ButtonText)
     parts = [
-        round((1.0 - share) * a + share * b)
+        round((1.0 - fraction) * a + fraction * b)
         for a, b in zip(ground.getRgb()[:3], text.getRgb()[:3], strict=True)  # type: ignore[index]
     ]
     return QColor(*parts)

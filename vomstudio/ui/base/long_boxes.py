@@ -88,11 +88,11 @@ def _fit_height(dialog: QDialog) -> None:
     layout, area = dialog.layout(), available_area(dialog)
     if layout is None:
         return
-    needed = _needed_height(dialog, layout)
-    if needed > area.height():
+    needed_height = _needed_height(dialog, layout)
+    if needed_height > area.height():
         _scroll(dialog, layout, area)
-    elif needed > dialog.height():
-        dialog.resize(dialog.width(), needed)
+    elif needed_height > dialog.height():
+        dialog.resize(dialog.width(), needed_height)
 
 
 def _scroll(dialog: QDialog, layout: QLayout, area: QRect) -> None:
@@ -106,10 +106,10 @@ def _scroll(dialog: QDialog, layout: QLayout, area: QRect) -> None:
     column.setContentsMargins(0, 0, 0, 0)
     column.addWidget(PanelScrollArea(page))
     if buttons is not None:
-        below = QVBoxLayout()
-        below.setContentsMargins(margins)
-        below.addWidget(buttons)
-        column.addLayout(below)
+        box_layout = QVBoxLayout()
+        box_layout.setContentsMargins(margins)
+        box_layout.addWidget(buttons)
+        column.addLayout(box_layout)
     # Before this the minimum size of the dialog is that of its contents.
     column.activate()
     dialog.resize(width, area.height())

@@ -33,24 +33,24 @@ __all__ = [
 ]
 
 
-def orientation_text(measured: Measurement, notation: str) -> str:
+def orientation_text(measurement: Measurement, notation: str) -> str:
     """Return the attitude of a feature with its 95 % error, or a summary for other kinds."""
-    if measured.plane is not None or measured.line is not None:
-        return measured.attitude(notation)
-    kind = kind_named(measured.kind)
-    return (kind.headline(measured) if kind is not None else None) or "–"
+    if measurement.plane is not None or measurement.line is not None:
+        return measurement.attitude(notation)
+    kind = kind_named(measurement.kind)
+    return (kind.headline(measurement) if kind is not None else None) or "–"
 
 
 MARKS = {"good": "●", "doubtful": "▲", "poor": "■"}
 """Marks of verdicts in plain text, with the shapes of the coloured marks."""
 
 
-def marked_attitude(measured: Measurement, notation: str) -> str:
+def marked_attitude(measurement: Measurement, notation: str) -> str:
     """Return the attitude with its error and the mark of its verdict, for plain text.
 
     Parameters
     ----------
-    measured : Measurement
+    measurement : Measurement
     notation : str
         Notation of planes.
 
@@ -58,8 +58,8 @@ def marked_attitude(measured: Measurement, notation: str) -> str:
     -------
     str
     """
-    text = orientation_text(measured, notation)
-    return text if measured.verdict is None else f"{text} {MARKS[measured.verdict.quality]}"
+    text = orientation_text(measurement, notation)
+    return text if measurement.verdict is None else f"{text} {MARKS[measurement.verdict.quality]}"
 
 
 def slip_names() -> dict[str, str]:
@@ -67,13 +67,13 @@ def slip_names() -> dict[str, str]:
     return {code: tr(name) for code, name in dict(SENSES).items()}
 
 
-def extent_points(measured: Measurement) -> FloatArray:
+def extent_points(measurement: Measurement) -> FloatArray:
     """Return (n, 3) World points that span the extent of a feature."""
-    fit = measured.fit
-    if fit is None or fit.extent is None or len(measured.points) > 1:
-        return measured.points
+    fit = measurement.fit
+    if fit is None or fit.extent is None or len(measurement.points) > 1:
+        return measurement.points
     half_axes = 0.5 * fit.extent * fit.axes[:2]
-    return np.concatenate([measured.points, fit.centroid + half_axes, fit.centroid - half_axes])
+    return np.concatenate([measurement.points, fit.centroid + half_axes, fit.centroid - half_axes])
 
 
 def gigabytes(size: float) -> str:

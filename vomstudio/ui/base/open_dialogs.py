@@ -67,8 +67,8 @@ class OpenDialogs:
             visible.raise_()
             visible.activateWindow()
             return visible
-        if (hidden := self._find(kind, key)) is not None:
-            hidden.deleteLater()
+        if (open_dialog := self._find(kind, key)) is not None:
+            open_dialog.deleteLater()
         dialog = create()
         self._dialogs[kind, key] = weakref.ref(dialog)
         fit_to_screen(dialog)

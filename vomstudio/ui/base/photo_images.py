@@ -100,10 +100,10 @@ class PhotoImages(QObject):
     def picture(self, path: Path) -> PhotoPyramid | None:
         """Return a photo if it is cached; otherwise request it with priority and return None."""
         key = str(path)
-        cached = self._pictures.get(key)
-        if cached is not None:
+        cached_picture = self._pictures.get(key)
+        if cached_picture is not None:
             self._pictures.move_to_end(key)
-            return cached
+            return cached_picture
         if self._reading != key or not self._background.is_waiting(_PICTURE):
             self._reading = key
             self._background.run_request(
@@ -111,22 +111,22 @@ class PhotoImages(QObject):
                 partial(self._store, key),
                 lambda error: self.picture_loaded.emit(key, error.message),
                 key=_PICTURE,
-                first=True,
+                is_first=True,
             )
         return None
 
     def thumbnail(self, path: Path) -> QImage | None:
         """Return a thumbnail if it is cached; otherwise request it and return None."""
         key = str(path)
-        cached = self._thumbnails.get(key)
-        if cached is None and not self._background.is_waiting(key):
+        cached_thumbnail = self._thumbnails.get(key)
+        if cached_thumbnail is None and not self._background.is_waiting(key):
             self._background.run(
                 partial(_read_thumbnail, path),
                 partial(self._store_thumbnail, key),
                 lambda _: self._store_thumbnail(key, QImage()),
                 key=key,
             )
-        return cached
+        return cached_thumbnail
 
     def close(self) -> None:
         self._background.stop(wait_s=PATIENCE_S)
@@ -197,8 +197,8 @@ def _reader(path: Path) -> QImageReader:
     """Return a reader limited to the formats of photos, whatever plugins Qt has."""
     kind = b""
     with contextlib.suppress(OSError, InputError), open_regular(path) as file:
-        head = file.read(4)
-        kind = next((name for mark, name in _KINDS.items() if head.startswith(mark)), b"")
+        header = file.read(4)
+        kind = next((name for mark, name in _KINDS.items() if header.startswith(mark)), b"")
     reader = QImageReader(str(path) if kind else "", kind)
     reader.setAutoDetectImageFormat(False)
     return reader

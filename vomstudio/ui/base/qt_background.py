@@ -42,7 +42,7 @@ class NewestResult:
     ----------
     then, fail : callable
         Called with the result or the error.
-    slow : callable
+    slow_callback : callable
         Called after 0.2 s without a result.
     """
 
@@ -51,14 +51,14 @@ class NewestResult:
         owner: QObject,
         then: Callable[[Any], object],
         fail: Callable[[VomError], object],
-        slow: Callable[[], None],
+        slow_callback: Callable[[], None],
     ) -> None:
         self._background = QtBackground(owner)
         self._then, self._fail = then, fail
         self._slow = QTimer(owner)
         self._slow.setSingleShot(True)
         self._slow.setInterval(_SLOW_MS)
-        self._slow.timeout.connect(slow)
+        self._slow.timeout.connect(slow_callback)
 
     @property
     def is_waiting(self) -> bool:

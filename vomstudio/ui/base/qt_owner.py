@@ -134,7 +134,7 @@ class IncrementalWork:
     def _schedule_next(cls) -> None:
         """Schedule only the first instance in the queue."""
         # The window of an instance may have been closed in the meantime.
-        cls._running[:] = [each for each in cls._running if isValid(each._timer)]
+        cls._running[:] = [item for item in cls._running if isValid(item._timer)]
         if cls._running:
             cls._running[0]._timer.start(0)
 

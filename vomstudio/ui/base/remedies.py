@@ -82,7 +82,7 @@ def short_reason(reason: Finding) -> str:
 
 
 def command_for(reason: Finding) -> str:
-    """Return the name of the command that acts on a reason, or "" if there is none.
+    """Return the name of the command that acts on a reason, or "" without such a command.
 
     Parameters
     ----------

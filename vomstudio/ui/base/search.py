@@ -140,7 +140,7 @@ def synonyms_of(name: str) -> tuple[str, ...]:
 
 
 def rank(
-    query: str, entries: Iterable[SearchEntry], recent: Sequence[str] = ()
+    query: str, entries: Iterable[SearchEntry], recent_names: Sequence[str] = ()
 ) -> list[SearchEntry]:
     """Return the entries that contain all words of a query, the best first.
 
@@ -149,13 +149,15 @@ def rank(
     use, then by the order of the entries; a query without words returns all entries.
     """
     words = _words(query)
-    scored = []
+    scored_items = []
     for position, entry in enumerate(entries):
         score = _score(words, entry)
         if score is not None:
-            used = recent.index(entry.key) if entry.key in recent else len(recent)
-            scored.append(((*score, used, position), entry))
-    return [entry for _, entry in sorted(scored, key=lambda each: each[0])]
+            used_index = (
+                recent_names.index(entry.key) if entry.key in recent_names else len(recent_names)
+            )
+            scored_items.append(((*score, used_index, position), entry))
+    return [entry for _, entry in sorted(scored_items, key=lambda each: each[0])]
 
 
 def _words(text: str) -> list[str]:

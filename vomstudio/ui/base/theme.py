@@ -114,7 +114,7 @@ def _palette(dark: bool) -> QPalette:
     button, window = ("#454545", "#323232") if dark else ("#fafafa", "#efefef")
     palette = QPalette(QColor(button), QColor(window))
     role, group = QPalette.ColorRole, QPalette.ColorGroup
-    for each, color in (
+    for item, color in (
         (role.Base, "#242424" if dark else "#ffffff"),
         (role.AlternateBase, "#2b2b2b" if dark else "#f7f7f7"),
         (role.Highlight, "#2f6ea8" if dark else "#0072b2"),
@@ -125,9 +125,9 @@ def _palette(dark: bool) -> QPalette:
         (role.ToolTipText, "#ffffff" if dark else "#000000"),
         (role.PlaceholderText, "#b4b4b4" if dark else "#5c5c5c"),
     ):
-        palette.setColor(each, QColor(color))
-    for each in (role.Text, role.WindowText, role.ButtonText):
-        palette.setColor(group.Disabled, each, QColor("#8c8c8c"))
+        palette.setColor(item, QColor(color))
+    for item in (role.Text, role.WindowText, role.ButtonText):
+        palette.setColor(group.Disabled, item, QColor("#8c8c8c"))
     return palette
 
 
@@ -314,11 +314,11 @@ def type_icon(color: str, symbol: str) -> QIcon:
             QPolygonF(
                 [
                     QPointF(
-                        16 + radii[k % len(radii)] * math.cos(turn),
-                        16 - radii[k % len(radii)] * math.sin(turn),
+                        16 + radii[k % len(radii)] * math.cos(angle),
+                        16 - radii[k % len(radii)] * math.sin(angle),
                     )
                     for k in range(steps)
-                    for turn in (math.radians(start_deg + 360.0 * k / steps),)
+                    for angle in (math.radians(start_deg + 360.0 * k / steps),)
                 ]
             )
         )

@@ -140,9 +140,9 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
 def choose_field(studio: Studio, docks: Docks) -> None:
     """Show the display panel and a scalar field of each model, by default the first field."""
     state = studio.display
-    for model_id, opened in studio.models.items():
+    for model_id, open_model in studio.models.items():
         if model_id not in state.styles:
-            style = FieldStyle(display.default_field(opened.data))
+            style = FieldStyle(display.default_field(open_model.data))
             state.show_field(model_id, style)
     state.set_mode("field")
     docks.bring_forward(_DOCK_NAME)

@@ -48,8 +48,8 @@ class ListedImport(QObject):
             studio.warn(Finding("action.no-model"))
             return
         target, records = model, dict(studio.records)
-        opened, surface = studio.models.get(model.id), studio.workspace.models.surface(model.id)
-        bounds = None if opened is None else opened.data.bounds
+        open_model, surface = studio.models.get(model.id), studio.workspace.models.surface(model.id)
+        bounds = None if open_model is None else open_model.data.bounds
 
         def read_features() -> ImportedFeatures:
             from vomstudio.io.gis.crs import world_crs
@@ -69,17 +69,17 @@ class ListedImport(QObject):
             read_features, lambda imported: self._add_features(target, imported), studio.fail
         )
 
-    def _add_features(self, model: Model, imported: ImportedFeatures) -> None:
+    def _add_features(self, model: Model, imported_features: ImportedFeatures) -> None:
         studio = self._studio
         current = studio.records.get(model.id)
         if not isinstance(current, Model) or current.to_world != model.to_world:
             studio.warn(Finding("model.moved"))
             return
-        if not studio.attempt(edits.add_features, imported.features):
+        if not studio.attempt(edits.add_features, imported_features.features):
             return
-        studio.selection.set([feature.id for feature in imported.features])
-        studio.info(Finding("features.added", count=len(imported.features)))
-        for warning in imported.warnings:
+        studio.selection.set([feature.id for feature in imported_features.features])
+        studio.info(Finding("features.added", count=len(imported_features.features)))
+        for warning in imported_features.warnings:
             studio.warn(warning, warning.severity)
-        for name, reason in imported.skipped:
+        for name, reason in imported_features.skipped:
             studio.warn(Finding("feature.left-out", feature=name, reason=reason))

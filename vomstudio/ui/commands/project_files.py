@@ -350,8 +350,8 @@ class Files(QObject):
             return
         if self._frame_dialog is not None and isValid(self._frame_dialog):
             self._frame_dialog.close()
-        opened = self._studio.models.get(model.id)
-        dialog = FrameDialog(self._parent, model, opened, self._studio.crs_codes())
+        open_model = self._studio.models.get(model.id)
+        dialog = FrameDialog(self._parent, model, open_model, self._studio.crs_codes())
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.accepted.connect(lambda: self._apply_frame(model.id, dialog.frame))
         dialog.finished.connect(self._declare_next)
@@ -378,9 +378,9 @@ class Files(QObject):
         model = self._studio.records.get(model_id)
         if not isinstance(model, Model) or frame == model.frame:
             return
-        opened = self._studio.models.get(model_id)
+        open_model = self._studio.models.get(model_id)
         try:
-            findings = () if opened is None else check_frame(frame, opened.data.bounds)
+            findings = () if open_model is None else check_frame(frame, open_model.data.bounds)
         except InputError as error:
             self._studio.warn(error, "error")
             return

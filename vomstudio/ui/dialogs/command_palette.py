@@ -43,7 +43,7 @@ class CommandPalette(QDialog):
         self.setWindowTitle(tr("Search"))
         self.resize(560, 460)
         self._actions = actions
-        self._destinations = {each.entry.key: each for each in destinations}
+        self._destinations = {item.entry.key: item for item in destinations}
         self._search = QLineEdit()
         self._search.setPlaceholderText(tr("Command, page, setting or document"))
         self._search.textChanged.connect(self._fill)
@@ -66,10 +66,10 @@ class CommandPalette(QDialog):
         self._search.returnPressed.connect(self._accept_selection)
         self._commands = {command.name: command for command in actions.commands()}
         entries = (
-            SearchEntry(name, strip_mnemonic(each.text).rstrip("…"), synonyms_of(name), each.tip)
-            for name, each in self._commands.items()
+            SearchEntry(name, strip_mnemonic(item.text).rstrip("…"), synonyms_of(name), item.tip)
+            for name, item in self._commands.items()
         )
-        self._entries = [*entries, *(each.entry for each in destinations)]
+        self._entries = [*entries, *(item.entry for item in destinations)]
         self._fill("")
 
     def _accept_selection(self) -> None:

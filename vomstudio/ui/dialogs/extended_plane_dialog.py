@@ -94,10 +94,10 @@ class ExtendDialog(QDialog):
     def start(self) -> None:
         """Extend the plane with the entered options, and show the result."""
         studio = self._studio
-        model, opened = studio.records.get(self._model_id), studio.models.get(self._model_id)
+        model, open_model = studio.records.get(self._model_id), studio.models.get(self._model_id)
         plane = studio.records.get(self._plane.id)
         fit = None if not isinstance(plane, Feature) else studio.measure(plane).fit
-        if not isinstance(model, Model) or opened is None or fit is None:
+        if not isinstance(model, Model) or open_model is None or fit is None:
             self.summary.setText(Finding("field.feature-missing").message)
             return
         try:
@@ -109,7 +109,7 @@ class ExtendDialog(QDialog):
         self.summary.setText(tr("Extending the plane…"))
         self._refresh_buttons()
         self._background.run(
-            partial(_extend_plane, opened.data, model, fit, options),
+            partial(_extend_plane, open_model.data, model, fit, options),
             self._show_result,
             self._failed,
         )
@@ -127,18 +127,20 @@ class ExtendDialog(QDialog):
         self.summary.setText(
             "\n".join(
                 [
-                    *_describe_extension(self.extension, metric=project_axes(self._studio).metric),
+                    *_describe_extension(
+                        self.extension, is_metric=project_axes(self._studio).metric
+                    ),
                     *map(str, self.extension.warnings),
                 ]
             )
         )
         self._refresh_buttons()
         self._studio.extension_shown.emit(ExtendedLines(self._model_id, *lines))
-        opened, bands = self._studio.models.get(self._model_id), self.extension.bands
-        if opened is None or bands is None:
+        open_model, bands = self._studio.models.get(self._model_id), self.extension.bands
+        if open_model is None or bands is None:
             return
         values = np.where(bands.inside, bands.distance_m, np.nan).astype(np.float32)
-        if not opened.give_fields({FIELD: values}):
+        if not open_model.give_fields({FIELD: values}):
             self._studio.warn(Finding("model.fields-too-large"))
             return
         self._max_distance_m = (
@@ -226,7 +228,7 @@ def _extend_plane(
     return extension, ([trace.points for trace in extension.traces], np.concatenate(edges))
 
 
-def _describe_extension(extension: ExtendedPlane, *, metric: bool) -> list[str]:
+def _describe_extension(extension: ExtendedPlane, *, is_metric: bool) -> list[str]:
     min_error_m = min(bed.least_error95_m for bed in extension.beds)
     max_error_m = max(bed.most_error95_m for bed in extension.beds)
     return [
@@ -234,12 +236,12 @@ def _describe_extension(extension: ExtendedPlane, *, metric: bool) -> list[str]:
             "{count} plane intersects the model over {length}.",
             "{count} planes intersect the model over {length}.",
             len(extension.beds),
-            length=length_text(extension.length_m, metric=metric),
+            length=length_text(extension.length_m, is_metric=is_metric),
         ),
         tr(
             "The error of its position ranges from {least} to {most} at the far end (95 %).",
-            least=length_text(min_error_m, metric=metric),
-            most=length_text(max_error_m, metric=metric),
+            least=length_text(min_error_m, is_metric=is_metric),
+            most=length_text(max_error_m, is_metric=is_metric),
         ),
         tr("This assumes that the structure continues as a plane."),
     ]

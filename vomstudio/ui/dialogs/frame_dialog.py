@@ -48,7 +48,7 @@ class FrameDialog(QDialog):
     ----------
     parent : QWidget
     model : Model
-    opened : OpenModel or None
+    opened_model : OpenModel or None
         Data of the model, if it is loaded.
     project_crs : sequence of str
         CRS of the models of the project; the first one is proposed.
@@ -58,7 +58,7 @@ class FrameDialog(QDialog):
         self,
         parent: QWidget,
         model: Model,
-        opened: OpenModel | None,
+        opened_model: OpenModel | None,
         project_crs: Sequence[str] = (),
     ) -> None:
         super().__init__(parent)
@@ -73,7 +73,7 @@ class FrameDialog(QDialog):
         self._check_timer.timeout.connect(self._check)
         intro = Label(_describe_origin(model))
         intro.setWordWrap(True)
-        size = Label(_describe_size(opened)) if opened is not None else Label()
+        size = Label(_describe_size(opened_model)) if opened_model is not None else Label()
         size.setWordWrap(True)
         self._buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
@@ -88,7 +88,7 @@ class FrameDialog(QDialog):
             layout.addWidget(widget)
         layout.addLayout(self._make_form())
         layout.addWidget(self._buttons)
-        self._fill(model.frame, opened is not None and _has_large_coordinates(opened))
+        self._fill(model.frame, opened_model is not None and _has_large_coordinates(opened_model))
         self._check()
 
     # --- widgets -----------------------------------------------------------------------------
@@ -204,20 +204,20 @@ def _describe_origin(model: Model) -> str:
     return tr("The file specifies no frame. Dip directions and lengths depend on your choice.")
 
 
-def _bounds(opened: OpenModel) -> np.ndarray:
-    return opened.data.bounds
+def _bounds(opened_model: OpenModel) -> np.ndarray:
+    return opened_model.data.bounds
 
 
-def _has_large_coordinates(opened: OpenModel) -> bool:
-    return bool(np.abs(_bounds(opened)).max() > 1e4)
+def _has_large_coordinates(opened_model: OpenModel) -> bool:
+    return bool(np.abs(_bounds(opened_model)).max() > 1e4)
 
 
-def _describe_size(opened: OpenModel) -> str:
-    minimum, maximum = _bounds(opened)
+def _describe_size(opened_model: OpenModel) -> str:
+    minimum, maximum = _bounds(opened_model)
     x, y, z = maximum - minimum
     centre = ", ".join(f"{value:,.1f}" for value in (minimum + maximum) / 2)
     size = f"{x:.4g} × {y:.4g} × {z:.4g}"
-    if isinstance(opened.data, Mesh):
+    if isinstance(opened_model.data, Mesh):
         return tr("Mesh of {size} units (x × y × z), centre at {centre}", size=size, centre=centre)
     return tr(
         "Point cloud of {size} units (x × y × z), centre at {centre}", size=size, centre=centre

@@ -143,10 +143,10 @@ class NetTypingDialog(QDialog):
         current = self._studio.selection.current
         if current is None:
             return ""
-        measured = self._studio.measured([current]).get(current)
-        if measured is None or measured.plane is None:
+        measurement = self._studio.measured([current]).get(current)
+        if measurement is None or measurement.plane is None:
             return ""
-        return format_plane(measured.plane, self._studio.settings.notation, 1)
+        return format_plane(measurement.plane, self._studio.settings.notation, 1)
 
     def _refresh_plane_button(self) -> None:
         allow(

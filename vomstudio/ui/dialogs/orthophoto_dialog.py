@@ -219,9 +219,9 @@ class OrthoDialog(QDialog):
         self.gsd.setText(f"{gsd:g}")
         corners = self._view_corners()
         depth = float(np.ptp(corners[:, 2]))
-        metric = model.frame.has_metres
+        is_metric = model.frame.has_metres
         self._unit.setText(unit)
-        effect = view_directions.cost_of_direction(self._error_deg, depth, metric=metric)
+        effect = view_directions.cost_of_direction(self._error_deg, depth, is_metric=is_metric)
         self._error_effect.setText(effect.message)
         self._check()
         # Labels with several lines have received their text only now.
@@ -238,7 +238,8 @@ class OrthoDialog(QDialog):
         else:
             pixels = (width / gsd) * (height / gsd)
             size = [
-                length(v, metric=self._selected_model().frame.has_metres) for v in (width, height)
+                length(v, is_metric=self._selected_model().frame.has_metres)
+                for v in (width, height)
             ]
             self._size.setText(
                 tr(
@@ -265,8 +266,8 @@ class OrthoDialog(QDialog):
         self.copy_button.allow(problem)
 
     def _browse(self) -> None:
-        proposed, formats = self.target.text(), {"tif": "GeoTIFF", "tiff": "GeoTIFF"}
-        path = ask_for_target(self, self._studio, tr("Orthophoto file"), proposed, formats)
+        proposed_text, formats = self.target.text(), {"tif": "GeoTIFF", "tiff": "GeoTIFF"}
+        path = ask_for_target(self, self._studio, tr("Orthophoto file"), proposed_text, formats)
         if path is not None:
             self.target.setText(str(path))
 

@@ -212,8 +212,8 @@ def _title(profile: str) -> str:
     return titles.get(profile, profile)
 
 
-def _describe_counts(measured: Any) -> str:
-    counts = Counter(m.verdict.quality for m in measured.values() if m.verdict is not None)
+def _describe_counts(measured_value: Any) -> str:
+    counts = Counter(m.verdict.quality for m in measured_value.values() if m.verdict is not None)
     return tr(
         "{good} good, {doubtful} doubtful, {poor} poor",
         good=counts["good"],

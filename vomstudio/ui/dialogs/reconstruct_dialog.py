@@ -129,7 +129,7 @@ class ReconstructDialog(QDialog):
         self._control_rows = (control_row, marks_row)
         for field in (self.control, self.marks):
             field.textEdited.connect(self._schedule_apply)
-        self.crs = CrsField(preferred=self._survey.crs_codes())
+        self.crs = CrsField(preferred_names=self._survey.crs_codes())
         self.crs.setObjectName("make_crs")
         self.crs.textEdited.connect(self._schedule_apply)
         self.crs.setMaximumWidth(170)
@@ -221,20 +221,22 @@ class ReconstructDialog(QDialog):
             return Path(text).expanduser() if text else None
 
         control = path(self.control) if self.control_button.isChecked() else None
-        previous, resources = self._survey.settings, self.resources.options()
+        previous_settings, resources = self._survey.settings, self.resources.options()
         marks = path(self.marks) if control is not None else None
         try:
             crs = parse_crs(self.crs.text())[0] if self.crs.text().strip() else None
         except VomError:
             crs = None
-        is_same_control = (control, marks) == (previous.control, previous.marks)
+        is_same_control = (control, marks) == (previous_settings.control, previous_settings.marks)
         return replace(
-            previous,
+            previous_settings,
             quality=str(self.quality.currentData()),
             control=control,
             marks=marks,
             # Other changes confirm control files that were found automatically.
-            has_sidecar_control=previous.has_sidecar_control and is_same_control and crs is None,
+            has_sidecar_control=previous_settings.has_sidecar_control
+            and is_same_control
+            and crs is None,
             crs=crs,
             threads=resources.threads,
             seed=resources.seed,
@@ -296,8 +298,8 @@ class ReconstructDialog(QDialog):
                 self.points.setItem(row, column, item)
 
     def _verdict_text(self, facts: ControlFacts | None) -> str:
-        if (missing := self._missing_file()) is not None:
-            return missing.message
+        if (missing_file := self._missing_file()) is not None:
+            return missing_file.message
         if self._survey.is_forecasting:
             return tr("Checking the control points…")
         if facts is None:
@@ -376,4 +378,4 @@ def _describe_memory(memory: MemoryNeed) -> str:
     if memory.size_px < memory.wanted_px:
         code = "reconstruction.reduced-depth-maps"
         findings.append(Finding(code, size_px=memory.size_px, wanted_px=memory.wanted_px))
-    return " ".join(each.message for each in findings)
+    return " ".join(finding.message for finding in findings)

@@ -99,15 +99,15 @@ class SurfaceDialog(QDialog):
         if options == self._analysed_options:
             return
         studio, patch = self._studio, self._patch
-        model, opened = studio.records.get(patch.model_id), studio.models.get(patch.model_id)
-        if not isinstance(model, Model) or opened is None:
+        model, open_model = studio.records.get(patch.model_id), studio.models.get(patch.model_id)
+        if not isinstance(model, Model) or open_model is None:
             self.summary.setText(Finding("model.not-open").message)
             return
         self._analysed_options, self.figures = options, None
         self._refresh_buttons()
         ratio = self.devicePixelRatioF()
         self._background.run(
-            partial(_analyse_patch, opened.data, model, patch, ratio, options),
+            partial(_analyse_patch, open_model.data, model, patch, ratio, options),
             self._show_result,
             self._failed,
         )
@@ -120,7 +120,7 @@ class SurfaceDialog(QDialog):
         self._part, self.figures, image = result
         self.picture.setPixmap(QPixmap.fromImage(image))
         self.summary.setText(
-            "\n".join(describe_figures(self.figures, metric=project_axes(self._studio).metric))
+            "\n".join(describe_figures(self.figures, is_metric=project_axes(self._studio).metric))
         )
         if self._analysed_options == SurfaceOptions():
             self.limits.show_automatic("noise_m", self.figures.noise_m)
@@ -136,15 +136,15 @@ class SurfaceDialog(QDialog):
     # --- actions -----------------------------------------------------------------------------
     def show_on_model(self) -> None:
         """Colour the patch on the model by its deviations."""
-        figures, opened = self.figures, self._studio.models.get(self._patch.model_id)
-        if figures is None or opened is None:
+        figures, open_model = self.figures, self._studio.models.get(self._patch.model_id)
+        if figures is None or open_model is None:
             return
-        data = opened.data
+        data = open_model.data
         count = len(data.vertices) if isinstance(data, Mesh) else len(data.points)
         values = np.full(count, np.nan, np.float32)
         values[_patch_points(data, self._patch)] = figures.at_points
         max_deviation = float(np.percentile(np.abs(figures.at_points), 98.0))
-        if opened.give_fields({FIELDS[0]: values}):
+        if open_model.give_fields({FIELDS[0]: values}):
             style = FieldStyle(FIELDS[0], -max_deviation, max_deviation)
             self._studio.display.show_field(self._patch.model_id, style)
         else:
@@ -152,17 +152,17 @@ class SurfaceDialog(QDialog):
 
     def trim(self) -> None:
         """Remove the parts of the patch that deviate from its plane in one edit."""
-        figures, opened = self.figures, self._studio.models.get(self._patch.model_id)
+        figures, open_model = self.figures, self._studio.models.get(self._patch.model_id)
         patch = get(self._studio.records, self._patch.id, Patch)
-        if figures is None or opened is None or patch is None:
+        if figures is None or open_model is None or patch is None:
             return
         ids = runs_to_ids(self._patch.runs)
         is_on_plane = figures.holds
-        if isinstance(opened.data, Mesh):
-            corners = opened.data.faces[ids]
+        if isinstance(open_model.data, Mesh):
+            corners = open_model.data.faces[ids]
             rows = np.searchsorted(np.unique(corners), corners)
             is_on_plane = np.asarray(figures.holds[rows].all(axis=1))
-        patch_figures = record_figures(opened.surface, ids[is_on_plane])
+        patch_figures = record_figures(open_model.surface, ids[is_on_plane])
         if self._studio.attempt(edits.change_feature, replace(patch, **patch_figures), "Trim"):
             self.accept()
 
@@ -208,7 +208,7 @@ def _analyse_patch(
     dpi = 100.0 * ratio
     figure = Figure(figsize=(_PICTURE_SIZE[0] / 100.0, _PICTURE_SIZE[1] / 100.0), dpi=dpi)
     canvas = FigureCanvasAgg(figure)
-    draw_surface(figure, figures, metric=model.frame.has_metres)
+    draw_surface(figure, figures, is_metric=model.frame.has_metres)
     canvas.draw()
     pixels = np.asarray(canvas.buffer_rgba())
     height, width = pixels.shape[:2]

@@ -87,14 +87,14 @@ class CameraView(QObject):
         self.refresh()
 
     def _model_loaded(self, model_id: str) -> None:
-        record, opened = self._studio.records.get(model_id), self._studio.models.get(model_id)
-        if not isinstance(record, Model) or opened is None:
+        record, open_model = self._studio.records.get(model_id), self._studio.models.get(model_id)
+        if not isinstance(record, Model) or open_model is None:
             return
         path = self._links.cameras_path(model_id)
         if path is None:
             return
         self._files[model_id] = path
-        bounds = opened.data.bounds
+        bounds = open_model.data.bounds
 
         def store(cameras: tuple[list[Frustum], tuple[int, int, int]]) -> None:
             self._frusta[path] = cameras
@@ -139,7 +139,7 @@ class CameraView(QObject):
         for path, to_world in self._visible_files():
             local, origin = self._frusta[path]
             matrix = transform.matrix(to_world)
-            result += [each.transform(matrix, origin) for each in local]
+            result += [item.transform(matrix, origin) for item in local]
         return result
 
     def refresh(self) -> None:
@@ -158,12 +158,12 @@ class CameraView(QObject):
 
     def frusta_points(self) -> FloatArray:
         """Return (n, 3) World points of the visible frusta."""
-        points = [np.vstack([each.tip, each.corners]) for each in self.visible_frusta()]
+        points = [np.vstack([item.tip, item.corners]) for item in self.visible_frusta()]
         return np.concatenate([np.zeros((0, 3)), *points])
 
     def _pointer(self, event: PointerEvent) -> None:
-        clicked = event.kind is Pointer.CLICK and event.button is Button.LEFT
-        if not clicked or self._studio.tool_name != "navigate" or self._cameras is None:
+        is_clicked = event.kind is Pointer.CLICK and event.button is Button.LEFT
+        if not is_clicked or self._studio.tool_name != "navigate" or self._cameras is None:
             return
         name = self._cameras.at(event.x, event.y)
         if name is not None:

@@ -67,17 +67,19 @@ class FaceGridDrawings:
     def _redraw(self, grid_id: str) -> None:
         studio = self._studio
         grid = get(studio.records, grid_id, FaceGrid)
-        exposed = studio.workspace.grids.exposed(grid_id)
+        exposure = studio.workspace.grids.exposed(grid_id)
         model = None if grid is None else get(studio.records, grid.model_id, Model)
-        if grid is None or model is None or exposed is None:
+        if grid is None or model is None or exposure is None:
             self._remove(grid_id)
             return
-        drawings = {drawing.id: drawing for drawing in self._drawings(grid, model, exposed)}
-        removed = self._drawn_keys.get(grid_id, set()) - drawings.keys()
+        drawings = {drawing.id: drawing for drawing in self._drawings(grid, model, exposure)}
+        removed_drawn_key = self._drawn_keys.get(grid_id, set()) - drawings.keys()
         self._drawn_keys[grid_id] = set(drawings)
-        self._layer.change({**dict.fromkeys(removed), **drawings})
+        self._layer.change({**dict.fromkeys(removed_drawn_key), **drawings})
 
-    def _drawings(self, grid: FaceGrid, model: Model, exposed: ExposedArea) -> list[FeatureDrawing]:
+    def _drawings(
+        self, grid: FaceGrid, model: Model, exposed_area: ExposedArea
+    ) -> list[FeatureDrawing]:
         cells = world_grid(grid, model)
         axes = cells.cell * np.stack([cells.right, cells.up, cells.normal])
         no_corners = np.zeros((0, 3, 3), np.float32)
@@ -88,7 +90,7 @@ class FaceGridDrawings:
                 key, np.zeros((0, 3)), None, rgb(color), "", cells.origin, visible, area
             )
 
-        lines = (exposed.lines @ axes).astype(np.float32)
+        lines = (exposed_area.lines @ axes).astype(np.float32)
         drawings = []
         if len(lines):
             drawings.append(
@@ -96,9 +98,9 @@ class FaceGridDrawings:
             )
         marks = np.array(list(marks_of(grid)))
         for mark, color in COLORS.items():
-            is_marked = np.isin(exposed.cell, np.flatnonzero(marks == mark))
+            is_marked = np.isin(exposed_area.cell, np.flatnonzero(marks == mark))
             if is_marked.any():
-                corners = _thin_out(exposed.pieces[is_marked]) @ axes
+                corners = _thin_out(exposed_area.pieces[is_marked]) @ axes
                 area = Area(cells.origin, corners.astype(np.float32), no_corners[:, :2])
                 drawings.append(drawing(f"{grid.id}:{mark}", color, area))
         return drawings

@@ -61,11 +61,11 @@ class OutcropMenu(QObject):
         keyboard = QContextMenuEvent.Reason.Keyboard
         if not isinstance(event, QContextMenuEvent) or event.reason() != keyboard:
             return False
-        at, rect = self._viewport.mapFromGlobal(QCursor.pos()), self._viewport.rect()
-        if not rect.contains(at):
-            at = rect.center()
-        hit = self._viewport.pick(at.x(), at.y())
-        self._open(PointerEvent(Pointer.CLICK, at.x(), at.y(), Button.RIGHT, hit=hit))
+        position, rect = self._viewport.mapFromGlobal(QCursor.pos()), self._viewport.rect()
+        if not rect.contains(position):
+            position = rect.center()
+        hit = self._viewport.pick(position.x(), position.y())
+        self._open(PointerEvent(Pointer.CLICK, position.x(), position.y(), Button.RIGHT, hit=hit))
         return True
 
     def _open(self, event: PointerEvent) -> None:

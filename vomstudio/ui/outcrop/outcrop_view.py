@@ -99,10 +99,10 @@ class OutcropView(QObject):
         """Look perpendicular to the surface at a hit; return why this is impossible, or None."""
         surface = self._studio.surface(hit.model_id)
         model = self._studio.records.get(hit.model_id)
-        opened = self._studio.models.get(hit.model_id)
-        if self.viewport is None or surface is None or opened is None:
+        open_model = self._studio.models.get(hit.model_id)
+        if self.viewport is None or surface is None or open_model is None:
             return Finding("model.not-open", model=hit.model_id)
-        radius = NORMAL_SPACINGS * (opened.resolution or 0.0)
+        radius = NORMAL_SPACINGS * (open_model.resolution or 0.0)
         normal = surface.normal_near(hit.index, hit.position, radius)
         if normal is None or not isinstance(model, Model):
             return Finding("view.no-normal")
@@ -195,8 +195,8 @@ class OutcropView(QObject):
 
     def frame_selection(self) -> None:
         """Show the selected features."""
-        measured = self._studio.measured(self._studio.selection.ids).values()
-        points = [p for m in measured if len(p := extent_points(m))]
+        measurements = self._studio.measured(self._studio.selection.ids).values()
+        points = [p for m in measurements if len(p := extent_points(m))]
         if self.viewport is not None and points:
             self.viewport.moves.frame(np.concatenate(points))
 
@@ -206,8 +206,8 @@ class OutcropView(QObject):
 
     def has_content_in_clip_box(self) -> bool:
         """Return whether the clipping box intersects the visible models."""
-        box, around = self._studio.display.box, self.models_box()
-        return box is not None and around is not None and box.meets(around)
+        box, bounds = self._studio.display.box, self.models_box()
+        return box is not None and bounds is not None and box.meets(bounds)
 
     def select_at(self, view: FeatureView, event: PointerEvent) -> None:
         """Select the feature at a click in another view of the outcrop."""

@@ -31,10 +31,10 @@ class ProposedTraceDrawings:
 
     def _redraw(self) -> None:
         drawings = {drawing.id: drawing for drawing in self._drawings()}
-        removed = self._drawn_keys - drawings.keys()
+        removed_values = self._drawn_keys - drawings.keys()
         self._drawn_keys = set(drawings)
-        if removed or drawings:
-            self._layer.change({**dict.fromkeys(removed), **drawings})
+        if removed_values or drawings:
+            self._layer.change({**dict.fromkeys(removed_values), **drawings})
 
     def _drawings(self) -> list[FeatureDrawing]:
         studio, traces = self._studio, self._studio.proposed_traces

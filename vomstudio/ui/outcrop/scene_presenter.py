@@ -78,7 +78,7 @@ class ScenePresenter:
         self._models, self._moves, self._layer = viewport.models, viewport.moves, viewport.features
         self._drawn_models: set[str] = set()
         self._features: set[str] = set()
-        self._placed = False
+        self._is_placed = False
         self._drawing_work = IncrementalWork(viewport)
         self._pieces = SurfacePieces(studio, viewport, lambda id_: self._draw([id_]))
         self._drawn_settings = self._settings()
@@ -110,7 +110,7 @@ class ScenePresenter:
         self._layer.change(dict.fromkeys(self._features))
         self._features.clear()
         self._pieces.clear()
-        self._placed = self._restore_camera()
+        self._is_placed = self._restore_camera()
         for setting in ("mode", "lit", "point_size", "eye_dome", "clip"):
             self._displayed(setting)
         for model_id in self._studio.models:
@@ -130,8 +130,8 @@ class ScenePresenter:
                 return True
         except (ValueError, KeyError, TypeError):
             pass
-        measured = self._studio.measured(f.id for f in self._studio.session.features())
-        points = [p for m in measured.values() if len(p := extent_points(m))]
+        measurements = self._studio.measured(f.id for f in self._studio.session.features())
+        points = [p for m in measurements.values() if len(p := extent_points(m))]
         if points:
             self._moves.frame(np.concatenate(points))
         return False
@@ -139,15 +139,15 @@ class ScenePresenter:
     # --- models ------------------------------------------------------------------------------
     def _model_loaded(self, model_id: str) -> None:
         record = self._studio.records.get(model_id)
-        opened = self._studio.models.get(model_id)
-        if not isinstance(record, Model) or opened is None or model_id in self._drawn_models:
+        open_model = self._studio.models.get(model_id)
+        if not isinstance(record, Model) or open_model is None or model_id in self._drawn_models:
             return
-        first = not self._drawn_models and not self._placed
-        if first:
+        is_first = not self._drawn_models and not self._is_placed
+        if is_first:
             self._face(model_id)
         self._stages.pop(model_id, None)
         self._models.add(
-            model_id, opened.data, transform.matrix(record.to_world), frame_camera=first
+            model_id, open_model.data, transform.matrix(record.to_world), frame_camera=is_first
         )
         self._models.set_visible(model_id, self._model_visible(model_id))
         self._drawn_models.add(model_id)
@@ -181,8 +181,11 @@ class ScenePresenter:
                 self._show_field(model_id)
 
     def _show_field(self, model_id: str) -> None:
-        style, opened = self._studio.display.styles.get(model_id), self._studio.models[model_id]
-        if style is not None and style.name not in field_names(opened.data):
+        style, opened_models = (
+            self._studio.display.styles.get(model_id),
+            self._studio.models[model_id],
+        )
+        if style is not None and style.name not in field_names(opened_models.data):
             # The file has changed since the field was selected.
             style = None
         self._viewport.display.set_field(model_id, style, self._studio.records[model_id].name)
@@ -199,12 +202,12 @@ class ScenePresenter:
         record = self._studio.records.get(key)
         frame = record.to_world if isinstance(record, Model) else IDENTITY
         to_world = transform.matrix(frame)
-        first = not self._drawn_models and not self._placed
-        if first:
+        is_first = not self._drawn_models and not self._is_placed
+        if is_first:
             self._moves.look_along(*first_view(cloud, to_world))
             # Later models must not move the camera.
-            self._placed = True
-        self._models.add(PREVIEW + key, cloud, to_world, frame_camera=first)
+            self._is_placed = True
+        self._models.add(PREVIEW + key, cloud, to_world, frame_camera=is_first)
         self._previews.add(key)
 
     def _end_preview(self, key: str) -> None:
@@ -375,9 +378,9 @@ class ScenePresenter:
 
     def _drawings(self, ids: list[str]) -> dict[str, FeatureDrawing | None]:
         """Return the drawings by id, with None for features that are deleted or lack a position."""
-        records, measured = self._studio.records, self._studio.measured(ids)
+        records, measurements = self._studio.records, self._studio.measured(ids)
         return {
-            id_: self._drawing(feature, measured[id_])
+            id_: self._drawing(feature, measurements[id_])
             if isinstance(feature := records.get(id_), Feature)
             else None
             for id_ in ids
@@ -393,15 +396,15 @@ class ScenePresenter:
         if changes:
             self._layer.change(changes)
 
-    def _drawing(self, feature: Feature, measured: Measurement) -> FeatureDrawing | None:
+    def _drawing(self, feature: Feature, measurement: Measurement) -> FeatureDrawing | None:
         """Return the drawing of a feature, or None if it has no position on the outcrop."""
         studio, kind = self._studio, kind_of(feature)
         sketch = kind.sketch(
-            studio.subject(feature, measured), lambda id_: studio.measured([id_]).get(id_)
+            studio.subject(feature, measurement), lambda id_: studio.measured([id_]).get(id_)
         )
         if sketch is None:
             return None
-        quality = measured.verdict.quality if measured.verdict else None
+        quality = measurement.verdict.quality if measurement.verdict else None
         # Poor planes are outlined, so that they stand back behind the rock and the others.
         is_poor = quality == "poor"
         is_painted = sketch.faces is not None and not is_poor
@@ -410,17 +413,17 @@ class ScenePresenter:
         group = group_of(feature)
         text = sketch.label
         if text is None:
-            text = orientation_text(measured, studio.settings.notation)
-        extent = feature_extent(measured)
+            text = orientation_text(measurement, studio.settings.notation)
+        extent = feature_extent(measurement)
         ring, symbol = None, None
         if studio.settings.planes_as == "symbols":
-            symbol = feature_symbol(feature, measured, sketch.sign, extent)
+            symbol = feature_symbol(feature, measurement, sketch.sign, extent)
             if symbol is not None:
                 # The symbol already shows the number.
                 text = "–"
         elif studio.settings.planes_as == "discs" and piece is None and not has_outline:
-            ring, symbol = feature_disc(measured)
-        if len(sketch.line) == 1 and measured.plane is None and measured.line is None:
+            ring, symbol = feature_disc(measurement)
+        if len(sketch.line) == 1 and measurement.plane is None and measurement.line is None:
             # A position without a direction is drawn as a dot.
             symbol = small_disc(sketch.anchor, 0.0)
         area = piece
@@ -430,7 +433,7 @@ class ScenePresenter:
             id=feature.id,
             line=sketch.line if piece is None else np.zeros((0, 3)),
             disc=ring,
-            color=rgb(feature_color(studio, feature, measured) or "#ffffff"),
+            color=rgb(feature_color(studio, feature, measurement) or "#ffffff"),
             label=feature.name if text == "–" else f"{feature.name}  {text}",
             anchor=sketch.anchor if piece is None else _nearest_to_centroid(piece),
             visible=studio.visible(feature.id) and studio.visible(group),
@@ -556,22 +559,22 @@ def _count_painted(records: Mapping[str, Record], ids: Iterable[str]) -> int:
     return sum(r.n for id_ in ids if (r := get(records, id_, Painted)) is not None)
 
 
-def feature_extent(measured: Measurement) -> float:
+def feature_extent(measurement: Measurement) -> float:
     """Return the extent of a feature in metres: longest axis, box diagonal, or 0 for a point."""
-    if measured.fit is not None and measured.fit.extent is not None:
-        return float(measured.fit.extent)
-    if not len(measured.points):
+    if measurement.fit is not None and measurement.fit.extent is not None:
+        return float(measurement.fit.extent)
+    if not len(measurement.points):
         return 0.0
-    return float(np.linalg.norm(np.ptp(measured.points, axis=0)))
+    return float(np.linalg.norm(np.ptp(measurement.points, axis=0)))
 
 
-def feature_disc(measured: Measurement) -> tuple[FloatArray | None, Symbol | None]:
+def feature_disc(measurement: Measurement) -> tuple[FloatArray | None, Symbol | None]:
     """Return the outline (c, 3) of a disc with the size of a feature, and a small symbol.
 
     The symbol replaces a disc that is small on the screen. A plane without extent or with an
     undefined dip has neither.
     """
-    fit, ring = measured.fit, disc_of_fit(measured.fit)
+    fit, ring = measurement.fit, disc_of_fit(measurement.fit)
     if fit is None or fit.extent is None or ring is None:
         return None, None
     return ring, small_disc(fit.centroid, fit.extent)
@@ -579,15 +582,15 @@ def feature_disc(measured: Measurement) -> tuple[FloatArray | None, Symbol | Non
 
 def feature_symbol(
     feature: Feature,
-    measured: Measurement,
+    measurement: Measurement,
     position: FloatArray | None,
     extent: float,
 ) -> Symbol | None:
     """Return the map symbol of a plane or line, or None without a position."""
     if position is None:
         return None
-    if measured.plane is not None:
-        plane = measured.plane
+    if measurement.plane is not None:
+        plane = measurement.plane
         return plane_symbol(
             plane.dip_direction_deg,
             plane.dip_deg,
@@ -595,6 +598,8 @@ def feature_symbol(
             extent,
             overturned=bool(getattr(feature, "overturned", False)),
         )
-    if measured.line is not None:
-        return line_symbol(measured.line.trend_deg, measured.line.plunge_deg, position, extent)
+    if measurement.line is not None:
+        return line_symbol(
+            measurement.line.trend_deg, measurement.line.plunge_deg, position, extent
+        )
     return None

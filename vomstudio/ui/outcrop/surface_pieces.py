@@ -60,55 +60,61 @@ class SurfacePieces:
 
     def painted_area(self, patch: Painted) -> Area | None:
         """Return the area of a painted patch of an open model."""
-        opened = self._open(patch.model_id)
-        if opened is None:
+        open_model = self._open(patch.model_id)
+        if open_model is None:
             return None
-        model, surface = opened
-        cached = self._cached(patch.id, patch.runs, model)
-        if cached is None:
+        model, surface = open_model
+        cached_area = self._cached(patch.id, patch.runs, model)
+        if cached_area is None:
             area = patch_area(patch, model, surface)
-            cached = self._cache[patch.id] = _CachedArea(patch.runs, model.to_world, area, False)
-        return cached.area
+            cached_area = self._cache[patch.id] = _CachedArea(
+                patch.runs, model.to_world, area, False
+            )
+        return cached_area.area
 
     def outlined_area(self, feature: Picked) -> Area | None:
         """Return the area that the outline of a feature encloses.
 
         The area is computed in a worker thread; until it is available, None is returned.
         """
-        opened = self._open(feature.model_id)
-        if opened is None:
+        open_model = self._open(feature.model_id)
+        if open_model is None:
             return None
-        model, surface = opened
-        cached = self._cached(feature.id, feature.vertices, model)
-        if cached is None:
-            cached = _CachedArea(feature.vertices, model.to_world, None, True)
-            self._cache[feature.id] = cached
+        model, surface = open_model
+        cached_area = self._cached(feature.id, feature.vertices, model)
+        if cached_area is None:
+            cached_area = _CachedArea(feature.vertices, model.to_world, None, True)
+            self._cache[feature.id] = cached_area
             ring = np.array(feature.vertices, np.float64)
             self._background.run(
                 partial(enclosed_area, ring, model, surface),
-                partial(self._store, feature.id, cached),
+                partial(self._store, feature.id, cached_area),
             )
-        return cached.area
+        return cached_area.area
 
     def find_enclosing(self, point: FloatArray) -> list[str]:
         """Return the ids of features whose computed area contains a World point."""
         return [
             id_
-            for id_, cached in self._cache.items()
-            if cached.is_outline and cached.area is not None and _contains(cached.area, point)
+            for id_, cached_area in self._cache.items()
+            if cached_area.is_outline
+            and cached_area.area is not None
+            and _contains(cached_area.area, point)
         ]
 
     def _open(self, model_id: str) -> tuple[Model, PaintSurface] | None:
-        model, opened = self._studio.records.get(model_id), self._studio.models.get(model_id)
-        if opened is None or not isinstance(model, Model):
+        model, open_model = self._studio.records.get(model_id), self._studio.models.get(model_id)
+        if open_model is None or not isinstance(model, Model):
             return None
-        return model, opened.surface
+        return model, open_model.surface
 
     def _cached(self, id_: str, source: object, model: Model) -> _CachedArea | None:
-        cached = self._cache.get(id_)
+        cached_area = self._cache.get(id_)
         return (
-            cached
-            if cached and cached.source is source and cached.to_world == model.to_world
+            cached_area
+            if cached_area
+            and cached_area.source is source
+            and cached_area.to_world == model.to_world
             else None
         )
 

@@ -102,8 +102,10 @@ class ViewHistory(QObject):
         if self._viewport is None or not self._studio.models:
             return None
         display = self._studio.display
-        hidden = _Hidden(self._studio.workspace.elements.all_hidden())
-        return _View(self._viewport.moves.camera_state(), display.box, display.clipping, hidden)
+        hidden_elements = _Hidden(self._studio.workspace.elements.all_hidden())
+        return _View(
+            self._viewport.moves.camera_state(), display.box, display.clipping, hidden_elements
+        )
 
     def _settle(self) -> None:
         self._settle_timer.stop()

@@ -41,7 +41,7 @@ class LazyPanel(QWidget):
     def __init__(self, studio: Studio) -> None:
         super().__init__()
         self._studio = studio
-        self._stale = True
+        self._is_stale = True
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.setInterval(_REFRESH_DELAY_MS)
@@ -53,14 +53,14 @@ class LazyPanel(QWidget):
 
     def refresh(self) -> None:
         """Update the panel if it is visible, otherwise the next time it is painted."""
-        self._stale = self.visibleRegion().isEmpty()
-        if not self._stale:
+        self._is_stale = self.visibleRegion().isEmpty()
+        if not self._is_stale:
             self.show_now()
 
     def _soon(self, *_: object) -> None:
         """Schedule a refresh; a hidden panel is refreshed the next time it is painted."""
         if self.visibleRegion().isEmpty():
-            self._stale = True
+            self._is_stale = True
         elif not self._timer.isActive():
             self._timer.start()
 
@@ -72,7 +72,7 @@ class LazyPanel(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
         super().paintEvent(event)
-        if self._stale:
+        if self._is_stale:
             self._soon()
 
 

@@ -190,25 +190,25 @@ class DisplacementPanel(LazyPanel):
         studio = self._studio
         if not has_plane(studio.records.get(self.fault.id)):
             raise InputError(Finding("displacement.no-fault"))
-        measured = studio.measured(
+        measurements = studio.measured(
             {i for pair in self.pairs for i in pair} | {self.fault.id, self.bed.id} - {""}
         )
-        fault_measurement = measured[self.fault.id]
+        fault_measurement = measurements[self.fault.id]
         fault = _plane_of(fault_measurement)
         fault_point = fault_measurement.points.mean(axis=0)
-        traces = [(measured[a].points, measured[b].points) for a, b in self.pairs]
+        traces = [(measurements[a].points, measurements[b].points) for a, b in self.pairs]
         names = tuple(self._names())
         cuts = tuple(
             _find_cutoffs(name=name, first=a, second=b, fault=fault, fault_point=fault_point)
             for name, (a, b) in zip(names, traces, strict=True)
         )
         if self.bed.id:
-            bed_measurement = measured[self.bed.id]
+            bed_measurement = measurements[self.bed.id]
             bed, bed95 = _plane_of(bed_measurement), bed_measurement.total95_deg
         else:
-            common = fit_common_bed([points for pair in traces for points in pair])
-            beds = [measured[i] for pair in self.pairs for i in pair]
-            bed, bed95 = common.plane, common_error_deg(common.max_confidence95_deg, beds)
+            common_bed = fit_common_bed([points for pair in traces for points in pair])
+            beds = [measurements[i] for pair in self.pairs for i in pair]
+            bed, bed95 = common_bed.plane, common_error_deg(common_bed.max_confidence95_deg, beds)
         rake, slip = self._slip(fault)
         options = self.options.options(
             fault=format_exact_plane(fault),
@@ -219,12 +219,12 @@ class DisplacementPanel(LazyPanel):
             bed_error_deg=bed95 or 0.0,
         )
         if options.sigma_m is None:
-            scatter = pick_scatter_m([measured[i] for pair in self.pairs for i in pair])
+            scatter = pick_scatter_m([measurements[i] for pair in self.pairs for i in pair])
             options = replace(options, sigma_m=scatter)
         result = displacements(
             names,
-            np.array([cut.hanging_wall for cut in cuts]),
-            np.array([cut.footwall for cut in cuts]),
+            np.array([section_cut.hanging_wall for section_cut in cuts]),
+            np.array([section_cut.footwall for section_cut in cuts]),
             options,
         )
         return DisplacementResult(
@@ -368,8 +368,8 @@ def _write_points(result: DisplacementResult, path: Path) -> None:
     out = csv.writer(file, lineterminator="\n")
     sides = [f"{side}_{axis}" for side in ("hanging", "footwall") for axis in "xyz"]
     out.writerow(["name", *sides])
-    for name, cut in zip(result.names, result.cuts, strict=True):
-        points = [*cut.hanging_wall.tolist(), *cut.footwall.tolist()]
+    for name, section_cut in zip(result.names, result.cuts, strict=True):
+        points = [*section_cut.hanging_wall.tolist(), *section_cut.footwall.tolist()]
         out.writerow([escape_formula(name), *format_numbers(points).split(",")])
     write_bytes(path, file.getvalue().encode(), force=True)
 

@@ -272,9 +272,9 @@ class DisplayPanel(QWidget):
         if not self._has_model():
             return
         model_id, style = self._current_style()
-        changed = replace(style, **values)  # type: ignore[arg-type]
-        if changed != style:
-            self._display.show_field(model_id, changed)
+        changed_style = replace(style, **values)  # type: ignore[arg-type]
+        if changed_style != style:
+            self._display.show_field(model_id, changed_style)
 
     def _set_limit(self, edit: QLineEdit, name: str) -> None:
         if not edit.isModified():

@@ -119,14 +119,14 @@ class JobsPanel(QTableWidget):
 
 def _end_text(job: RunningJob) -> str:
     """Return how and when a job ended."""
-    now = datetime.now()
+    current_time = datetime.now()
     if job.outcome == "stopped" and job.resumable:
-        return tr("Paused at {time:%H:%M}", time=now)
+        return tr("Paused at {time:%H:%M}", time=current_time)
     if job.outcome == "stopped":
-        return tr("Stopped at {time:%H:%M}", time=now)
+        return tr("Stopped at {time:%H:%M}", time=current_time)
     if job.outcome == "failed":
-        return tr("Failed at {time:%H:%M}", time=now)
-    return tr("Ended at {time:%H:%M}", time=now)
+        return tr("Failed at {time:%H:%M}", time=current_time)
+    return tr("Ended at {time:%H:%M}", time=current_time)
 
 
 def _duration_text(seconds: float) -> str:

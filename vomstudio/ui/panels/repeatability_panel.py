@@ -140,25 +140,25 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         id_, viewport = self._round.current, self._view.viewport
         if id_ is None or viewport is None:
             return
-        measured = self._studio.measured([id_])[id_]
-        points = extent_points(measured)
-        middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
-        radius = max(float(np.linalg.norm(points - middle, axis=1).max()) * 1.15, 1e-6)
+        measurements = self._studio.measured([id_])[id_]
+        points = extent_points(measurements)
+        centre = (points.min(axis=0) + points.max(axis=0)) / 2.0
+        radius = max(float(np.linalg.norm(points - centre, axis=1).max()) * 1.15, 1e-6)
         trend, plunge = viewport.moves.view_direction()
         from vomstudio.geology.orientation import Line
         from vomstudio.geometry.view_frame import ViewFrame
 
-        toward = Line(trend, plunge).vector()
-        face = measured.outcrop_normal
-        if face is not None and abs(float(face @ toward)) > 0.1:
-            toward = -face if float(face @ toward) < 0.0 else face
-            line = Line.from_vector(toward, directed=True)
+        direction = Line(trend, plunge).vector()
+        face = measurements.outcrop_normal
+        if face is not None and abs(float(face @ direction)) > 0.1:
+            direction = -face if float(face @ direction) < 0.0 else face
+            line = Line.from_vector(direction, is_directed=True)
             viewport.moves.look_along(line.trend_deg, line.plunge_deg)
-        frame = ViewFrame.looking(toward)
+        frame = ViewFrame.looking(direction)
         angles = np.linspace(0.0, 2.0 * np.pi, _CORNERS)
         ring = np.cos(angles)[:, None] * frame.right + np.sin(angles)[:, None] * frame.down
-        viewport.moves.frame(middle + 2.5 * radius * ring)
-        self._mark((middle - 0.5 * radius * toward, radius * ring))
+        viewport.moves.frame(centre + 2.5 * radius * ring)
+        self._mark((centre - 0.5 * radius * direction, radius * ring))
 
     def _mark(self, ring: tuple[np.ndarray, np.ndarray] | None) -> None:
         """Draw the ring, which cannot be selected, or remove it if `ring` is not given."""
@@ -183,8 +183,8 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         features = studio.session.of(Repeatable)
         if not any(f.repeat_of for f in features):
             raise InputError(Finding("repeats.not-begun"))
-        measured = studio.measured(f.id for f in features)
-        return feature_table(studio.records, features, measured, repeats=True)
+        measurements = studio.measured(f.id for f in features)
+        return feature_table(studio.records, features, measurements, repeats=True)
 
     def _result_text(self, result: TableRepeats) -> str:
         return "\n".join(map(str, result.reasons))

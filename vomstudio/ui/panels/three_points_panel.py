@@ -170,10 +170,10 @@ class ThreePointsPanel(LazyPanel):
     def _edited(self, edit: Edit) -> None:
         if self._is_picking:
             new_traces = [get(edit.after, i, Trace) for i in edit.after if edit.before[i] is None]
-            picked = [trace for trace in new_traces if trace is not None]
-            if picked:
+            picked_traces = [trace for trace in new_traces if trace is not None]
+            if picked_traces:
                 self._is_picking = False
-                self._take(picked[-1])
+                self._take(picked_traces[-1])
                 self._studio.page_requested.emit("three_points")
         if self.trace_id and self.trace_id in edit.after:
             self._take(get_feature(self._studio.records, self.trace_id))
@@ -185,11 +185,11 @@ class ThreePointsPanel(LazyPanel):
             self.trace_id = ""
             self._soon()
             return
-        measured = self._studio.measured([feature.id])[feature.id]
-        self._fill([[f"{value:.4f}" for value in point] for point in measured.points.tolist()])
+        measurements = self._studio.measured([feature.id])[feature.id]
+        self._fill([[f"{value:.4f}" for value in point] for point in measurements.points.tolist()])
         self.trace_id = feature.id
-        scatter, misfit = pick_scatter_m([measured]), measured.fit and measured.fit.rms
-        if len(measured.points) > _MIN_POINTS and misfit and misfit >= scatter:
+        scatter, misfit = pick_scatter_m([measurements]), measurements.fit and measurements.fit.rms
+        if len(measurements.points) > _MIN_POINTS and misfit and misfit >= scatter:
             # The misfit of a few points is uncertain, so it is not entered as a known sigma.
             scatter = 0.0
         self.sigma.setText(f"{scatter:.3g}" if scatter else "")
@@ -268,8 +268,8 @@ class ThreePointsPanel(LazyPanel):
             values = [parse_number(text) for text in texts]
             if any(value is None for value in values):
                 invalid = next(t for t, v in zip(texts, values, strict=True) if v is None)
-                place = tr("Row {row}", row=i + 1)
-                raise InputError(Finding("number.invalid", text=invalid), field=place)
+                position = tr("Row {row}", row=i + 1)
+                raise InputError(Finding("number.invalid", text=invalid), field=position)
             rows.append([value or 0.0 for value in values])
         if len(rows) < _MIN_POINTS:
             raise InputError(Finding("three-points.too-few"))

@@ -21,15 +21,15 @@ class BackgroundImports(QObject):
     def __init__(self) -> None:
         super().__init__()
         self._background = QtBackground(self, "net import", threads=1)
-        self._begun = False
+        self._has_begun = False
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.timeout.connect(self.begin)
 
     def begin(self) -> None:
         """Start the thread; further calls have no effect."""
-        if not self._begun:
-            self._begun = True
+        if not self._has_begun:
+            self._has_begun = True
             self._background.run(_import_stereonet, lambda _: self.stereonet_imported.emit())
             self._background.run(_import_neighbours, lambda _: self.all_imported.emit())
             self.started.emit()

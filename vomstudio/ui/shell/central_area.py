@@ -126,16 +126,16 @@ class CentralArea(QWidget):
             self._column.addWidget(photo, 1)
         self._show()
 
-    def name_photo(self, name: str, about: str) -> None:
+    def name_photo(self, name: str, description: str) -> None:
         """Set the text and tooltip of the photo tab."""
         self.tabs.setTabText(_PHOTO, name)
-        self.tabs.setTabToolTip(_PHOTO, about)
+        self.tabs.setTabToolTip(_PHOTO, description)
 
-    def show_photo(self, visible: bool) -> None:
+    def show_photo(self, is_visible: bool) -> None:
         """Show the photo, or the outcrop."""
-        visible = visible and self._photo is not None
-        if visible != self._shows_photo:
-            self._shows_photo = visible
+        is_visible = is_visible and self._photo is not None
+        if is_visible != self._shows_photo:
+            self._shows_photo = is_visible
             self._show()
 
     def show_page(self, name: str, title: str, widget: QWidget) -> None:

@@ -90,17 +90,17 @@ class WindowDocks(Mapping[str, QDockWidget]):
         self._add(name, title, PanelScrollArea(widget) if scrolls else widget)
 
     def add_later(
-        self, name: str, title: str, make: Callable[[], QWidget], *, permanent: bool = False
+        self, name: str, title: str, make: Callable[[], QWidget], *, is_permanent: bool = False
     ) -> None:
         """Add a scrolling page that is created when it is first shown in a project.
 
         Parameters
         ----------
-        permanent : bool
+        is_permanent : bool
             Whether the page stays and follows the project itself.
         """
         area = LazyScrollArea(make)
-        if not permanent:
+        if not is_permanent:
             self._lazy_areas.append(area)
         self._add(name, title, area)
 
@@ -230,9 +230,9 @@ class WindowDocks(Mapping[str, QDockWidget]):
         if name := self.page(region):
             self.close_page(name)
 
-    def fold_inspector(self, folded: bool) -> None:
+    def fold_inspector(self, is_folded: bool) -> None:
         """Hide the inspector to give its width to the centre, or show it again."""
-        if folded:
+        if is_folded:
             self._folded_page = self.page("inspector") or self._folded_page
             self.close_region("inspector")
         elif self._folded_page:
@@ -310,12 +310,12 @@ class WindowDocks(Mapping[str, QDockWidget]):
                 return name
         return self.page("drawer") or "stereonet"
 
-    def dock_net(self, docked: bool) -> None:
+    def dock_net(self, is_docked: bool) -> None:
         """Show the net in a dock or as an overlay over the outcrop."""
-        if docked == self.net_docked:
+        if is_docked == self.net_docked:
             return
         self.close_page("stereonet")
-        self.net_docked = docked
+        self.net_docked = is_docked
         self.bring_forward("stereonet")
 
     # --- arrangement -------------------------------------------------------------------------

@@ -32,9 +32,9 @@ def why_no_screen() -> Finding | None:
         return missing_library(error) or Finding("screen.library-failed", error=error)
     xcb.xcb_connect.restype = ctypes.c_void_p
     connection = ctypes.c_void_p(xcb.xcb_connect(None, None))
-    failed = xcb.xcb_connection_has_error(connection)
+    failed_has_error = xcb.xcb_connection_has_error(connection)
     xcb.xcb_disconnect(connection)
-    return Finding("screen.unreachable", display=display) if failed else None
+    return Finding("screen.unreachable", display=display) if failed_has_error else None
 
 
 def _plugin() -> str:
@@ -67,6 +67,6 @@ def why_not_drawn() -> Finding | None:
     version_found = context.format().version()
     context.doneCurrent()
     if tuple(version_found) < _NEEDED:
-        version, needed = (".".join(map(str, each)) for each in (version_found, _NEEDED))
+        version, needed = (".".join(map(str, item)) for item in (version_found, _NEEDED))
         return Finding("screen.old-opengl", version=version, needed=needed)
     return None

@@ -85,7 +85,7 @@ class KeyboardFocus(QObject):
         self._watched: QWidget | None = None
         self._passed_on: QWidget | None = None
         self._cell: QWidget | None = None
-        self._confirmed = False
+        self._is_confirmed = False
         self._text = ""
         self._has_typed = False
         self._cursor = QCursor.pos()
@@ -122,16 +122,16 @@ class KeyboardFocus(QObject):
             # The editor of a cell must be closed by its table.
             return _is_text(now)
         # The arrow buttons of a number field change its value permanently.
-        changed = not isinstance(now, QAbstractSpinBox) and _text_of(now) != self._text
-        return self._has_typed or changed
+        is_changed = not isinstance(now, QAbstractSpinBox) and _text_of(now) != self._text
+        return self._has_typed or is_changed
 
-    def _rests(self, entered: QEnterEvent) -> bool:
+    def _rests(self, entered_qenter_event: QEnterEvent) -> bool:
         """Return whether a field has the focus and the cursor has not moved since then.
 
         The outcrop was then entered only because a widget above it has disappeared.
         """
         now = self._window.focusWidget()
-        position = entered.globalPosition().toPoint()
+        position = entered_qenter_event.globalPosition().toPoint()
         return now is not None and _is_text(now) and position == self._cursor
 
     # --- who has it --------------------------------------------------------------------------
@@ -165,10 +165,10 @@ class KeyboardFocus(QObject):
 
     def _left_cell(self, old: QWidget | None, new: QWidget) -> bool:
         """Return whether Enter has closed a cell editor, so that its table gets the focus."""
-        confirmed = old is not None and old is self._cell and self._confirmed
+        confirmed = old is not None and old is self._cell and self._is_confirmed
         if self._cell is not None and shiboken6.isValid(self._cell):
             self._cell.removeEventFilter(self)
-        self._cell, self._confirmed = None, False
+        self._cell, self._is_confirmed = None, False
         table = _table_of(new)
         if table is not None and self._serves(table):
             self._cell = new
@@ -187,14 +187,14 @@ class KeyboardFocus(QObject):
         """Return whether a widget is in a dock or bar of the window and has no keys of its own."""
         if widget is self._outcrop or isinstance(widget, QMenuBar | QMenu) or _has_own_keys(widget):
             return False
-        above: QWidget | None = widget
-        while above is not None and above is not self._window:
-            if above is not widget and isinstance(above, QAbstractItemView):
+        ancestor: QWidget | None = widget
+        while ancestor is not None and ancestor is not self._window:
+            if ancestor is not widget and isinstance(ancestor, QAbstractItemView):
                 return False
-            if above.isWindow() and not isinstance(above, QDockWidget):
+            if ancestor.isWindow() and not isinstance(ancestor, QDockWidget):
                 return False
-            above = above.parentWidget()
-        return above is self._window
+            ancestor = ancestor.parentWidget()
+        return ancestor is self._window
 
     # --- what it does with its keys ----------------------------------------------------------
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
@@ -208,7 +208,7 @@ class KeyboardFocus(QObject):
             return False
         if watched is self._cell:
             if kind == QEvent.Type.KeyPress:
-                self._confirmed = event.key() in _ENTER
+                self._is_confirmed = event.key() in _ENTER
             return False
         if watched is not self._watched:
             # This key was passed on and does not belong to a command.
@@ -237,8 +237,8 @@ class KeyboardFocus(QObject):
             return False
         letter = event.text() if event.text().isprintable() else ""
         if isinstance(widget, QAbstractSpinBox):
-            allowed = _IN_NUMBERS + widget.locale().decimalPoint() + _around(widget)
-            return bool(letter) and letter not in allowed
+            allowed_values = _IN_NUMBERS + widget.locale().decimalPoint() + _around(widget)
+            return bool(letter) and letter not in allowed_values
         if _is_text(widget):
             return False
         if isinstance(widget, QAbstractItemView) and (

@@ -60,7 +60,7 @@ class MainWindow(QMainWindow):
         super().__init__()
         thread_switching.shorten_switch_interval()
         self._settings = settings
-        self._filled = False
+        self._is_filled = False
         self._imports = BackgroundImports()
         self._imports.stereonet_imported.connect(self._add_stereonet)
         self._imports.all_imported.connect(self._imports_done)
@@ -90,14 +90,14 @@ class MainWindow(QMainWindow):
         self._make_bars()
         self._connect()
         self.workspaces.begin()
-        self._filled = True
+        self._is_filled = True
         self.studio.project_opened.emit()
         self.actions_table.refresh()
 
     @property
     def is_filled(self) -> bool:
         """Whether the studio and the panels have been created."""
-        return self._filled
+        return self._is_filled
 
     # --- parts -------------------------------------------------------------------------------
     def _make_models(self) -> None:
@@ -159,13 +159,13 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.panels.photos import photo_commands
 
         studio, survey, dialogs = self.studio, self.survey, self._dialogs
-        actions, opened = self.actions_table.all, self._open_photos
+        actions, open_model = self.actions_table.all, self._open_photos
         survey_dialogs = survey_commands.SurveyDialogs(
-            self, studio, survey, dialogs, actions, opened
+            self, studio, survey, dialogs, actions, open_model
         )
         return [
             *survey_commands.commands(
-                studio, survey, survey_dialogs, opened, self.files.choose_place
+                studio, survey, survey_dialogs, open_model, self.files.choose_place
             ),
             *result_commands.commands(studio, survey, self.cameras, dialogs, self),
             *photo_commands.commands(
@@ -199,7 +199,7 @@ class MainWindow(QMainWindow):
             *line_commands.commands(studio, self.view_panel, self),
             *surfaces.commands(studio, self),
             *type_commands.commands(self._type_box),
-            *(each for some in tool_panels.commands(studio).values() for each in some),
+            *(item for some in tool_panels.commands(studio).values() for item in some),
             *net_commands.commands(
                 studio,
                 lambda: getattr(self, "net", None),
@@ -316,8 +316,8 @@ class MainWindow(QMainWindow):
         add("messages", tr("Messages"), self.messages)
         for name, title, make in work_panels():
             factory = partial(make, self.studio, self.view)
-            permanent = name in PERMANENT_PAGES
-            self.docks.add_later(name, tr(title), factory, permanent=permanent)
+            is_permanent = name in PERMANENT_PAGES
+            self.docks.add_later(name, tr(title), factory, is_permanent=is_permanent)
         self.tool_panel.set_title_callback(self.docks["tool"].setWindowTitle)
 
     def _make_bars(self) -> None:
@@ -397,9 +397,9 @@ class MainWindow(QMainWindow):
         self.view.direction_changed.connect(self.view_panel.show_direction)
         self.view.state_changed.connect(self.actions_table.refresh)
         self.view.follow_camera()
-        opened = (self.studio.project_opened, self.studio.model_loaded, self.files.opened)
+        open_model = (self.studio.project_opened, self.studio.model_loaded, self.files.opened)
         center_widget = center_widget_of(self.photo_tab, viewport)
-        self._keyboard = KeyboardFocus(self, center_widget, *opened)
+        self._keyboard = KeyboardFocus(self, center_widget, *open_model)
         self.photo_tab.visible_page_changed.connect(self._keyboard.look)
         viewport.setFocus()
         # Only the first window is frozen, because a window that is closed before the process
@@ -441,7 +441,7 @@ class MainWindow(QMainWindow):
         viewport.pointer.connect(self.status_line.show_pointer)
 
     def _add_stereonet(self) -> None:
-        if not self._filled or not self.isVisible():
+        if not self._is_filled or not self.isVisible():
             return
         from vomstudio.ui.panels.net.stereonet_panel import StereonetPanel
 
@@ -452,7 +452,7 @@ class MainWindow(QMainWindow):
 
     def _imports_done(self) -> None:
         # An open model may be freed before the program ends, so it must not be frozen.
-        if self._filled and self._first and not self.studio.models:
+        if self._is_filled and self._first and not self.studio.models:
             thread_switching.freeze_objects()
 
     # --- what comes in -----------------------------------------------------------------------
@@ -480,14 +480,14 @@ class MainWindow(QMainWindow):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:  # noqa: N802
-        for path in dragged_files(event) if self._filled else ():
+        for path in dragged_files(event) if self._is_filled else ():
             self.open_path(path)
         event.acceptProposedAction()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802
         # An unfinished feature on the outcrop is not discarded from a photo, in which it is
         # invisible.
-        has_outcrop_keys = self._filled and self.photo_tab.visible_page is None
+        has_outcrop_keys = self._is_filled and self.photo_tab.visible_page is None
         is_open = has_outcrop_keys and self.studio.open_tool is not None
         if event.key() == Qt.Key.Key_Escape and is_open:
             self.studio.cancel_tool()
@@ -510,13 +510,13 @@ class MainWindow(QMainWindow):
 
     def _show_start_page(self) -> None:
         studio = self.studio
-        empty = not (studio.session.of(Model) or studio.jobs.visible() or self.survey.folder)
-        self.start_page.setVisible(empty)
+        is_empty = not (studio.session.of(Model) or studio.jobs.visible() or self.survey.folder)
+        self.start_page.setVisible(is_empty)
         self._cover_net()
 
     # --- end ---------------------------------------------------------------------------------
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802
-        if not self._filled:
+        if not self._is_filled:
             return
         if not can_close(self, self, [self.photo_opening.may_close, self.files.ask_to_save]):
             event.ignore()

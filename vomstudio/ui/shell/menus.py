@@ -183,6 +183,6 @@ def fill_menus(window: QMainWindow, actions: Mapping[str, QAction], files: Files
                 subtitle, subnames = _SUBMENUS[name[1:]]
                 submenu = menu.addMenu(tr(subtitle))
                 submenu.setToolTipsVisible(True)
-                submenu.addActions([actions[each] for each in subnames])
+                submenu.addActions([actions[item] for item in subnames])
             else:
                 menu.addAction(actions[name])

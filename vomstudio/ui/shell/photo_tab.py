@@ -87,11 +87,11 @@ class PhotoTab(QObject):
         return [self._over(photo_command(command, self._table)) for command in commands]
 
     def _over(self, command: Command) -> Command:
-        checked = command.is_checked
-        if command.name not in _TOOLS or checked is None:
+        is_checked = command.is_checked
+        if command.name not in _TOOLS or is_checked is None:
             return command
         # The tool in use belongs to the photo.
-        return replace(command, is_checked=lambda: checked() and self.visible_page is None)
+        return replace(command, is_checked=lambda: is_checked() and self.visible_page is None)
 
     def join(self, place: CentralArea, outcrop_actions: Iterable[QAction]) -> None:
         """Add the photo to the central area. `outcrop_actions` show the outcrop when triggered."""

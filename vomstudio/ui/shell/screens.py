@@ -18,15 +18,15 @@ MIN_VISIBLE_SIZE = QSize(120, 16)
 
 def fit_first(window: QMainWindow) -> None:
     """Set the window size for a first start, which fits on its screen."""
-    room = window.screen().availableSize() - QSize(0, _TITLE_HEIGHT)
-    window.setMinimumSize(MIN_SIZE.boundedTo(room))
-    window.resize(_FIRST.boundedTo(room))
+    available_rect = window.screen().availableSize() - QSize(0, _TITLE_HEIGHT)
+    window.setMinimumSize(MIN_SIZE.boundedTo(available_rect))
+    window.resize(_FIRST.boundedTo(available_rect))
 
 
-def restore_geometry(window: QMainWindow, stored: str | None) -> None:
+def restore_geometry(window: QMainWindow, stored_text: str | None) -> None:
     """Restore the stored position and size of a window if they are on a screen."""
     fit_first(window)
-    if stored is not None and (data := from_text(stored)) is not None:
+    if stored_text is not None and (data := from_text(stored_text)) is not None:
         window.restoreGeometry(data)
         bring_on_screen(window)
 

@@ -80,8 +80,8 @@ class StartPage(QFrame):
 
     def _fill(self) -> None:
         while (item := self._recent.takeAt(0)) is not None:
-            if (old := item.widget()) is not None:
-                old.deleteLater()
+            if (old_widget := item.widget()) is not None:
+                old_widget.deleteLater()
         existing = [Path(p) for p in self._studio.settings.recent if path_exists(p)][:5]
         if existing:
             self._recent.addWidget(Label(tr("Recent")))
@@ -110,9 +110,9 @@ class StartPage(QFrame):
         return False
 
     def _centre(self, viewport: QWidget) -> None:
-        self._give_width(narrow=False)
+        self._give_width(is_narrow=False)
         if self.width() > viewport.width():
-            self._give_width(narrow=True)
+            self._give_width(is_narrow=True)
         # The page scrolls in a small window.
         self.resize(self.size().boundedTo(viewport.size()))
         self.move(
@@ -120,16 +120,16 @@ class StartPage(QFrame):
             max(0, (viewport.height() - self.height()) // 2),
         )
 
-    def _give_width(self, *, narrow: bool) -> None:
-        """Set the width of the buttons; if `narrow`, long texts take several lines."""
+    def _give_width(self, *, is_narrow: bool) -> None:
+        """Set the width of the buttons; if `is_narrow`, long texts take several lines."""
         for label in self._long_words:
-            label.setWordWrap(narrow)
+            label.setWordWrap(is_narrow)
         for button in self._buttons:
-            button.setMinimumWidth(0 if narrow else _BUTTON_WIDTH)
+            button.setMinimumWidth(0 if is_narrow else _BUTTON_WIDTH)
             # All buttons have the same width, even in a narrow page.
-            wide = QSizePolicy.Policy.Expanding if narrow else QSizePolicy.Policy.Fixed
-            button.setSizePolicy(wide, QSizePolicy.Policy.Fixed)
-        side = 10 if narrow else 28
+            width = QSizePolicy.Policy.Expanding if is_narrow else QSizePolicy.Policy.Fixed
+            button.setSizePolicy(width, QSizePolicy.Policy.Fixed)
+        side = 10 if is_narrow else 28
         self._column.setContentsMargins(side, 22, side, 22)
         # Otherwise the size would remain the previous one until Qt updates the layout.
         self._column.invalidate()

@@ -88,13 +88,13 @@ class StatusLine(QStatusBar):
         option.initFrom(self)
         self.style().drawPrimitive(QStyle.PrimitiveElement.PE_PanelStatusBar, option, painter, self)
         if self.currentMessage():
-            room = self._room()
+            available_space = self._room()
             words = painter.fontMetrics().elidedText(
-                self.currentMessage(), Qt.TextElideMode.ElideMiddle, room.width()
+                self.currentMessage(), Qt.TextElideMode.ElideMiddle, available_space.width()
             )
             painter.setPen(self.palette().windowText().color())
             painter.drawText(
-                room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, words
+                available_space, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, words
             )
 
     def _begin_project(self) -> None:
@@ -129,32 +129,36 @@ class StatusLine(QStatusBar):
         count = len(studio.selection.ids)
         self._selected.setText(tr("{count} selected", count=count) if count else "")
         self._badge.setVisible(bool(studio.session.of(Model)))
-        known, poor = studio.north_known(), studio.turn_findings()
+        known_north, poor = studio.north_known(), studio.turn_findings()
         frames = list(dict.fromkeys(m.frame for m in studio.session.of(Model)))
         nothing = not any(frame.has_up or frame.has_metres for frame in frames)
-        warned = tr("⚠ Local frame: not registered") if nothing else f"⚠ {studio.frame_name()}"
-        if known and poor:
+        warned_text = tr("⚠ Local frame: not registered") if nothing else f"⚠ {studio.frame_name()}"
+        if known_north and poor:
             worst_deg = max(finding.values["rotation95_deg"] for finding in poor)
-            warned = tr("{frame}, rotated by up to {error:.0f}°", frame=warned, error=worst_deg)
-        self._badge.setText(studio.frame_name() if known and not poor else warned)
-        what = (
+            warned_text = tr(
+                "{frame}, rotated by up to {error:.0f}°", frame=warned_text, error=worst_deg
+            )
+        self._badge.setText(studio.frame_name() if known_north and not poor else warned_text)
+        subject = (
             tr("Frame of displayed coordinates and orientations. Click to change it.")
-            if known
+            if known_north
             else tr("Orientations are not geographic yet. Click to declare the model's frame.")
         )
-        lines = [*(each.known_text() for each in frames), *(each.message for each in poor), what]
+        lines = [*(item.known_text() for item in frames), *(item.message for item in poor), subject]
         self._badge.setToolTip(escape_markup("\n".join(lines)))
         self._badge.setStyleSheet(
-            "" if known and not poor else "background: #e69f00; color: black; padding: 1px 6px;"
+            ""
+            if known_north and not poor
+            else "background: #e69f00; color: black; padding: 1px 6px;"
         )
 
-    def show_photo(self, words: str) -> None:
+    def show_photo(self, text: str) -> None:
         """Show the status text of the visible photo, or "" if the outcrop is visible."""
-        if bool(words) != bool(self._photo_hint):
+        if bool(text) != bool(self._photo_hint):
             self._position.clear()
-        self._photo_hint = words
-        if words:
-            self._hint.setText(words)
+        self._photo_hint = text
+        if text:
+            self._hint.setText(text)
         else:
             self.refresh()
 

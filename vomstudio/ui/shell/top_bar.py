@@ -27,7 +27,7 @@ def commands(workspaces: Workspaces, docks: WindowDocks) -> list[Command]:
     """Return a command for each workspace, and the commands that arrange pages."""
 
     def show(name: str) -> Command:
-        workspace = next(each for each in WORKSPACES if each.name == name)
+        workspace = next(item for item in WORKSPACES if item.name == name)
         number = WORKSPACES.index(workspace) + 1
         return Command(
             f"workspace_{name}",

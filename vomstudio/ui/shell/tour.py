@@ -138,9 +138,9 @@ class Tour(QObject):
         # The net is read while planes are picked.
         net = self._net()
         covered = None if net is None else self._box_of(net)
-        at = card_place(box, self._card.size(), self._window.size(), covered)
-        if self._card.pos() != at:
-            self._card.move(at)
+        position = card_place(box, self._card.size(), self._window.size(), covered)
+        if self._card.pos() != position:
+            self._card.move(position)
         self._card.raise_()
 
     def _box_of(self, target: QWidget) -> QRect | None:

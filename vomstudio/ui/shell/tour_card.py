@@ -92,8 +92,8 @@ class TourCard(QFrame):
 
 def frame_box(target: QRect, window: QSize) -> QRect:
     """Return the frame around a target, limited to the window."""
-    wide = target.adjusted(-_ROOM, -_ROOM, _ROOM, _ROOM)
-    return wide.intersected(QRect(QPoint(0, 0), window))
+    width = target.adjusted(-_ROOM, -_ROOM, _ROOM, _ROOM)
+    return width.intersected(QRect(QPoint(0, 0), window))
 
 
 def card_place(
@@ -116,27 +116,27 @@ def card_place(
         # A target that is nearly the whole window, such as the outcrop, may be covered.
         centre = [QPoint(far_x // 2, far_y // 2)] if target is None else []
         corners = [QPoint(x, y) for y in (far_y, _GAP) for x in (far_x // 2, _GAP, far_x)]
-        free = [
-            place
-            for place in (*centre, *corners)
-            if avoided is None or not QRect(place, card).intersects(avoided)
+        free_positions = [
+            location
+            for location in (*centre, *corners)
+            if avoided is None or not QRect(location, card).intersects(avoided)
         ]
-        if free or target is None:
-            place = (free or centre)[0]
-            return QPoint(max(0, place.x()), max(0, place.y()))
+        if free_positions or target is None:
+            location = (free_positions or centre)[0]
+            return QPoint(max(0, location.x()), max(0, location.y()))
     columns = target.right() + _GAP, target.left() - card.width() - _GAP
     rows = target.bottom() + _GAP, target.top() - card.height() - _GAP
-    places = [
+    positions = [
         *(QPoint(x, target.top()) for x in columns),
         *(QPoint(target.left(), y) for y in rows),
         *(QPoint(x, target.bottom() - card.height()) for x in columns),
     ]
     inside: list[tuple[bool, int, QPoint]] = []
-    for place in places:
-        position = QPoint(max(0, min(place.x(), far_x)), max(0, min(place.y(), far_y)))
+    for location in positions:
+        position = QPoint(max(0, min(location.x(), far_x)), max(0, min(location.y(), far_y)))
         if not QRect(position, card).intersects(target):
             covers = avoided is not None and QRect(position, card).intersects(avoided)
-            inside.append((covers, (position - place).manhattanLength(), position))
+            inside.append((covers, (position - location).manhattanLength(), position))
     if inside:
         return min(inside, key=lambda one: one[:2])[2]
     return QPoint(max(0, far_x), max(0, far_y))

@@ -45,5 +45,5 @@ def _ask(
         title=tr("Warming up"),
         on_done=finish,
         on_failed=lambda _: None,
-        quiet=True,
+        is_quiet=True,
     )

@@ -134,14 +134,14 @@ def _say_missing(error: ImportError) -> int:
     return 2
 
 
-def _tell(refused: Finding) -> None:
+def _tell(refused_finding: Finding) -> None:
     from PySide6.QtCore import QTimer
     from PySide6.QtWidgets import QMessageBox
 
-    print(refused, file=sys.stderr)
+    print(refused_finding, file=sys.stderr)
     # A user who started the program from a menu has no terminal; a dialog without a user must
     # close itself.
-    box = QMessageBox(QMessageBox.Icon.Critical, "VOM Studio", refused.message)
+    box = QMessageBox(QMessageBox.Icon.Critical, "VOM Studio", refused_finding.message)
     QTimer.singleShot(_SHOWN_MS, box.close)
     box.exec()
 

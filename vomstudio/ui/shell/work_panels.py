@@ -30,54 +30,62 @@ def work_panels() -> tuple[tuple[str, str, Make], ...]:
 
     A panel is imported when it is created, because most panels are rarely used.
     """
-    at = _made_at
+    position = _made_at
     return (
         (
             "statistics",
             to_translate("Statistics"),
-            at("panels.statistics.statistics_panel.StatisticsPanel"),
+            position("panels.statistics.statistics_panel.StatisticsPanel"),
         ),
-        ("sets", to_translate("Sets"), at("panels.sets.sets_panel.SetsPanel")),
-        ("slopes", to_translate("Slopes"), at("panels.slopes.slopes_panel.SlopesPanel")),
+        ("sets", to_translate("Sets"), position("panels.sets.sets_panel.SetsPanel")),
+        ("slopes", to_translate("Slopes"), position("panels.slopes.slopes_panel.SlopesPanel")),
         (
             "section",
             to_translate("Section"),
-            at("panels.sections.section_panel.SectionPanel", _direction),
+            position("panels.sections.section_panel.SectionPanel", _direction),
         ),
         (
             "fractures",
             to_translate("Fractures"),
-            at("panels.fractures.fractures_panel.FracturesPanel", _direction),
+            position("panels.fractures.fractures_panel.FracturesPanel", _direction),
         ),
-        ("repeats", to_translate("Repeats"), at("panels.repeatability_panel.RepeatsPanel", _all)),
+        (
+            "repeats",
+            to_translate("Repeats"),
+            position("panels.repeatability_panel.RepeatsPanel", _all),
+        ),
         (
             "looked_at",
             to_translate("Coverage"),
-            at("panels.coverage.coverage_panel.CoveragePanel", _direction),
+            position("panels.coverage.coverage_panel.CoveragePanel", _direction),
         ),
         (
             "displacement",
             to_translate("Fault displacement"),
-            at("panels.displacement_panel.DisplacementPanel"),
+            position("panels.displacement_panel.DisplacementPanel"),
         ),
         (
             "three_points",
             to_translate("Three points"),
-            at("panels.three_points_panel.ThreePointsPanel"),
+            position("panels.three_points_panel.ThreePointsPanel"),
         ),
-        ("bed_log", to_translate("Log"), at("panels.logs.log_panel.BedLogPanel")),
+        ("bed_log", to_translate("Log"), position("panels.logs.log_panel.BedLogPanel")),
         (
             "elevation",
             to_translate("Elevation model"),
-            at("panels.sections.elevation_panel.ElevationPanel", _direction),
+            position("panels.sections.elevation_panel.ElevationPanel", _direction),
         ),
-        ("surface", to_translate("Surface"), at("panels.surface.surface_panel.SurfacePanel")),
+        ("surface", to_translate("Surface"), position("panels.surface.surface_panel.SurfacePanel")),
         (
             "second_view",
             to_translate("Second view"),
-            at("panels.view.second_view_panel.SecondViewPanel", _all),
+            position("panels.view.second_view_panel.SecondViewPanel", _all),
         ),
-        ("compare", to_translate("Compare"), at("panels.comparison.compare_panel.ComparePanel")),
+        (
+            "compare",
+            to_translate("Compare"),
+            position("panels.comparison.compare_panel.ComparePanel"),
+        ),
     )
 
 

@@ -45,7 +45,7 @@ class WorkspaceSwitching(QObject):
         workspaces.settled.connect(lambda: studio.keep_window(workspaces.to_store()))
 
     def _project_opened(self) -> None:
-        """Show the outcrop; an empty project closes the drawer, which has nothing to show."""
+        """Show the outcrop, and close the drawer if the project is empty."""
         self._docks.leave_center()
         self._data_changed()
         if not self._has_model and self._survey.folder is None:

@@ -59,8 +59,10 @@ class CollapsingTexts(QObject):
             for collapsed in range(len(self._groups) + 1):
                 self._show(collapsed)
                 self._widths.append(self._required_width())
-        available = self._row.width()
-        fits = [collapsed for collapsed, width in enumerate(self._widths) if width <= available]
+        available_width = self._row.width()
+        fits = [
+            collapsed for collapsed, width in enumerate(self._widths) if width <= available_width
+        ]
         self._show(fits[0] if fits else len(self._groups))
         layout = self._row.layout()
         if layout is not None:
@@ -68,7 +70,7 @@ class CollapsingTexts(QObject):
             layout.invalidate()
             QCoreApplication.postEvent(self._row, QEvent(QEvent.Type.LayoutRequest))
 
-    def _show(self, collapsed: int) -> None:
+    def _show(self, collapsed_count: int) -> None:
         for number, (buttons, style) in enumerate(self._groups):
             for button in buttons:
-                button.setToolButtonStyle(style if number < collapsed else _TEXT_BESIDE_ICON)
+                button.setToolButtonStyle(style if number < collapsed_count else _TEXT_BESIDE_ICON)

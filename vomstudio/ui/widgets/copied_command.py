@@ -33,14 +33,14 @@ class CopyCommandButton(QToolButton):
         Description of the command, as part of a sentence.
     """
 
-    def __init__(self, clicked: Callable[[], object], description: str) -> None:
+    def __init__(self, clicked_callback: Callable[[], object], description: str) -> None:
         super().__init__()
         self._description = description
         self.setIcon(theme.icon("console"))
         self.setText(tr("Copy as command"))
         self.setAccessibleName(tr("Copy as command"))
         self.setObjectName("copy_command")
-        self.clicked.connect(lambda _=False: clicked())
+        self.clicked.connect(lambda _=False: clicked_callback())
         self.allow(None)
 
     def allow(self, why_not: Finding | None) -> None:

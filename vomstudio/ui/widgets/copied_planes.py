@@ -14,7 +14,7 @@ from vomstudio.ui.widgets.copied_command import CommandArguments, copy_with_file
 def copy_with_table(
     parent: QWidget,
     studio: Studio,
-    proposed: str,
+    proposed_text: str,
     ids: Iterable[str],
     arguments: Callable[[Path], CommandArguments],
 ) -> None:
@@ -22,7 +22,7 @@ def copy_with_table(
 
     Parameters
     ----------
-    proposed : str
+    proposed_text : str
         Proposed file name, which ends in .csv.
     """
     from vomstudio.project.exports.export import write_csv
@@ -35,7 +35,7 @@ def copy_with_table(
             path, project_table(studio.records, studio.measurements, selected_ids), force=True
         )
 
-    copy_with_file(parent, studio, proposed, write, arguments)
+    copy_with_file(parent, studio, proposed_text, write, arguments)
 
 
 def result_path(table: Path, ending: str) -> Path:

@@ -18,17 +18,17 @@ class CrsField(SearchField):
     ----------
     code : str
         Initial text.
-    preferred : collection of str
+    preferred_names : collection of str
         Codes of systems that precede the other matches, such as the CRS of the project.
     """
 
-    def __init__(self, code: str = "", preferred: Collection[str] = ()) -> None:
+    def __init__(self, code: str = "", preferred_names: Collection[str] = ()) -> None:
         super().__init__(self._find, code)
         self.setToolTip(tr("Code, name or country, such as “32633”, “UTM 33N” or “Iceland”."))
-        self.preferred = preferred
+        self.preferred = preferred_names
 
     def _find(self, text: str) -> list[Match]:
         if len(text.strip()) < _MIN_LETTERS:
             return []
-        systems = search_systems(text, preferred=self.preferred)
-        return [(f"{each.name}  ({each.code}; {each.area})", each.code) for each in systems]
+        systems = search_systems(text, preferred_names=self.preferred)
+        return [(f"{item.name}  ({item.code}; {item.area})", item.code) for item in systems]

@@ -43,7 +43,7 @@ class DrawingView(QWidget):
 
     Parameters
     ----------
-    empty : str
+    empty_text : str
         Text that is shown without a drawing.
 
     Attributes
@@ -57,13 +57,13 @@ class DrawingView(QWidget):
     dragged = Signal(object)
     dragging = Signal(object)
 
-    def __init__(self, empty: str) -> None:
+    def __init__(self, empty_text: str) -> None:
         super().__init__()
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self._empty = empty
+        self._empty = empty_text
         self.drawing: Drawing | None = None
         self.mark: DrawingMark | None = None
-        self._marking = False
+        self._is_marking = False
         self._drag_start: QPointF | None = None
 
     def sizeHint(self) -> QSize:  # noqa: N802
@@ -80,7 +80,7 @@ class DrawingView(QWidget):
         self.update()
 
     def enable_marking(self, is_enabled: bool) -> None:
-        self._marking = is_enabled
+        self._is_marking = is_enabled
         self.setCursor(Qt.CursorShape.CrossCursor if is_enabled else Qt.CursorShape.ArrowCursor)
 
     # --- geometry ----------------------------------------------------------------------------
@@ -104,8 +104,8 @@ class DrawingView(QWidget):
         frame = np.array([box.width(), box.height()])
         scale = float((frame / size).min())
         half = 0.5 * frame / scale
-        middle = 0.5 * (low + high)
-        return middle - half, middle + half, scale
+        centre = 0.5 * (low + high)
+        return centre - half, centre + half, scale
 
     def to_widget(self, points: FloatArray) -> FloatArray:
         """Convert points (n, 2) of the drawing to widget pixels (n, 2)."""
@@ -127,7 +127,7 @@ class DrawingView(QWidget):
     # --- marking -----------------------------------------------------------------------------
     def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         if (
-            self._marking
+            self._is_marking
             and self.drawing is not None
             and event.button() == Qt.MouseButton.LeftButton
         ):
@@ -267,7 +267,7 @@ class DrawingView(QWidget):
         )
         length = round_length(0.2 * frame.width() / per_metre)
         bar = QRectF(frame.left(), row.center().y(), length * per_metre, 4)
-        text = bar_text(length, metric=drawing.metric)
+        text = bar_text(length, is_metric=drawing.metric)
         available = frame.right() - bar.right() - metrics.horizontalAdvance(drawing.axes[0]) - 20
         full = tr("{length}, true to scale", length=text)
         painter.drawText(row, int(Qt.AlignmentFlag.AlignRight), drawing.axes[0])

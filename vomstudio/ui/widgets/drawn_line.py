@@ -42,7 +42,7 @@ class DrawnLine(QObject):
         if not self._is_waiting:
             return
         new = [get(edit.after, i, Dimension) for i in edit.after if edit.before[i] is None]
-        drawn = [each for each in new if each is not None and each.kind == "polyline"]
+        drawn = [item for item in new if item is not None and item.kind == "polyline"]
         if drawn:
             self._is_waiting = False
             self.finished.emit(drawn[-1])

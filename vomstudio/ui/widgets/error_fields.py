@@ -11,17 +11,17 @@ from vomstudio.core.findings import Finding
 from vomstudio.ui.widgets.vertex_table import parse_number
 
 
-def error_field(name: str, empty: str, tip: str) -> QLineEdit:
+def error_field(name: str, empty_text: str, tip: str) -> QLineEdit:
     """Create a field for an error.
 
     Parameters
     ----------
-    empty : str
+    empty_text : str
         Placeholder of the empty field.
     """
     field = QLineEdit()
     field.setObjectName(name)
-    field.setPlaceholderText(empty)
+    field.setPlaceholderText(empty_text)
     field.setToolTip(tip)
     return field
 

@@ -152,22 +152,22 @@ def close_all(host: Host, parent: QWidget, steps: Sequence[Callable[[], object]]
 
     This function never raises an error.
     """
-    failed: list[Exception] = []
+    failed_items: list[Exception] = []
     for step in steps:
         try:
             step()
         except Exception as error:  # noqa: BLE001 - the rest must be closed all the same
             ERRORS.report(error, "while the window was closed")
-            failed.append(error)
-    if not failed:
+            failed_items.append(error)
+    if not failed_items:
         return
     box = _box(
         host,
         parent,
         tr(
             "The window closes, but an internal error occurred while closing ({kind}: {error}).",
-            kind=type(failed[0]).__name__,
-            error=escape_markup(str(failed[0])),
+            kind=type(failed_items[0]).__name__,
+            error=escape_markup(str(failed_items[0])),
         ),
     )
     box.addButton(QMessageBox.StandardButton.Close)

@@ -26,6 +26,6 @@ def ask_for_figure_file(parent: QWidget, studio: Studio, title: str, stem: str) 
         Proposed file name, after the name of the project.
     """
     project = studio.project
-    proposed = stem if project.untitled else f"{project.name}-{stem}"
+    proposed_stem = stem if project.untitled else f"{project.name}-{stem}"
     formats = {ending: tr(name) for ending, name in _FORMATS.items()}
-    return ask_for_target(parent, studio, title, f"{proposed}.svg", formats)
+    return ask_for_target(parent, studio, title, f"{proposed_stem}.svg", formats)

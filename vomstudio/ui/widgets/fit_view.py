@@ -194,7 +194,9 @@ class FitView(QWidget):
         grid.addWidget(self._notes, len(_LINES), 0, 1, 2)
         return page
 
-    def show_measurement(self, measured: Measurement | None, notation: str, *, local: bool) -> None:
+    def show_measurement(
+        self, measurement: Measurement | None, notation: str, *, local: bool
+    ) -> None:
         """Show a measurement, or dashes if no measurement is given.
 
         Parameters
@@ -204,8 +206,8 @@ class FitView(QWidget):
         local : bool
             Whether the frame of the model is unknown.
         """
-        verdict = measured.verdict if measured else None
-        words = self._show_head(measured, notation, local=local)
+        verdict = measurement.verdict if measurement else None
+        words = self._show_head(measurement, notation, local=local)
         quality = verdict.quality if verdict else None
         self._badge.setPixmap(theme.verdict_icon(quality).pixmap(18, 18))
         self._verdict.setText(quality or "")
@@ -214,27 +216,27 @@ class FitView(QWidget):
         self._details.setText("\n".join(words))
         self._details.setVisible(bool(words))
         reasons = list(verdict.reasons) if verdict else []
-        if not reasons and measured is not None and measured.problem:
-            reasons = [measured.problem]
+        if not reasons and measurement is not None and measurement.problem:
+            reasons = [measurement.problem]
         self._show_reasons(reasons)
-        self._show_details(measured)
+        self._show_details(measurement)
         lay_out_now(self)
 
     def _show_head(
-        self, measured: Measurement | None, notation: str, *, local: bool
+        self, measurement: Measurement | None, notation: str, *, local: bool
     ) -> Sequence[str]:
         """Show the attitude or main figure, and return the remaining lines of the kind."""
-        kind = kind_named(measured.kind) if measured else None
-        words = kind.words(measured) if kind and measured else []
-        is_attitude = measured is not None and (
-            measured.plane is not None or measured.line is not None
+        kind = kind_named(measurement.kind) if measurement else None
+        words = kind.words(measurement) if kind and measurement else []
+        is_attitude = measurement is not None and (
+            measurement.plane is not None or measurement.line is not None
         )
         if words and not is_attitude:
             # The first line contains the main figure with its name.
             self._plane.setText(words[0])
             words = words[1:]
         else:
-            self._plane.setText(orientation_text(measured, notation) if measured else "–")
+            self._plane.setText(orientation_text(measurement, notation) if measurement else "–")
         self._plane.setToolTip(
             tr("Local frame: unregistered model with unknown north and scale.") if local else ""
         )
@@ -277,19 +279,19 @@ class FitView(QWidget):
         if self._action is not None:
             self._action.trigger()
 
-    def _show_details(self, measured: Measurement | None) -> None:
-        fit = measured.fit if measured else None
-        texts = ["–" if measured is None else _text(line, measured) for line in _LINES]
+    def _show_details(self, measurement: Measurement | None) -> None:
+        fit = measurement.fit if measurement else None
+        texts = ["–" if measurement is None else _text(line, measurement) for line in _LINES]
         for line, value, title, text in zip(_LINES, self._values, self._titles, texts, strict=True):
             value.setText(text)
             # An unfinished trace keeps all rows, so that the layout does not jump.
-            has_row = line is not _AREA and (measured is None or fit is not None)
+            has_row = line is not _AREA and (measurement is None or fit is not None)
             for widget in (value, title):
                 widget.setVisible(has_row or text != "–")
-        notes = measured.verdict.notes if measured and measured.verdict else ()
+        notes = measurement.verdict.notes if measurement and measurement.verdict else ()
         self._notes.setText("\n".join(f"◦ {note.message}" for note in notes))
         self._notes.setVisible(bool(notes))
-        has_details = measured is not None and (bool(notes) or any(t != "–" for t in texts))
+        has_details = measurement is not None and (bool(notes) or any(t != "–" for t in texts))
         self.details.setVisible(has_details)
         self._figures.setVisible(has_details and self.details.isChecked())
 
@@ -319,17 +321,17 @@ def _figure_at(value: Label, line: _Line, position: QPoint) -> Figure:
     )
 
 
-def _text(line: _Line, measured: Measurement) -> str:
+def _text(line: _Line, measurement: Measurement) -> str:
     """Return the text of both figures in a row; lines have only errors and a size."""
-    subject = Subject(None, measured)
+    subject = Subject(None, measurement)
     if line is _AREA:
         return line.first.text(subject) if line.first.value(subject) is not None else "–"
     first, second = line.first.text(subject), line.second.text(subject)
-    if measured.fit is None:
+    if measurement.fit is None:
         if line not in _LINE_ROWS or line.first.value(subject) is None:
             return "–"
         # Without an axis, the region is a circular cone.
-        if line is _CONFIDENCE and measured.confidence_axis is None:
+        if line is _CONFIDENCE and measurement.confidence_axis is None:
             return first
     size = f"   (n {catalogue.N_POINTS.value(subject)})" if line is _SIZE else ""
     return f"{first}{line.between}{second}{size}"

@@ -60,4 +60,4 @@ class FoldBox(QWidget):
     def _apply(self) -> None:
         fold = self._studio.fold
         fold_filter = FoldFilter(self.quality.currentData(), self.set.currentData())
-        fold.choose(fold_filter, selected=fold.selected)
+        fold.choose(fold_filter, is_selected=fold.selected)

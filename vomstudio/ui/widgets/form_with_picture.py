@@ -25,9 +25,9 @@ class FormWithPicture(QWidget):
 
     def __init__(self, panel: QWidget) -> None:
         super().__init__()
-        around = QVBoxLayout(panel)
-        around.setContentsMargins(0, 0, 0, 0)
-        around.addWidget(self)
+        outer_layout = QVBoxLayout(panel)
+        outer_layout.setContentsMargins(0, 0, 0, 0)
+        outer_layout.addWidget(self)
         self._sides = QBoxLayout(QBoxLayout.Direction.TopToBottom, self)
         self._sides.setContentsMargins(6, 4, 6, 4)
         self._sides.setSpacing(6)

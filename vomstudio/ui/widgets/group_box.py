@@ -74,8 +74,8 @@ class GroupBox(ComboBox):
 
     def exclusion_messages(self) -> list[str]:
         """Return messages about repeats that are excluded from the group."""
-        selected = self._selected_features()
-        count = len(selected) - len(first_picks(selected, self._studio.records))
+        selected_features = self._selected_features()
+        count = len(selected_features) - len(first_picks(selected_features, self._studio.records))
         return [repeats_finding(count).message] if count else []
 
     def _selected_features(self) -> list[Typed]:

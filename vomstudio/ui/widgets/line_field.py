@@ -20,7 +20,7 @@ class LineField(QWidget):
 
     Parameters
     ----------
-    empty : str
+    empty_text : str
         Placeholder of the empty field.
 
     Attributes
@@ -31,12 +31,12 @@ class LineField(QWidget):
 
     changed = Signal()
 
-    def __init__(self, studio: Studio, name: str, empty: str) -> None:
+    def __init__(self, studio: Studio, name: str, empty_text: str) -> None:
         super().__init__()
         self._studio = studio
         self.line = QLineEdit()
         self.line.setObjectName(name)
-        self.line.setPlaceholderText(empty)
+        self.line.setPlaceholderText(empty_text)
         self.line.textChanged.connect(lambda _: self.changed.emit())
         self.take_button = QToolButton()
         self.take_button.setToolTip(tr("Use trend and plunge of the selected line."))
@@ -58,8 +58,8 @@ class LineField(QWidget):
 
     def selected(self) -> Line | None:
         """Return the line of the selected feature, or None."""
-        measured = current_measurement(self._studio)
-        return None if measured is None else measured.line
+        measured_current_measurement = current_measurement(self._studio)
+        return None if measured_current_measurement is None else measured_current_measurement.line
 
     def _refresh(self) -> None:
         allow(self.take_button, Finding("selection.no-line") if self.selected() is None else None)

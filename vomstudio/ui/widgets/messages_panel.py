@@ -109,17 +109,17 @@ class MessageBar(QFrame):
         *buttons : tuple of (str, callable)
             Text and action of buttons, which also close the bar.
         """
-        unread = not self.isHidden() and not self._hint_timer.isActive()
+        is_unread = not self.isHidden() and not self._hint_timer.isActive()
         if notice.level == "hint":
-            if self.isVisible() and unread:
+            if self.isVisible() and is_unread:
                 # An unread notice remains, and the hint is only listed.
                 return
             self._hint_timer.start(_HINT_MS)
-        elif notice.level == "info" and not unread:
+        elif notice.level == "info" and not is_unread:
             self._hint_timer.start(_REPORT_MS)
         else:
             self._hint_timer.stop()
-        if not unread:
+        if not is_unread:
             self._unread = 0
         elif notice.text != self.text:
             self._unread += 1
@@ -128,9 +128,9 @@ class MessageBar(QFrame):
         )
         self._earlier_button.setVisible(self._has_history and self._unread > 0)
         while (item := self._buttons.takeAt(0)) is not None:
-            if (old := item.widget()) is not None:
-                old.hide()
-                old.deleteLater()
+            if (old_widget := item.widget()) is not None:
+                old_widget.hide()
+                old_widget.deleteLater()
         for text, call in buttons:
             self.add_button(text, call)
         self._icon.setPixmap(theme.icon(_ICONS[notice.level]).pixmap(18, 18))

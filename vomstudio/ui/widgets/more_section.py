@@ -31,14 +31,14 @@ class MoreSection(QWidget):
         self.toggle.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.toggle.toggled.connect(self.set_open)
         self.body = QWidget()
-        inner = QVBoxLayout(self.body)
-        inner.setContentsMargins(0, 0, 0, 0)
-        inner.setSpacing(4)
-        for each in contents:
-            if isinstance(each, QLayout):
-                inner.addLayout(each)
+        body_layout = QVBoxLayout(self.body)
+        body_layout.setContentsMargins(0, 0, 0, 0)
+        body_layout.setSpacing(4)
+        for item in contents:
+            if isinstance(item, QLayout):
+                body_layout.addLayout(item)
             else:
-                inner.addWidget(each)
+                body_layout.addWidget(item)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(4)

@@ -107,9 +107,9 @@ class NumberModel(QAbstractTableModel):
         rows_with_value = [row for row in self.rows if row[0][column] is not None]
         rows_with_value.sort(key=key, reverse=order == Qt.SortOrder.DescendingOrder)
         self.rows = rows_with_value + [row for row in self.rows if row[0][column] is None]
-        places = {id(row): number for number, row in enumerate(self.rows)}
+        positions = {id(row): number for number, row in enumerate(self.rows)}
         for index, row in zip(persistent, rows, strict=True):
-            self.changePersistentIndex(index, self.index(places[id(row)], index.column()))
+            self.changePersistentIndex(index, self.index(positions[id(row)], index.column()))
         self.layoutChanged.emit()
 
 

@@ -48,17 +48,17 @@ class OptionFields(QObject, Generic[Options]):
         super().__init__()
         self._class = options
         self._start = options() if start is None else start
-        self._declared = {each.name: each for each in declarations(options) if each.label}
+        self._declared = {item.name: item for item in declarations(options) if item.label}
         self.fields: dict[str, QWidget] = {}
         self.labels: dict[str, Label] = {}
-        for name, each in self._declared.items():
-            field = self._create(each)
-            field.setObjectName(f"{prefix}_{each.flag.removeprefix('--').replace('-', '_')}")
-            field.setAccessibleName(tr(each.label))
-            field.setToolTip(_tip(each))
+        for name, item in self._declared.items():
+            field = self._create(item)
+            field.setObjectName(f"{prefix}_{item.flag.removeprefix('--').replace('-', '_')}")
+            field.setAccessibleName(tr(item.label))
+            field.setToolTip(_tip(item))
             self.fields[name] = field
-            if each.kind is not bool:
-                self.labels[name] = Label(tr(each.label))
+            if item.kind is not bool:
+                self.labels[name] = Label(tr(item.label))
         self.show_unit("m")
         self.reset()
 
@@ -105,7 +105,7 @@ class OptionFields(QObject, Generic[Options]):
         UsageError
             If options exclude each other.
         """
-        values = {each.name: getattr(self._start, each.name) for each in declarations(self._class)}
+        values = {item.name: getattr(self._start, item.name) for item in declarations(self._class)}
         return self._class(**values | {name: self._value(name) for name in self.fields} | others)
 
     def show_unit(self, unit: str) -> None:
@@ -117,40 +117,40 @@ class OptionFields(QObject, Generic[Options]):
             if isinstance(field, QDoubleSpinBox | QSpinBox):
                 field.setSuffix(symbol)
 
-    def _create(self, declared: Declaration) -> QWidget:
-        if declared.kind is bool:
-            box = QCheckBox(tr(declared.label))
+    def _create(self, declaration: Declaration) -> QWidget:
+        if declaration.kind is bool:
+            box = QCheckBox(tr(declaration.label))
             box.toggled.connect(lambda _: self.changed.emit())
             return box
-        if declared.choices is not None:
+        if declaration.choices is not None:
             choice = ComboBox()
-            if _is_automatic(declared):
-                choice.addItem(tr(declared.empty), None)
-            for each in declared.choices:
-                choice.addItem(each, each)
+            if _is_automatic(declaration):
+                choice.addItem(tr(declaration.empty), None)
+            for item in declaration.choices:
+                choice.addItem(item, item)
             choice.activated.connect(lambda _: self.changed.emit())
             return choice
-        if declared.kind is str:
+        if declaration.kind is str:
             line = QLineEdit()
-            line.setPlaceholderText(tr(declared.empty))
+            line.setPlaceholderText(tr(declaration.empty))
             line.textChanged.connect(lambda _: self.changed.emit())
             return line
-        spin = SpinBox() if declared.kind is int else DoubleSpinBox()
-        low = 0 if _is_automatic(declared) else declared.kind(declared.minimum or 0)
-        high = declared.kind(min(declared.maximum or MAX_SHOWN, 2**31 - 1))
+        spin = SpinBox() if declaration.kind is int else DoubleSpinBox()
+        low = 0 if _is_automatic(declaration) else declaration.kind(declaration.minimum or 0)
+        high = declaration.kind(min(declaration.maximum or MAX_SHOWN, 2**31 - 1))
         if isinstance(spin, DoubleSpinBox):
-            spin.setDecimals(declared.decimals)
-            if declared.decimals:
+            spin.setDecimals(declaration.decimals)
+            if declaration.decimals:
                 spin.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
         spin.setRange(low, high)
         spin.setKeyboardTracking(False)
-        if _is_automatic(declared):
-            spin.setSpecialValueText(tr(declared.empty))
+        if _is_automatic(declaration):
+            spin.setSpecialValueText(tr(declaration.empty))
         spin.valueChanged.connect(lambda _: self.changed.emit())
         return spin
 
     def _value(self, name: str) -> Any:
-        field, declared = self.fields[name], self._declared[name]
+        field, declaration = self.fields[name], self._declared[name]
         if isinstance(field, QCheckBox):
             return field.isChecked()
         if isinstance(field, ComboBox):
@@ -159,9 +159,13 @@ class OptionFields(QObject, Generic[Options]):
             return field.text().strip() or None
         assert isinstance(field, QSpinBox | QDoubleSpinBox)
         value = _shown_number(field)
-        if _is_automatic(declared) and value == field.minimum():
+        if _is_automatic(declaration) and value == field.minimum():
             return None
-        return value if declared.minimum is None else max(value, declared.kind(declared.minimum))
+        return (
+            value
+            if declaration.minimum is None
+            else max(value, declaration.kind(declaration.minimum))
+        )
 
 
 def _shown_number(field: QSpinBox | QDoubleSpinBox) -> float:
@@ -172,17 +176,17 @@ def _shown_number(field: QSpinBox | QDoubleSpinBox) -> float:
     return field.valueFromText(text)
 
 
-def _is_automatic(declared: Declaration) -> bool:
+def _is_automatic(declaration: Declaration) -> bool:
     """Return whether the program may choose the value."""
-    return declared.default is None and not declared.is_required
+    return declaration.default is None and not declaration.is_required
 
 
-def _tip(declared: Declaration) -> str:
-    if declared.automatic and _is_automatic(declared):
+def _tip(declaration: Declaration) -> str:
+    if declaration.automatic and _is_automatic(declaration):
         return tr(
             "{tip} ({empty}: {automatic}).",
-            tip=tr(declared.tip),
-            empty=tr(declared.empty),
-            automatic=tr(declared.automatic),
+            tip=tr(declaration.tip),
+            empty=tr(declaration.empty),
+            automatic=tr(declaration.automatic),
         )
-    return f"{tr(declared.tip)}."
+    return f"{tr(declaration.tip)}."

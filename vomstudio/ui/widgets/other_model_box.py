@@ -65,11 +65,11 @@ class OtherModel:
 
 def project_model(studio: Studio, model: Model) -> OtherModel | None:
     """Return a model of the project, or None if its file is not open."""
-    opened, path = studio.models.get(model.id), studio.project.find_model(model)
-    if opened is None or path is None:
+    open_model, path = studio.models.get(model.id), studio.project.find_model(model)
+    if open_model is None or path is None:
         return None
     return OtherModel(
-        model.name, path, opened.data, model.to_world, model.frame, model.id, model.registration
+        model.name, path, open_model.data, model.to_world, model.frame, model.id, model.registration
     )
 
 
@@ -171,9 +171,9 @@ class OtherModelBox(QWidget):
         self.browse.setEnabled(False)
         self.status_changed.emit(tr("Reading {file}…", file=path.name))
 
-        def read(cached: CachedModel) -> None:
+        def read(cached_model: CachedModel) -> None:
             self._background.run(
-                lambda: _fetched(path, cached), arrived, lambda error: refuse(str(error))
+                lambda: _fetched(path, cached_model), arrived, lambda error: refuse(str(error))
             )
 
         def arrived(other: OtherModel) -> None:
@@ -211,17 +211,17 @@ class OtherModelBox(QWidget):
         self.models.setCurrentIndex(self.models.findData(key))
 
 
-def _fetched(path: Path, cached: CachedModel) -> OtherModel:
+def _fetched(path: Path, cached_model: CachedModel) -> OtherModel:
     """Read the model from the cache. Runs in a worker thread."""
     from vomstudio.io.models import model_cache
     from vomstudio.io.models.frames import establish_frame
 
-    loaded = model_cache.open_cached(cached.folder)
-    established = establish_frame(replace(loaded, path=path))
+    loaded_model = model_cache.open_cached(cached_model.folder)
+    established = establish_frame(replace(loaded_model, path=path))
     return OtherModel(
         path.name,
         path,
-        loaded.data,
+        loaded_model.data,
         established.to_world(),
         established.frame,
         registration=established.registration,

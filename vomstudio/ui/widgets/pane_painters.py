@@ -40,14 +40,14 @@ def _premultiplied(color: QColor) -> int:
     return alpha << 24 | red << 16 | green << 8 | blue
 
 
-def dot_painter(places: FloatArray, color: QColor, size: float) -> Painter:
+def dot_painter(positions: FloatArray, color: QColor, size: float) -> Painter:
     """Return a painter of dots at positions (n, 2) of a picture."""
 
     def paint(
         painter: QPainter, box: QRectF, to_screen: Callable[[FloatArray], FloatArray], zoom: float
     ) -> None:
         ratio = painter.device().devicePixelRatioF()
-        pixels = to_screen(places)
+        pixels = to_screen(positions)
         pixels = (pixels[mask_inside(box, pixels)] - [box.left(), box.top()]) * ratio
         width, height = max(1, int(box.width() * ratio)), max(1, int(box.height() * ratio))
         # Written to an image, because drawing thousands of dots takes half a second.
@@ -76,29 +76,29 @@ def combined_painter(*painters: Painter) -> Painter:
     def paint(
         painter: QPainter, box: QRectF, to_screen: Callable[[FloatArray], FloatArray], zoom: float
     ) -> None:
-        for each in painters:
-            each(painter, box, to_screen, zoom)
+        for item in painters:
+            item(painter, box, to_screen, zoom)
 
     return paint
 
 
 def vector_painter(
-    places: FloatArray, offsets: FloatArray, factor: float, color: QColor
+    positions: FloatArray, offsets: FloatArray, factor: float, color: QColor
 ) -> Painter:
     """Return a painter of vectors with a scale bar.
 
-    The lines start at `places` (n, 2) with a dot and run along `offsets` (n, 2) times `factor`.
+    The lines start at `positions` (n, 2) with a dot and run along `offsets` (n, 2) times `factor`.
     """
 
     def paint(
         painter: QPainter, box: QRectF, to_screen: Callable[[FloatArray], FloatArray], zoom: float
     ) -> None:
-        ends = np.hstack([to_screen(places), to_screen(places + factor * offsets)])
+        ends = np.hstack([to_screen(positions), to_screen(positions + factor * offsets)])
         lines = [QLineF(*row) for row in ends.tolist()]
         for tint, width in ((QColor(0, 0, 0, 130), 2.8), (color, 1.4)):
             painter.setPen(QPen(tint, width))
             painter.drawLines(lines)
-        dot_painter(places, color, 2.0)(painter, box, to_screen, zoom)
+        dot_painter(positions, color, 2.0)(painter, box, to_screen, zoom)
         _draw_scale_bar(painter, box, factor * zoom)
 
     return paint

@@ -116,7 +116,7 @@ class PhotoCanvas(QWidget):
         self._turn = QTransform()
         self._upright = QSize(1, 1)
         self._scale, self._offset = 1.0, QPointF()
-        self._fitted = True
+        self._is_fitted = True
         self._drawn: Sequence[Drawn] = ()
         self._selected: frozenset[str] = frozenset()
         self._preview: Preview | None = None
@@ -129,7 +129,7 @@ class PhotoCanvas(QWidget):
         self._button = Qt.MouseButton.NoButton
         self._action: str | None = None
         self._handle: int | None = None
-        self._doubled = False
+        self._is_doubled = False
         # Throttled, because tools fit planes at each move of the cursor.
         self._hover_event: PhotoPointer | None = None
         self._hover = QTimer(self)
@@ -166,8 +166,8 @@ class PhotoCanvas(QWidget):
         box = turn.mapRect(QRectF(0, 0, *self._size))
         self._upright = QSize(round(box.width()), round(box.height()))
 
-    def set_features(self, drawn: Sequence[Drawn], selected: frozenset[str]) -> None:
-        self._drawn, self._selected = drawn, selected
+    def set_features(self, drawn: Sequence[Drawn], selected_names: frozenset[str]) -> None:
+        self._drawn, self._selected = drawn, selected_names
         self.update()
 
     def set_preview(self, preview: Preview | None) -> None:
@@ -207,7 +207,7 @@ class PhotoCanvas(QWidget):
 
     def fit(self) -> None:
         """Show the whole photo."""
-        self._fitted = True
+        self._is_fitted = True
         size = self.size()
         self._scale = min(
             size.width() / self._upright.width(), size.height() / self._upright.height()
@@ -227,7 +227,7 @@ class PhotoCanvas(QWidget):
         fitted_scale, ratio = self._scale, self.devicePixelRatioF()
         scale = min(self.width() / width, self.height() / height, 1.0 / ratio)
         if scale > 1.2 * fitted_scale:
-            self._fitted = False
+            self._is_fitted = False
             self._scale = scale
             self._centre(QPointF((x.min() + x.max()) / 2, (y.min() + y.max()) / 2))
 
@@ -248,7 +248,7 @@ class PhotoCanvas(QWidget):
         )
         scale = min(max(self._scale * factor, min_scale), _MAX_ZOOM)
         self._offset = about + (self._offset - about) * (scale / self._scale)
-        self._scale, self._fitted = scale, False
+        self._scale, self._is_fitted = scale, False
         self.update()
 
     def _centre(self, upright: QPointF) -> None:
@@ -256,11 +256,11 @@ class PhotoCanvas(QWidget):
         self.update()
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
-        if self._fitted:
+        if self._is_fitted:
             self.fit()
         elif event.oldSize().isValid():
-            grown = event.size() - event.oldSize()
-            self._offset += QPointF(grown.width() / 2, grown.height() / 2)
+            grown_size = event.size() - event.oldSize()
+            self._offset += QPointF(grown_size.width() / 2, grown_size.height() / 2)
         super().resizeEvent(event)
 
     # --- painting ----------------------------------------------------------------------------
@@ -270,8 +270,8 @@ class PhotoCanvas(QWidget):
         if self._picture is not None:
             self._paint_picture(painter, self._picture)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        for drawn in sorted(self._drawn, key=lambda d: d.id in self._selected):
-            self._paint_feature(painter, drawn)
+        for drawing in sorted(self._drawn, key=lambda d: d.id in self._selected):
+            self._paint_feature(painter, drawing)
         self._paint_labels(painter)
         if self._spot is not None:
             self._paint_cross(painter, self._spot, 11.0, QColor("#56b4e9"))
@@ -296,8 +296,8 @@ class PhotoCanvas(QWidget):
         area = preview.area
         if area is None or not len(area.border):
             return
-        places = area.border.reshape(-1, 3).astype(np.float64) + area.origin
-        pixels, is_visible = self._project(places)
+        positions = area.border.reshape(-1, 3).astype(np.float64) + area.origin
+        pixels, is_visible = self._project(positions)
         is_drawn = is_visible & np.isfinite(pixels).all(axis=1)
         edges = pixels.reshape(-1, 2, 2)[is_drawn.reshape(-1, 2).all(axis=1)]
         painter.setPen(QPen(painting.to_color(preview.color), 2.0))
@@ -316,12 +316,12 @@ class PhotoCanvas(QWidget):
         painter.drawImage(whole, level)
         painter.restore()
 
-    def _paint_feature(self, painter: QPainter, drawn: Drawn) -> None:
-        color = painting.to_color(drawn.color)
-        is_selected = drawn.id in self._selected
-        pixels = self.to_widget(drawn.pixels)
-        if drawn.is_edge_list:
-            edges = pixels.reshape(-1, 4)[drawn.is_visible.reshape(-1, 2).all(axis=1)]
+    def _paint_feature(self, painter: QPainter, drawing: Drawn) -> None:
+        color = painting.to_color(drawing.color)
+        is_selected = drawing.id in self._selected
+        pixels = self.to_widget(drawing.pixels)
+        if drawing.is_edge_list:
+            edges = pixels.reshape(-1, 4)[drawing.is_visible.reshape(-1, 2).all(axis=1)]
             lines = [QLineF(*edge) for edge in edges.tolist()]
             width = 3.0 if is_selected else 1.8
             for pen in (QPen(QColor(20, 20, 22, 200), width + 2.4), QPen(color, width)):
@@ -329,24 +329,24 @@ class PhotoCanvas(QWidget):
                 painter.drawLines(lines)
         else:
             painting.draw_runs(
-                painter, pixels, drawn.is_visible, color, 3.4 if is_selected else 2.0
+                painter, pixels, drawing.is_visible, color, 3.4 if is_selected else 2.0
             )
 
     def _paint_labels(self, painter: QPainter) -> None:
         """Draw the labels that do not overlap, starting with those of selected features."""
         boxes: list[QRectF] = []
-        for drawn in sorted(self._drawn, key=lambda d: d.id not in self._selected):
-            if drawn.anchor is None or not drawn.label:
+        for drawing in sorted(self._drawn, key=lambda d: d.id not in self._selected):
+            if drawing.anchor is None or not drawing.label:
                 continue
-            font = painting.system_font(bold=drawn.id in self._selected)
+            font = painting.system_font(bold=drawing.id in self._selected)
             metrics = QFontMetricsF(font)
-            x, y = self.to_widget(drawn.anchor)[0] + (8.0, -7.0)
-            width, height = metrics.horizontalAdvance(drawn.label), metrics.height()
+            x, y = self.to_widget(drawing.anchor)[0] + (8.0, -7.0)
+            width, height = metrics.horizontalAdvance(drawing.label), metrics.height()
             x = min(x, self.width() - width - 4.0)
             box = QRectF(x, y - metrics.ascent(), width, height)
             if self.rect().toRectF().contains(box) and not any(box.intersects(b) for b in boxes):
                 boxes.append(box)
-                painting.outlined_text(painter, x, y, drawn.label, font)
+                painting.outlined_text(painter, x, y, drawing.label, font)
 
     def _paint_cross(
         self, painter: QPainter, pixel: FloatArray, size: float, color: QColor
@@ -395,11 +395,11 @@ class PhotoCanvas(QWidget):
         """Return the id of the feature at a pixel of the photo, or None."""
         position = self.to_widget([x, y])[0]
         best, feature_id = LINE_PIXELS, None
-        for drawn in self._drawn:
-            is_segment_visible = drawn.is_visible[:-1] & drawn.is_visible[1:]
-            widget_pixels = self.to_widget(drawn.pixels)
-            if drawn.is_edge_list:
-                distances = np.hypot(*(widget_pixels[drawn.is_visible] - position).T)
+        for drawing in self._drawn:
+            is_segment_visible = drawing.is_visible[:-1] & drawing.is_visible[1:]
+            widget_pixels = self.to_widget(drawing.pixels)
+            if drawing.is_edge_list:
+                distances = np.hypot(*(widget_pixels[drawing.is_visible] - position).T)
             else:
                 a, ab = (
                     widget_pixels[:-1][is_segment_visible],
@@ -409,7 +409,7 @@ class PhotoCanvas(QWidget):
                 t = np.clip(((position - a) * ab).sum(axis=1) / square, 0.0, 1.0)
                 distances = np.hypot(*(a + t[:, None] * ab - position).T)
             if len(distances) and distances.min() < best:
-                best, feature_id = float(distances.min()), drawn.id
+                best, feature_id = float(distances.min()), drawing.id
         return feature_id
 
     def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
@@ -438,7 +438,7 @@ class PhotoCanvas(QWidget):
             self._last = self._press
         if self._action == "pan":
             self._offset += cursor - self._last
-            self._fitted = False
+            self._is_fitted = False
         else:
             motion = cursor - self._last
             # A brush leaves no gaps.
@@ -474,16 +474,16 @@ class PhotoCanvas(QWidget):
         press, self._press = self._press, None
         if self._action == "tool":
             self._drag(Pointer.DRAG_END, event.position(), event)
-        elif self._action is None and not self._doubled:
+        elif self._action is None and not self._is_doubled:
             self.pointed.emit(self._create_pointer(Pointer.CLICK, press, event.button(), event))
-        self._action, self._handle, self._doubled = None, None, False
+        self._action, self._handle, self._is_doubled = None, None, False
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         if self.is_left_button_painting:
             self.mousePressEvent(event)
             return
         self._press = self._last = event.position()
-        self._button, self._action, self._doubled = event.button(), None, True
+        self._button, self._action, self._is_doubled = event.button(), None, True
         self.pointed.emit(
             self._create_pointer(Pointer.DOUBLE_CLICK, event.position(), event.button(), event)
         )

@@ -149,7 +149,7 @@ class PicturePanes(QWidget):
 
     def set_overlays(self, painters: Sequence[Painter | None]) -> None:
         """Set the painters of the panes."""
-        self._overlays = [each or paint_nothing for each in painters]
+        self._overlays = [item or paint_nothing for item in painters]
         self._renew()
 
     # --- geometry ----------------------------------------------------------------------------
@@ -176,17 +176,17 @@ class PicturePanes(QWidget):
         view = self._views[pane]
         return self._fit(pane) if view.centre is None else (view.centre, view.zoom)
 
-    def to_screen(self, pane: int, places: npt.ArrayLike) -> FloatArray:
+    def to_screen(self, pane: int, positions: npt.ArrayLike) -> FloatArray:
         """Convert positions (n, 2) in a picture to widget pixels (n, 2)."""
         centre, zoom = self._view(pane)
-        middle = self.middle(pane)
-        points = np.asarray(places, np.float64).reshape(-1, 2)
-        return (points - centre) * zoom + [middle.x(), middle.y()]
+        midpoint = self.middle(pane)
+        points = np.asarray(positions, np.float64).reshape(-1, 2)
+        return (points - centre) * zoom + [midpoint.x(), midpoint.y()]
 
     def to_picture(self, pane: int, position: QPointF) -> FloatArray:
         centre, zoom = self._view(pane)
-        middle = self.middle(pane)
-        return centre + np.array([position.x() - middle.x(), position.y() - middle.y()]) / zoom
+        midpoint = self.middle(pane)
+        return centre + np.array([position.x() - midpoint.x(), position.y() - midpoint.y()]) / zoom
 
     def pane_at(self, position: QPointF) -> int | None:
         """Return the pane with a picture at a point of the widget, or None."""
@@ -208,9 +208,9 @@ class PicturePanes(QWidget):
         view.centre, view.zoom = about + (centre - about) * (zoom / new_zoom), new_zoom
         self._renew()
 
-    def look_at(self, pane: int, place: npt.ArrayLike, zoom: float) -> None:
+    def look_at(self, pane: int, position: npt.ArrayLike, zoom: float) -> None:
         view = self._views[pane]
-        view.centre, view.zoom = np.array(place, np.float64).reshape(2), zoom
+        view.centre, view.zoom = np.array(position, np.float64).reshape(2), zoom
         self._renew()
 
     def show_all(self) -> None:
@@ -342,10 +342,10 @@ class PicturePanes(QWidget):
     # --- mouse and keys ----------------------------------------------------------------------
     def _link_at(self, position: QPointF) -> int | None:
         pane = self.pane_at(position)
-        places = {0: self._links.left, 1: self._links.right}.get(-1 if pane is None else pane)
-        if pane is None or places is None or not len(places):
+        positions = {0: self._links.left, 1: self._links.right}.get(-1 if pane is None else pane)
+        if pane is None or positions is None or not len(positions):
             return None
-        distances = np.hypot(*(self.to_screen(pane, places) - [position.x(), position.y()]).T)
+        distances = np.hypot(*(self.to_screen(pane, positions) - [position.x(), position.y()]).T)
         best = int(distances.argmin())
         return best if distances[best] <= PICK_RADIUS_PIXELS else None
 

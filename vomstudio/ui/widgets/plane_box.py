@@ -28,13 +28,13 @@ FAULT = "fault"
 """ID of the feature type of faults, and word in the names of further types."""
 
 
-def _distance_m(measured: Measurement, place: FloatArray | None) -> float:
+def _distance_m(measurement: Measurement, position: FloatArray | None) -> float:
     """Return the smallest distance between the points of a feature and a place, metres."""
-    points = extent_points(measured)
-    if place is None or not len(points):
+    points = extent_points(measurement)
+    if position is None or not len(points):
         return math.inf
-    middle = place.mean(axis=0)
-    return float(np.linalg.norm(points - middle, axis=1).min())
+    centre = position.mean(axis=0)
+    return float(np.linalg.norm(points - centre, axis=1).min())
 
 
 class PlaneBox(ComboBox):
@@ -82,9 +82,9 @@ class PlaneBox(ComboBox):
         """Return the planes, the nearest first; for a line, faults come before other planes."""
         studio = self._studio
         planes = [f for f in studio.session.features() if has_plane(f)]
-        measured = studio.measured(f.id for f in planes)
+        measurements = studio.measured(f.id for f in planes)
         place = self._place()
-        distances = {f.id: _distance_m(measured[f.id], place) for f in planes}
+        distances = {f.id: _distance_m(measurements[f.id], place) for f in planes}
         faults = {
             kind.id
             for kind in studio.session.of(FeatureType)
@@ -101,20 +101,20 @@ class PlaneBox(ComboBox):
 
     def _place(self) -> FloatArray | None:
         """Return the points (n, 3) of the open or the current feature, or None without points."""
-        measured = getattr(self._studio.open_tool, "measurement", None)
+        measurement = getattr(self._studio.open_tool, "measurement", None)
         current = self._studio.selection.current
-        if not isinstance(measured, Measurement) and current is not None:
-            measured = self._studio.measured([current]).get(current)
-        is_placed = isinstance(measured, Measurement) and len(measured.points) > 0
-        return measured.points if is_placed and measured is not None else None
+        if not isinstance(measurement, Measurement) and current is not None:
+            measurement = self._studio.measured([current]).get(current)
+        is_placed = isinstance(measurement, Measurement) and len(measurement.points) > 0
+        return measurement.points if is_placed and measurement is not None else None
 
     def _fill(self, ids: list[str]) -> None:
         with QSignalBlocker(self):
             self.clear()
             if self._empty_text is not None:
                 self.addItem(self._empty_text, "")
-            last = self._text(self._last) if self._last else tr("none yet")
-            self.addItem(tr("selected: {plane}", plane=last), SELECTED)
+            last_request = self._text(self._last) if self._last else tr("none yet")
+            self.addItem(tr("selected: {plane}", plane=last_request), SELECTED)
             for id_ in ids:
                 self.addItem(self._mark(id_), self._text(id_), id_)
             if self._follows and (not self._plane_id or self._plane_id == self._last):
@@ -124,16 +124,16 @@ class PlaneBox(ComboBox):
         self.setToolTip(escape_markup(self.currentText()))
 
     def _mark(self, id_: str) -> QIcon:
-        measured = self._studio.measured([id_]).get(id_)
-        verdict = None if measured is None else measured.verdict
+        measurement = self._studio.measured([id_]).get(id_)
+        verdict = None if measurement is None else measurement.verdict
         return theme.verdict_icon(verdict.quality if verdict else None)
 
     def _text(self, id_: str) -> str:
         record = self._studio.records.get(id_)
         if not has_plane(record) or record is None:
             return tr("a deleted plane")
-        measured = self._studio.measured([id_])[id_]
-        return f"{record.name}  {orientation_text(measured, self._studio.settings.notation)}"
+        measurements = self._studio.measured([id_])[id_]
+        return f"{record.name}  {orientation_text(measurements, self._studio.settings.notation)}"
 
     def _activated(self, index: int) -> None:
         data = str(self.itemData(index))

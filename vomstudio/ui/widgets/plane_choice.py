@@ -83,8 +83,8 @@ class PlaneChoice(QWidget):
         if record is None:
             self.label.setText(self._empty_text)
         else:
-            measured = self._studio.measured([self.id])[self.id]
-            orientation = marked_attitude(measured, self._studio.settings.notation)
+            measurements = self._studio.measured([self.id])[self.id]
+            orientation = marked_attitude(measurements, self._studio.settings.notation)
             self.label.setText(f"{record.name or self.id}  {orientation}")
         allow(self.take_button, None if self._selected() else Finding("selection.no-plane"))
         self.clear_button.setVisible(record is not None)

@@ -30,7 +30,7 @@ class PlaneField(QWidget):
 
     Parameters
     ----------
-    empty : str
+    empty_text : str
         Placeholder of the empty field.
     view : callable, optional
         Returns the view direction, for a button that takes the plane facing the viewer.
@@ -44,10 +44,10 @@ class PlaneField(QWidget):
     changed = Signal()
 
     def __init__(
-        self, studio: Studio, name: str, empty: str = "", view: ViewDirection | None = None
+        self, studio: Studio, name: str, empty_text: str = "", view: ViewDirection | None = None
     ) -> None:
         super().__init__()
-        self._studio, self._empty, self._view = studio, empty, view
+        self._studio, self._empty, self._view = studio, empty_text, view
         self._notation = ""
         self.line = QLineEdit()
         self.line.setObjectName(name)
@@ -80,22 +80,22 @@ class PlaneField(QWidget):
 
     def _notation_changed(self) -> None:
         """Rewrite the text in the new notation."""
-        previous, notation = self._notation, self._studio.settings.notation
+        previous_notation, notation = self._notation, self._studio.settings.notation
         self._notation = notation
         example = tr("such as {example}", example=format_plane(Plane(135.0, 70.0), notation))
         self.line.setPlaceholderText(self._empty or example)
-        if previous and previous != notation:
+        if previous_notation and previous_notation != notation:
             with suppress(VomError):
-                plane = parse_plane(self.line.text(), previous)
-                whole = (plane.dip_direction_deg % 1.0, plane.dip_deg % 1.0) == (0.0, 0.0)
-                self.show_plane(plane, 0 if whole else 2)
+                plane = parse_plane(self.line.text(), previous_notation)
+                is_whole = (plane.dip_direction_deg % 1.0, plane.dip_deg % 1.0) == (0.0, 0.0)
+                self.show_plane(plane, 0 if is_whole else 2)
 
     def _refresh(self) -> None:
         allow(self.take_button, Finding("selection.no-plane") if self._selected() is None else None)
 
     def _selected(self) -> Plane | None:
-        measured = current_measurement(self._studio)
-        return None if measured is None else measured.plane
+        measured_current_measurement = current_measurement(self._studio)
+        return None if measured_current_measurement is None else measured_current_measurement.plane
 
     def _take_selected(self) -> None:
         if (plane := self._selected()) is not None:

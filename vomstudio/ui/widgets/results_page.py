@@ -8,9 +8,9 @@ from PySide6.QtWidgets import QTextBrowser
 
 
 class FiguresPage(QTextBrowser):
-    def __init__(self, empty: str) -> None:
+    def __init__(self, empty_text: str) -> None:
         super().__init__()
-        self.placeholder = empty
+        self.placeholder = empty_text
 
     def show_reason(self, reason: str) -> None:
         """Clear the page and show why the figures are missing."""

@@ -36,10 +36,10 @@ class TypeBox(ComboBox):
     def fill(self) -> None:
         """List the types, keeping the selected type if it still exists."""
         previous, types = self.currentData(), self._studio.session.of(FeatureType)
-        suitable = [type_ for type_ in types if self._geometry in (None, type_.geometry)]
+        suitable_types = [type_ for type_ in types if self._geometry in (None, type_.geometry)]
         with QSignalBlocker(self):
             self.clear()
-            for type_ in suitable or types:
+            for type_ in suitable_types or types:
                 self._add(type_)
             self.select_type(previous)
 

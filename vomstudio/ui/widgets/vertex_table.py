@@ -109,10 +109,10 @@ class VertexTable(QTableWidget):
     def _why_not_at(self, point: list[float]) -> Finding | None:
         """Return a finding if a point in the file frame of a model cannot be on the model."""
         model = self._model()
-        opened = None if model is None else self._studio.models.get(model.id)
-        if opened is None:
+        open_model = None if model is None else self._studio.models.get(model.id)
+        if open_model is None:
             return check_coordinates(point)
-        return check_near_model(point, opened.data.bounds)
+        return check_near_model(point, open_model.data.bounds)
 
 
 def parse_number(text: str) -> float | None:

@@ -289,5 +289,5 @@ def _is_standard_view(tokens: tuple[str, ...]) -> bool:
     words = [token if token.startswith("'") else _unquote(token) for token in tokens]
     if words[1:3] != ["as", "select"] or words.count("from") != 1 or words.count("select") != 1:
         return False
-    at = words.index("from")
-    return set(words[2:at]) <= _VIEW_WORDS and " ".join(words[at + 1 :]) in _VIEW_SOURCES
+    index = words.index("from")
+    return set(words[2:index]) <= _VIEW_WORDS and " ".join(words[index + 1 :]) in _VIEW_SOURCES

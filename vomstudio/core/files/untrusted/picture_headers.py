@@ -104,11 +104,11 @@ def read_size(file: BinaryIO) -> PictureSize | None:
         If the file cannot be read.
     """
     file.seek(0)
-    head = file.read(32)
+    header = file.read(32)
     for mark, read in _READERS.items():
-        if head.startswith(mark):
+        if header.startswith(mark):
             try:
-                return read(file, head)
+                return read(file, header)
             except struct.error:
                 return None
     return None
@@ -137,7 +137,7 @@ def jpeg_scan_start(file: BinaryIO) -> int | None:
     file.seek(0)
     if file.read(2) != JPEG_MARK:
         return None
-    return next((at - 4 for marker, at, _ in _segments(file) if marker == _SCAN), None)
+    return next((offset - 4 for marker, offset, _ in _segments(file) if marker == _SCAN), None)
 
 
 # --- JPEG -----------------------------------------------------------------------------------------
@@ -175,61 +175,61 @@ def _segments(file: BinaryIO) -> Iterator[tuple[int, int, int]]:
     See ITU T.81, B.1.1. Raises HeaderError if the segments are too far apart, because Pillow
     searches for the next marker byte by byte.
     """
-    at, skipped = 2, 0
+    offset, skipped_count = 2, 0
     while True:
-        file.seek(at)
-        head = file.read(4)
-        if len(head) < 4:
+        file.seek(offset)
+        header = file.read(4)
+        if len(header) < 4:
             return
-        if head[0] != 0xFF or head[1] in (0x00, 0xFF):
-            file.seek(at)
+        if header[0] != 0xFF or header[1] in (0x00, 0xFF):
+            file.seek(offset)
             block = file.read(1 << 16)
             match = _MARKER.search(block)
             step = match.start() if match else max(1, len(block) - 1)
-            at, skipped = at + step, skipped + step
-            if skipped > _MAX_SKIPPED_BYTES:
+            offset, skipped_count = offset + step, skipped_count + step
+            if skipped_count > _MAX_SKIPPED_BYTES:
                 raise HeaderError(tr("its header is filled with bytes that mean nothing"))
             continue
-        marker = head[1]
+        marker = header[1]
         if marker in (0x01, 0xD8, 0xD9) or 0xD0 <= marker <= 0xD7:
-            yield marker, at + 2, 0
-            at += 2
+            yield marker, offset + 2, 0
+            offset += 2
             continue
-        length = int.from_bytes(head[2:4], "big")
+        length = int.from_bytes(header[2:4], "big")
         if length < 2:
             return
-        yield marker, at + 4, length - 2
+        yield marker, offset + 4, length - 2
         if marker == _SCAN:
             return
-        at += 2 + length
+        offset += 2 + length
 
 
 def _check_scans(file: BinaryIO, start: int) -> None:
     """Raise HeaderError if a JPEG has too many scans after offset `start`."""
-    at, scans = start, 1
+    offset, scans = start, 1
     for _ in range(_MAX_PARTS):
-        place, marker = _next_segment(file, at)
+        place, marker = _next_segment(file, offset)
         if marker == _END:
             return
         scans += marker == _SCAN
         if scans > _MAX_SCANS:
             raise HeaderError(tr("it has more scans than any program writes"))
         file.seek(place + 2)
-        at = place + 2 + max(2, int.from_bytes(file.read(2), "big"))
+        offset = place + 2 + max(2, int.from_bytes(file.read(2), "big"))
     raise HeaderError(_too_many_parts())
 
 
-def _next_segment(file: BinaryIO, at: int) -> tuple[int, int]:
+def _next_segment(file: BinaryIO, offset: int) -> tuple[int, int]:
     """Return offset and marker (`_END` at the end) of the segment after compressed pixels."""
-    file.seek(at)
+    file.seek(offset)
     while block := file.read(_BLOCK):
         if match := _SEGMENT.search(block):
-            return at + match.start(), match[0][1]
-        at += max(1, len(block) - 1)
-        file.seek(at)
+            return offset + match.start(), match[0][1]
+        offset += max(1, len(block) - 1)
+        file.seek(offset)
         if len(block) == 1:
             break
-    return at, _END
+    return offset, _END
 
 
 # --- PNG, BMP, WebP -------------------------------------------------------------------------------
@@ -244,11 +244,11 @@ def _png_size(file: BinaryIO, head: bytes) -> PictureSize | None:
 
 def _check_chunks(file: BinaryIO) -> None:
     """Check the number of chunks (PNG specification, 5.3). Raises HeaderError."""
-    at, others, chunks = 8, 0, 0
+    offset, others, chunks = 8, 0, 0
     size = file.seek(0, io.SEEK_END)
     max_chunks = 200_000 + size // 4096
-    while at + 8 <= size:
-        file.seek(at)
+    while offset + 8 <= size:
+        file.seek(offset)
         length, kind = struct.unpack(">I4s", file.read(8))
         others += kind != b"IDAT"
         chunks += 1
@@ -256,7 +256,7 @@ def _check_chunks(file: BinaryIO) -> None:
             raise HeaderError(_too_many_parts())
         if kind == b"IEND":
             return
-        at += 12 + length
+        offset += 12 + length
 
 
 def _bmp_size(file: BinaryIO, head: bytes) -> PictureSize:
@@ -274,7 +274,9 @@ def _webp_size(file: BinaryIO, head: bytes) -> PictureSize | None:
     if head[8:12] != b"WEBP":
         return None
     if kind == b"VP8X":
-        width, height = (int.from_bytes(head[at : at + 3], "little") + 1 for at in (24, 27))
+        width, height = (
+            int.from_bytes(head[offset : offset + 3], "little") + 1 for offset in (24, 27)
+        )
     elif kind == b"VP8L":
         (packed,) = struct.unpack_from("<I", head, 21)
         width, height = (packed & 0x3FFF) + 1, (packed >> 14 & 0x3FFF) + 1
@@ -313,16 +315,18 @@ def _first_tiff_size(file: BinaryIO, head: bytes) -> PictureSize | None:
 def _tiff_size(directory: _Directory) -> PictureSize:
     width, height = directory.get(_WIDTH, 0), directory.get(_HEIGHT, 0)
     samples, bits = directory.get(_SAMPLES, 1), directory.get(_BITS, 1)
-    contiguous = directory.get(_PLANAR, 1) != _SEPARATE_PLANES
-    across = directory.get(_TILE_WIDTH) or width
+    is_contiguous = directory.get(_PLANAR, 1) != _SEPARATE_PLANES
+    across_component = directory.get(_TILE_WIDTH) or width
     down = directory.get(_TILE_HEIGHT) or min(directory.get(_STRIP_ROWS) or height, height)
-    block = across * down * bits * (samples if contiguous else 1) // 8
+    block = across_component * down * bits * (samples if is_contiguous else 1) // 8
     if directory.get(_PHOTOMETRIC) == _YCBCR:
         # libtiff converts the whole block to red, green, blue and opacity.
-        block = max(block, 4 * across * down)
+        block = max(block, 4 * across_component * down)
     tiles = 0
     if directory.get(_TILE_WIDTH) and directory.get(_TILE_HEIGHT):
-        tiles = -(-width // across) * -(-height // down) * (1 if contiguous else samples)
+        tiles = (
+            -(-width // across_component) * -(-height // down) * (1 if is_contiguous else samples)
+        )
     return PictureSize(width, height, max(1, samples * bits // 8), block, tiles * block)
 
 
@@ -332,17 +336,19 @@ def _check_tags(file: BinaryIO) -> None:
     Several tags may refer to the same bytes, and each of them is read completely.
     """
     size = file.seek(0, io.SEEK_END)
-    claimed = 0
+    claimed_count = 0
     for number, entries in enumerate(_all_directories(file)):
         if number > _MAX_DIRECTORIES:
             raise HeaderError(_too_many_parts())
         for kind, count, _, place in entries:
-            needed = count * _SIZES.get(kind, 1)
+            needed_values = count * _SIZES.get(kind, 1)
             # Some cameras write tags that extend beyond the end of the file; readers ignore them.
-            if needed > size - min(place, size):
+            if needed_values > size - min(place, size):
                 continue
-            claimed += needed
-            if claimed > 2 * size + (1 << 16) or (kind not in _BYTES and count > _MAX_TAG_VALUES):
+            claimed_count += needed_values
+            if claimed_count > 2 * size + (1 << 16) or (
+                kind not in _BYTES and count > _MAX_TAG_VALUES
+            ):
                 raise HeaderError(tr("its tags claim more than the file holds"))
 
 
@@ -388,31 +394,31 @@ def _all_directories(
 def _tiff_start(file: BinaryIO) -> tuple[str, bool, int] | None:
     """Return byte order, whether the file is a BigTIFF, and the offset of the first directory."""
     file.seek(0)
-    head = file.read(16)
-    order = {b"II": "<", b"MM": ">"}.get(head[:2])
-    big = head[2:4] in (b"+\0", b"\0+")
-    if order is None or len(head) < (16 if big else 8):
+    header = file.read(16)
+    order = {b"II": "<", b"MM": ">"}.get(header[:2])
+    big = header[2:4] in (b"+\0", b"\0+")
+    if order is None or len(header) < (16 if big else 8):
         return None
-    (first,) = struct.unpack(order + ("Q" if big else "I"), head[8:16] if big else head[4:8])
+    (first,) = struct.unpack(order + ("Q" if big else "I"), header[8:16] if big else header[4:8])
     return order, big, first
 
 
 def _entries(
-    file: BinaryIO, at: int, order: str, is_big_tiff: bool
+    file: BinaryIO, offset: int, order: str, is_big_tiff: bool
 ) -> tuple[list[tuple[int, int, int, int]], int]:
     """Return the entries (type, count, tag, value or offset) and the next directory's offset."""
-    file.seek(at)
-    wide, entry = ("Q", "HHQQ") if is_big_tiff else ("H", "HHII")
-    head = file.read(struct.calcsize(order + wide))
-    if len(head) < struct.calcsize(order + wide):
+    file.seek(offset)
+    width, entry = ("Q", "HHQQ") if is_big_tiff else ("H", "HHII")
+    header = file.read(struct.calcsize(order + width))
+    if len(header) < struct.calcsize(order + width):
         return [], 0
-    (number,) = struct.unpack(order + wide, head)
+    (number,) = struct.unpack(order + width, header)
     step = struct.calcsize(order + entry)
     rows = file.read(step * min(number, 1 << 16))
-    whole = rows[: len(rows) // step * step]
+    whole_rows = rows[: len(rows) // step * step]
     entries = [
         (kind, count, tag, value)
-        for tag, kind, count, value in struct.iter_unpack(order + entry, whole)
+        for tag, kind, count, value in struct.iter_unpack(order + entry, whole_rows)
     ]
     place = file.read(8 if is_big_tiff else 4)
     if len(entries) < number or len(place) < (8 if is_big_tiff else 4):

@@ -257,11 +257,11 @@ def _check_size(file: BinaryIO, picture: PictureSize | None, min_pixel_bytes: in
         return
     size = file.seek(0, io.SEEK_END)
     if min_pixel_bytes is None:
-        needed, limit = picture.stored_bytes, compression_limit(size)
+        needed_stored_bytes, limit = picture.stored_bytes, compression_limit(size)
     else:
-        needed, limit = picture.decoded_bytes(min_pixel_bytes), decoded_limit(size)
-    if needed > limit:
-        raise _TooLarge(picture, needed, limit)
+        needed_stored_bytes, limit = picture.decoded_bytes(min_pixel_bytes), decoded_limit(size)
+    if needed_stored_bytes > limit:
+        raise _TooLarge(picture, needed_stored_bytes, limit)
 
 
 class _UnmappedFile(io.BufferedReader):
@@ -271,17 +271,17 @@ class _UnmappedFile(io.BufferedReader):
     closes itself because Pillow closes only the files that it opened.
     """
 
-    _opened = False
+    _is_opened = False
 
     def __init__(self, path: str | Path) -> None:
         super().__init__(io.FileIO(path))
-        self._opened = True
+        self._is_opened = True
 
     def fileno(self) -> int:
         raise io.UnsupportedOperation("fileno")
 
     def __del__(self) -> None:
-        if self._opened:
+        if self._is_opened:
             self.close()
 
 

@@ -71,12 +71,12 @@ def _sigma(path: Path, point: Element) -> float | None:
     element = point.find("Incertitude")
     if element is None:
         return None
-    stated = numbers(path, element, element.text or "", 3)
-    if stated == _DEFAULT_WEIGHTS:
+    stated_numbers = numbers(path, element, element.text or "", 3)
+    if stated_numbers == _DEFAULT_WEIGHTS:
         return None
-    if min(stated) <= 0:
+    if min(stated_numbers) <= 0:
         raise element_error(path, element, Finding("table.not-positive"))
-    return float((sum(value * value for value in stated) / 3) ** 0.5)
+    return float((sum(value * value for value in stated_numbers) / 3) ** 0.5)
 
 
 def marks_of(path: Path) -> list[Mark]:
@@ -125,7 +125,7 @@ def find_points(folder: Path) -> Path | None:
 
 
 def only_xml(
-    folder: Path, matches: Callable[[str], bool], excluded: Path | None = None
+    folder: Path, matches: Callable[[str], bool], excluded_path: Path | None = None
 ) -> Path | None:
     """Return the only XML file in a folder whose first bytes match, or None.
 
@@ -134,17 +134,17 @@ def only_xml(
     folder : Path
     matches : callable
         Function of the first `HEAD_BYTES` bytes, as text.
-    excluded : Path, optional
+    excluded_path : Path, optional
         File that is not searched.
     """
     candidates = []
     for file in sorted(folder.glob("*.[xX][mM][lL]"))[:MAX_FILES]:
         try:
             with open_regular(file) as stream:
-                head = stream.read(HEAD_BYTES).decode("utf-8", "replace")
+                header = stream.read(HEAD_BYTES).decode("utf-8", "replace")
         except (InputError, OSError):
             continue
-        if file != excluded and matches(head):
+        if file != excluded_path and matches(header):
             candidates.append(file)
     return candidates[0] if len(candidates) == 1 else None
 

@@ -64,8 +64,8 @@ def is_odm(path: str | Path) -> bool:
         return False
     try:
         with open_regular(path) as stream:
-            head = convert_to_utf8(stream.read(1 << 16)).decode("utf-8", "ignore")
-        for text in head.splitlines():
+            header = convert_to_utf8(stream.read(1 << 16)).decode("utf-8", "ignore")
+        for text in header.splitlines():
             if text.strip() and not text.startswith("#"):
                 return _HEADER.fullmatch(text.strip()) is not None
     except (InputError, OSError):

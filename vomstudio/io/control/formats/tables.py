@@ -40,20 +40,20 @@ def points_of(path: Path) -> list[ControlPoint]:
     table = NamedTable(path, _POINTS)
     labels = table.words(LABEL, "label")
     table.require_unique(labels)
-    places, uses = table.columns(WORLD, _POINTS[1:]), table.uses()
+    positions, uses = table.columns(WORLD, _POINTS[1:]), table.uses()
     points = []
-    for label, place, sigma, check in zip(labels, places, table.sigma(), uses, strict=True):
-        x, y, z = place.tolist()
+    for label, position, sigma, check in zip(labels, positions, table.sigma(), uses, strict=True):
+        x, y, z = position.tolist()
         points.append(ControlPoint(label, (x, y, z), _common_sigma(sigma), bool(check)))
     return points
 
 
 def _common_sigma(sigma: FloatArray) -> float | None:
     """Return the root mean square of the coordinate errors (3,), or NaN if not stated."""
-    stated = sigma[np.isfinite(sigma)].tolist()
-    if len(set(stated)) <= 1:
-        return stated[0] if stated else None
-    return float(np.sqrt(np.mean(np.square(stated))))
+    stated_sigma = sigma[np.isfinite(sigma)].tolist()
+    if len(set(stated_sigma)) <= 1:
+        return stated_sigma[0] if stated_sigma else None
+    return float(np.sqrt(np.mean(np.square(stated_sigma))))
 
 
 def marks_of(path: Path) -> list[Mark]:

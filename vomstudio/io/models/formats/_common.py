@@ -69,8 +69,8 @@ def to_utf8(data: ByteArray, tail: bytes = b"") -> ByteArray:
     """Return the result of `read_whole` for the same tail, with UTF-16 converted to UTF-8."""
     if data[:2].tobytes() not in MARKS:
         return data
-    raw = data[: len(data) - len(tail)].tobytes()
-    return np.frombuffer(bytearray(convert_to_utf8(raw) + tail), np.uint8)
+    raw_data = data[: len(data) - len(tail)].tobytes()
+    return np.frombuffer(bytearray(convert_to_utf8(raw_data) + tail), np.uint8)
 
 
 _DECIMAL_COMMA = re.compile(rb"(?<![\w.,])[+-]?\d+,\d+(?:[eE][+-]?\d+)?(?![\w.,])")
@@ -89,9 +89,9 @@ def refuse_decimal_commas(path: Path, text: bytes, line: int | None = None) -> N
         )
 
 
-def points_missing(count: int, promised: int) -> Finding:
+def points_missing(count: int, promised_count: int) -> Finding:
     """Return the finding about a truncated point cloud."""
-    return Finding("model.incomplete", count=count, promised=promised, element=tr("points"))
+    return Finding("model.incomplete", count=count, promised=promised_count, element=tr("points"))
 
 
 def scale_colors(colors: AnyArray) -> ByteArray:
@@ -105,17 +105,17 @@ def scale_colors(colors: AnyArray) -> ByteArray:
         if colors.size and colors.max() > 255:
             return (colors >> 8).astype(np.uint8)
         return colors.astype(np.uint8)
-    scaled, maximum = np.empty(colors.shape, np.uint8), 0.0
-    blocks = [slice(at, at + BLOCK_ROWS) for at in range(0, len(colors), BLOCK_ROWS)]
+    scaled_values, maximum = np.empty(colors.shape, np.uint8), 0.0
+    blocks = [slice(offset, offset + BLOCK_ROWS) for offset in range(0, len(colors), BLOCK_ROWS)]
     for block in blocks:
         values = np.asarray(colors[block], np.float32)
         maximum = max(maximum, float(values.max(initial=0.0, where=np.isfinite(values))))
     scale = 255.0 if maximum <= 1.0 else 1.0 if maximum <= 255.0 else 255.0 / 65535.0
     for block in blocks:
         values = np.asarray(colors[block], np.float32)
-        finite = np.isfinite(values)
-        scaled[block] = np.clip(np.where(finite, values * scale + 0.5, 255.0), 0, 255)
-    return scaled
+        is_finite = np.isfinite(values)
+        scaled_values[block] = np.clip(np.where(is_finite, values * scale + 0.5, 255.0), 0, 255)
+    return scaled_values
 
 
 def drop_invalid(mesh: Mesh, messages: list[Finding], path: Path) -> Mesh | PointCloud:
@@ -125,19 +125,19 @@ def drop_invalid(mesh: Mesh, messages: list[Finding], path: Path) -> Mesh | Poin
     nothing remains.
     """
     vertices, faces = mesh.vertices, mesh.faces
-    finite = np.logical_and.reduce(np.isfinite(vertices), axis=1)
+    finite_values = np.logical_and.reduce(np.isfinite(vertices), axis=1)
     offsets, uv, colors, fields = mesh.material_offsets, mesh.uv, mesh.colors, dict(mesh.fields)
-    n_bad = int(len(finite) - np.count_nonzero(finite))
+    n_bad = int(len(finite_values) - np.count_nonzero(finite_values))
     if n_bad:
-        is_valid_face = finite[faces].all(axis=1)
+        is_valid_face = finite_values[faces].all(axis=1)
         n_faces = int(len(is_valid_face) - np.count_nonzero(is_valid_face))
-        rows = np.cumsum(finite, dtype=np.int64).astype(np.int32) - 1
+        rows = np.cumsum(finite_values, dtype=np.int64).astype(np.int32) - 1
         faces = rows[faces[is_valid_face]]
         offsets = np.concatenate([[0], np.cumsum(is_valid_face)])[offsets].astype(np.int64)
-        vertices = vertices[finite]
-        uv = None if uv is None else uv[finite]
-        colors = None if colors is None else colors[finite]
-        fields = {name: values[finite] for name, values in fields.items()}
+        vertices = vertices[finite_values]
+        uv = None if uv is None else uv[finite_values]
+        colors = None if colors is None else colors[finite_values]
+        fields = {name: values[finite_values] for name, values in fields.items()}
         messages.append(Finding("model.points-invalid", count=n_bad))
         if n_faces:
             messages.append(Finding("model.faces-invalid", count=n_faces))
@@ -158,12 +158,12 @@ def drop_invalid_points(cloud: PointCloud, messages: list[Finding], path: Path) 
     is_finite = np.isfinite(cloud.points)
     if len(is_finite) and is_finite.all():
         return cloud
-    finite = np.logical_and.reduce(is_finite, axis=1)
-    n_bad = int(len(finite) - np.count_nonzero(finite))
-    if n_bad == len(finite):
+    finite_values = np.logical_and.reduce(is_finite, axis=1)
+    n_bad = int(len(finite_values) - np.count_nonzero(finite_values))
+    if n_bad == len(finite_values):
         raise InputError(Finding("model.no-points"), file=path)
     messages.append(Finding("model.points-invalid", count=n_bad))
-    return cloud.select_rows(finite)
+    return cloud.select_rows(finite_values)
 
 
 def join_corners(
@@ -210,19 +210,19 @@ class Columns:
 
     def add(self, name: str, values: AnyArray, limit: int | None = None) -> None:
         """Append values. `limit` is the maximum number of rows, if known."""
-        filled = self._filled.get(name, 0)
-        needed = filled + len(values)
+        n_filled = self._filled.get(name, 0)
+        needed_values = n_filled + len(values)
         array = self._arrays.get(name, values[:0])
         common_type = _common_type(array.dtype, values.dtype)
-        if len(array) < needed or common_type != array.dtype:
+        if len(array) < needed_values or common_type != array.dtype:
             # Unfilled rows do not use memory.
-            capacity = max(needed, 2 * filled, self._initial_rows)
-            capacity = capacity if limit is None else max(min(limit, capacity), needed)
-            enlarged = np.empty((capacity, *values.shape[1:]), common_type)
-            enlarged[:filled] = array[:filled]
-            self._arrays[name] = array = enlarged
-        array[filled:needed] = values
-        self._filled[name] = needed
+            capacity = max(needed_values, 2 * n_filled, self._initial_rows)
+            capacity = capacity if limit is None else max(min(limit, capacity), needed_values)
+            enlarged_values = np.empty((capacity, *values.shape[1:]), common_type)
+            enlarged_values[:n_filled] = array[:n_filled]
+            self._arrays[name] = array = enlarged_values
+        array[n_filled:needed_values] = values
+        self._filled[name] = needed_values
 
     def take(self, name: str, n: int) -> AnyArray | None:
         array = self._arrays.pop(name, None)

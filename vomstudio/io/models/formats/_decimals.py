@@ -46,11 +46,14 @@ def _quotient(mantissa, power):  # type: ignore[no-untyped-def]
     product = q * p
     tail = ((q1 * p1 - product) + q1 * p2 + q2 * p1) + q2 * p2
     correction = (((high - product) - tail) + low) / p
-    rounded = q + correction
-    remainder = correction - (rounded - q)
-    slack = abs(rounded) * 2.0**-98
-    if rounded + (remainder + slack) == rounded and rounded + (remainder - slack) == rounded:
-        return rounded
+    rounded_values = q + correction
+    remainder = correction - (rounded_values - q)
+    slack = abs(rounded_values) * 2.0**-98
+    if (
+        rounded_values + (remainder + slack) == rounded_values
+        and rounded_values + (remainder - slack) == rounded_values
+    ):
+        return rounded_values
     return np.nan
 
 
@@ -79,16 +82,16 @@ def _power(data, i, end):  # type: ignore[no-untyped-def]
         minus = data[i] == 45
         i += 1
     power = np.int64(0)
-    sound = False
+    is_sound = False
     while i < end:
         d = np.int64(data[i]) - 48
         if d < 0 or d > 9:
             break
-        sound = True
+        is_sound = True
         if power < 100000:
             power = power * 10 + d
         i += 1
-    return (-power if minus else power), sound, i
+    return (-power if minus else power), is_sound, i
 
 
 @part
@@ -99,20 +102,20 @@ def number(data, start, end):  # type: ignore[no-untyped-def]
     number), or NO_NUMBER.
     """
     i = start
-    negative = False
+    is_negative = False
     if i < end and (data[i] == 45 or data[i] == 43):
-        negative = data[i] == 45
+        is_negative = data[i] == 45
         i += 1
     mantissa = np.int64(0)
     digits = 0
     exponent = np.int64(0)
-    sound = False
+    is_sound = False
     long = False
     while i < end:
         d = np.int64(data[i]) - 48
         if d < 0 or d > 9:
             break
-        sound = True
+        is_sound = True
         if digits < MAX_DIGITS:
             mantissa = mantissa * 10 + d
             if mantissa != 0:
@@ -126,7 +129,7 @@ def number(data, start, end):  # type: ignore[no-untyped-def]
             d = np.int64(data[i]) - 48
             if d < 0 or d > 9:
                 break
-            sound = True
+            is_sound = True
             if digits < MAX_DIGITS:
                 mantissa = mantissa * 10 + d
                 exponent -= 1
@@ -135,12 +138,12 @@ def number(data, start, end):  # type: ignore[no-untyped-def]
             elif d != 0:
                 long = True
             i += 1
-    if sound and i < end and (data[i] == 101 or data[i] == 69):
-        power, sound, i = _power(data, i + 1, end)
+    if is_sound and i < end and (data[i] == 101 or data[i] == 69):
+        power, is_sound, i = _power(data, i + 1, end)
         exponent += power
     if i < end and not is_space(data[i]):
-        sound = False
-    if not sound or long:
+        is_sound = False
+    if not is_sound or long:
         while i < end and not is_space(data[i]):
             i += 1
         c = data[start] | 32
@@ -151,7 +154,7 @@ def number(data, start, end):  # type: ignore[no-untyped-def]
     value = _rounded(mantissa, exponent)
     if np.isnan(value):
         return 0.0, LEFT_OVER, i
-    return -value if negative else value, READY, i
+    return -value if is_negative else value, READY, i
 
 
 def python_number(token: bytes) -> float | None:

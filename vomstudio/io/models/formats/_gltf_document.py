@@ -81,8 +81,8 @@ class Document:
         data = read_whole(path, progress)
         self.budget = Budget(path, len(data))
         self._binary: AnyArray | None = None
-        packed = data[:4].tobytes() == MAGIC
-        text = self._split(data) if packed else data.tobytes()
+        is_packed = data[:4].tobytes() == MAGIC
+        text = self._split(data) if is_packed else data.tobytes()
         self.json = self._parse(text)
         self._buffers: dict[int, AnyArray] = {}
         self._hasher = hashlib.sha256(data.data)
@@ -110,19 +110,19 @@ class Document:
             raise InputError(
                 Finding("file.truncated", size=len(data), expected=length), file=self.path
             )
-        at, text = 12, b""
-        while at + 8 <= length:
-            size, kind = struct.unpack_from("<II", data.data, at)
-            at += 8
-            if size > length - at:
+        offset, text = 12, b""
+        while offset + 8 <= length:
+            size, kind = struct.unpack_from("<II", data.data, offset)
+            offset += 8
+            if size > length - offset:
                 raise self.error(
-                    tr("a part of the file is longer than the file"), tr("byte {at}", at=at - 8)
+                    tr("a part of the file is longer than the file"), tr("byte {at}", at=offset - 8)
                 )
             if kind == JSON_CHUNK and not text:
-                text = data[at : at + size].tobytes()
+                text = data[offset : offset + size].tobytes()
             elif kind == BINARY_CHUNK and self._binary is None:
-                self._binary = data[at : at + size]
-            at += size
+                self._binary = data[offset : offset + size]
+            offset += size
         return text
 
     def _parse(self, text: bytes) -> dict[str, Any]:

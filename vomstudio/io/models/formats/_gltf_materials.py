@@ -59,12 +59,12 @@ def transform_uv(document: Document, uv: FloatArray, texture: dict[str, Any]) ->
 
 
 def materials_of(
-    document: Document, used: list[int], messages: list[Finding]
+    document: Document, used_indices: list[int], messages: list[Finding]
 ) -> tuple[Material, ...]:
     images: dict[object, tuple[Path | None, str | None]] = {}
     result = []
     extra = False
-    for index in used:
+    for index in used_indices:
         if index == -1:
             result.append(Material(""))
             continue
@@ -98,10 +98,12 @@ def _diffuse(document: Document, entry: dict[str, Any]) -> tuple[float, float, f
     return r, g, b
 
 
-def srgb(linear: AnyArray) -> AnyArray:
+def srgb(linear_values: AnyArray) -> AnyArray:
     """Convert linear-light glTF factors to sRGB values (IEC 61966-2-1)."""
-    low = linear <= 0.0031308
-    return np.where(low, 12.92 * linear, 1.055 * np.maximum(linear, 0.0) ** (1 / 2.4) - 0.055)
+    low = linear_values <= 0.0031308
+    return np.where(
+        low, 12.92 * linear_values, 1.055 * np.maximum(linear_values, 0.0) ** (1 / 2.4) - 0.055
+    )
 
 
 def _image_of(document: Document, info: dict[str, Any]) -> object:
@@ -120,10 +122,10 @@ def _image(document: Document, index: object, material: str) -> tuple[Path | Non
     label = name if isinstance(name, str) and name else material
     try:
         if "bufferView" in entry:
-            packed = document.view(entry["bufferView"])[0]
+            packed_view = document.view(entry["bufferView"])[0]
             # Stored under its hash because many images may contain the same bytes.
-            document.budget.take(len(packed), field)
-            content = packed.tobytes()
+            document.budget.take(len(packed_view), field)
+            content = packed_view.tobytes()
         else:
             source = document.uri_bytes(entry.get("uri"), field)
             if isinstance(source, Path):
@@ -135,12 +137,12 @@ def _image(document: Document, index: object, material: str) -> tuple[Path | Non
     if image_store.suffix_of(content) == ".img":
         return None, tr("'{image}' is not an image that can be read", image=label)
     try:
-        stored = image_store.store_image(content, Path(label).stem if "." in label else label)
+        stored_image = image_store.store_image(content, Path(label).stem if "." in label else label)
     except OSError as error:
         return None, tr(
             "it cannot be written to {folder} ({reason})",
             folder=image_store.folder(),
             reason=error.strerror,
         )
-    reason = check_image(stored)
-    return (None, reason) if reason else (stored, None)
+    reason = check_image(stored_image)
+    return (None, reason) if reason else (stored_image, None)

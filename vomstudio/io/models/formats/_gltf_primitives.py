@@ -73,8 +73,8 @@ def pieces_of(document: Document, messages: list[Finding]) -> Iterator[PlacedPri
                 line_count += 1
                 continue
             key = document.section("attributes", primitive).get("POSITION")
-            shared = uses[_key(key)] > 1
-            piece = _piece(document, primitive, matrix, weights, shared, messages)
+            is_shared = uses[_key(key)] > 1
+            piece = _piece(document, primitive, matrix, weights, is_shared, messages)
             total += len(piece.positions)
             if total > MAX_VERTICES:
                 raise InputError(
@@ -171,16 +171,20 @@ def _used_rows(faces: AnyArray, n: int) -> tuple[IntArray, IntArray]:
         # Thousands of small pieces may share one large buffer.
         rows, inverse = np.unique(faces, return_inverse=True)
         return rows, inverse.reshape(faces.shape)
-    used = np.zeros(n, bool)
-    used[faces] = True
-    return np.flatnonzero(used), (np.cumsum(used) - 1)[faces]
+    is_used = np.zeros(n, bool)
+    is_used[faces] = True
+    return np.flatnonzero(is_used), (np.cumsum(is_used) - 1)[faces]
 
 
 def _morphed_positions(
-    document: Document, primitive: dict[str, Any], stored: AnyArray, rows: Any, weights: object
+    document: Document,
+    primitive: dict[str, Any],
+    stored_values: AnyArray,
+    rows: Any,
+    weights: object,
 ) -> FloatArray:
     """Return positions with weighted morph targets applied (glTF 2.0, 3.7.2.2)."""
-    positions: FloatArray = stored[rows].astype(np.float64)
+    positions: FloatArray = stored_values[rows].astype(np.float64)
     targets = primitive.get("targets")
     if not isinstance(targets, list) or not targets or weights is None:
         return positions
@@ -188,12 +192,12 @@ def _morphed_positions(
     for target_weight, target in zip(target_weights.tolist(), targets, strict=True):
         if target_weight and isinstance(target, dict) and "POSITION" in target:
             displacements = document.accessor(target["POSITION"], 3)
-            if len(displacements) != len(stored):
+            if len(displacements) != len(stored_values):
                 raise document.error(
                     tr(
                         "it has {count:,} rows for {vertices:,} vertices",
                         count=len(displacements),
-                        vertices=len(stored),
+                        vertices=len(stored_values),
                     ),
                     "targets",
                 )
@@ -229,7 +233,7 @@ def _piece(
     primitive: dict[str, Any],
     matrix: AnyArray,
     weights: object,
-    shared: bool,
+    is_shared: bool,
     messages: list[Finding],
 ) -> PlacedPrimitive:
     attributes = document.section("attributes", primitive)
@@ -244,7 +248,7 @@ def _piece(
     if material != -1:
         document.item("materials", material)
     rows: Any = slice(None)
-    if faces is not None and shared:
+    if faces is not None and is_shared:
         # Many primitives share one large buffer, so copy only the part that each one needs.
         rows, faces = _used_rows(faces, len(stored))
     document.budget.take(24 * (len(stored) if isinstance(rows, slice) else len(rows)), "meshes")

@@ -22,8 +22,8 @@ _USER_AT = 2
 def invalid_extra_record_offset(path: Path) -> int | None:
     """Return the offset of the user ID of the extra bytes record if the record is invalid."""
     with open_regular(path) as file:
-        head = file.read(MIN_HEADER_BYTES)
-        offset, points_at, count = struct.unpack_from("<HII", head, 94)
+        header_bytes = file.read(MIN_HEADER_BYTES)
+        offset, points_at, count = struct.unpack_from("<HII", header_bytes, 94)
         file.seek(0)
         header = file.read(points_at)
     for _ in range(count):

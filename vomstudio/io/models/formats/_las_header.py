@@ -34,22 +34,22 @@ def check_header(path: Path) -> int:
     """Reject invalid LAS files before a library reads them; return the size of the file."""
     try:
         with open_regular(path) as file:
-            head = file.read(MIN_HEADER_BYTES)
+            header = file.read(MIN_HEADER_BYTES)
             size = file.seek(0, 2)
     except OSError as error:
         raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error
-    if not head.startswith(b"LASF"):
+    if not header.startswith(b"LASF"):
         raise InputError(Finding("file.other-format", format="LAS"), file=path)
-    if len(head) < MIN_HEADER_BYTES:
+    if len(header) < MIN_HEADER_BYTES:
         raise InputError(
-            Finding("file.truncated", size=len(head), expected=MIN_HEADER_BYTES), file=path
+            Finding("file.truncated", size=len(header), expected=MIN_HEADER_BYTES), file=path
         )
-    header_size, points_at, n_records = struct.unpack_from("<HII", head, 94)
+    header_size, points_at, n_records = struct.unpack_from("<HII", header, 94)
     if header_size < MIN_HEADER_BYTES or points_at < header_size or points_at > size:
         raise InputError(
             Finding("file.truncated", size=size, expected=points_at), file=path, field="LAS header"
         )
-    (record_bytes,) = struct.unpack_from("<H", head, 105)
+    (record_bytes,) = struct.unpack_from("<H", header, 105)
     if record_bytes < MIN_POINT_BYTES:
         raise InputError(
             Finding(
@@ -83,19 +83,19 @@ def with_empty_chunk_table(path: Path, size: int) -> io.BytesIO | None:
     memory, so false values must be detected here.
     """
     with open_regular(path) as file:
-        head = file.read(MIN_HEADER_BYTES)
-        if not head[POINT_FORMAT_AT] & COMPRESSED:
+        header = file.read(MIN_HEADER_BYTES)
+        if not header[POINT_FORMAT_AT] & COMPRESSED:
             return None
-        header_size, points_at, n_records = struct.unpack_from("<HII", head, 94)
-        (record_bytes,) = struct.unpack_from("<H", head, 105)
-        (promised,) = struct.unpack_from("<I", head, 107)
+        header_size, points_at, n_records = struct.unpack_from("<HII", header, 94)
+        (record_bytes,) = struct.unpack_from("<H", header, 105)
+        (promised,) = struct.unpack_from("<I", header, 107)
         file.seek(0)
         top = file.read(points_at + 8)
         if len(top) < points_at + 8:
             raise InputError(
                 Finding("file.truncated", size=len(top), expected=points_at + 8), file=path
             )
-        if head[25] >= 4 and len(top) >= 255:
+        if header[25] >= 4 and len(top) >= 255:
             (promised,) = struct.unpack_from("<Q", top, 247)
         chunk_points = laszip_chunk_points(top, header_size, n_records, record_bytes)
         if chunk_points is None:
@@ -217,11 +217,11 @@ def _blank_bytes(record_bytes: int) -> bytes:
 def refuse_blank(path: Path, progress: Progress) -> None:
     """Raise InputError if a part of a LAZ file consists only of one bits."""
     with open_regular(path) as file:
-        head = file.read(MIN_HEADER_BYTES)
-        if not head[POINT_FORMAT_AT] & COMPRESSED:
+        header = file.read(MIN_HEADER_BYTES)
+        if not header[POINT_FORMAT_AT] & COMPRESSED:
             return
-        header_size, points_at = struct.unpack_from("<HI", head, 94)
-        blank = _blank_bytes(struct.unpack_from("<H", head, 105)[0])
+        header_size, points_at = struct.unpack_from("<HI", header, 94)
+        blank = _blank_bytes(struct.unpack_from("<H", header, 105)[0])
         file.seek(max(points_at, header_size))
         # Use one buffer for all blocks, each of which overlaps the end of the previous one.
         buffer = bytearray(len(blank) + BLOCK_BYTES)
@@ -253,10 +253,10 @@ def is_copc(path: str | Path) -> bool:
     """
     try:
         with open_regular(path) as file:
-            head = file.read(393)
+            header = file.read(393)
     except (OSError, InputError):
         return False
-    return head[:4] == b"LASF" and head[377:381] == b"copc"
+    return header[:4] == b"LASF" and header[377:381] == b"copc"
 
 
 # --- for readers of parts of a file --------------------------------------------------------------
@@ -297,14 +297,14 @@ def read_las_header(path: Path) -> LasHeader:
     """Read the header. Raises InputError if it is not that of a LAS file with points."""
     size = check_header(path)
     with open_regular(path) as file:
-        head = file.read(375)
-        header_size, points_at, n_records = struct.unpack_from("<HII", head, 94)
+        header = file.read(375)
+        header_size, points_at, n_records = struct.unpack_from("<HII", header, 94)
         file.seek(0)
         top = file.read(points_at)
-    kind, record_bytes, promised = struct.unpack_from("<BHI", head, POINT_FORMAT_AT)
-    if head[25] >= 4 and len(head) >= 255:
-        (promised,) = struct.unpack_from("<Q", head, 247)
-    numbers = np.array(struct.unpack_from("<6d", head, 131))
+    kind, record_bytes, promised = struct.unpack_from("<BHI", header, POINT_FORMAT_AT)
+    if header[25] >= 4 and len(header) >= 255:
+        (promised,) = struct.unpack_from("<Q", header, 247)
+    numbers = np.array(struct.unpack_from("<6d", header, 131))
     if not (np.isfinite(numbers).all() and (numbers[:3] != 0).all()):
         raise InputError(
             Finding(
@@ -315,7 +315,7 @@ def read_las_header(path: Path) -> LasHeader:
             file=path,
             field="LAS header",
         )
-    bounds = np.array(struct.unpack_from("<6d", head, 179)).reshape(3, 2)
+    bounds = np.array(struct.unpack_from("<6d", header, 179)).reshape(3, 2)
     records: dict[tuple[str, int], bytes] = {}
     offset = header_size
     for _ in range(n_records):

@@ -124,42 +124,44 @@ def no_data_of(record: bytes) -> dict[str, tuple[float, ...]]:
     return no_data
 
 
-def mask_no_data(values: AnyArray, stored: AnyArray, no_data: tuple[float, ...]) -> AnyArray:
+def mask_no_data(values: AnyArray, stored_values: AnyArray, no_data: tuple[float, ...]) -> AnyArray:
     """Return floats (n,) or (n, k), NaN where the stored value means "no data"."""
-    kind = stored.dtype
-    gaps = np.zeros(stored.shape, bool)
-    for k, no_data_value in enumerate(no_data[: 1 if stored.ndim == 1 else stored.shape[1]]):
-        column = stored if stored.ndim == 1 else stored[:, k]
+    kind = stored_values.dtype
+    gaps = np.zeros(stored_values.shape, bool)
+    for k, no_data_value in enumerate(
+        no_data[: 1 if stored_values.ndim == 1 else stored_values.shape[1]]
+    ):
+        column = stored_values if stored_values.ndim == 1 else stored_values[:, k]
         gap = (
             np.isnan(column)
             if no_data_value != no_data_value
             else column == np.array(no_data_value).astype(kind)
         )
-        gaps[(...,) if stored.ndim == 1 else (slice(None), k)] = gap
+        gaps[(...,) if stored_values.ndim == 1 else (slice(None), k)] = gap
     floats = np.array(values, np.float32 if values.dtype == np.float32 else np.float64)
     floats[gaps] = np.nan
     return floats
 
 
-def replacement_rows(withheld: AnyArray) -> AnyArray | None:
+def replacement_rows(withheld_values: AnyArray) -> AnyArray | None:
     """Return rows (n,) that replace each withheld point by the previous valid point.
 
     This is for files whose rows must keep their numbers. Returns None if no point or every point is
     withheld.
     """
-    if not withheld.any() or withheld.all():
+    if not withheld_values.any() or withheld_values.all():
         return None
-    rows = np.where(withheld, -1, np.arange(len(withheld)))
+    rows = np.where(withheld_values, -1, np.arange(len(withheld_values)))
     rows = np.maximum.accumulate(rows)
-    return np.where(rows < 0, np.flatnonzero(~withheld)[0], rows)
+    return np.where(rows < 0, np.flatnonzero(~withheld_values)[0], rows)
 
 
 def withheld_of(records: AnyArray, layout: RecordLayout) -> AnyArray:
     """Return a mask (n,) of the points marked as withheld (LAS 1.4 R15, tables 8 and 16)."""
-    flagged: AnyArray = (
+    flagged_records: AnyArray = (
         (records["flags"] & 0x04) != 0 if layout.new else (records["class"] & 0x80) != 0
     )
-    return flagged
+    return flagged_records
 
 
 @dataclass(frozen=True)
@@ -208,8 +210,8 @@ def cloud_of(records: AnyArray, layout: RecordLayout, top: LasHeader, choice: Ch
     if choice.colors:
         colors = np.empty((len(records), 3), np.uint8)
         for j, channel in enumerate(("red", "green", "blue")):
-            wide = records[channel]
-            colors[:, j] = wide >> 8 if choice.wide_colors else scale_colors(wide)
+            width = records[channel]
+            colors[:, j] = width >> 8 if choice.wide_colors else scale_colors(width)
     fields = {}
     for name in choice.fields:
         values = _field(records, layout, name)
@@ -227,7 +229,7 @@ def _field(records: AnyArray, layout: RecordLayout, name: str) -> AnyArray | Non
         return None
     values: AnyArray = np.ascontiguousarray(records[name])
     scaling = layout.extra.get(name)
-    scaled = values if scaling is None else values * scaling[0] + scaling[1]
+    scaled_values = values if scaling is None else values * scaling[0] + scaling[1]
     if name in layout.no_data:
-        return mask_no_data(scaled, values, layout.no_data[name])
-    return scaled
+        return mask_no_data(scaled_values, values, layout.no_data[name])
+    return scaled_values

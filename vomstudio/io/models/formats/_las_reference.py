@@ -116,10 +116,12 @@ def _differ(first: StatedAxes, second: StatedAxes, centre: tuple[float, float]) 
     from pyproj.exceptions import ProjError
 
     try:
-        places = [Proj(axes.crs)(*centre, inverse=True, errcheck=True) for axes in (first, second)]
+        positions = [
+            Proj(axes.crs)(*centre, inverse=True, errcheck=True) for axes in (first, second)
+        ]
     except ProjError:
         return True
-    return any(abs(a - b) > MAX_DEVIATION_DEG for a, b in zip(*places, strict=True))
+    return any(abs(a - b) > MAX_DEVIATION_DEG for a, b in zip(*positions, strict=True))
 
 
 def _records(path: Path) -> tuple[dict[int, bytes], bool, tuple[float, float]]:
@@ -134,13 +136,15 @@ def _records(path: Path) -> tuple[dict[int, bytes], bool, tuple[float, float]]:
     with open_regular(path) as file:
         size_of_file = file.seek(0, os.SEEK_END)
         file.seek(0)
-        head = file.read(375)
-        has_wkt_priority = bool(head[6] & _WKT_BIT) or (head[104] & 0x3F) >= _FIRST_FORMAT_WITH_WKT
-        east, west, north, south = struct.unpack_from("<4d", head, 179)
-        header_size, _, count = struct.unpack_from("<HII", head, 94)
+        header_bytes = file.read(375)
+        has_wkt_priority = (
+            bool(header_bytes[6] & _WKT_BIT) or (header_bytes[104] & 0x3F) >= _FIRST_FORMAT_WITH_WKT
+        )
+        east, west, north, south = struct.unpack_from("<4d", header_bytes, 179)
+        header_size, _, count = struct.unpack_from("<HII", header_bytes, 94)
         record_areas = [(header_size, count, "<16sHH", 54)]
-        if head[25] >= 4 and len(head) >= 247:
-            start, extended = struct.unpack_from("<QI", head, 235)
+        if header_bytes[25] >= 4 and len(header_bytes) >= 247:
+            start, extended = struct.unpack_from("<QI", header_bytes, 235)
             record_areas.append((start, extended, "<16sHQ", 60))
         for offset, number, form, size in record_areas:
             for _ in range(min(number, MAX_RECORDS)):

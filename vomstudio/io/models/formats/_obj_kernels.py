@@ -41,9 +41,9 @@ def _classify(data, i, end):  # type: ignore[no-untyped-def]
     if c == 10 or c == 35:
         return _NONE, i
     d = data[i + 1] if i + 1 < end else np.uint8(10)
-    alone = is_space(d) or d == 10
+    is_alone = is_space(d) or d == 10
     if c == 118:  # v
-        if alone:
+        if is_alone:
             return _VERTEX, i + 1
         e = data[i + 2] if i + 2 < end else np.uint8(10)
         if d == 116 and (is_space(e) or e == 10):
@@ -51,13 +51,13 @@ def _classify(data, i, end):  # type: ignore[no-untyped-def]
         if d == 110 or d == 112:  # vn, vp
             return _IGNORED, i
         return _ODD, i
-    if c == 102 and alone:  # f
+    if c == 102 and is_alone:  # f
         return _FACE, i + 1
     if c == 117 or c == 109:  # usemtl, mtllib, mg ...
         return _WORD, i
-    if (c == 103 or c == 111 or c == 115) and alone:  # g, o, s
+    if (c == 103 or c == 111 or c == 115) and is_alone:  # g, o, s
         return _IGNORED, i
-    if (c == 108 or c == 112) and alone:  # l, p
+    if (c == 108 or c == 112) and is_alone:  # l, p
         return _LINE_ELEMENT, i
     return _ODD, i
 
@@ -77,12 +77,12 @@ def count(data, start, end, counts):  # type: ignore[no-untyped-def]
                 # colours, `parse` reads them everywhere, and it reports those that it was not
                 # expecting.
                 values = 0
-                inside = False
+                is_inside = False
                 while data[i] != 10 and data[i] != 35:
                     blank = is_space(data[i])
-                    if not blank and not inside:
+                    if not blank and not is_inside:
                         values += 1
-                    inside = not blank
+                    is_inside = not blank
                     i += 1
                 if values >= 6:
                     counts[N_COLORED] += 1
@@ -91,14 +91,14 @@ def count(data, start, end, counts):  # type: ignore[no-untyped-def]
             counts[N_UVS] += 1
         elif kind == _FACE:
             corners = 0
-            inside = False
+            is_inside = False
             while data[i] != 10:
                 blank = is_space(data[i])
-                if not blank and not inside:
+                if not blank and not is_inside:
                     if data[i] == 35:
                         break
                     corners += 1
-                inside = not blank
+                is_inside = not blank
                 i += 1
             if corners >= 3:
                 counts[N_TRIANGLES] += corners - 2
@@ -119,9 +119,9 @@ def count(data, start, end, counts):  # type: ignore[no-untyped-def]
 
 @part
 def _integer(data, i):  # type: ignore[no-untyped-def]
-    negative = False
+    is_negative = False
     if data[i] == 45:
-        negative = True
+        is_negative = True
         i += 1
     elif data[i] == 43:
         i += 1
@@ -131,7 +131,7 @@ def _integer(data, i):  # type: ignore[no-untyped-def]
         if value < 100000000000:
             value = value * 10 + (np.int64(data[i]) - 48)
         i += 1
-    return (-value if negative else value), i > first, i
+    return (-value if is_negative else value), i > first, i
 
 
 @part
@@ -182,7 +182,7 @@ def _face(data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report):  # 
     """
     line = i
     n = 0
-    bad = False
+    is_bad = False
     want_uv = uv_corners.shape[0] > 0
     first_v = first_u = last_v = last_u = np.int64(-1)
     while True:
@@ -205,7 +205,7 @@ def _face(data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report):  # 
         row = np.int64(a - 1 if a > 0 else (a + v if a < 0 else -1))
         if not sound or row < 0 or row >= n_vertices:
             row = np.int64(-1)
-            bad = True
+            is_bad = True
         uv_row = np.int64((b - 1 if b > 0 else (b + u if b < 0 else -1)) if has_b else -1)
         if uv_row < 0 or uv_row >= n_uvs:
             uv_row = np.int64(-1)
@@ -226,7 +226,7 @@ def _face(data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report):  # 
         last_v = row
         last_u = uv_row
         n += 1
-    return n, bad, t, i
+    return n, is_bad, t, i
 
 
 def line_space() -> tuple[FloatArray, IntArray, IntArray]:
@@ -274,9 +274,9 @@ def parse(  # type: ignore[no-untyped-def]
     while i < end:
         kind, i = _classify(data, i, end)
         if kind in (_VERTEX, _UV):
-            most = 8 if kind == _VERTEX else 2
+            maximum = 8 if kind == _VERTEX else 2
             n = 0
-            while n < most:
+            while n < maximum:
                 while is_space(data[i]):
                     i += 1
                 if data[i] == 10 or data[i] == 35:

@@ -9,10 +9,10 @@ from vomstudio.io.models.formats._decimals import READY, is_space, number
 
 
 @part
-def _count_at(data, at, size, signed, little):  # type: ignore[no-untyped-def]
+def _count_at(data, offset, size, signed, little):  # type: ignore[no-untyped-def]
     value = np.int64(0)
     for k in range(size):
-        byte = data[at + (size - 1 - k if little else k)]
+        byte = data[offset + (size - 1 - k if little else k)]
         value = value * 256 + np.int64(byte)
     if signed and value >= np.int64(1) << (8 * size - 1):
         value -= np.int64(1) << (8 * size)
@@ -23,64 +23,64 @@ def _count_at(data, at, size, signed, little):  # type: ignore[no-untyped-def]
     "int64(uint8[::1], int64, int64[::1], int64[::1], boolean[::1], boolean, int64[:,::1],"
     " int64[:,::1])"
 )
-def walk(data, at, sizes, count_sizes, count_signed, little, places, counts):  # type: ignore[no-untyped-def]
-    """Find the start of each value of each record, filling `places` and `counts` (n, k).
+def walk(data, offset, sizes, count_sizes, count_signed, little, positions, counts):  # type: ignore[no-untyped-def]
+    """Find the start of each value of each record, filling `positions` and `counts` (n, k).
 
     sizes (k,): bytes of a value or of a list item; count_sizes (k,): bytes of a list length, 0 for
     a plain value. Returns the number of complete records.
     """
     end = data.shape[0]
-    for i in range(places.shape[0]):
+    for i in range(positions.shape[0]):
         for j in range(sizes.shape[0]):
             n = np.int64(1)
             if count_sizes[j] > 0:
-                if at + count_sizes[j] > end:
+                if offset + count_sizes[j] > end:
                     return i
-                n = _count_at(data, at, count_sizes[j], count_signed[j], little)
-                at += count_sizes[j]
-            if n < 0 or n > (end - at) // sizes[j]:
+                n = _count_at(data, offset, count_sizes[j], count_signed[j], little)
+                offset += count_sizes[j]
+            if n < 0 or n > (end - offset) // sizes[j]:
                 return i
-            places[i, j] = at
+            positions[i, j] = offset
             counts[i, j] = n
-            at += n * sizes[j]
-    return places.shape[0]
+            offset += n * sizes[j]
+    return positions.shape[0]
 
 
 @kernel("void(uint8[::1], int64[:], int64[:], int64, uint8[::1])")
-def gather(data, places, counts, size, out):  # type: ignore[no-untyped-def]
+def gather(data, positions, counts, size, out):  # type: ignore[no-untyped-def]
     """Copy the bytes of lists with items of `size` bytes, one list after the other."""
-    at = 0
-    for i in range(places.shape[0]):
+    offset = 0
+    for i in range(positions.shape[0]):
         n = counts[i] * size
         for k in range(n):
-            out[at + k] = data[places[i] + k]
-        at += n
+            out[offset + k] = data[positions[i] + k]
+        offset += n
 
 
 @kernel(
     "Tuple((int64, int64, int64))(uint8[::1], int64, int64, int64[::1], float64[::1], int64[:,::1])"
 )
-def rows(data, at, max_rows, starts, values, left_over):  # type: ignore[no-untyped-def]
+def rows(data, offset, max_rows, starts, values, left_over):  # type: ignore[no-untyped-def]
     """Parse the numbers of text lines until `max_rows` is reached or `values` could overflow.
 
-    Parsing begins at byte `at`; starts (max_rows + 1,) receives the index in `values` at which each
-    row begins. left_over (any, 3): value, start and end, terminated by -1. `data` ends with a
+    Parsing begins at byte `offset`; starts (max_rows + 1,) receives the index in `values` at which
+    each row begins. left_over (any, 3): value, start and end, terminated by -1. `data` ends with a
     newline. Returns the next byte, row and value.
     """
     end = data.shape[0]
     n_left = 0
     row = 0
-    filled = 0
-    while at < end and row < max_rows:
-        stop = at
+    filled_count = 0
+    while offset < end and row < max_rows:
+        stop = offset
         while data[stop] != 10:
             stop += 1
-        if filled + (stop - at) // 2 + 1 > values.shape[0]:
+        if filled_count + (stop - offset) // 2 + 1 > values.shape[0]:
             break
-        if n_left + (stop - at) // 2 + 1 > left_over.shape[0]:
+        if n_left + (stop - offset) // 2 + 1 > left_over.shape[0]:
             break
-        first = filled
-        i = at
+        first = filled_count
+        i = offset
         while True:
             while is_space(data[i]):
                 i += 1
@@ -90,56 +90,56 @@ def rows(data, at, max_rows, starts, values, left_over):  # type: ignore[no-unty
             value, state, i = number(data, i, stop)
             if state != READY:
                 value = np.nan
-                left_over[n_left, 0] = filled
+                left_over[n_left, 0] = filled_count
                 left_over[n_left, 1] = begin
                 left_over[n_left, 2] = i
                 n_left += 1
-            values[filled] = value
-            filled += 1
-        at = stop + 1
-        if filled > first:
+            values[filled_count] = value
+            filled_count += 1
+        offset = stop + 1
+        if filled_count > first:
             starts[row] = first
             row += 1
-            starts[row] = filled
+            starts[row] = filled_count
     if n_left < left_over.shape[0]:
         left_over[n_left, 0] = -1
-    return at, row, filled
+    return offset, row, filled_count
 
 
 @kernel("void(float64[::1], int64[::1], boolean[::1], int64[:,::1], int64[:,::1])")
-def walk_rows(values, starts, is_list, places, counts):  # type: ignore[no-untyped-def]
+def walk_rows(values, starts, is_list, positions, counts):  # type: ignore[no-untyped-def]
     """Apply `walk` to rows of numbers. Rows that are too short get counts of 0."""
-    for i in range(places.shape[0]):
-        at = starts[i]
+    for i in range(positions.shape[0]):
+        offset = starts[i]
         end = starts[i + 1]
-        sound = True
+        is_sound = True
         for j in range(is_list.shape[0]):
             n = np.int64(1)
             if is_list[j]:
-                if at >= end or not 0 <= values[at] <= end - at - 1:
-                    sound = False
+                if offset >= end or not 0 <= values[offset] <= end - offset - 1:
+                    is_sound = False
                     break
-                n = np.int64(values[at])
-                at += 1
-            if n > end - at:
-                sound = False
+                n = np.int64(values[offset])
+                offset += 1
+            if n > end - offset:
+                is_sound = False
                 break
-            places[i, j] = at
+            positions[i, j] = offset
             counts[i, j] = n
-            at += n
-        if not sound:
+            offset += n
+        if not is_sound:
             for j in range(is_list.shape[0]):
-                places[i, j] = 0
+                positions[i, j] = 0
                 counts[i, j] = 0
 
 
 @kernel("void(float64[::1], int64[:], int64[:], float64[::1])")
-def gather_values(values, places, counts, out):  # type: ignore[no-untyped-def]
-    at = 0
-    for i in range(places.shape[0]):
+def gather_values(values, positions, counts, out):  # type: ignore[no-untyped-def]
+    offset = 0
+    for i in range(positions.shape[0]):
         for k in range(counts[i]):
-            out[at] = values[places[i] + k]
-            at += 1
+            out[offset] = values[positions[i] + k]
+            offset += 1
 
 
 @kernel(
@@ -158,19 +158,19 @@ def fan(counts, indices, n_vertices, uv_counts, corners, uv_corners, face_of, po
     p = 0
     out_of_range = 0
     short = 0
-    at = 0
+    offset = 0
     uv_at = 0
     want_uv = uv_corners.shape[0] > 0
     for i in range(counts.shape[0]):
         n = counts[i]
         has_uv = want_uv and uv_counts[i] == 2 * n
-        bad = False
+        is_bad = False
         for k in range(n):
-            if indices[at + k] < 0 or indices[at + k] >= n_vertices:
-                bad = True
+            if indices[offset + k] < 0 or indices[offset + k] >= n_vertices:
+                is_bad = True
         if n < 3:
             short += 1
-        elif bad:
+        elif is_bad:
             out_of_range += 1
         else:
             if n > 3:
@@ -178,16 +178,16 @@ def fan(counts, indices, n_vertices, uv_counts, corners, uv_corners, face_of, po
                 polygons[p, 1] = n
                 p += 1
             for k in range(1, n - 1):
-                corners[t, 0] = indices[at]
-                corners[t, 1] = indices[at + k]
-                corners[t, 2] = indices[at + k + 1]
+                corners[t, 0] = indices[offset]
+                corners[t, 1] = indices[offset + k]
+                corners[t, 2] = indices[offset + k + 1]
                 if want_uv:
                     uv_corners[t, 0] = uv_at // 2 if has_uv else -1
                     uv_corners[t, 1] = uv_at // 2 + k if has_uv else -1
                     uv_corners[t, 2] = uv_at // 2 + k + 1 if has_uv else -1
                 face_of[t] = i
                 t += 1
-        at += n
+        offset += n
         if want_uv:
             uv_at += uv_counts[i]
     return t, p, out_of_range, short

@@ -59,7 +59,7 @@ def read_binary(
     progress: Progress,
 ) -> dict[str, Table]:
     tables: dict[str, Table] = {}
-    at = header.body
+    offset = header.body
     progress.stage(tr("Reading the model"), len(header.elements))
     for i, element in enumerate(header.elements):
         if element.properties and element.count:
@@ -67,11 +67,11 @@ def read_binary(
             min_record_bytes = sum(
                 np.dtype(p.count_type or p.type).itemsize for p in element.properties
             )
-            n = min(element.count, (len(buffer) - at) // min_record_bytes)
-            table, at = _binary_table(buffer, at, element, n, header.order, budget)
+            n = min(element.count, (len(buffer) - offset) // min_record_bytes)
+            table, offset = _binary_table(buffer, offset, element, n, header.order, budget)
             if table.n < element.count:
                 _missing(element, table.n, messages)
-                at = len(buffer)
+                offset = len(buffer)
         else:
             table = Table(0)
         tables.setdefault(element.name, table)
@@ -81,19 +81,19 @@ def read_binary(
 
 def _binary_table(
     buffer: ByteArray,
-    at: int,
+    offset: int,
     element: Element,
     n: int,
     order: str,
     budget: Budget,
 ) -> tuple[Table, int]:
-    """Return up to n records starting at byte `at`, and the position of the next byte."""
+    """Return up to n records starting at byte `offset`, and the position of the next byte."""
     lists = [p for p in element.properties if p.count_type]
     guess: dict[str, int] = {}
     if lists:
-        guess = _first_lengths(buffer, at, element, order) if n else {}
+        guess = _first_lengths(buffer, offset, element, order) if n else {}
         if len(guess) < len(lists):
-            return _ragged_table(buffer, at, element, n, order, budget)
+            return _ragged_table(buffer, offset, element, n, order, budget)
     parts: list[tuple[str, object]] = []
     for p in element.properties:
         if p.count_type:
@@ -102,12 +102,12 @@ def _binary_table(
         else:
             parts.append((p.name, order + p.type))
     record = np.dtype(parts)
-    fitting = min(n, (len(buffer) - at) // record.itemsize)
-    array = np.frombuffer(buffer, record, fitting, at)
+    fitting = min(n, (len(buffer) - offset) // record.itemsize)
+    array = np.frombuffer(buffer, record, fitting, offset)
     if any(np.any(array[f"n {p.name}"] != guess[p.name]) for p in lists):
-        return _ragged_table(buffer, at, element, n, order, budget)
+        return _ragged_table(buffer, offset, element, n, order, budget)
     if lists and fitting < n:
-        return _ragged_table(buffer, at, element, n, order, budget)
+        return _ragged_table(buffer, offset, element, n, order, budget)
     if lists:
         budget.take(24 * fitting * len(lists), element.name)
     table = Table(fitting)
@@ -120,23 +120,23 @@ def _binary_table(
             )
         else:
             table.plain[p.name] = values
-    return table, at + fitting * record.itemsize
+    return table, offset + fitting * record.itemsize
 
 
-def _first_lengths(buffer: ByteArray, at: int, element: Element, order: str) -> dict[str, int]:
+def _first_lengths(buffer: ByteArray, offset: int, element: Element, order: str) -> dict[str, int]:
     """Return the list lengths of the first record; incomplete if the record is invalid."""
     lengths: dict[str, int] = {}
     for p in element.properties:
         size = np.dtype(p.type).itemsize
         if p.count_type is None:
-            at += size
+            offset += size
             continue
         kind = np.dtype(order + p.count_type)
-        if at + kind.itemsize > len(buffer):
+        if offset + kind.itemsize > len(buffer):
             break
-        n = int(np.frombuffer(buffer, kind, 1, at)[0])
-        at += kind.itemsize + n * size
-        if n < 0 or n > 64 or at > len(buffer):
+        n = int(np.frombuffer(buffer, kind, 1, offset)[0])
+        offset += kind.itemsize + n * size
+        if n < 0 or n > 64 or offset > len(buffer):
             break
         lengths[p.name] = n
     return lengths
@@ -144,7 +144,7 @@ def _first_lengths(buffer: ByteArray, at: int, element: Element, order: str) -> 
 
 def _ragged_table(
     buffer: ByteArray,
-    at: int,
+    offset: int,
     element: Element,
     n: int,
     order: str,
@@ -157,24 +157,24 @@ def _ragged_table(
     sizes = np.array([kind.itemsize for kind in kinds], np.int64)
     count_kinds = [np.dtype(p.count_type) if p.count_type else None for p in element.properties]
     count_sizes = np.array([c.itemsize if c else 0 for c in count_kinds], np.int64)
-    signed = np.array([c is not None and c.kind == "i" for c in count_kinds])
+    signed_values = np.array([c is not None and c.kind == "i" for c in count_kinds])
     budget.take(24 * n * len(sizes), element.name)
-    places = np.empty((n, len(sizes)), np.int64)
+    positions = np.empty((n, len(sizes)), np.int64)
     counts = np.empty((n, len(sizes)), np.int64)
-    n = k.walk(data, at, sizes, count_sizes, signed, order == "<", places, counts)
-    places, counts = places[:n], counts[:n]
+    n = k.walk(data, offset, sizes, count_sizes, signed_values, order == "<", positions, counts)
+    positions, counts = positions[:n], counts[:n]
     table = Table(n)
     for j, p in enumerate(element.properties):
         out = np.empty(int(counts[:, j].sum()) * kinds[j].itemsize, np.uint8)
-        k.gather(data, places[:, j], counts[:, j], kinds[j].itemsize, out)
+        k.gather(data, positions[:, j], counts[:, j], kinds[j].itemsize, out)
         values = out.view(order + p.type).astype(p.type)
         if p.count_type:
             table.lists[p.name] = (counts[:, j].copy(), values)
         else:
             table.plain[p.name] = values
     if n:
-        at = int(places[-1, -1] + counts[-1, -1] * sizes[-1])
-    return table, at
+        offset = int(positions[-1, -1] + counts[-1, -1] * sizes[-1])
+    return table, offset
 
 
 def read_text(
@@ -203,8 +203,8 @@ def read_text(
         buffer += b"\n"
     data = np.frombuffer(buffer, np.uint8)
     tables: dict[str, Table] = {}
-    at = header.body
-    wrong = 0
+    offset = header.body
+    wrong_count = 0
     first_wrong: int | None = None
     message_count = len(messages)
     progress.stage(tr("Reading the model"), len(buffer))
@@ -213,40 +213,42 @@ def read_text(
             tables.setdefault(element.name, Table(0))
             continue
         # A record takes at least two bytes for each of its values.
-        record_count = min(element.count, (len(buffer) - at) // (2 * len(element.properties)) + 1)
+        record_count = min(
+            element.count, (len(buffer) - offset) // (2 * len(element.properties)) + 1
+        )
         budget.take((8 + 16 * len(element.properties)) * record_count, element.name)
         rows = _TextRows(element)
         starts = np.zeros(min(record_count, VALUES_PER_STEP) + 1, np.int64)
-        longest = _longest_line(buffer, at)
-        capacity = max(VALUES_PER_STEP, longest)
+        longest_line = _longest_line(buffer, offset)
+        capacity = max(VALUES_PER_STEP, longest_line)
         values = np.empty(capacity)
         left_over = np.empty((capacity, 3), np.int64)
-        while rows.n < record_count and at < len(buffer):
+        while rows.n < record_count and offset < len(buffer):
             max_rows = min(record_count - rows.n, len(starts) - 1)
-            at, row, n = k.rows(data, at, max_rows, starts, values, left_over)
+            offset, row, n = k.rows(data, offset, max_rows, starts, values, left_over)
             ends = np.flatnonzero(left_over[:, 0] < 0)
             for where, begin, stop in left_over[: ends[0] if len(ends) else capacity].tolist():
                 value, is_number = _value(bytes(buffer[begin:stop]))
                 values[where] = value
                 if not is_number:
-                    wrong += 1
+                    wrong_count += 1
                     first_wrong = begin if first_wrong is None else first_wrong
             budget.take(16 * n, element.name)
             rows.add(values[:n], starts[: row + 1])
-            progress.step(at)
+            progress.step(offset)
         row = rows.n
         if row < element.count:
-            if is_truncated and at >= len(buffer) and row:
+            if is_truncated and offset >= len(buffer) and row:
                 row -= 1  # its last number may have lost digits
             _missing(element, row, messages)
-            at = len(buffer)
+            offset = len(buffer)
         tables.setdefault(element.name, rows.table(row, messages))
     if is_truncated and len(messages) == message_count:
         messages.append(Finding("model.maybe-cut-short", end=tr("a line end")))
     if first_wrong is not None:
         line = 1 + buffer.count(b"\n", 0, first_wrong)
         refuse_decimal_commas(path, bytes(buffer[first_wrong : first_wrong + 60]).split()[0], line)
-        messages.append(Finding("model.values-not-numbers", count=wrong, line=line))
+        messages.append(Finding("model.values-not-numbers", count=wrong_count, line=line))
     return tables
 
 
@@ -257,16 +259,18 @@ def _value(token: bytes) -> tuple[float, bool]:
     return (float("nan"), False) if value is None else (value, True)
 
 
-def _longest_line(buffer: bytearray, at: int) -> int:
+def _longest_line(buffer: bytearray, offset: int) -> int:
     """Return an upper bound for the number of values in one line."""
-    data = np.frombuffer(buffer, np.uint8)[at:]
-    longest, last = 0, -1
+    data = np.frombuffer(buffer, np.uint8)[offset:]
+    longest_count, last = 0, -1
     for start in range(0, len(data), BLOCK_BYTES):
         ends = np.flatnonzero(data[start : start + BLOCK_BYTES] == 10) + start
         if len(ends):
-            longest = max(longest, int(ends[0]) - last, int(np.diff(ends).max(initial=0)))
+            longest_count = max(
+                longest_count, int(ends[0]) - last, int(np.diff(ends).max(initial=0))
+            )
             last = int(ends[-1])
-    return longest // 2 + 2
+    return longest_count // 2 + 2
 
 
 class _TextRows:
@@ -291,22 +295,22 @@ class _TextRows:
         from vomstudio.io.models.formats import _ply_kernels as k
 
         n, is_list = len(starts) - 1, self._is_list
-        places = np.empty((n, len(is_list)), np.int64)
+        positions = np.empty((n, len(is_list)), np.int64)
         counts = np.empty((n, len(is_list)), np.int64)
-        k.walk_rows(values, starts, is_list, places, counts)
+        k.walk_rows(values, starts, is_list, positions, counts)
         if not is_list.any():
             self._short.append(self.n + np.flatnonzero(counts.min(axis=1, initial=1) == 0))
         for j, p in enumerate(self._properties):
             if p.count_type:
                 items = np.empty(int(counts[:, j].sum()))
-                k.gather_values(values, places[:, j], counts[:, j], items)
-                whole = np.dtype(p.type).kind in "iu"
+                k.gather_values(values, positions[:, j], counts[:, j], items)
+                is_whole = np.dtype(p.type).kind in "iu"
                 self._columns.add(f"n{j}", counts[:, j].astype(np.int32))
-                self._columns.add(f"{j}", whole_numbers(items) if whole else items)
+                self._columns.add(f"{j}", whole_numbers(items) if is_whole else items)
             else:
                 column = np.full(n, np.nan)
                 has_value = counts[:, j] == 1
-                column[has_value] = values[places[has_value, j]]
+                column[has_value] = values[positions[has_value, j]]
                 self._columns.add(f"{j}", _clip_to_type(column, p.type))
         self.n += n
 

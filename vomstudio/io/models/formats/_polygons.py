@@ -36,11 +36,11 @@ def _load(corners, t0, n, ring):  # type: ignore[no-untyped-def]
     ring[1] = corners[t0, 1]
     for k in range(n - 2):
         ring[k + 2] = corners[t0 + k, 2]
-    sound = True
+    is_sound = True
     for k in range(n):
         if ring[k] < 0:
-            sound = False
-    return sound
+            is_sound = False
+    return is_sound
 
 
 @part
@@ -99,7 +99,7 @@ def _cut_polygon(vertices, corners, uv_corners, polygons, points, rings, ears): 
     uv_ring = rings[1]
     index = rings[2]
     want_uv = uv_corners.shape[0] > 0
-    changed = 0
+    changed_count = 0
     for q in range(polygons.shape[0]):
         t0 = polygons[q, 0]
         n = polygons[q, 1]
@@ -159,5 +159,5 @@ def _cut_polygon(vertices, corners, uv_corners, polygons, points, rings, ears): 
                 corners[t0 + k, c] = ring[ears[k, c]]
                 if want_uv:
                     uv_corners[t0 + k, c] = uv_ring[ears[k, c]]
-        changed += 1
-    return changed
+        changed_count += 1
+    return changed_count

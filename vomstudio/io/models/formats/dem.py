@@ -64,9 +64,9 @@ UNITS = {spelt: name for name, spellings in _UNITS.items() for spelt in spelling
 """Units by their spelling in files."""
 
 
-def unit_of(written: str) -> str | None:
+def unit_of(written_text: str) -> str | None:
     """Return the key of `METRES` for a unit, or None if the unit is unknown."""
-    return UNITS.get("".join(filter(str.isalpha, written.lower())))
+    return UNITS.get("".join(filter(str.isalpha, written_text.lower())))
 
 
 def matches(path: Path, head: bytes) -> bool:
@@ -220,10 +220,10 @@ def _heights(
         progress.step(start + rows)
     if dataset.nodata is None:
         for value in UNDECLARED_NO_DATA:
-            empty = heights == value
-            n = int(np.count_nonzero(empty))
+            is_empty = heights == value
+            n = int(np.count_nonzero(is_empty))
             if n:
-                heights[empty] = np.nan
+                heights[is_empty] = np.nan
                 messages.append(Finding("dem.no-data-value", count=n, value=value))
     written = (dataset.units[0] or "").strip()
     unit = unit_of(written)
@@ -263,16 +263,16 @@ def _triangles(number: AnyArray, heights: AnyArray) -> AnyArray:
     corners = [number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]]
     nw, ne, sw, se = (corner.ravel() for corner in corners)
     full = (nw >= 0) & (ne >= 0) & (sw >= 0) & (se >= 0)
-    falling = np.abs(heights[:-1, :-1] - heights[1:, 1:])
+    falling_values = np.abs(heights[:-1, :-1] - heights[1:, 1:])
     rising = np.abs(heights[:-1, 1:] - heights[1:, :-1])
     with np.errstate(invalid="ignore"):
-        along = (falling <= rising).ravel()
+        along_component = (falling_values <= rising).ravel()
     triangles = np.full((len(nw), 2, 3), -1, np.int32)
     halves = [
-        (full & along, 0, (nw, sw, se)),
-        (full & along, 1, (nw, se, ne)),
-        (full & ~along, 0, (nw, sw, ne)),
-        (full & ~along, 1, (ne, sw, se)),
+        (full & along_component, 0, (nw, sw, se)),
+        (full & along_component, 1, (nw, se, ne)),
+        (full & ~along_component, 0, (nw, sw, ne)),
+        (full & ~along_component, 1, (ne, sw, se)),
         ((nw < 0) & (ne >= 0) & (sw >= 0) & (se >= 0), 0, (ne, sw, se)),
         ((ne < 0) & (nw >= 0) & (sw >= 0) & (se >= 0), 0, (nw, sw, se)),
         ((sw < 0) & (nw >= 0) & (ne >= 0) & (se >= 0), 0, (nw, se, ne)),

@@ -72,24 +72,24 @@ class _Block:
     ) -> FloatArray:
         """Return the first value (n, k) of each code for entities in ascending order."""
         numbers = np.full((len(entities), len(codes)), default)
-        at, row = self._group_rows(entities)
+        offset, row = self._group_rows(entities)
         slot_of = np.full(1 + max(codes), -1, np.int64)
         slot_of[list(codes)] = np.arange(len(codes))
-        group = self.codes[at]
-        selected = (group >= 0) & (group < len(slot_of))
-        selected[selected] = slot_of[group[selected]] >= 0
-        at, row = at[selected], row[selected]
-        values = np.array([_number(self.values[i]) for i in at.tolist()], np.float64)
+        group = self.codes[offset]
+        is_selected = (group >= 0) & (group < len(slot_of))
+        is_selected[is_selected] = slot_of[group[is_selected]] >= 0
+        offset, row = offset[is_selected], row[is_selected]
+        values = np.array([_number(self.values[i]) for i in offset.tolist()], np.float64)
         # Assigned in reverse order so that the first value of a code is kept.
-        numbers[row[::-1], slot_of[self.codes[at[::-1]]]] = values[::-1]
+        numbers[row[::-1], slot_of[self.codes[offset[::-1]]]] = values[::-1]
         return numbers
 
     def layers(self, entities: IntArray) -> list[bytes]:
         """Return the layer of each entity in ascending order, or "0" if it has none."""
         layers = [b"0"] * len(entities)
-        at, row = self._group_rows(entities)
-        named = self.codes[at] == 8
-        for group, entity in zip(at[named].tolist(), row[named].tolist(), strict=True):
+        offset, row = self._group_rows(entities)
+        is_named = self.codes[offset] == 8
+        for group, entity in zip(offset[is_named].tolist(), row[is_named].tolist(), strict=True):
             layers[entity] = self.values[group]
         return layers
 
@@ -256,17 +256,17 @@ def _groups(data: bytes, path: Path) -> Iterator[tuple[list[int], list[bytes], i
         return
     if b"\n" not in data[:BLOCK_BYTES]:
         data = data.replace(b"\r", b"\n")
-    at, lines_before, remaining = 0, 0, b""
-    while at < len(data):
-        block = remaining + data[at : at + BLOCK_BYTES]
-        at += BLOCK_BYTES
-        end = len(block) if at >= len(data) else block.rfind(b"\n") + 1
+    offset, lines_before, remaining = 0, 0, b""
+    while offset < len(data):
+        block = remaining + data[offset : offset + BLOCK_BYTES]
+        offset += BLOCK_BYTES
+        end = len(block) if offset >= len(data) else block.rfind(b"\n") + 1
         remaining, lines = block[end:], block[:end].split(b"\n")
         if not end:
             continue
-        if lines[-1] == b"" and at < len(data):
+        if lines[-1] == b"" and offset < len(data):
             lines.pop()
-        if len(lines) % 2 and at < len(data):
+        if len(lines) % 2 and offset < len(data):
             remaining = lines.pop() + b"\n" + remaining
         code_lines = lines[0::2]
         try:
@@ -282,7 +282,7 @@ def _groups(data: bytes, path: Path) -> Iterator[tuple[list[int], list[bytes], i
                     line=lines_before + 2 * wrong + 1,
                 ) from error
             codes = list(map(int, code_lines[:wrong]))
-        yield codes, [v.strip() for v in lines[1 : 2 * len(codes) : 2]], min(at, len(data))
+        yield codes, [v.strip() for v in lines[1 : 2 * len(codes) : 2]], min(offset, len(data))
         lines_before += len(lines)
 
 
@@ -290,12 +290,12 @@ def _groups(data: bytes, path: Path) -> Iterator[tuple[list[int], list[bytes], i
 
 
 def _read_block(block: _Block, drawing: _Drawing) -> None:
-    inside = np.zeros(len(block.starts), np.bool_)
+    is_inside = np.zeros(len(block.starts), np.bool_)
     kinds = block.kinds
     marks = np.flatnonzero(np.isin(kinds, (b"SECTION", b"ENDSEC"))).tolist()
     before = 0
     for mark in [*marks, len(kinds)]:
-        inside[before:mark] = drawing.section == b"ENTITIES"
+        is_inside[before:mark] = drawing.section == b"ENTITIES"
         if drawing.section == b"TABLES":
             for entity in (np.flatnonzero(kinds[before:mark] == b"LAYER") + before).tolist():
                 _read_layer(dict(block.groups(entity)), drawing)
@@ -308,7 +308,7 @@ def _read_block(block: _Block, drawing: _Drawing) -> None:
             if drawing.section == b"HEADER":
                 drawing.unit = _unit(groups)
         before = mark + 1
-    entities = np.flatnonzero(inside)
+    entities = np.flatnonzero(is_inside)
     entities = entities[~np.isin(kinds[entities], tuple(_STRUCTURE))]
     if not len(entities):
         return
@@ -361,8 +361,8 @@ def _read_faces(block: _Block, entities: IntArray, drawing: _Drawing) -> None:
     corners = block.numbers(entities, codes).reshape(-1, 4, 3)
     heights = corners[:, :, 2]
     heights[np.isnan(heights) & ~np.isnan(corners[:, :, 0])] = 0.0
-    missing = np.isnan(corners[:, 3]).all(axis=1)
-    corners[missing, 3] = corners[missing, 2]
+    is_missing = np.isnan(corners[:, 3]).all(axis=1)
+    corners[is_missing, 3] = corners[is_missing, 2]
     _add_quads(corners, block.layers(entities), entities, drawing)
 
 
@@ -415,29 +415,29 @@ def _read_polyline(block: _Block, entity: int, drawing: _Drawing) -> None:
     kinds = _integers(numbers[:, 3])
     layer = first.get(8, b"0")
     if flags & POLYFACE_MESH:
-        places = numbers[(kinds & _MESH_VERTEX) > 0, :3]
+        positions = numbers[(kinds & _MESH_VERTEX) > 0, :3]
         is_face = ((kinds & _FACE_RECORD) > 0) & ((kinds & _MESH_VERTEX) == 0)
         # A negative number marks an invisible edge.
         rows = np.abs(_integers(numbers[is_face, 4:]))
         rows[:, 3] = np.where(rows[:, 3] > 0, rows[:, 3], rows[:, 2])
-        valid = ((rows > 0) & (rows <= len(places))).all(axis=1)
-        if not valid.all():
-            drawing.left_out[tr("faces without vertices")] += int((~valid).sum())
-        corners = places[rows[valid] - 1]
+        is_valid = ((rows > 0) & (rows <= len(positions))).all(axis=1)
+        if not is_valid.all():
+            drawing.left_out[tr("faces without vertices")] += int((~is_valid).sum())
+        corners = positions[rows[is_valid] - 1]
     else:
-        places = numbers[(kinds & _CONTROL_POINT) == 0, :3]
-        corners = _grid(places, first, flags)
+        positions = numbers[(kinds & _CONTROL_POINT) == 0, :3]
+        corners = _grid(positions, first, flags)
         if not len(corners):
             drawing.left_out["POLYLINE"] += 1
     rows = np.full(len(corners), entity)
     _add_quads(corners.reshape(-1, 4, 3), [layer] * len(corners), rows, drawing)
 
 
-def _grid(places: FloatArray, first: dict[int, bytes], flags: int) -> FloatArray:
+def _grid(positions: FloatArray, first: dict[int, bytes], flags: int) -> FloatArray:
     """Return the quadrilaterals (n, 4, 3) of a mesh with M × N vertices."""
-    smooth = _integer(first.get(75, b"0")) != 0
-    m, n = (_integer(first.get(code, b"0")) for code in ((73, 74) if smooth else (71, 72)))
-    if m < 2 or n < 2 or m * n != len(places):
+    is_smooth = _integer(first.get(75, b"0")) != 0
+    m, n = (_integer(first.get(code, b"0")) for code in ((73, 74) if is_smooth else (71, 72)))
+    if m < 2 or n < 2 or m * n != len(positions):
         return np.empty((0, 4, 3))
     rows = np.arange(m * n).reshape(m, n)
     if flags & _CLOSED_M:
@@ -445,37 +445,37 @@ def _grid(places: FloatArray, first: dict[int, bytes], flags: int) -> FloatArray
     if flags & _CLOSED_N:
         rows = np.hstack([rows, rows[:, :1]])
     quads = np.stack([rows[:-1, :-1], rows[1:, :-1], rows[1:, 1:], rows[:-1, 1:]], -1)
-    return np.asarray(places[quads.reshape(-1, 4)], np.float64)
+    return np.asarray(positions[quads.reshape(-1, 4)], np.float64)
 
 
 def _read_mesh(block: _Block, entity: int, drawing: _Drawing) -> None:
     """Read a MESH at subdivision level 0."""
-    places: list[list[float]] = []
+    positions: list[list[float]] = []
     list_of: list[int] = []
-    expected = 0
+    expected_count = 0
     layer = b"0"
     for code, value in block.groups(entity):
         if code == 8:
             layer = value
         elif code == 10:
-            places.append([_number(value), np.nan, 0.0])
-        elif code in (20, 30) and places:
-            places[-1][code // 10 - 1] = _number(value)
+            positions.append([_number(value), np.nan, 0.0])
+        elif code in (20, 30) and positions:
+            positions[-1][code // 10 - 1] = _number(value)
         elif code == 93:
-            expected = _integer(value)
-        elif code == 90 and len(list_of) < expected:
+            expected_count = _integer(value)
+        elif code == 90 and len(list_of) < expected_count:
             list_of.append(_integer(value))
-    points = np.array(places, np.float64).reshape(-1, 3)
+    points = np.array(positions, np.float64).reshape(-1, 3)
     triangles: list[tuple[int, int, int]] = []
-    at = 0
-    while at < len(list_of):
-        size = list_of[at]
-        ring = list_of[at + 1 : at + 1 + size]
+    offset = 0
+    while offset < len(list_of):
+        size = list_of[offset]
+        ring = list_of[offset + 1 : offset + 1 + size]
         if size < 3 or len(ring) < size or not all(0 <= i < len(points) for i in ring):
             break
         triangles += [(ring[0], ring[k], ring[k + 1]) for k in range(1, size - 1)]
-        at += 1 + size
-    if at < len(list_of) or not triangles:
+        offset += 1 + size
+    if offset < len(list_of) or not triangles:
         drawing.left_out["MESH"] += 1
     corners = points[np.array(triangles, np.int64).reshape(-1, 3)]
     drawing.add_triangles(corners, [layer] * len(corners), np.full(len(corners), entity))

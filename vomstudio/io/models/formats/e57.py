@@ -93,19 +93,25 @@ def _read_scans(
     columns = Columns()
     done = n_invalid = 0
     names = [_names(e57, scan) for scan in scans]
-    colored = all(set(COLORS) <= known for known in names)
-    bright = all("intensity" in known for known in names)
+    is_colored = all(set(COLORS) <= known_name for known_name in names)
+    bright = all("intensity" in known_name for known_name in names)
     unread = set()
     # A constant value takes no bits in the file, whatever the number of points.
     budget = Budget(path, path.stat().st_size)
-    for number, (scan, known) in enumerate(zip(scans, names, strict=True)):
-        place = next((axes for axes in (CARTESIAN, SPHERICAL) if set(axes) <= known), None)
+    for number, (scan, known_name) in enumerate(zip(scans, names, strict=True)):
+        place = next((axes for axes in (CARTESIAN, SPHERICAL) if set(axes) <= known_name), None)
         if place is None:
             messages.append(Finding("model.scan-left-out", number=number + 1))
             continue
-        column_names = [*place, *(c for c in COLORS if colored), *(["intensity"] if bright else [])]
-        flags = [name for name in INVALID if name in known and name[:4] == place[0][:4]]
-        unread |= known - set(column_names) - set(flags) - {"rowIndex", "columnIndex", "intensity"}
+        column_names = [
+            *place,
+            *(c for c in COLORS if is_colored),
+            *(["intensity"] if bright else []),
+        ]
+        flags = [name for name in INVALID if name in known_name and name[:4] == place[0][:4]]
+        unread |= (
+            known_name - set(column_names) - set(flags) - {"rowIndex", "columnIndex", "intensity"}
+        )
         rotation, shift = _pose(scan)
         limits = _color_limits(scan)
         for part in _blocks(e57, image, scan, [*column_names, *flags]):
@@ -120,7 +126,7 @@ def _read_scans(
                 keep &= part[name] == 0
             n_invalid += got - int(np.count_nonzero(keep))
             columns.add("points", xyz[keep], total)
-            if colored:
+            if is_colored:
                 rgb = np.column_stack([part[name] for name in COLORS])[keep]
                 columns.add("colors", _bytes(rgb, limits), total)
             if bright:
@@ -198,9 +204,9 @@ def _pose(scan: Any) -> tuple[AnyArray, AnyArray]:
 def _cartesian(rae: AnyArray) -> AnyArray:
     """Convert range, azimuth from x to y, and elevation above x-y in radians (E57 8.4.4.1)."""
     distance, azimuth, elevation = rae.T
-    flat = distance * np.cos(elevation)
+    flat_values = distance * np.cos(elevation)
     return np.column_stack(
-        [flat * np.cos(azimuth), flat * np.sin(azimuth), distance * np.sin(elevation)]
+        [flat_values * np.cos(azimuth), flat_values * np.sin(azimuth), distance * np.sin(elevation)]
     )
 
 
@@ -213,8 +219,8 @@ def _color_limits(scan: Any) -> tuple[AnyArray, AnyArray]:
             if limits.isDefined(f"{color}Minimum") and limits.isDefined(f"{color}Maximum"):
                 low[j] = limits[f"{color}Minimum"].value()
                 high[j] = limits[f"{color}Maximum"].value()
-    bad = ~(np.isfinite(low) & np.isfinite(high) & (high > low))
-    low[bad], high[bad] = 0.0, 255.0
+    is_bad = ~(np.isfinite(low) & np.isfinite(high) & (high > low))
+    low[is_bad], high[is_bad] = 0.0, 255.0
     return low, high
 
 

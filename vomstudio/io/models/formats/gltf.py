@@ -143,30 +143,32 @@ def _fields(pieces: list[PlacedPrimitive]) -> dict[str, AnyArray]:
 
 
 def _positions(pieces: list[PlacedPrimitive], origin: FloatArray) -> FloatArray:
-    upright = np.empty((sum(len(p.positions) for p in pieces), 3))
+    upright_values = np.empty((sum(len(p.positions) for p in pieces), 3))
     end = 0
     for piece in pieces:
-        y_up, part = piece.positions, upright[end : end + len(piece.positions)]
+        y_up, part = piece.positions, upright_values[end : end + len(piece.positions)]
         end += len(y_up)
         part[:, 0] = y_up[:, 0]
         np.negative(y_up[:, 2], out=part[:, 1])
         part[:, 2] = y_up[:, 1]
-    upright += origin
-    return upright
+    upright_values += origin
+    return upright_values
 
 
 def _faces(pieces: list[PlacedPrimitive]) -> Int32Array:
     """Return faces with indices into the joined vertices of all pieces."""
-    joined = np.empty((sum(len(p.faces) for p in pieces if p.faces is not None), 3), np.int32)
+    joined_values = np.empty(
+        (sum(len(p.faces) for p in pieces if p.faces is not None), 3), np.int32
+    )
     end = start = 0
     for piece in pieces:
         if piece.faces is not None:
-            part = joined[end : end + len(piece.faces)]
+            part = joined_values[end : end + len(piece.faces)]
             # Narrow index types would overflow.
             np.add(piece.faces, start, out=part, dtype=np.int64, casting="unsafe")
             end += len(part)
         start += len(piece.positions)
-    return joined
+    return joined_values
 
 
 def _mesh(

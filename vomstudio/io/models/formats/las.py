@@ -165,7 +165,7 @@ def _read_points(
     field_names = [n for n in STANDARD_FIELDS if n in names] + extra
     no_data = _no_data(header)
     flag_names = ["withheld"] if "withheld" in names else []
-    colored = {"red", "green", "blue"} <= names
+    is_colored = {"red", "green", "blue"} <= names
     # Few files have more points than bytes, and unused capacity costs nothing.
     columns = Columns(min(size, MAX_INITIAL_ROWS))
     done = 0
@@ -188,7 +188,7 @@ def _read_points(
             np.multiply(np.asarray(chunk[axis]), scales[j], out=xyz[:, j])
             xyz[:, j] += offsets[j]
         columns.add("points", xyz, limit)
-        if colored:
+        if is_colored:
             rgb = np.empty((read_count, 3), np.uint16)
             for j, channel in enumerate(("red", "green", "blue")):
                 rgb[:, j] = chunk[channel]
@@ -244,25 +244,25 @@ def _values(chunk: Any, name: str, no_data: dict[str, tuple[float, ...]]) -> Gen
 
 
 def _drop_withheld(
-    cloud: PointCloud, withheld: GenericArray, path: Path, messages: list[Finding]
+    cloud: PointCloud, withheld_values: GenericArray, path: Path, messages: list[Finding]
 ) -> PointCloud:
     """Remove the points that are marked as withheld.
 
     In a COPC file they are replaced by other points, so that row numbers are the same as in
     streaming.
     """
-    count = int(np.count_nonzero(withheld))
+    count = int(np.count_nonzero(withheld_values))
     if not count:
         return cloud
-    if count == len(withheld):
+    if count == len(withheld_values):
         raise InputError(Finding("model.all-withheld"), file=path)
     if is_copc(path):
         messages.append(Finding("model.withheld-hidden"))
-        rows = replacement_rows(withheld)
+        rows = replacement_rows(withheld_values)
         assert rows is not None
         return cloud.select_rows(rows)
     messages.append(Finding("model.points-withheld", count=count))
-    return cloud.select_rows(np.logical_not(withheld))
+    return cloud.select_rows(np.logical_not(withheld_values))
 
 
 READER = Reader(to_translate("LAS/LAZ point cloud"), (".las", ".laz"), matches, read)

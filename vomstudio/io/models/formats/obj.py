@@ -47,7 +47,7 @@ def matches(path: Path, head: bytes) -> bool:
     """Return whether the first lines are OBJ statements, because OBJ has no signature."""
     if b"\0" in head:
         return False
-    known = 0
+    known_count = 0
     head = head.removeprefix(BYTE_ORDER_MARK)
     lines = head.replace(b"\r", b"\n").split(b"\n")[:-1] or [head]
     for line in lines:
@@ -67,8 +67,8 @@ def matches(path: Path, head: bytes) -> bool:
             b"usemtl",
         ):
             return False
-        known += words[0] in (b"v", b"f", b"mtllib", b"usemtl", b"vt", b"vn")
-    return known > 0
+        known_count += words[0] in (b"v", b"f", b"mtllib", b"usemtl", b"vt", b"vn")
+    return known_count > 0
 
 
 def warm_up() -> None:
@@ -142,7 +142,9 @@ class _Reading:
             self.messages.append(Finding("model.maybe-cut-short", end=tr("a line end")))
         # Many times faster than the expression, and few files contain a backslash.
         steps = range(0, size, CHECK_BLOCK_BYTES)
-        if not any(np.any(data[at : min(at + CHECK_BLOCK_BYTES, size)] == 92) for at in steps):
+        if not any(
+            np.any(data[offset : min(offset + CHECK_BLOCK_BYTES, size)] == 92) for offset in steps
+        ):
             return
         for match in re.finditer(rb"\\\r?\n", data.data[:size]):
             data[match.start() : match.end()] = 32
@@ -192,9 +194,9 @@ class _Reading:
 
         def parse(i: int) -> None:
             start, end = blocks[i]
-            room = 1024
+            available_space = 1024
             while True:
-                self.left_over[i] = np.empty((room, 4), np.int64)
+                self.left_over[i] = np.empty((available_space, 4), np.int64)
                 self.reports[i] = 0
                 k.parse(
                     data,
@@ -214,9 +216,9 @@ class _Reading:
                     self.reports[i],
                     *k.line_space(),
                 )
-                room = int(self.reports[i, k.R_LEFT_OVER])
-                if room <= len(self.left_over[i]):
-                    self.left_over[i] = self.left_over[i][:room]
+                available_space = int(self.reports[i, k.R_LEFT_OVER])
+                if available_space <= len(self.left_over[i]):
+                    self.left_over[i] = self.left_over[i][:available_space]
                     return
 
         self._run(parse, len(blocks), len(blocks))
@@ -262,13 +264,13 @@ class _Reading:
         wrong = int(self.reports[:, k.R_NO_NUMBERS].sum())
         where = self.reports[self.reports[:, k.R_NO_NUMBERS] > 0, k.R_FIRST_NO_NUMBER].tolist()
         for block in self.left_over:
-            for target, at, start, end in block.tolist():
+            for target, offset, start, end in block.tolist():
                 value = python_number(self.data[start:end].tobytes())
                 if value is None:
                     wrong += 1
                     where.append(start)
                     value = float("nan")
-                targets[target][at] = value
+                targets[target][offset] = value
         if where:
             self._refuse_decimal_commas(min(where))
             self.messages.append(
@@ -292,12 +294,12 @@ class _Reading:
         materials = self._materials(names, libraries)
         faces, uv_faces = self.corners, self.uv_corners
         edges = np.array([*starts[0], len(faces)], np.int64)
-        sound = faces[:, 0] >= 0
-        if sound.all() and all(a < b for a, b in itertools.pairwise(starts[1])):
+        is_sound = faces[:, 0] >= 0
+        if is_sound.all() and all(a < b for a, b in itertools.pairwise(starts[1])):
             offsets = edges
         else:
             ids = np.repeat(np.array(starts[1], np.int32), np.diff(edges))
-            order = np.flatnonzero(sound)
+            order = np.flatnonzero(is_sound)
             order = order[np.argsort(ids[order], kind="stable")]
             faces, ids = faces[order], ids[order]
             uv_faces = uv_faces[order] if len(uv_faces) else uv_faces
@@ -379,14 +381,14 @@ class _Reading:
             name.casefold(): material for name, material in materials_by_name.items()
         }
         result = []
-        missing: list[str] = []
+        missing_items: list[str] = []
         for name in names:
             match = materials_by_name.get(name) or materials_by_casefold.get(name.casefold())
             if match is None and name and libraries:
-                missing.append(name)
+                missing_items.append(name)
             result.append(Material(name, match.texture, match.diffuse) if match else Material(name))
-        if missing:
-            self.messages.append(Finding("material.missing", names=missing))
+        if missing_items:
+            self.messages.append(Finding("material.missing", names=missing_items))
         return tuple(result)
 
     def _library_paths(self, entry: str) -> list[Path]:

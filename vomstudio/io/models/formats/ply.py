@@ -75,11 +75,11 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     return LoadedModel(model, kind, None, tuple(messages), path)
 
 
-def _take(table: Table, names: tuple[str, ...], used: set[str]) -> list[GenericArray] | None:
+def _take(table: Table, names: tuple[str, ...], used_names: set[str]) -> list[GenericArray] | None:
     names_by_lower = {name.lower(): name for name in table.plain}
     if not all(name in names_by_lower for name in names):
         return None
-    used.update(names_by_lower[name] for name in names)
+    used_names.update(names_by_lower[name] for name in names)
     return [table.plain[names_by_lower[name]] for name in names]
 
 
@@ -162,10 +162,12 @@ def _faces_and_strips(
             face = Table(len(triangles), {}, {FACE_NAMES[0]: (counts, triangles.reshape(-1))})
         elif face_name := next((n for n in FACE_NAMES if n in face.lists), None):
             old_counts, indices = face.lists[face_name]
-            joined = np.concatenate([_indices(indices), triangles.reshape(-1)])
+            joined_values = np.concatenate([_indices(indices), triangles.reshape(-1)])
             # Textures and texture coordinates belong only to the faces.
             face = Table(
-                face.n + len(triangles), {}, {face_name: (np.append(old_counts, counts), joined)}
+                face.n + len(triangles),
+                {},
+                {face_name: (np.append(old_counts, counts), joined_values)},
             )
     unread = sorted(element_names - STRIP_NAMES - {"vertex", "face"})
     if unread:
@@ -173,13 +175,13 @@ def _faces_and_strips(
     return face
 
 
-def _unroll_strips(counts: IntArray, raw: GenericArray) -> IntArray:
+def _unroll_strips(counts: IntArray, raw_values: GenericArray) -> IntArray:
     """Return the triangles (n, 3) of strips.
 
     -1 begins a new strip (as in G. Turk's models). Every second triangle is reversed so that all
     have the same orientation; degenerate triangles, which only connect parts, are dropped.
     """
-    indices = _indices(raw)
+    indices = _indices(raw_values)
     ends = np.cumsum(counts)
     # Each list is a separate strip, so insert an end marker after each list.
     indices = np.insert(indices, ends[:-1], -1) if len(ends) > 1 else indices
@@ -196,8 +198,8 @@ def _unroll_strips(counts: IntArray, raw: GenericArray) -> IntArray:
     return np.ascontiguousarray(triangles[is_valid])
 
 
-def _indices(raw: GenericArray) -> IntArray:
-    whole = raw if raw.dtype.kind in "iu" else whole_numbers(raw)
+def _indices(raw_values: GenericArray) -> IntArray:
+    whole = raw_values if raw_values.dtype.kind in "iu" else whole_numbers(raw_values)
     return whole.astype(np.int64)
 
 
@@ -287,15 +289,15 @@ def _triangles(
         uv_corners = np.empty((capacity if have_uv else 0, 3), np.int32)
         face_of = np.empty(capacity, np.int32)
         polygons = np.empty((int(np.count_nonzero(counts > 3)), 2), np.int64)
-        n = p = out_of_range = short = at = uv_at = 0
+        n = p = out_of_range = short = offset = uv_at = 0
         for begin in range(0, len(counts), BLOCK_ROWS):
             part = slice(begin, begin + BLOCK_ROWS)
             part_counts = np.ascontiguousarray(counts[part])
             part_uv_counts = np.ascontiguousarray(uv_counts[part] if have_uv else uv_counts[:0])
-            end = at + int(part_counts.sum())
+            end = offset + int(part_counts.sum())
             triangle_count, polygon_count, invalid_count, short_count = k.fan(
                 part_counts,
-                np.ascontiguousarray(indices[at:end], np.int64),
+                np.ascontiguousarray(indices[offset:end], np.int64),
                 len(vertices),
                 part_uv_counts,
                 corners[n:],
@@ -307,7 +309,7 @@ def _triangles(
             polygons[p : p + polygon_count, 0] += n
             face_uv = uv_corners[n : n + triangle_count]
             face_uv[face_uv >= 0] += uv_at // 2
-            n, p, at = n + triangle_count, p + polygon_count, end
+            n, p, offset = n + triangle_count, p + polygon_count, end
             uv_at += int(part_uv_counts.sum())
             out_of_range, short = out_of_range + invalid_count, short + short_count
         triangles = _Triangles(corners[:n], uv_corners[:n], face_of[:n], have_uv)

@@ -122,36 +122,36 @@ def _points(data: ByteArray, messages: list[Finding]) -> tuple[FloatArray, IntAr
         records = body.view(_RECORD)
         if (records["type"] == POINT_Z).all() and (records["head"][:, 1] == 18).all():
             return np.ascontiguousarray(records["xyzm"][:, :3]), np.arange(len(records))
-    places: list[FloatArray] = []
+    positions: list[FloatArray] = []
     rows: list[int] = []
     is_single = True
     for row, record in enumerate(_records(data, messages)):
         if record.kind == POINT_Z and len(record.content) >= 28:
-            places.append(np.array([struct.unpack_from("<3d", record.content, 4)]))
+            positions.append(np.array([struct.unpack_from("<3d", record.content, 4)]))
             rows.append(row)
         elif record.kind == _MULTI_POINT_Z and len(record.content) >= 40:
             (n,) = struct.unpack_from("<i", record.content, 36)
             if n < 0 or len(record.content) < 40 + 16 * n + 16 + 8 * n:
                 continue
-            flat = np.frombuffer(record.content, "<f8", 2 * n, 40).reshape(-1, 2)
+            flat_values = np.frombuffer(record.content, "<f8", 2 * n, 40).reshape(-1, 2)
             heights = np.frombuffer(record.content, "<f8", n, 40 + 16 * n + 16)
-            places.append(np.column_stack([flat, heights]))
+            positions.append(np.column_stack([flat_values, heights]))
             is_single = False
-    points = np.concatenate(places) if places else np.empty((0, 3))
+    points = np.concatenate(positions) if positions else np.empty((0, 3))
     return points, np.array(rows, np.int64) if is_single else None
 
 
 def _records(data: ByteArray, messages: list[Finding]) -> Iterator[_Record]:
-    view, at, number = data.data, _HEADER_BYTES, 0
-    while at + 12 <= len(data):
-        _, words = struct.unpack_from(">2i", view, at)
-        end = at + 8 + 2 * words
+    view, offset, number = data.data, _HEADER_BYTES, 0
+    while offset + 12 <= len(data):
+        _, words = struct.unpack_from(">2i", view, offset)
+        end = offset + 8 + 2 * words
         if words < 2 or end > len(data):
             messages.append(Finding("model.cut-short", count=number))
             return
-        (kind,) = struct.unpack_from("<i", view, at + 8)
-        yield _Record(kind, view[at + 8 : end])
-        at, number = end, number + 1
+        (kind,) = struct.unpack_from("<i", view, offset + 8)
+        yield _Record(kind, view[offset + 8 : end])
+        offset, number = end, number + 1
 
 
 def _patch_corners(data: ByteArray, messages: list[Finding]) -> FloatArray:
@@ -167,9 +167,11 @@ def _patch_corners(data: ByteArray, messages: list[Finding]) -> FloatArray:
             continue
         starts = np.frombuffer(content, "<i4", parts, 44)
         kinds = np.frombuffer(content, "<i4", parts, 44 + 4 * parts)
-        at = 44 + 8 * parts
-        flat = np.frombuffer(content, "<f8", 2 * n, at).reshape(-1, 2)
-        points = np.column_stack([flat, np.frombuffer(content, "<f8", n, at + 16 * n + 16)])
+        offset = 44 + 8 * parts
+        flat_values = np.frombuffer(content, "<f8", 2 * n, offset).reshape(-1, 2)
+        points = np.column_stack(
+            [flat_values, np.frombuffer(content, "<f8", n, offset + 16 * n + 16)]
+        )
         ends = np.append(starts[1:], n)
         for begin, end, kind in zip(starts.tolist(), ends.tolist(), kinds.tolist(), strict=True):
             triangles = _part_triangles(points[begin:end], kind)
@@ -213,14 +215,14 @@ def _attributes(path: Path, rows: IntArray, messages: list[Finding]) -> Fields:
     cells = np.frombuffer(table, np.uint8, count * width, header).reshape(count, width)[rows]
     fields: Fields = {}
     others: list[str] = []
-    at = 1
+    offset = 1
     for place in range(32, header - 32 + 1, 32):
         if table[place] == 0x0D:
             break
         raw, kind, size, decimals = struct.unpack_from("<11sc4xBB", table, place)
         name = raw.split(b"\0")[0].decode("utf-8", "replace").strip()
-        values = _values(cells[:, at : at + size], kind, decimals) if size else None
-        at += size
+        values = _values(cells[:, offset : offset + size], kind, decimals) if size else None
+        offset += size
         if values is None:
             others.append(name)
         else:

@@ -168,10 +168,10 @@ def _numbers(words: Sequence[tuple[bytes, ...]]) -> FloatArray:
     A fixed width would truncate longer words, and the remainder of
     1.00000000000000000000000000000000e5 is also a number.
     """
-    longest = max(len(word) for row in words for word in row)
-    if longest <= MAX_FAST_WORD_LENGTH:
+    max_length = max(len(word) for row in words for word in row)
+    if max_length <= MAX_FAST_WORD_LENGTH:
         try:
-            return np.array(words, dtype=f"S{longest}").astype(np.float64)
+            return np.array(words, dtype=f"S{max_length}").astype(np.float64)
         except ValueError:
             pass
     values = [python_number(word) for row in words for word in row]

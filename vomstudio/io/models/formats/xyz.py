@@ -127,18 +127,18 @@ def _layout(head: bytes, is_truncated: bool, path: Path) -> Layout:
         rows = rows[1:]  # the number of points, as .pts files begin
     sample = [line.replace('"', "") for _, line in rows[:SAMPLE_ROWS]]
     delimiter = sniff(sample)
-    places = [n + 1 for n, _ in rows[:SAMPLE_ROWS]]
-    refuse_decimal_commas(path, sample, places, delimiter)
+    positions = [n + 1 for n, _ in rows[:SAMPLE_ROWS]]
+    refuse_decimal_commas(path, sample, positions, delimiter)
     first = cut(sample[0], delimiter)
     header: list[str] | None = None
-    at, header_line = 0, 0
+    offset, header_line = 0, 0
     if is_header(first, delimiter):
         header = [name.lstrip("/").strip() for name in first]
         header = [name for name in header if name] if delimiter == " " else header
-        at, header_line = 1, rows[0][0] + 1
+        offset, header_line = 1, rows[0][0] + 1
         if len(rows) == 1:
             raise InputError(Finding("table.no-rows"), file=path, line=header_line)
-    cells = [cut(line, delimiter) for line in sample[at:]]
+    cells = [cut(line, delimiter) for line in sample[offset:]]
     width = len(cells[0])
     if header is None:
         header, header_line = _commented_header(lines[: rows[0][0]], width, delimiter)
@@ -148,10 +148,10 @@ def _layout(head: bytes, is_truncated: bool, path: Path) -> Layout:
         "," if comma else ".",
         header,
         header_line,
-        rows[at][0],
+        rows[offset][0],
         max(width, len(header or ())),
         cells,
-        [line[1:].strip() for line in lines[: rows[at][0]] if line[:1] == "#"],
+        [line[1:].strip() for line in lines[: rows[offset][0]] if line[:1] == "#"],
     )
 
 
@@ -225,10 +225,14 @@ def _columns_by_value(layout: Layout, path: Path, messages: list[Finding]) -> Co
     column = 3
     while column < layout.width:
         triple = values[:, column : column + 3]
-        remaining = layout.width - column
-        if remaining >= 3 and not columns.rgb and _are_colors(triple, remaining in (3, 4, 6)):
+        remaining_values = layout.width - column
+        if (
+            remaining_values >= 3
+            and not columns.rgb
+            and _are_colors(triple, remaining_values in (3, 4, 6))
+        ):
             columns.rgb = [column, column + 1, column + 2]
-        elif remaining >= 3 and not columns.normals and _are_normals(triple):
+        elif remaining_values >= 3 and not columns.normals and _are_normals(triple):
             columns.normals = [column, column + 1, column + 2]
         else:
             columns.others[column] = f"column {column + 1}"
@@ -272,7 +276,7 @@ def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dic
     import pandas
 
     file = io.BytesIO(data)
-    grown, rows = Columns(1), 0
+    columns, rows = Columns(1), 0
     try:
         with pandas.read_csv(
             file,
@@ -294,7 +298,7 @@ def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dic
         ) as pieces:
             for piece in pieces:
                 for i in range(layout.width):
-                    grown.add(str(i), piece[i].to_numpy())
+                    columns.add(str(i), piece[i].to_numpy())
                 rows += len(piece)
                 progress.step(file.tell())
     except (ValueError, OverflowError, LookupError) as error:
@@ -303,7 +307,7 @@ def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dic
             Finding("file.damaged", reason=" ".join(str(error).split())[:160], format="XYZ"),
             file=path,
         ) from error
-    table = {i: grown.take(str(i), rows) for i in range(layout.width)}
+    table = {i: columns.take(str(i), rows) for i in range(layout.width)}
     return {i: column for i, column in table.items() if column is not None}
 
 
@@ -318,15 +322,15 @@ def _is_old(pandas: Any) -> bool:
 
 def _refuse_ragged(table: Any, data: bytes, layout: Layout, path: Path) -> None:
     """Reject a row with too many or too few cells. Raises InputError with its line."""
-    named = layout.width if layout.header is None else len(layout.header)
-    beyond = any(not _is_empty(table[i]) for i in range(named, layout.width))
+    named_width = layout.width if layout.header is None else len(layout.header)
+    is_beyond = any(not _is_empty(table[i]) for i in range(named_width, layout.width))
     last = table[layout.width - 1]
     suspicious = last.dtype.kind not in "iu" and bool(np.any(last != last))
     if len(last) > BLOCK_ROWS:
         import pandas
 
         suspicious |= _is_old(pandas)
-    if beyond or (suspicious and not have_equal_width(data, layout.delimiter, layout.skip)):
+    if is_beyond or (suspicious and not have_equal_width(data, layout.delimiter, layout.skip)):
         read_points(path)
 
 
@@ -358,10 +362,10 @@ def plain_numbers(data: bytes, layout: Layout) -> dict[int, AnyArray] | None:
             if "." in line:
                 return None
             cells = [cell.replace(",", ".") for cell in cells]
-        sound = len(cells) == layout.width and all(
+        is_sound = len(cells) == layout.width and all(
             _PLAIN.fullmatch(cell) and len(cell) <= _EXACT_DIGITS for cell in cells
         )
-        if not sound:
+        if not is_sound:
             return None
         rows.append(cells)
     return {i: _column(cells) for i, cells in enumerate(zip(*rows, strict=True))} or None
@@ -398,9 +402,9 @@ def _cloud(
         del values, table[i]
     far = np.zeros(len(points), bool)
     for column in points.T:
-        beyond = np.abs(column) > MAX_COORDINATE_M
-        column[beyond] = np.nan
-        far |= beyond
+        is_beyond = np.abs(column) > MAX_COORDINATE_M
+        column[is_beyond] = np.nan
+        far |= is_beyond
     if far.any():
         messages.append(Finding("model.points-far-away", count=int(far.sum())))
     colors, normals = _triple(columns.rgb, numeric), _triple(columns.normals, numeric)
@@ -426,8 +430,8 @@ def _cloud(
     )
 
 
-def _triple(indices: list[int], numeric: Any) -> AnyArray | None:
-    columns = [numeric(i) for i in indices]
+def _triple(indices: list[int], numeric_value: Any) -> AnyArray | None:
+    columns = [numeric_value(i) for i in indices]
     if not columns or any(f is None for f in columns):
         return None
     return np.stack(columns, axis=1, dtype=np.float32, casting="unsafe")

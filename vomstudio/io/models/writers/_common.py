@@ -85,13 +85,13 @@ def shortest(values: AnyArray) -> list[float]:
         return doubles
     doubles_array = values.astype(np.float64)
     result = doubles_array.copy()
-    remaining = np.isfinite(doubles_array)
+    is_remaining = np.isfinite(doubles_array)
     for decimals in range(1, 10):
-        rounded = np.round(doubles_array, decimals)
-        fits = remaining & (rounded.astype(np.float32) == values)
-        result[fits] = rounded[fits]
-        remaining &= ~fits
-        if not remaining.any():
+        rounded_values = np.round(doubles_array, decimals)
+        fits = is_remaining & (rounded_values.astype(np.float32) == values)
+        result[fits] = rounded_values[fits]
+        is_remaining &= ~fits
+        if not is_remaining.any():
             break
     shortest_values: list[float] = result.tolist()
     return shortest_values
@@ -141,16 +141,16 @@ def _unused_name(source: Path, used_names: set[str], out: WriteRequest) -> str:
     ending = source.suffix.lower()
     if not re.fullmatch(r"\.\w{2,5}", ending):
         ending = suffix_of(image_bytes(source)[:16])
-    prefixed = f"{plain_name(out.path.stem) or 'model'}_{stem}"
+    prefixed_text = f"{plain_name(out.path.stem) or 'model'}_{stem}"
     used = {name.casefold() for name in used_names}
     for number in itertools.count(1):
-        for label in (stem, prefixed):
+        for label in (stem, prefixed_text):
             name = f"{label}{'' if number == 1 else f'_{number}'}{ending}"
             if name.casefold() in used:
                 continue
             target = out.path.with_name(name)
             is_available = not os.path.lexists(target) or _same_content(source, target)
-            if is_available or (label == prefixed and out.force and target.is_file()):
+            if is_available or (label == prefixed_text and out.force and target.is_file()):
                 return name
     raise AssertionError("unreachable")
 
@@ -225,13 +225,13 @@ def prj_text(crs: str, esri: bool = False) -> str:
 def is_same_prj(path: Path, text: str, crs: str) -> bool:
     """Return whether an existing .prj file states this CRS in any form."""
     try:
-        stored = read_small_text(path)
+        stored_small_text = read_small_text(path)
     except (InputError, OSError, UnicodeDecodeError):
         return False
-    if stored.strip() == text.strip():
+    if stored_small_text.strip() == text.strip():
         return True
     try:
-        return parse_crs(stored)[0] == crs
+        return parse_crs(stored_small_text)[0] == crs
     except InputError:
         return False
 

@@ -64,7 +64,7 @@ def write(out: WriteRequest) -> list[Finding]:
                 color_numbers_of_layers,
                 data.bounds,
                 f"VOM Studio, coordinates{crs}, {unit}",
-                metric=out.axes.metric and unit_m in (None, 1.0),
+                is_metric=out.axes.metric and unit_m in (None, 1.0),
             )
             if mesh is None:
                 for rows in step_rows(len(points), out, tr("Writing points")):

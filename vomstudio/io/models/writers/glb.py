@@ -148,10 +148,10 @@ class _Scene:
         ]
         for material, rows_of_part, untextured in parts:
             faces = mesh.faces[rows_of_part]
-            used = np.zeros(len(mesh.vertices), bool)
-            used[faces] = True
-            rows = np.flatnonzero(used)
-            local = (np.cumsum(used) - 1)[faces]
+            is_used = np.zeros(len(mesh.vertices), bool)
+            is_used[faces] = True
+            rows = np.flatnonzero(is_used)
+            local_points = (np.cumsum(is_used) - 1)[faces]
             extra: dict[str, int] = {}
             primitive: dict[str, Any] = {"mode": 4}
             if mesh.uv is not None and len(rows) and not untextured:
@@ -164,7 +164,7 @@ class _Scene:
             if not len(faces):
                 continue
             primitive["indices"] = self._accessor(
-                local.reshape(-1, 1).astype("<u4"), UINT, INDEX_BUFFER
+                local_points.reshape(-1, 1).astype("<u4"), UINT, INDEX_BUFFER
             )
             name = self.out.path.stem if material is None else material.name or "untextured"
             self._add(name, rows, extra, primitive)
@@ -176,21 +176,25 @@ class _Scene:
         self, name: str, rows: Any, attributes: dict[str, int], primitive: dict[str, Any]
     ) -> None:
         data = self.out.data
-        local = positions_of(data)[rows] - self.origin
-        if float(np.abs(local).max(initial=0.0)) > float(np.finfo(np.float32).max):
+        local_points = positions_of(data)[rows] - self.origin
+        if float(np.abs(local_points).max(initial=0.0)) > float(np.finfo(np.float32).max):
             raise TargetError(
                 Finding("model.exceeds-format", format="GLB", alternatives="PLY, OBJ"),
                 file=self.out.path,
             )
-        stored = np.stack([local[:, 0], local[:, 2], -local[:, 1]], axis=1).astype("<f4")
-        deviation = np.abs(stored[:, [0, 2, 1]] * np.array([1, -1, 1], np.float32) - local)
+        stored_values = np.stack(
+            [local_points[:, 0], local_points[:, 2], -local_points[:, 1]], axis=1
+        ).astype("<f4")
+        deviation = np.abs(
+            stored_values[:, [0, 2, 1]] * np.array([1, -1, 1], np.float32) - local_points
+        )
         self._error = max(self._error, float(deviation.max(initial=0.0)))
-        accessor = self._accessor(stored, FLOAT)
-        self.json["accessors"][accessor]["min"] = stored.min(axis=0).astype(float).tolist()
-        self.json["accessors"][accessor]["max"] = stored.max(axis=0).astype(float).tolist()
+        accessor = self._accessor(stored_values, FLOAT)
+        self.json["accessors"][accessor]["min"] = stored_values.min(axis=0).astype(float).tolist()
+        self.json["accessors"][accessor]["max"] = stored_values.max(axis=0).astype(float).tolist()
         attributes = {"POSITION": accessor, **attributes}
         if data.colors is not None:
-            colors = np.full((len(stored), 4), 255, np.uint8)
+            colors = np.full((len(stored_values), 4), 255, np.uint8)
             colors[:, :3] = data.colors[rows]
             attributes["COLOR_0"] = self._accessor(colors, BYTE)
             self.json["accessors"][-1]["normalized"] = True

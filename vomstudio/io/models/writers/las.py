@@ -65,7 +65,7 @@ def write(out: WriteRequest) -> list[Finding]:
         from pyproj import CRS
 
         header.add_crs(CRS.from_user_input(out.crs))
-    compressed = out.path.suffix.lower() == ".laz"
+    is_compressed = out.path.suffix.lower() == ".laz"
     with (
         atomic_write(out.path, out.force) as temporary,
         _original_errors(temporary) as file,
@@ -73,8 +73,8 @@ def write(out: WriteRequest) -> list[Finding]:
             file,
             mode="w",
             header=header,
-            do_compress=compressed,
-            laz_backend=laspy.LazBackend.LazrsParallel if compressed else None,
+            do_compress=is_compressed,
+            laz_backend=laspy.LazBackend.LazrsParallel if is_compressed else None,
             closefd=False,
         ) as writer,
     ):
@@ -211,9 +211,9 @@ def _columns(
     for name, label in names.items():
         values = short_fields[name]
         replacements: dict[str, Any] = {"?": np.dtype(np.uint8), "e": np.dtype(np.float32)}
-        stored = replacements.get(values.dtype.char, values.dtype.newbyteorder("="))
-        extra.append(laspy.ExtraBytesParams(label, stored))
-        columns.append((label, values.astype(stored)))
+        stored_replacement = replacements.get(values.dtype.char, values.dtype.newbyteorder("="))
+        extra.append(laspy.ExtraBytesParams(label, stored_replacement))
+        columns.append((label, values.astype(stored_replacement)))
     if extra:
         header.add_extra_dims(extra)
     return columns

@@ -98,10 +98,10 @@ def _write_model(path: Path, out: WriteRequest, names: list[str], library: str |
             return
         has_uv = None
         if data.uv is not None:
-            finite: AnyArray = np.asarray(np.isfinite(data.uv).all(axis=1))
-            has_uv = finite[data.faces].all(axis=1)
+            finite_values: AnyArray = np.asarray(np.isfinite(data.uv).all(axis=1))
+            has_uv = finite_values[data.faces].all(axis=1)
             for rows in step_rows(len(points), out, tr("Writing texture coordinates")):
-                uv = np.where(finite[rows, None], data.uv[rows], np.float32(0))
+                uv = np.where(finite_values[rows, None], data.uv[rows], np.float32(0))
                 write_lines(file, [shortest(uv[:, 0]), shortest(uv[:, 1])], "vt %r %r")
         starts = data.material_offsets if names else np.array([0, len(data.faces)])
         for i, (start, stop) in enumerate(itertools.pairwise(starts)):
@@ -113,10 +113,10 @@ def _write_model(path: Path, out: WriteRequest, names: list[str], library: str |
 def _write_faces(file, out, mesh, start, stop, has_uv) -> None:  # type: ignore[no-untyped-def]
     for block in step_rows(stop - start, out, tr("Writing faces")):
         faces = mesh.faces[start + block.start : start + block.stop].astype(np.int64) + 1
-        textured = np.zeros(len(faces), bool) if has_uv is None else has_uv[start:stop][block]
-        untextured = faces[~textured]
-        write_lines(file, [untextured[:, k].tolist() for k in range(3)], "f %d %d %d")
-        faces = faces[textured]
+        is_textured = np.zeros(len(faces), bool) if has_uv is None else has_uv[start:stop][block]
+        untextured_faces = faces[~is_textured]
+        write_lines(file, [untextured_faces[:, k].tolist() for k in range(3)], "f %d %d %d")
+        faces = faces[is_textured]
         columns = [faces[:, k // 2].tolist() for k in range(6)]
         write_lines(file, columns, "f %d/%d %d/%d %d/%d")
 

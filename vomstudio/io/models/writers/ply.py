@@ -144,25 +144,25 @@ def _write_faces(file, out, mesh, images) -> None:  # type: ignore[no-untyped-de
         block = np.zeros(rows.stop - rows.start, np.dtype(kinds))
         faces = mesh.faces[rows]
         block["n"], block["corners"] = 3, faces
-        textured = np.ones(len(faces), bool)
+        is_textured = np.ones(len(faces), bool)
         if mesh.uv is not None:
             uv = mesh.uv[faces].reshape(-1, 6)
-            textured = np.isfinite(uv).all(axis=1)
+            is_textured = np.isfinite(uv).all(axis=1)
             block["n_uv"], block["uv"] = 6, uv
         if files:
             block["image"] = per_face[rows]
-        if textured.all():
+        if is_textured.all():
             file.write(block.tobytes())
             continue
         # Write an empty list for a face without texture coordinates because (0, 0) would be a valid
         # position.
-        block["n_uv"][~textured] = 0
+        block["n_uv"][~is_textured] = 0
         untextured_records = rfn.repack_fields(
             block[[name for name in block.dtype.names or () if name != "uv"]]
         )
-        edges = (np.flatnonzero(np.diff(textured)) + 1).tolist()
+        edges = (np.flatnonzero(np.diff(is_textured)) + 1).tolist()
         for start, stop in itertools.pairwise([0, *edges, len(block)]):
-            file.write((block if textured[start] else untextured_records)[start:stop].tobytes())
+            file.write((block if is_textured[start] else untextured_records)[start:stop].tobytes())
 
 
 WRITER = Writer(to_translate("PLY"), (".ply",), write)

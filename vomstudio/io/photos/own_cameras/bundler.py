@@ -48,7 +48,7 @@ def read_bundler(path: Path) -> list[Candidate]:
     InputError
         If a line is not valid, or the list of photos is missing.
     """
-    text, _ = read_text(path, _MAX_LINES, accepted=("bundler",))
+    text, _ = read_text(path, _MAX_LINES, accepted_names=("bundler",))
     head = _rows(text, 2)
     count = int(_numbers(path, head, 0, 2)[0])
     # The points follow the cameras.

@@ -54,27 +54,27 @@ def read_centres(path: Path, table: NamedTable) -> OwnCameras:
     """
     names = [name.replace("\\", "/") for name in table.words(PHOTO, "photo")]
     table.require_unique(names)
-    estimated = all(table.has(column) for column in _ESTIMATED_COLUMNS)
-    has_degrees = table.has(("lon", "longitude", "x longitude")) and not estimated
-    columns = _ESTIMATED_COLUMNS if estimated else WORLD
-    places = table.columns(columns, ("x", "y", "z"))
-    if has_degrees or (estimated and _look_like_degrees(places)):
+    is_estimated = all(table.has(column) for column in _ESTIMATED_COLUMNS)
+    has_degrees = table.has(("lon", "longitude", "x longitude")) and not is_estimated
+    columns = _ESTIMATED_COLUMNS if is_estimated else WORLD
+    positions = table.columns(columns, ("x", "y", "z"))
+    if has_degrees or (is_estimated and _look_like_degrees(positions)):
         raise InputError(
             Finding("cameras.centres-in-degrees"),
             file=path,
             line=table.table.header_line,
             field=table.table.label(0),
         )
-    table.require_coordinates(places)
+    table.require_coordinates(positions)
     has_rotations = all(
         table.has(column) for column in (*_ROTATION_COLUMNS, ("model",), ("params",), ("width",))
     )
     if has_rotations:
-        return cameras_of_views(path, _views(table, names, places))
-    return OwnCameras(path, {}, dict(zip(names, places, strict=True)))
+        return cameras_of_views(path, _views(table, names, positions))
+    return OwnCameras(path, {}, dict(zip(names, positions, strict=True)))
 
 
-def _views(table: NamedTable, names: list[str], places: FloatArray) -> list[View]:
+def _views(table: NamedTable, names: list[str], positions: FloatArray) -> list[View]:
     rotations = table.columns(_ROTATION_COLUMNS, [name for (name,) in _ROTATION_COLUMNS]).reshape(
         -1, 3, 3
     )
@@ -91,14 +91,14 @@ def _views(table: NamedTable, names: list[str], places: FloatArray) -> list[View
                 int(sizes[row, 1]),
                 tuple(float(stated_params[key]) for key in param_names),
             )
-            views.append(from_centre(name, lens, rotations[row], places[row]))
+            views.append(from_centre(name, lens, rotations[row], positions[row]))
         except (KeyError, ValueError, GeometryError) as error:
             finding = Finding("cameras.invalid-pose", reason=str(error).rstrip("."))
             raise table.at(row, finding, "params") from error
     return views
 
 
-def _look_like_degrees(places: FloatArray) -> bool:
-    extent = np.ptp(places, axis=0)
-    is_in_range = (np.abs(places[:, 0]) <= 180).all() and (np.abs(places[:, 1]) <= 90).all()
+def _look_like_degrees(positions: FloatArray) -> bool:
+    extent = np.ptp(positions, axis=0)
+    is_in_range = (np.abs(positions[:, 0]) <= 180).all() and (np.abs(positions[:, 1]) <= 90).all()
     return bool(is_in_range and max(extent[:2]) < 0.1 and extent[2] > 100 * max(extent[:2]))

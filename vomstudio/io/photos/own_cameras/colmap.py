@@ -208,7 +208,7 @@ def _view(name: str, lenses: Lenses, camera: int, pose: list[float]) -> View:
 
 # --- files ------------------------------------------------------------------------------------
 def _lines(path: Path) -> Iterator[tuple[int, str]]:
-    text, _ = read_text(path, accepted=("colmap",))
+    text, _ = read_text(path, accepted_names=("colmap",))
     for number, line in enumerate(text.split("\n"), 1):
         if not line.lstrip().startswith("#"):
             yield number, line

@@ -50,16 +50,20 @@ def select_frame(
     InputError
         As for `cameras_of_views`.
     """
-    selected, findings = candidates[0], list[Finding]()
+    selected_candidates, findings = candidates[0], list[Finding]()
     if bounds is not None:
-        shares = [share_looking(candidate.views, bounds) for candidate in candidates]
-        best = int(np.argmax(shares))
-        selected = candidates[best]
-        if shares[best] < MIN_SHARE_LOOKING:
+        fractions = [share_looking(candidate.views, bounds) for candidate in candidates]
+        best = int(np.argmax(fractions))
+        selected_candidates = candidates[best]
+        if fractions[best] < MIN_SHARE_LOOKING:
             findings.append(not_looking_finding(path))
         elif len(candidates) > 1:
-            findings.append(Finding("cameras.frame", file=path.name, frame=selected.name))
-    return cameras_of_views(path, selected.views, None, (*selected.warnings, *findings))
+            findings.append(
+                Finding("cameras.frame", file=path.name, frame=selected_candidates.name)
+            )
+    return cameras_of_views(
+        path, selected_candidates.views, None, (*selected_candidates.warnings, *findings)
+    )
 
 
 def not_looking_finding(path: Path) -> Finding:

@@ -94,10 +94,15 @@ def _label(path: Path, camera: Element) -> str:
 
 
 def _view(
-    path: Path, chunk: Element, name: str, lens: Intrinsics, matrix: FloatArray, outer: FloatArray
+    path: Path,
+    chunk: Element,
+    name: str,
+    lens: Intrinsics,
+    matrix: FloatArray,
+    outer_values: FloatArray,
 ) -> View:
-    scale = np.cbrt(abs(np.linalg.det(outer[:3, :3])))
-    camera_to_world = outer @ matrix
+    scale = np.cbrt(abs(np.linalg.det(outer_values[:3, :3])))
+    camera_to_world = outer_values @ matrix
     try:
         if not scale > 0:
             raise ValueError(tr("the transform of the chunk has no scale"))
@@ -150,10 +155,10 @@ def _to_map(
         shape = {"a": ellipsoid.semi_major_metre, "rf": ellipsoid.inverse_flattening}
         geocentric = CRS.from_dict({"proj": "geocent", **shape})
         degrees = CRS.from_dict({"proj": "longlat", **shape})
-        middle = np.mean([view.centre for view in views_in_chunk], axis=0)
+        centre = np.mean([view.centre for view in views_in_chunk], axis=0)
         if not crs.is_projected:
             to_degrees = Transformer.from_crs(geocentric, degrees, always_xy=True)
-            longitude, latitude = to_degrees.transform(*middle)[:2]
+            longitude, latitude = to_degrees.transform(*centre)[:2]
             crs = CRS.from_user_input(utm_zone(longitude, latitude))
         transformer = Transformer.from_crs(geocentric, crs, always_xy=True)
         views = [_project_view(view, transformer) for view in views_in_chunk]
@@ -173,10 +178,10 @@ def _project_view(view: View, transformer: Any) -> View:
     centre = view.centre
     ends = np.concatenate([centre + _STEP_M * np.eye(3), centre - _STEP_M * np.eye(3), [centre]])
     x, y, z = transformer.transform(*ends.T, errcheck=True)
-    projected = np.column_stack([x, y, z])
-    jacobian = (projected[:3] - projected[3:6]).T / (2 * _STEP_M)
+    projected_values = np.column_stack([x, y, z])
+    jacobian = (projected_values[:3] - projected_values[3:6]).T / (2 * _STEP_M)
     u, _, vt = np.linalg.svd(jacobian)
-    return from_centre(view.name, view.intrinsics, view.rotation @ (u @ vt).T, projected[6])
+    return from_centre(view.name, view.intrinsics, view.rotation @ (u @ vt).T, projected_values[6])
 
 
 # --- lenses -----------------------------------------------------------------------------------
@@ -187,10 +192,10 @@ def _lens(path: Path, sensor: Element) -> tuple[Intrinsics, str | None]:
     centre of the photo.
     """
     calibrations = sensor.findall("calibration")
-    adjusted = [
+    adjusted_calibrations = [
         element for element in calibrations if element.get("class") == "adjusted"
     ] or calibrations
-    calibration = adjusted[-1] if adjusted else None
+    calibration = adjusted_calibrations[-1] if adjusted_calibrations else None
     size = None if calibration is None else calibration.find("resolution")
     size = sensor.find("resolution") if size is None else size
     if size is None:

@@ -139,8 +139,8 @@ def _has_lenses_only(path: Path) -> bool:
     if not is_regular(path):
         return False
     with open_regular(path) as stream:
-        head = stream.read(4096)
-    return path.name == FILE_NAME and b"vomstudio" not in head
+        header = stream.read(4096)
+    return path.name == FILE_NAME and b"vomstudio" not in header
 
 
 def _read_json_cameras(path: Path, bounds: FloatArray | None) -> OwnCameras:

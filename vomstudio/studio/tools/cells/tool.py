@@ -105,10 +105,10 @@ class CellsTool(StatelessTool):
 
     def _cell(self, hit: Hit) -> tuple[str, int] | None:
         """Return the newest grid that has a cell at a hit, and the cell, or None."""
-        place = np.array([hit.position])
+        position = np.array([hit.position])
         for grid in reversed(self._context.session.of(FaceGrid)):
             if grid.model_id == hit.model_id:
-                cell = int(_in_file(grid).at(place)[0])
+                cell = int(_in_file(grid).at(position)[0])
                 if cell >= 0:
                     return grid.id, cell
         return None

@@ -250,7 +250,7 @@ class AlignmentData(QObject):
             title=tr("Reading the alignment"),
             on_done=handle_result,
             on_failed=handle_failure,
-            quiet=True,
+            is_quiet=True,
         )
         self._requests[task_name] = (token, job)
 

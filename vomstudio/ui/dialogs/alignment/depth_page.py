@@ -106,8 +106,8 @@ class DepthPage(QWidget):
             if has_depths:
                 self._data.read_coverage(name, partial(self._show_coverage, name))
 
-    def _show_coverage(self, name: str, share: float | None) -> None:
-        self.table.set_value(lambda values: values[0] == name, 1, share)
+    def _show_coverage(self, name: str, fraction: float | None) -> None:
+        self.table.set_value(lambda values: values[0] == name, 1, fraction)
 
     def show_photo(self, name: str) -> None:
         """Show a photo and its depth map."""

@@ -129,9 +129,9 @@ class PageView(QTextBrowser):
         super().resizeEvent(event)
         if event.size().width() != event.oldSize().width() and self.page is not None:
             bar = self.verticalScrollBar()
-            share = bar.value() / max(1, bar.maximum())
+            fraction = bar.value() / max(1, bar.maximum())
             self._show_document()
-            bar.setValue(round(share * bar.maximum()))
+            bar.setValue(round(fraction * bar.maximum()))
 
     def _scroll_to(self, heading: str) -> None:
         block = self.document().begin()

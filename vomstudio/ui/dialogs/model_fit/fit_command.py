@@ -36,7 +36,7 @@ class FitCopyButton(CopyCommandButton):
     def __init__(
         self,
         studio: Studio,
-        stable: StablePartBox,
+        stable_part_box: StablePartBox,
         points: PointPairs,
         find_model: Callable[[], Model | None],
         reference_view: PickingView,
@@ -45,13 +45,14 @@ class FitCopyButton(CopyCommandButton):
             self._copy,
             tr("the command for this fit; without a file unit it also fits the scale"),
         )
-        self._studio, self._stable, self._points = studio, stable, points
+        self._studio, self._stable, self._points = studio, stable_part_box, points
         self._find_model, self._reference_view = find_model, reference_view
 
-    def refresh(self, pending: Finding | None) -> None:
+    def refresh(self, pending_finding: Finding | None) -> None:
         """Enable the button unless the fit is pending or cannot be made by a command."""
         self.allow(
-            pending or why_no_command(self._studio, self._reference_view.model, self._stable)
+            pending_finding
+            or why_no_command(self._studio, self._reference_view.model, self._stable)
         )
 
     def _copy(self) -> None:
@@ -62,13 +63,13 @@ class FitCopyButton(CopyCommandButton):
                 self._studio,
                 model=model,
                 reference=reference,
-                stable=self._stable,
+                stable_part_box=self._stable,
                 points=self._points,
             )
 
 
 def why_no_command(
-    studio: Studio, reference: OtherModel | None, stable: StablePartBox
+    studio: Studio, reference: OtherModel | None, stable_part_box: StablePartBox
 ) -> Finding | None:
     """Return why no command can make the same fit, or None if a command can."""
     if reference is None:
@@ -76,7 +77,7 @@ def why_no_command(
     record = studio.records.get(reference.id)
     if isinstance(record, Model) and record.registration is not None:
         return Finding("action.other-model-placed")
-    return stable.why_no_mask()
+    return stable_part_box.why_no_mask()
 
 
 def copy_fit(
@@ -84,7 +85,7 @@ def copy_fit(
     studio: Studio,
     model: Model,
     reference: OtherModel,
-    stable: StablePartBox,
+    stable_part_box: StablePartBox,
     points: PointPairs,
 ) -> None:
     """Copy the command to the clipboard. Ask for a table first if points were clicked."""
@@ -94,7 +95,7 @@ def copy_fit(
     if path is None:
         return
     crs = reference.to_placed_model(studio.project.cache).crs
-    mask = stable.mask_file()
+    mask = stable_part_box.mask_file()
 
     def build_command(pairs: Path | None) -> CommandArguments:
         options = RegisterOptions(

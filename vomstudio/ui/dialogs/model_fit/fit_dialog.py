@@ -111,7 +111,7 @@ class FitDialog(QDialog):
         self.close_button = QPushButton(tr("Close"))
         self.copy_button = FitCopyButton(
             studio=self._studio,
-            stable=self.stable,
+            stable_part_box=self.stable,
             points=self.points,
             find_model=self._find_model,
             reference_view=self.reference_view,
@@ -269,12 +269,12 @@ class FitDialog(QDialog):
             self._solving.cancel()
             self._show()
             return
-        opened = self._studio.models.get(model.id)
-        bounds = None if opened is None else opened.data.bounds
+        open_model = self._studio.models.get(model.id)
+        bounds = None if open_model is None else open_model.data.bounds
         crs = reference.to_placed_model(self._studio.project.cache).crs
 
         def solve() -> Placed:
-            extent = None if opened is None else some_points(opened.data)
+            extent = None if open_model is None else some_points(open_model.data)
             return place_by_points(pairs, bounds, model, crs, extent)
 
         if len(pairs.labels) <= _MAX_IMMEDIATE_POINTS:
@@ -457,11 +457,11 @@ class FitDialog(QDialog):
             return
         after = studio.records[before.id]
         assert isinstance(after, Model)
-        measured = studio.measured(f.id for f in studio.session.features())
+        measurements = studio.measured(f.id for f in studio.session.features())
         turn_deg = rotation_deg(before, after)
         names = {"model": before.name, "other": reference.name}
         studio.info(Finding("registration.fitted", **names, turn_deg=turn_deg))
-        set_rotations = set_rotations_deg(studio.records, before, after, measured)
+        set_rotations = set_rotations_deg(studio.records, before, after, measurements)
         if (finding := set_rotation_finding(set_rotations)) is not None:
             studio.info(finding)
         super().accept()

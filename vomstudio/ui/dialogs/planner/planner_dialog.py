@@ -128,11 +128,11 @@ class PlannerDialog(QDialog):
         layout = QVBoxLayout(self)
         layout.addLayout(columns, 1)
         layout.addWidget(self._make_buttons())
-        stored = studio.project.journal.view(_VIEW_KEY, {})
+        stored_view = studio.project.journal.view(_VIEW_KEY, {})
         valid = {
-            name: stored[name]
+            name: stored_view[name]
             for name, value in _DEFAULTS.items()
-            if type(stored.get(name)) is type(value)
+            if type(stored_view.get(name)) is type(value)
         }
         self._fill({**_DEFAULTS, **valid})
         self._compute()

@@ -97,7 +97,7 @@ class AgreementTable(QWidget):
 
 
 def _summary_text(agreement: Agreement) -> str:
-    lines = [each.message for each in agreement.findings]
+    lines = [finding.message for finding in agreement.findings]
     if agreement.n:
         angles = tr(
             "Angle: median {median}, RMS {rms}.",

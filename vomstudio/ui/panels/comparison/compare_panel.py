@@ -481,11 +481,14 @@ def result_text(comparison: ModelComparison) -> str:
         lines.append(tr("{count:,} points have no counterpart", count=figures["beyond"]))
     if figures["lod95_m"] is not None and figures["significant_share"] is not None:
         lines.append(tr("Level of detection (95 %): {lod}", lod=metres("lod95_m")))
-        share = 100.0 * figures["significant_share"]
-        lines.append(tr("Significant: {share:.1f} % of the distances", share=share))
+        fraction = 100.0 * figures["significant_share"]
+        lines.append(tr("Significant: {share:.1f} % of the distances", share=fraction))
     if (side := figures["positive_toward"]) is not None:
-        toward = f"{format_azimuth(side['trend_deg'])}/{side['plunge_deg']:02.0f}"
+        direction = f"{format_azimuth(side['trend_deg'])}/{side['plunge_deg']:02.0f}"
         lines.append(
-            tr("Positive: in front of the benchmark, toward {toward} (trend/plunge)", toward=toward)
+            tr(
+                "Positive: in front of the benchmark, toward {toward} (trend/plunge)",
+                toward=direction,
+            )
         )
     return "\n".join(lines)

@@ -22,8 +22,8 @@ def count_distances(distances: FloatArray, limit_m: float) -> IndexArray:
 
     NaNs are ignored. Distances beyond the limits are counted in the outermost bins.
     """
-    clipped = np.clip(distances[np.isfinite(distances)], -limit_m, limit_m)
-    return np.histogram(clipped, bins=_BINS, range=(-limit_m, limit_m))[0]
+    clipped_values = np.clip(distances[np.isfinite(distances)], -limit_m, limit_m)
+    return np.histogram(clipped_values, bins=_BINS, range=(-limit_m, limit_m))[0]
 
 
 class Histogram(QWidget):
@@ -82,7 +82,7 @@ class Histogram(QWidget):
             painter.drawText(line, int(align | Qt.AlignmentFlag.AlignTop), label)
 
     def _line(self, painter: QPainter, plot: QRectF, value_m: float, pen: QPen) -> None:
-        share = 0.5 + 0.5 * float(np.clip(value_m / self._limit_m, -1.0, 1.0))
-        x = plot.left() + share * plot.width()
+        fraction = 0.5 + 0.5 * float(np.clip(value_m / self._limit_m, -1.0, 1.0))
+        x = plot.left() + fraction * plot.width()
         painter.setPen(pen)
         painter.drawLine(QPointF(x, plot.top()), QPointF(x, plot.bottom()))

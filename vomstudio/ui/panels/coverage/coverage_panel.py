@@ -135,8 +135,8 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         if grid is None:
             raise InputError(Finding("grid.not-begun"))
         model = get(studio.records, grid.model_id, Model)
-        exposed = studio.workspace.grids.exposed(grid.id)
-        if exposed is None:
+        exposure = studio.workspace.grids.exposed(grid.id)
+        if exposure is None:
             is_open = grid.model_id in studio.models
             raise InputError(Finding("action.busy" if is_open else "model.not-open"))
         feature_ids = (
@@ -145,7 +145,7 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
             else []
         )
         lines = picked_lines(studio.records, studio.measured(feature_ids), grid.model_id)
-        return CoverageRequest(grid, model, exposed, lines)
+        return CoverageRequest(grid, model, exposure, lines)
 
     def _result_text(self, result: FaceCoverage) -> str:
         return tr(
@@ -204,8 +204,8 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         points = data.vertices if isinstance(data, Mesh) else data.points
         is_world = self.extent.currentData() == _SELECTED
         if is_world:
-            measured = studio.measured(self._selected()).values()
-            lines = [extent_points(each) for each in measured]
+            measurements = studio.measured(self._selected()).values()
+            lines = [extent_points(item) for item in measurements]
             points = np.concatenate([np.zeros((0, 3)), *(p for p in lines if len(p))])
         request = GridRequest(
             model=model,

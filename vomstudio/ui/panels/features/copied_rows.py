@@ -26,14 +26,14 @@ def format_rows(rows: Sequence[Row], columns: Sequence[FeatureColumn]) -> str:
     An attitude has two columns, in the notation of the rows. Cells of undefined and infinite values
     are empty.
     """
-    metric = all(row.measured.metric for row in rows)
-    lines = [[cell for column in columns for cell in _format_titles(column, rows, metric)]]
+    is_metric = all(row.measured.metric for row in rows)
+    lines = [[cell for column in columns for cell in _format_titles(column, rows, is_metric)]]
     for row in rows:
         lines.append([cell for column in columns for cell in _format_cells(column, row)])
     return "\n".join("\t".join(line) for line in lines) + "\n"
 
 
-def _format_titles(column: FeatureColumn, rows: Sequence[Row], metric: bool) -> list[str]:
+def _format_titles(column: FeatureColumn, rows: Sequence[Row], is_metric: bool) -> list[str]:
     if column is ORIENTATION:
         azimuth, angle = tr(_AZIMUTHS.get(rows[0].notation, "Dip direction")), tr("Dip")
         if any(row.measured.plane is None for row in rows):
@@ -42,7 +42,7 @@ def _format_titles(column: FeatureColumn, rows: Sequence[Row], metric: bool) -> 
         return [f"{azimuth} (°)", f"{angle} (°)"]
     title = tr(column.title)
     unit = "" if column.figure is None else _UNITS[column.figure.unit]
-    if unit.startswith("m") and not metric:
+    if unit.startswith("m") and not is_metric:
         unit = tr("model units") if unit == "m" else tr("model units²")
     return [f"{title} ({unit})" if unit else title]
 

@@ -111,8 +111,8 @@ def parse_filter(text: str) -> Test:
 
 def _create_test(token: str) -> Test:
     if token.startswith("-") and len(token) > 1 and not token[1].isdigit():
-        inner = _create_test(token[1:])
-        return lambda row: not inner(row)
+        inner_test = _create_test(token[1:])
+        return lambda row: not inner_test(row)
     condition = None if token.startswith('"') else _CONDITION.fullmatch(token)
     if condition is None:
         word = token.replace('"', "").casefold()
@@ -169,8 +169,8 @@ def _create_flag_test(token: str, figure: Figure, op: str, value: str) -> Test:
     word = figure.words[0] if figure.words else figure.name
     if value.casefold() not in flags or op not in (":", "=", "!="):
         raise _value_error(token, word, figure.form)
-    expected = flags[value.casefold()] != (op == "!=")
-    return lambda row: bool(row.value(figure)) == expected
+    is_expected = flags[value.casefold()] != (op == "!=")
+    return lambda row: bool(row.value(figure)) == is_expected
 
 
 def _create_number_test(token: str, key: str, figure: Figure, op: str, value: str) -> Test:

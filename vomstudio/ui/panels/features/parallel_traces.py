@@ -72,19 +72,19 @@ def _format_beds(studio: Studio, beds: ParallelBeds, names: dict[str, str]) -> l
             smallest=format_error_deg(beds.min_confidence95_deg),
         )
     ]
-    lines += [_format_pair(pair, names, metric=studio.metres_known()) for pair in beds.same]
+    lines += [_format_pair(pair, names, is_metric=studio.metres_known()) for pair in beds.same]
     return lines + [f"• {escape(str(warning))}" for warning in beds.warnings]
 
 
-def _format_pair(pair: SamePlane, names: dict[str, str], *, metric: bool) -> str:
+def _format_pair(pair: SamePlane, names: dict[str, str], *, is_metric: bool) -> str:
     p = tr("p &lt; 0.001") if pair.p < MIN_P_VALUE else tr("p = {p:.2g}", p=pair.p)
     verdict = tr("two beds") if pair.p < SIGNIFICANCE else tr("may be one bed")
     return tr(
         "From {first} up to {second}: {distance} ± {error} across (95 %); {said}, {p}",
         first=escape(names[pair.first]),
         second=escape(names[pair.second]),
-        distance=length_text(pair.distance_m, metric=metric),
-        error=length_text(pair.error95_m, 2, metric=metric),
+        distance=length_text(pair.distance_m, is_metric=is_metric),
+        error=length_text(pair.error95_m, 2, is_metric=is_metric),
         said=verdict,
         p=p,
     )

@@ -172,9 +172,9 @@ class IntersectionDialog(QDialog):
     def _refresh(self, *_: object) -> None:
         relation = self.relation()
         if relation is None:
-            same = Finding("action.same-groups")
-            self.result_text.setText(same.message)
-            allow(self.keep_button, same)
+            is_same = Finding("action.same-groups")
+            self.result_text.setText(is_same.message)
+            allow(self.keep_button, is_same)
             return
         measurement = self._studio.measure(relation)
         self.result_text.setText("<br>".join(format_relation(measurement)))

@@ -274,15 +274,15 @@ class PropertiesPanel(QWidget):
     def _show_rename(self, features: list[Feature]) -> None:
         """Offer the next name of the type to features with the automatic name of another type."""
         records = self._studio.records
-        misnamed = [f for f in features if edits.has_name_of_other_type(records, f)]
-        self._form.setRowVisible(self.rename, bool(misnamed))
-        if len(misnamed) == 1 and isinstance(misnamed[0], Typed):
-            kind = records[misnamed[0].type_id]
+        misnamed_features = [f for f in features if edits.has_name_of_other_type(records, f)]
+        self._form.setRowVisible(self.rename, bool(misnamed_features))
+        if len(misnamed_features) == 1 and isinstance(misnamed_features[0], Typed):
+            kind = records[misnamed_features[0].type_id]
             assert isinstance(kind, FeatureType)
             name = edits.next_name(self._studio.session.records, kind)
             self.rename.setText(tr("Rename to {name}", name=name))
         else:
-            self.rename.setText(tr("Rename {count} features", count=len(misnamed)))
+            self.rename.setText(tr("Rename {count} features", count=len(misnamed_features)))
 
     def _rename(self) -> None:
         self._studio.attempt(edits.rename_by_type, list(self._shown_ids))

@@ -124,11 +124,12 @@ class SortedRows(QAbstractTableModel):
 
     def _reorder_rows(self, target: list[int]) -> None:
         self.layoutAboutToBeChanged.emit()
-        previous = self._shown_rows
+        previous_shown_rows = self._shown_rows
         old_indexes = self.persistentIndexList()
         self._set_shown_rows(target)
         new_indexes = [
-            self.index(self._positions[previous[i.row()]], i.column()) for i in old_indexes
+            self.index(self._positions[previous_shown_rows[i.row()]], i.column())
+            for i in old_indexes
         ]
         self.changePersistentIndexList(old_indexes, new_indexes)
         self.layoutChanged.emit()

@@ -35,7 +35,7 @@ def describe_trace_band(studio: Studio, feature_id: str, measurement: Measuremen
             likely_plane, likely.max_confidence95_deg, studio.settings.notation
         )
     line = format_line(Line(description.trend_deg, description.plunge_deg))
-    return [each.message for each in band_findings(description, line, plane_text)]
+    return [item.message for item in band_findings(description, line, plane_text)]
 
 
 def describe_crossing(studio: Studio) -> list[str]:

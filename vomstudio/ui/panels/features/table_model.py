@@ -289,8 +289,8 @@ class OrientationModel(QAbstractTableModel):
     def update_colors(self) -> None:
         """Repaint the colours of all rows."""
         if self._rows:
-            last = self.index(len(self._rows) - 1, _TYPE_COLUMN)
-            self.dataChanged.emit(self.index(0, _TYPE_COLUMN), last)
+            last_index = self.index(len(self._rows) - 1, _TYPE_COLUMN)
+            self.dataChanged.emit(self.index(0, _TYPE_COLUMN), last_index)
 
     def id_at(self, source_row: int) -> str:
         """Return the feature id of a source row."""

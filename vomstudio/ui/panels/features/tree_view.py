@@ -170,8 +170,8 @@ class FeatureTree(QTreeWidget):
         for group in (each for each in groups if each is not None and each.childCount()):
             rows = (group.child(row) for row in range(group.childCount()))
             items = [item for item in rows if item is not None]
-            longest = max(items, key=_name_length)
-            hint = self.sizeHintForIndex(self.indexFromItem(longest)).width()
+            max_length = max(items, key=_name_length)
+            hint = self.sizeHintForIndex(self.indexFromItem(max_length)).width()
             width = max(width, 2 * self.indentation() + hint)
         return width
 
@@ -319,12 +319,12 @@ def sort_children(parent: QTreeWidgetItem, items: list[QTreeWidgetItem]) -> None
     for item in items:
         low, high = 0, parent.childCount()
         while low < high:
-            middle = (low + high) // 2
-            other = parent.child(middle)
+            centre = (low + high) // 2
+            other = parent.child(centre)
             if other is not None and item < other:
-                high = middle
+                high = centre
             else:
-                low = middle + 1
+                low = centre + 1
         parent.insertChild(low, item)
 
 

@@ -204,15 +204,15 @@ def answer(question: FractureQuestion) -> FractureAnswer:
     if reason is None:
         region = _merge_cells(cells) if len(cells) else _build_region(q.region_kind, numbers, mark)
         try:
-            mapped = map_fractures(
+            mapped_fractures = map_fractures(
                 FractureOrder(None, replace(q.options, plane=format_exact_plane(face.plane))),
                 lines=_shapes([trace.points for trace in q.traces]),
                 crs=q.crs,
-                counted=region,
+                sampling_region=region,
                 sets=[trace.set for trace in q.traces],
             )
             if not q.north_known:
-                mapped = replace(mapped, y_axis="y")
+                mapped_fractures = replace(mapped_fractures, y_axis="y")
             return FractureAnswer(
                 question=q,
                 face=face,
@@ -221,7 +221,7 @@ def answer(question: FractureQuestion) -> FractureAnswer:
                 region=region,
                 drawing=drawing,
                 mark=mark,
-                mapped=mapped,
+                mapped=mapped_fractures,
             )
         except VomError as error:
             reason = cause_of(error)
@@ -324,19 +324,19 @@ def _drawing(
     )
 
 
-def draw_figure(mapped: MappedNetwork, dpi: float = 150.0) -> bytes:
+def draw_figure(mapped_network: MappedNetwork, dpi: float = 150.0) -> bytes:
     """Draw the figure as PNG in a worker thread."""
     from vomstudio.products.fractures.figure import write_fractures
 
     file = io.BytesIO()
-    write_fractures(file, mapped, format="png", dpi=dpi)
+    write_fractures(file, mapped_network, format="png", dpi=dpi)
     return file.getvalue()
 
 
-def write_figure(mapped: MappedNetwork, path: Path) -> None:
+def write_figure(mapped_network: MappedNetwork, path: Path) -> None:
     """Write the figure as SVG, PDF or PNG in a worker thread."""
     from vomstudio.core.files.atomic import atomic_write
     from vomstudio.products.fractures.figure import write_fractures
 
     with atomic_write(path, True) as temporary:
-        write_fractures(temporary, mapped, format=path.suffix.lower().removeprefix("."))
+        write_fractures(temporary, mapped_network, format=path.suffix.lower().removeprefix("."))

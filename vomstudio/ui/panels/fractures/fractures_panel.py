@@ -245,11 +245,11 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
     def _traces(self) -> list[MappedTrace]:
         studio, records = self._studio, self._studio.records
         features = [f for f in self.group_box.features() if isinstance(f, Picked) and _is_line(f)]
-        measured = studio.measured(f.id for f in features)
+        measurements = studio.measured(f.id for f in features)
         traces = []
         for f in features:
             layer = kind_of(f).layer
-            shape = None if layer is None else layer.shape(Subject(f, measured[f.id], records))
+            shape = None if layer is None else layer.shape(Subject(f, measurements[f.id], records))
             type_ = records.get(f.type_id) if isinstance(f, Typed) else None
             if shape is None or not isinstance(f, Typed):
                 continue

@@ -106,7 +106,7 @@ class FeaturePhoto(QObject):
                 lambda _: views.sightings(target),
                 partial(self.sightings_ready.emit, token),
                 key=_PLACE,
-                first=True,
+                is_first=True,
             )
 
     def show(self, view: int, zoom: bool = True) -> None:
@@ -173,13 +173,13 @@ class FeaturePhoto(QObject):
         visible = views.shows(view, points) | views.shows(view, points, self._tolerance)
         return views.pixels(view, points), visible
 
-    def draw(self, place: FloatArray | None) -> None:
-        """Draw the features, the tool and the cross at `place`, a point (3,) in the World frame."""
+    def draw(self, position: FloatArray | None) -> None:
+        """Draw the features, the tool and a cross at a `position` (3,) in the World frame."""
         if self.photos is None or self.view is None:
             return
         views, spot = self.photos.views, None
-        if place is not None and views.shows(self.view, place[None])[0]:
-            spot = views.pixels(self.view, place[None])[0]
+        if position is not None and views.shows(self.view, position[None])[0]:
+            spot = views.pixels(self.view, position[None])[0]
         self.canvas.set_marker(spot)
         selected = self._studio.selection.ids
         features = {} if self._viewport is None else self._viewport.features.drawings
@@ -229,35 +229,35 @@ class FeaturePhoto(QObject):
         arrow, cross = Qt.CursorShape.ArrowCursor, Qt.CursorShape.CrossCursor
         self.canvas.setCursor(arrow if tool is None else cross)
 
-    def _handle_pointer(self, at: PhotoPointer) -> None:
+    def _handle_pointer(self, pointer: PhotoPointer) -> None:
         photos = self.photos
         if photos is None or self.view is None:
             return
-        pick = photos.views.pick(self.view, (at.x, at.y))
+        pick = photos.views.pick(self.view, (pointer.x, pointer.y))
         hit = None
         if pick is not None:
             x, y, z = pick.position.tolist()
             element = "point" if pick.weights is None else "face"
             hit = Hit(photos.model_id, element, pick.index, (x, y, z), pick.weights)
         event = PointerEvent(
-            kind=at.kind,
-            x=at.x,
-            y=at.y,
-            button=at.button,
-            shift=at.shift,
-            ctrl=at.ctrl,
+            kind=pointer.kind,
+            x=pointer.x,
+            y=pointer.y,
+            button=pointer.button,
+            shift=pointer.shift,
+            ctrl=pointer.ctrl,
             hit=hit,
-            handle=at.handle,
-            more=at.is_continued,
+            handle=pointer.handle,
+            more=pointer.is_continued,
             in_photo=True,
             photo=self.name or "",
-            alt=at.alt,
+            alt=pointer.alt,
         )
         self.pointer.emit(event)
         if self._studio.tool_name != "navigate":
             self._studio.pointer(event)
-        elif at.kind is Pointer.CLICK and at.button is Button.LEFT:
-            self.clicked.emit(at, hit)
+        elif pointer.kind is Pointer.CLICK and pointer.button is Button.LEFT:
+            self.clicked.emit(pointer, hit)
 
 
 def world_point(studio: Studio, hit: Hit) -> FloatArray | None:

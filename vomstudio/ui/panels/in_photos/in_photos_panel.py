@@ -69,7 +69,7 @@ class InPhotosPanel(QWidget):
         self._target_text = ""
         self._place: FloatArray | None = None
         self._sightings: list[Sighting] = []
-        self._follow = True
+        self._is_following = True
         self._is_user_choice = False
         self._token = 0
         self._list_text = ""
@@ -171,12 +171,12 @@ class InPhotosPanel(QWidget):
         if ids:
             self._place = None
         # A selection made in the photo does not change the photo.
-        self._follow = not (self._is_user_choice or self.canvas.hasFocus())
+        self._is_following = not (self._is_user_choice or self.canvas.hasFocus())
         self._schedule_refresh()
 
     def show_place(self, point: FloatArray | None) -> None:
         """Show the photos in which a point (3,) in the World frame is visible."""
-        self._place, self._follow = point, True
+        self._place, self._is_following = point, True
         self._schedule_refresh()
 
     # --- target ------------------------------------------------------------------------------
@@ -199,11 +199,11 @@ class InPhotosPanel(QWidget):
 
     def _set_photos(self, photos: ModelPhotos | None) -> None:
         """Show the photos of another model, or the changed photos of the same model."""
-        previous = self.photo
+        previous_photo = self.photo
         self.feature_photo.set_photos(photos)
         self._sightings = []
-        if photos is not None and previous is not None and photos.views.has(previous):
-            self._show(photos.views.row(previous), zoom=False)
+        if photos is not None and previous_photo is not None and photos.views.has(previous_photo):
+            self._show(photos.views.row(previous_photo), zoom=False)
 
     def _choose_model(self) -> ModelPhotos | None:
         """Return the photos of the selected feature's model, otherwise those of the first model.
@@ -241,8 +241,8 @@ class InPhotosPanel(QWidget):
             if isinstance(r := self._studio.records.get(i), Feature)
         ]
         if selection:
-            measured = self._studio.measured(r.id for r in selection).values()
-            points = [p for m in measured if len(p := extent_points(m))]
+            measurements = self._studio.measured(r.id for r in selection).values()
+            points = [p for m in measurements if len(p := extent_points(m))]
             if points:
                 count_text = tr_n("{count} feature", "{count} features", len(selection))
                 name = selection[0].name if len(selection) == 1 else count_text
@@ -287,7 +287,7 @@ class InPhotosPanel(QWidget):
 
     def _choose_photo(self) -> None:
         """Show the best photo for a new target; keep the current photo if it shows the target."""
-        follow, self._follow = self._follow, False
+        follow, self._is_following = self._is_following, False
         self._is_user_choice = False
         photos, view = self.feature_photo.photos, self.feature_photo.view
         if not self._sightings:
@@ -330,18 +330,18 @@ class InPhotosPanel(QWidget):
         ):
             self.show_place(None if event.hit is None else world_point(self._studio, event.hit))
 
-    def _navigate(self, at: PhotoPointer, hit: Hit | None) -> None:
+    def _navigate(self, pointer: PhotoPointer, hit: Hit | None) -> None:
         """Select the feature at a click made without a tool, or move the pivot of the viewport."""
-        feature_id = self.canvas.feature_at(at.x, at.y)
+        feature_id = self.canvas.feature_at(pointer.x, pointer.y)
         self._is_user_choice = True
-        adds = at.ctrl or at.shift
+        adds = pointer.ctrl or pointer.shift
         if feature_id is not None and adds:
             self._studio.selection.toggle(feature_id)
         elif not adds:
             self._studio.selection.set([] if feature_id is None else [feature_id])
         world = None if hit is None else world_point(self._studio, hit)
         if feature_id is None and world is not None:
-            self._place, self._follow = world, False
+            self._place, self._is_following = world, False
             self._schedule_refresh()
             if self._viewport is not None:
                 self._viewport.moves.set_pivot(world)

@@ -101,10 +101,10 @@ class SightingList(QListWidget):
                     self.item(i).setIcon(_icon(image))
 
 
-def sighting_text(sighting: Sighting, metric: bool) -> str:
+def sighting_text(sighting: Sighting, is_metric: bool) -> str:
     """Format the GSD (metric models only), the angle to the normal and the visible share."""
     parts = []
-    if metric:
+    if is_metric:
         gsd = sighting.gsd_m
         parts.append(f"{gsd * 1000:.1f} mm/px" if gsd < 0.01 else f"{gsd * 100:.1f} cm/px")
     if sighting.obliquity_deg is not None:

@@ -32,9 +32,9 @@ def write(result: LogAnswer, path: Path) -> None:
 
     ending = path.suffix.lower().removeprefix(".")
     if ending == "csv":
-        about = about_log(result.bed, result.bed95_deg)
+        description = about_log(result.bed, result.bed95_deg)
         metric = result.question.metric
-        write_log(path, result.log, about=about, metric=metric, force=True)
+        write_log(path, result.log, description=description, is_metric=metric, force=True)
     else:
         with atomic_write(path, True) as temporary:
             _write_figure(result, temporary, ending, 300.0)
@@ -44,9 +44,14 @@ def _write_figure(result: LogAnswer, target: io.BytesIO | Path, format_: str, dp
     from vomstudio.products.section.bed_log_figure import write_log_figure
     from vomstudio.project.tables.log_table import about_log
 
-    about = about_log(result.bed, result.bed95_deg)
+    description = about_log(result.bed, result.bed95_deg)
     write_log_figure(
-        target, result.log, format=format_, about=about, metric=result.question.metric, dpi=dpi
+        target,
+        result.log,
+        format=format_,
+        description=description,
+        is_metric=result.question.metric,
+        dpi=dpi,
     )
 
 

@@ -204,8 +204,8 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
             raise InputError(Finding("bed.no-line"))
         group_traces = (get(studio.records, f.id, Trace) for f in self.group.features())
         traces = [trace for trace in group_traces if trace is not None]
-        measured = studio.measured({f.id for f in traces} | {line.id, self.bed.id} - {""})
-        bed = measured[self.bed.id] if self.bed.id else None
+        measurements = studio.measured({f.id for f in traces} | {line.id, self.bed.id} - {""})
+        bed = measurements[self.bed.id] if self.bed.id else None
         if bed is not None and bed.plane is None:
             raise InputError(bed.problem or Finding("field.no-plane"))
         max_distance_m = read_number(self.max_distance, "number.not-a-length")
@@ -213,9 +213,9 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         model = model_of(studio.records, line)
         return LogQuestion(
             line.id,
-            measured[line.id],
+            measurements[line.id],
             str(self.source_box.currentData()),
-            {f.id: measured[f.id] for f in traces},
+            {f.id: measurements[f.id] for f in traces},
             {f.id: f.name or f.id for f in traces},
             None if bed is None else bed.plane,
             options,

@@ -54,7 +54,7 @@ def build_sets(
     kind: FeatureType,
     name: str,
     features: Sequence[Typed],
-    measured: Mapping[str, Measurement],
+    measured_items: Mapping[str, Measurement],
     marker: str,
     turns: tuple[Mapping[str, int], Turns],
     variant: int = 0,
@@ -65,7 +65,7 @@ def build_sets(
     """
     planes, lines = [], []
     for feature in features:
-        measurement = measured[feature.id]
+        measurement = measured_items[feature.id]
         if (plane := measurement.plane) is not None:
             planes.append((feature.id, plane))
         elif (line := measurement.line) is not None:
@@ -96,7 +96,7 @@ def build_sets(
         angle = np.array([line.plunge_deg for _, line in lines], dtype=float)
         ids = tuple(id_ for id_, _ in lines)
         set_turns = model_turns.of([rows[id_] for id_ in ids])
-        slips = _slips([measured[id_] for id_ in ids])
+        slips = _slips([measured_items[id_] for id_ in ids])
         result.append(
             NetSet(
                 name=name,
@@ -128,22 +128,24 @@ def distinct_symbols(sets: Sequence[NetSet]) -> list[NetSet]:
     -------
     list of NetSet
     """
-    free = [marker for marker in _SYMBOLS if all(s.marker != marker for s in sets)]
+    unused_symbols = [marker for marker in _SYMBOLS if all(s.marker != marker for s in sets)]
     used: set[str] = set()
     result = []
     for s in sets:
-        marker = s.marker if s.marker not in used else free.pop(0) if free else ""
+        marker = (
+            s.marker if s.marker not in used else unused_symbols.pop(0) if unused_symbols else ""
+        )
         used.add(s.marker)
         result.append(replace(s, marker=marker, variant=0) if marker else s)
     return result
 
 
-def _slips(measured: Sequence[Measurement]) -> FloatArray | None:
+def _slips(measurements: Sequence[Measurement]) -> FloatArray | None:
     """Return the slip vectors (n, 3) of the hanging wall, or None if all are unknown.
 
     Unknown vectors are NaN.
     """
-    slips = [m.slip_vector() for m in measured]
+    slips = [m.slip_vector() for m in measurements]
     if all(slip is None for slip in slips):
         return None
     return np.array([(np.nan,) * 3 if slip is None else slip for slip in slips])
@@ -196,18 +198,18 @@ def proposed_sets(sets: Sequence[NetSet], groups: Groups) -> list[NetSet]:
         members = [id_ for id_ in ids if id_ in place_by_id]
         if not members:
             continue
-        places = [place_by_id[id_] for id_ in members]
+        positions = [place_by_id[id_] for id_ in members]
         title = tr("{set} (proposed)", set=name) if name else tr("no set")
         result.append(
             NetSet(
                 name=title,
                 kind="plane",
-                azimuth_deg=np.array([sets[k].azimuth_deg[row] for k, row in places]),
-                angle_deg=np.array([sets[k].angle_deg[row] for k, row in places]),
+                azimuth_deg=np.array([sets[k].azimuth_deg[row] for k, row in positions]),
+                angle_deg=np.array([sets[k].angle_deg[row] for k, row in positions]),
                 ids=tuple(members),
                 color=set_color(number) if name else UNASSIGNED_COLOR,
                 marker=MARKERS[number % len(MARKERS)] if name else "o",
-                turns=_turns(sets, places),
+                turns=_turns(sets, positions),
             )
         )
     return result
@@ -218,13 +220,13 @@ def set_color(number: int, has_name: bool = True) -> str:
     return OKABE_ITO[number % len(OKABE_ITO)] if has_name else UNASSIGNED_COLOR
 
 
-def _turns(sets: Sequence[NetSet], places: Sequence[tuple[int, int]]) -> Turns | None:
+def _turns(sets: Sequence[NetSet], positions: Sequence[tuple[int, int]]) -> Turns | None:
     """Return the rotation errors of some planes, or None if they are unknown.
 
     All sets of a net share the same rotations.
     """
     group, rotations = [], None
-    for k, row in places:
+    for k, row in positions:
         turns = sets[k].turns
         if turns is None:
             return None

@@ -151,5 +151,5 @@ class NetMenuButton(QToolButton):
                 lambda _: self._view_settings.show_all()
             )
         self.sets.setEnabled(bool(names))
-        empty = tr("Not now: {reason}", reason=Finding("action.net-empty"))
-        self.sets.menuAction().setToolTip("" if names else empty)
+        empty_text = tr("Not now: {reason}", reason=Finding("action.net-empty"))
+        self.sets.menuAction().setToolTip("" if names else empty_text)

@@ -104,7 +104,7 @@ class NetSource:
             for f in studio.session.records.cached(net_features)[0]
             if visible_types.get(f.type_id, True) and studio.visible(f.id)
         ]
-        measured = studio.measured(f.id for f in features)
+        measurements = studio.measured(f.id for f in features)
         model_turns = turns_of(models_of(studio.records, features))
         turns = {f.id: row for row, f in enumerate(features)}, model_turns
         groups: dict[str, dict[str, list[Typed]]] = {}
@@ -126,7 +126,7 @@ class NetSource:
                         kind=replace(kind, color=color),
                         name=f"{title}{appearance.suffix}",
                         features=members,
-                        measured=measured,
+                        measured_items=measurements,
                         marker=marker,
                         turns=turns,
                         variant=variant,
@@ -149,14 +149,14 @@ class NetSource:
 
         If the selected type is not shown, or none is selected, it is the most frequent one.
         """
-        selected = self._view_settings.contoured_type
-        if selected is None or self.groups is not None:
+        selected_contoured_type = self._view_settings.contoured_type
+        if selected_contoured_type is None or self.groups is not None:
             return None
         counts = Counter[str]()
         for s in sets:
             counts[s.group_name] += len(s)
-        if selected in counts:
-            return selected
+        if selected_contoured_type in counts:
+            return selected_contoured_type
         return max(counts, key=counts.__getitem__, default=None)
 
     def proposals(self) -> list[NetSet]:
@@ -186,10 +186,10 @@ class NetSource:
         studio = self._studio
         if studio.settings.color_by in ("type", "set") or self.groups is not None:
             return tuple(sets)
-        measured = studio.measured(id_ for s in sets for id_ in s.ids)
+        measurements = studio.measured(id_ for s in sets for id_ in s.ids)
         classes = {
-            id_: feature_class(studio, feature, measured[id_])
-            for id_ in measured
+            id_: feature_class(studio, feature, measurements[id_])
+            for id_ in measurements
             if (feature := get_feature(studio.records, id_)) is not None
         }
         return tuple(split for s in sets for split in split_set(s, classes))
@@ -235,12 +235,12 @@ class NetSource:
         view_settings, weights = self._view_settings, None
         kind = "line" if view_settings.view in LINE_ANGLES else "plane"
         sets = [s for s in sets if s.kind == kind]
-        pooled = len(sets) > MAX_ROSES and self.groups is None
-        sets = self._pool_by_type(sets) if pooled else sets
+        is_pooled = len(sets) > MAX_ROSES and self.groups is None
+        sets = self._pool_by_type(sets) if is_pooled else sets
         if view_settings.is_length_weighted:
             ids = [id_ for s in sets for id_ in s.ids]
-            measured = self._studio.measured(ids)
-            weights = {id_: _length(measured[id_]) for id_ in ids}
+            measurements = self._studio.measured(ids)
+            weights = {id_: _length(measurements[id_]) for id_ in ids}
         contents = roses_of_sets(
             sets,
             view_settings.view,
@@ -251,7 +251,7 @@ class NetSource:
         )
         skipped_count = sum(map(len, sets)) - sum(rose.n for rose in contents.roses.values())
         notes = self.repeat_notes()
-        if pooled:
+        if is_pooled:
             notes = (*notes, tr("the sets of each type are combined"))
         if not skipped_count:
             return replace(contents, notes=notes)
@@ -292,8 +292,8 @@ class NetSource:
         ids = [id_ for s in sets for id_ in s.ids]
         if len(ids) > MAX_ERROR_ELLIPSES:
             return ()
-        measured = self._studio.measured(ids)
-        ellipses = (error_ellipse(measured[id_]) for id_ in ids)
+        measurements = self._studio.measured(ids)
+        ellipses = (error_ellipse(measurements[id_]) for id_ in ids)
         return self._rotate(e for e in ellipses if e is not None)
 
     def current_ellipses(self) -> tuple[AnyEllipse, ...]:
@@ -328,9 +328,9 @@ class NetSource:
         for s in sets:
             if s.kind != "line":
                 continue
-            measured = self._studio.measured(s.ids)
+            measurements = self._studio.measured(s.ids)
             for id_ in s.ids:
-                plane = measured[id_].on_plane
+                plane = measurements[id_].on_plane
                 if plane is None or len(circles) >= MAX_PLANES:
                     continue
                 pole = Line.from_vector(turning.vectors(plane.normal()))
@@ -374,15 +374,15 @@ def _line_ellipse(measurement: Measurement) -> NetLineEllipse | None:
     return NetLineEllipse(line, largest, smallest, axis)
 
 
-def _rotate_live(live: NetLive, turning: Turning) -> NetLive:
-    plane, line = live.plane, live.line
+def _rotate_live(live_net: NetLive, turning: Turning) -> NetLive:
+    plane, line = live_net.plane, live_net.line
     if plane is not None:
         direction, dip, _ = normals_to_planes(turning.vectors(plane.normal()))
         plane = Plane(float(direction[0]), float(dip[0]))
     if line is not None:
         line = Line.from_vector(turning.vectors(line.vector()))
-    ellipse = None if live.ellipse is None else turning.rotate_ellipse(live.ellipse)
-    return replace(live, plane=plane, line=line, ellipse=ellipse)
+    ellipse = None if live_net.ellipse is None else turning.rotate_ellipse(live_net.ellipse)
+    return replace(live_net, plane=plane, line=line, ellipse=ellipse)
 
 
 def _length(measurement: Measurement) -> float | None:

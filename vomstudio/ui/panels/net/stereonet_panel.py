@@ -366,8 +366,8 @@ class StereonetPanel(QWidget):
         style = load_figure_style(self._studio)
         choice = self._studio.fold
         # A command cannot select planes in a table.
-        shown = self.contents().fold is not None and not choice.selected
-        fold = choice.which if shown else None
+        is_shown = self.contents().fold is not None and not choice.selected
+        fold = choice.which if is_shown else None
         copy_with_table(
             self,
             self._studio,
@@ -483,9 +483,9 @@ class StereonetPanel(QWidget):
         """Update the open feature of the current tool on the net."""
         if self._net is None or not self.is_up_to_date or self._is_stale:
             return
-        live = self._source.live()
-        if live is not None or self._net.artists.contents.live is not None:
-            self._net.artists.show_live(live)
+        live_net = self._source.live()
+        if live_net is not None or self._net.artists.contents.live is not None:
+            self._net.artists.show_live(live_net)
             self.canvas.show_net(self._net)
 
     def _show(self, net: DrawnNet) -> None:
@@ -564,12 +564,12 @@ class StereonetPanel(QWidget):
         elif not is_adding:
             selection.set([] if feature_id is None else [feature_id])
 
-    def _request_menu(self, at: QPoint) -> None:
+    def _request_menu(self, position: QPoint) -> None:
         ratio = self.canvas.devicePixelRatioF()
-        x, y = at.x() * ratio, (self.canvas.height() - at.y()) * ratio
+        x, y = position.x() * ratio, (self.canvas.height() - position.y()) * ratio
         feature_id = self.artists.feature_at(x, y, 8.0 * ratio) if self.artists else None
         if feature_id is not None:
-            self.menu_requested.emit(feature_id, self.canvas.mapToGlobal(at))
+            self.menu_requested.emit(feature_id, self.canvas.mapToGlobal(position))
 
     def _name_selection(self) -> None:
         """Show the selected feature, or the number of selected features, in the corner label."""

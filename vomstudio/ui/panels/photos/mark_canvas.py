@@ -112,12 +112,12 @@ class MarkCanvas(PhotoCanvas):
         self.setCursor(shape)
         self.update()
 
-    def set_used(self, used: BoolArray | None) -> None:
+    def set_used(self, is_used: BoolArray | None) -> None:
         """Set the (h, w) array that is True at used pixels.
 
         Call `update_mask` after changing its values.
         """
-        self._mask = used
+        self._mask = is_used
         self.update_mask()
 
     def update_mask(self) -> None:
@@ -152,7 +152,7 @@ class MarkCanvas(PhotoCanvas):
         self.fit()
         scale = max(1.0, 2.5 * self._scale)
         centre = self._turn.map(QPointF(*pixel))
-        self._fitted, self._scale = False, scale
+        self._is_fitted, self._scale = False, scale
         self._centre(centre)
 
     def one_to_one(self) -> None:
@@ -160,7 +160,7 @@ class MarkCanvas(PhotoCanvas):
         self.zoom(1.0 / (self._scale * self.devicePixelRatioF()), self._cursor)
 
     # --- handles -----------------------------------------------------------------------------
-    def _handle_at(self, at: QPointF) -> int | None:
+    def _handle_at(self, position: QPointF) -> int | None:
         if self.tool == MARK:
             pixels = [m.pixel if not m.is_predicted else (np.nan, np.nan) for m in self._marks]
         elif self.tool == POLYGON:
@@ -169,20 +169,23 @@ class MarkCanvas(PhotoCanvas):
             return None
         if not pixels:
             return None
-        distances = np.hypot(*(self.to_widget(pixels) - [at.x(), at.y()]).T)
+        distances = np.hypot(*(self.to_widget(pixels) - [position.x(), position.y()]).T)
         distances = np.where(np.isfinite(distances), distances, np.inf)
         return int(distances.argmin()) if distances.min() <= HANDLE_PIXELS else None
 
-    def pixel_of_drag(self, at: Pixel) -> Pixel:
+    def pixel_of_drag(self, position: Pixel) -> Pixel:
         """Return the position of a dragged mark for a cursor position.
 
         The offset between mark and cursor is constant; with Shift the mark moves more slowly.
         """
         if self._grab is None:
-            return at
+            return position
         start, mark = self._grab
-        share = 1.0 / _SLOW_FACTOR if self._is_slow else 1.0
-        return (mark[0] + (at[0] - start.x()) * share, mark[1] + (at[1] - start.y()) * share)
+        fraction = 1.0 / _SLOW_FACTOR if self._is_slow else 1.0
+        return (
+            mark[0] + (position[0] - start.x()) * fraction,
+            mark[1] + (position[1] - start.y()) * fraction,
+        )
 
     def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         super().mousePressEvent(event)
@@ -307,44 +310,44 @@ class MarkCanvas(PhotoCanvas):
             painter.setPen(QPen(tint, width))
             painter.drawPolyline(QPolygonF(line))
         painter.setPen(QPen(painting.DARK, 1.2))
-        for number, at in enumerate(points):
+        for number, position in enumerate(points):
             # A click on the first vertex closes the polygon.
-            first = number == 0 and len(points) > 2
-            painter.setBrush(QColor(COLORS[CONTROL]) if first else QColor("white"))
-            painter.drawEllipse(at, 5.5 if first else 4.0, 5.5 if first else 4.0)
+            is_first = number == 0 and len(points) > 2
+            painter.setBrush(QColor(COLORS[CONTROL]) if is_first else QColor("white"))
+            painter.drawEllipse(position, 5.5 if is_first else 4.0, 5.5 if is_first else 4.0)
 
-    def _paint_brush(self, painter: QPainter, at: QPointF) -> None:
+    def _paint_brush(self, painter: QPainter, position: QPointF) -> None:
         radius = max(self.radius * self._scale, 1.5)
         tint = QColor(213, 60, 40) if self.is_masking else QColor(0, 158, 115)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         for color, width in ((QColor(255, 255, 255, 220), 3.0), (tint, 1.6)):
             painter.setPen(QPen(color, width))
-            painter.drawEllipse(at, radius, radius)
+            painter.drawEllipse(position, radius, radius)
 
     def _paint_loupe(self, painter: QPainter, cursor: QPointF) -> None:
         picture = self._picture
         if picture is None:
             return
-        at = self.pixel_at(cursor)
+        position = self.pixel_at(cursor)
         if self._grab is not None and self._handle is not None:
-            at = self.pixel_of_drag(at)
+            position = self.pixel_of_drag(position)
         zoom = min(max(self._scale * _LOUPE_ZOOM, _MIN_LOUPE_SCALE), _MAX_LOUPE_SCALE)
         gap = _LOUPE_RADIUS_PX + 34.0
         fits_right = cursor.x() + gap + _LOUPE_RADIUS_PX < self.width()
         fits_above = cursor.y() - gap - _LOUPE_RADIUS_PX > 0
-        middle = QPointF(
+        midpoint = QPointF(
             cursor.x() + (gap if fits_right else -gap), cursor.y() + (-gap if fits_above else gap)
         )
         t = self._turn
         to_loupe = QTransform(t.m11(), t.m12(), t.m21(), t.m22(), 0, 0) * QTransform.fromScale(
             zoom, zoom
         )
-        target = to_loupe.map(QPointF(*at))
+        target = to_loupe.map(QPointF(*position))
         to_loupe = to_loupe * QTransform.fromTranslate(
-            middle.x() - target.x(), middle.y() - target.y()
+            midpoint.x() - target.x(), midpoint.y() - target.y()
         )
         circle = QPainterPath()
-        circle.addEllipse(middle, _LOUPE_RADIUS_PX, _LOUPE_RADIUS_PX)
+        circle.addEllipse(midpoint, _LOUPE_RADIUS_PX, _LOUPE_RADIUS_PX)
         painter.save()
         painter.setClipPath(circle)
         painter.fillPath(circle, QColor(38, 40, 43))
@@ -354,7 +357,7 @@ class MarkCanvas(PhotoCanvas):
         half_width = _LOUPE_RADIUS_PX / zoom + 2.0
         w, h = self._size
         part = QRectF(
-            at[0] - half_width, at[1] - half_width, 2 * half_width, 2 * half_width
+            position[0] - half_width, position[1] - half_width, 2 * half_width, 2 * half_width
         ) & QRectF(0, 0, w, h)
         level = picture.levels[0]
         kx, ky = level.width() / w, level.height() / h
@@ -371,16 +374,16 @@ class MarkCanvas(PhotoCanvas):
         for tint, width in ((QColor(0, 0, 0, 160), 2.6), (QColor(255, 255, 255, 230), 1.0)):
             painter.setPen(QPen(tint, width))
             for offset in (QPointF(1, 0), QPointF(-1, 0), QPointF(0, 1), QPointF(0, -1)):
-                painter.drawLine(middle + offset * 4.0, middle + offset * 20.0)
+                painter.drawLine(midpoint + offset * 4.0, midpoint + offset * 20.0)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         for tint, width in ((painting.DARK, 5.0), (QColor(235, 235, 235), 2.4)):
             painter.setPen(QPen(tint, width))
-            painter.drawEllipse(middle, _LOUPE_RADIUS_PX, _LOUPE_RADIUS_PX)
+            painter.drawEllipse(midpoint, _LOUPE_RADIUS_PX, _LOUPE_RADIUS_PX)
         font = painting.system_font()
-        text = f"{at[0]:.1f}, {at[1]:.1f}"
+        text = f"{position[0]:.1f}, {position[1]:.1f}"
         width = QFontMetricsF(font).horizontalAdvance(text)
         painting.outlined_text(
-            painter, middle.x() - width / 2, middle.y() + _LOUPE_RADIUS_PX - 10.0, text, font
+            painter, midpoint.x() - width / 2, midpoint.y() + _LOUPE_RADIUS_PX - 10.0, text, font
         )
 
 
@@ -403,16 +406,16 @@ def _tint_mask(
     column = np.clip(x, 0, mask_width - 1).astype(np.intp)
     row = np.clip(y, 0, mask_height - 1).astype(np.intp)
     if is_upright:
-        hidden = ~mask[row[:, None], column] & inside_y[:, None] & inside_x
+        is_hidden = ~mask[row[:, None], column] & inside_y[:, None] & inside_x
     else:
-        hidden = ~mask[row, column[:, None]] & inside_x[:, None] & inside_y
-    if not hidden.any():
+        is_hidden = ~mask[row, column[:, None]] & inside_x[:, None] & inside_y
+    if not is_hidden.any():
         return None
     red, green, blue, alpha = _MASK_RGBA
     value = np.uint32(
         alpha << 24 | red * alpha // 255 << 16 | green * alpha // 255 << 8 | blue * alpha // 255
     )
-    pixels = np.where(hidden, value, np.uint32(0))
+    pixels = np.where(is_hidden, value, np.uint32(0))
     image = QImage(pixels.data, width, height, 4 * width, QImage.Format.Format_ARGB32_Premultiplied)
     # QImage does not own the array.
     return image.copy()

@@ -71,13 +71,15 @@ class MarkEditing(QObject):
                 )
             )
         for label in marking.labels:
-            if label not in pixels and (at := self._marks.prediction(label).expected.get(photo)):
+            if label not in pixels and (
+                position := self._marks.prediction(label).expected.get(photo)
+            ):
                 role = marking.role(label)
                 symbols.append(
                     ShownMark(
                         label=label,
                         role=role,
-                        pixel=at,
+                        pixel=position,
                         is_selected=label == selected_label,
                         is_predicted=True,
                     )

@@ -98,8 +98,10 @@ class MaskBox(QGroupBox):
         self._canvas.radius = min(max(radius, _MIN_RADIUS_PX), _MAX_RADIUS_PX)
         with QSignalBlocker(self.brush_size):
             # The scale of the slider is logarithmic.
-            share = log(self._canvas.radius / _MIN_RADIUS_PX) / log(_MAX_RADIUS_PX / _MIN_RADIUS_PX)
-            self.brush_size.setValue(round(_STEPS * share))
+            fraction = log(self._canvas.radius / _MIN_RADIUS_PX) / log(
+                _MAX_RADIUS_PX / _MIN_RADIUS_PX
+            )
+            self.brush_size.setValue(round(_STEPS * fraction))
         self._size_label.setText(tr("{radius:.0f} px", radius=self._canvas.radius))
         self._canvas.update()
 

@@ -80,7 +80,7 @@ class PhotoDocument(QObject):
     def last_folder(self) -> Path | None:
         """Return the most recently added folder of photos that still exists."""
         sets = reversed(list(photo_sets(self._studio.records)))
-        return next((f for each in sets if (f := self.folder_of(each)) is not None), None)
+        return next((f for item in sets if (f := self.folder_of(item)) is not None), None)
 
     def folder_of(self, photo_set: PhotoSet) -> Path | None:
         """Return the folder of a photo set, or None if the folder is missing."""
@@ -212,10 +212,10 @@ class PhotoDocument(QObject):
         photo_set = self.photo_set
         if photo_set is None:
             return False
-        last, now = self._last, time.monotonic()
+        last, current_time = self._last, time.monotonic()
         joins = None
         if last is not None and join is not None and last[0] == join:
-            joins = last[1] if now - last[2] < _JOIN_DELAY_S else None
+            joins = last[1] if current_time - last[2] < _JOIN_DELAY_S else None
         try:
             edit = build_edit(self._studio.records, photo_set.id)
             if not edit.after:
@@ -224,7 +224,7 @@ class PhotoDocument(QObject):
         except VomError as error:
             self._studio.fail(error)
             return False
-        self._last = None if join is None else (join, number, now)
+        self._last = None if join is None else (join, number, current_time)
         return True
 
     # --- history -----------------------------------------------------------------------------

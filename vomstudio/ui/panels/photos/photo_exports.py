@@ -140,14 +140,14 @@ class PhotoExports(QObject):
             and sidecars.crs == ("" if photo_set is None else photo_set.crs),
             MARKS: sidecars.pixels == marks,
         }
-        for name in [each for each in names if matches[each] and each not in sidecars.unread]:
+        for name in [item for item in names if matches[item] and item not in sidecars.unread]:
             self._hashes[name] = _hash_file(tables[name])
             names.remove(name)
         return names
 
-    def _store_sidecar_hashes(self, unread: Sequence[str]) -> None:
+    def _store_sidecar_hashes(self, unread_names: Sequence[str]) -> None:
         """Store the hashes of the imported files, except for tables that cannot be read."""
-        for name in {CONTROL, MARKS} - set(unread):
+        for name in {CONTROL, MARKS} - set(unread_names):
             self._hashes[name] = _hash_file(self.table(name))
         for row in self._rows.values():
             if row.sidecar_mask:
@@ -275,12 +275,12 @@ class PhotoExports(QObject):
             with self._write_lock:
                 try:
                     mask = find_mask(name)
-                    used = (
+                    used_values = (
                         np.ones((row.height, row.width), np.bool_)
                         if mask is None
                         else load_mask(mask, row.width, row.height)
                     )
-                    return store_mask(target, used, sidecar)
+                    return store_mask(target, used_values, sidecar)
                 except VomError as error:
                     return error
 

@@ -29,10 +29,10 @@ class _MaskCache:
     def __init__(self) -> None:
         self._packed: dict[str, tuple[ByteArray, tuple[int, int]]] = {}
 
-    def store(self, file: Asset, used: BoolArray) -> None:
+    def store(self, file: Asset, is_used: BoolArray) -> None:
         """Store the values (height, width) of a mask file."""
         self._packed.pop(file.path, None)
-        self._packed[file.path] = np.packbits(used), (used.shape[0], used.shape[1])
+        self._packed[file.path] = np.packbits(is_used), (is_used.shape[0], is_used.shape[1])
         for path in list(self._packed)[:-_MAX_STATES]:
             del self._packed[path]
 
@@ -153,11 +153,11 @@ class PhotoMasks(QObject):
         """Add an area to the current shape."""
         shape = self.last_shape
         assert shape is not None
-        used = self._masks.get(shape.photo)
-        if used is None:
+        used_mask = self._masks.get(shape.photo)
+        if used_mask is None:
             return
         self.last_shape = Shape((*shape.areas, area), shape.is_masking, shape.photo)
-        if draw_area(used, area, shape.is_masking) is not None:
+        if draw_area(used_mask, area, shape.is_masking) is not None:
             self._has_changed = True
             self.mask_changed.emit(shape.photo)
 
@@ -177,9 +177,9 @@ class PhotoMasks(QObject):
 
     def invert(self, name: str) -> None:
         """Invert the mask of a photo."""
-        used = self._masks.get(name)
-        if used is not None:
-            np.logical_not(used, out=used)
+        used_mask = self._masks.get(name)
+        if used_mask is not None:
+            np.logical_not(used_mask, out=used_mask)
             self._store(tr("Invert mask"), name)
 
     def _store(self, title: str, name: str) -> None:
@@ -195,11 +195,11 @@ class PhotoMasks(QObject):
         self._masks.pop(name, None)
         self.open(name)
 
-    def _store_file(self, used: BoolArray) -> Asset | None:
-        if used.all():
+    def _store_file(self, is_used: BoolArray) -> Asset | None:
+        if is_used.all():
             return None
-        file = self._document.store_mask(mask_png(used))
-        self._cache.store(file, used)
+        file = self._document.store_mask(mask_png(is_used))
+        self._cache.store(file, is_used)
         return file
 
     def _apply(self, title: str, masks: dict[str, Asset | None]) -> bool:

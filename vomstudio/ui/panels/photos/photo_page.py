@@ -403,11 +403,11 @@ class PhotoPage(QWidget):
         elif used is None:
             text = tr("Reading…") if self.photo else ""
         else:
-            share = 100.0 * (1.0 - float(used[::4, ::4].mean()))
+            fraction = 100.0 * (1.0 - float(used[::4, ::4].mean()))
             text = (
                 tr("Nothing is masked.")
                 if used.all()
-                else tr("{share:.0f} % of this photo is masked.", share=max(share, 1.0))
+                else tr("{share:.0f} % of this photo is masked.", share=max(fraction, 1.0))
             )
         self.mask_box.status_label.setText(text)
 

@@ -284,12 +284,12 @@ def mask_commands(
     ]
 
 
-def point_commands(editing: MarkEditing, folder: Path, parent: QWidget) -> list[Command]:
+def point_commands(editing_mark: MarkEditing, folder: Path, parent: QWidget) -> list[Command]:
     """Return the commands for points and marks.
 
     Parameters
     ----------
-    editing : MarkEditing
+    editing_mark : MarkEditing
     folder : Path
         Initial folder of the file dialogs.
     parent : QWidget
@@ -297,13 +297,13 @@ def point_commands(editing: MarkEditing, folder: Path, parent: QWidget) -> list[
     """
 
     def import_table(marks: bool) -> Callable[[], None]:
-        return lambda: editing.import_table(folder, parent, marks=marks)
+        return lambda: editing_mark.import_table(folder, parent, marks=marks)
 
     return [
         Command(
             "new_point",
             tr("New point"),
-            editing.new_point,
+            editing_mark.new_point,
             "plus",
             "N",
             tr("Add a tie point; with coordinates it becomes a control point."),
@@ -312,11 +312,11 @@ def point_commands(editing: MarkEditing, folder: Path, parent: QWidget) -> list[
         Command(
             "remove_point",
             tr("Remove point"),
-            editing.remove_point,
+            editing_mark.remove_point,
             "delete-outline",
             (),
             tr("Remove the point with all its marks."),
-            editing.why_no_point,
+            editing_mark.why_no_point,
         ),
         Command(
             "import_points",
@@ -337,11 +337,11 @@ def point_commands(editing: MarkEditing, folder: Path, parent: QWidget) -> list[
         Command(
             "remove_mark",
             tr("Remove mark"),
-            editing.remove_mark,
+            editing_mark.remove_mark,
             "close",
             "Del",
             tr("Remove the mark of the point in this photo."),
-            editing.why_no_mark,
+            editing_mark.why_no_mark,
             is_viewport_key=True,
         ),
     ]

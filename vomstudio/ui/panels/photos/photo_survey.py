@@ -180,9 +180,9 @@ class PhotoSurvey(QObject):
 
     def apply_settings(self, settings: ReconstructionSettings) -> None:
         """Apply the settings of the next reconstruction."""
-        previous, self.settings = self.settings, settings
+        previous_settings, self.settings = self.settings, settings
         if self.reconstruction_job is None and not self.is_reading and self.rows:
-            if previous.quality != settings.quality:
+            if previous_settings.quality != settings.quality:
                 self._show_cameras()
                 self.rows_changed.emit()
             self.update_forecast()
@@ -323,7 +323,7 @@ class PhotoSurvey(QObject):
             title=tr("Checking control points and memory"),
             on_done=done,
             on_failed=failed,
-            quiet=True,
+            is_quiet=True,
         )
         self._forecast_job = job
 
@@ -379,7 +379,7 @@ class PhotoSurvey(QObject):
 
     def _edited(self, edit: Edit) -> None:
         records = (*edit.before.values(), *edit.after.values())
-        if any(isinstance(each, Model | Registration) for each in records):
+        if any(isinstance(record, Model | Registration) for record in records):
             self._show_cameras()
             self.rows_changed.emit()
             self.changed.emit()
@@ -417,11 +417,11 @@ class PhotoSurvey(QObject):
             self._import_sidecars(is_repeat=True)
 
     def _import_sidecars(self, *, is_repeat: bool = False) -> None:
-        def done(failed: Failed | None) -> None:
+        def done(failure: Failed | None) -> None:
             self._list_job = None
-            if failed is not None and not failed.cancelled:
-                self.problem = failed.message
-            elif failed is None:
+            if failure is not None and not failure.cancelled:
+                self.problem = failure.message
+            elif failure is None:
                 self._show_masks()
                 self.rows_changed.emit()
                 self._check()

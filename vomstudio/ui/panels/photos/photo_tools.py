@@ -109,14 +109,14 @@ class PhotoTools(QObject):
 
     # --- polygon -----------------------------------------------------------------------------
     def _polygon(self, event: PhotoPointer) -> None:
-        at = (event.x, event.y)
+        position = (event.x, event.y)
         if event.button is not Button.LEFT:
             return
         if event.kind is Pointer.CLICK:
             if event.handle == 0 and len(self._corners) > 2:
                 self.close_polygon()
             elif event.handle is None:
-                self._set_corners([*self._corners, at])
+                self._set_corners([*self._corners, position])
         elif event.kind is Pointer.DOUBLE_CLICK:
             # The first click of the double click has already added the last vertex.
             self.close_polygon()
@@ -124,7 +124,7 @@ class PhotoTools(QObject):
             event.kind is Pointer.DRAG_MOVE and event.handle is not None and not event.is_continued
         ):
             corners = list(self._corners)
-            corners[event.handle] = at
+            corners[event.handle] = position
             self._set_corners(corners)
 
     def close_polygon(self) -> None:
@@ -148,24 +148,24 @@ class PhotoTools(QObject):
     def _brush(self, event: PhotoPointer) -> None:
         if event.button is not Button.LEFT or self._masks.used(self.photo) is None:
             return
-        at = (event.x, event.y)
+        position = (event.x, event.y)
         if event.kind is Pointer.CLICK:
             self._masks.begin(self.photo, self.is_masking)
-            self._stamp(at, at)
+            self._stamp(position, position)
             self._masks.end()
         elif event.kind is Pointer.DRAG_START:
             self._masks.begin(self.photo, self.is_masking)
-            self._stamp(at, at)
-            self._last_point = at
+            self._stamp(position, position)
+            self._last_point = position
         elif event.kind is Pointer.DRAG_MOVE and self._last_point is not None:
             if (
                 not event.is_continued
-                or math.dist(at, self._last_point) > 0.3 * self._canvas.radius
+                or math.dist(position, self._last_point) > 0.3 * self._canvas.radius
             ):
-                self._stamp(self._last_point, at)
-                self._last_point = at
+                self._stamp(self._last_point, position)
+                self._last_point = position
         elif event.kind is Pointer.DRAG_END and self._last_point is not None:
-            self._stamp(self._last_point, at)
+            self._stamp(self._last_point, position)
             self._last_point = None
             self._masks.end()
 

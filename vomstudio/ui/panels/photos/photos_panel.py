@@ -407,5 +407,5 @@ def _gsd_text(row: PhotoRow, metres_per_unit: float | None) -> str:
     if gsd_m is None and row.gsd is not None and metres_per_unit is not None:
         gsd_m = row.gsd * metres_per_unit
     if gsd_m is None:
-        return length_text(row.gsd, 2, metric=False)
+        return length_text(row.gsd, 2, is_metric=False)
     return f"{gsd_m * 1000:.1f} mm" if gsd_m < 0.01 else f"{gsd_m * 100:.1f} cm"

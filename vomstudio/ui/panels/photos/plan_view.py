@@ -99,7 +99,7 @@ class PlanView(QWidget):
         painter.drawLine(QPointF(8, y), QPointF(8 + length * scale, y))
         painter.drawText(QPointF(12 + length * scale, y + 4), bar_text(length))
 
-    def _draw(self, painter: QPainter, row: PhotoRow, at: QPointF) -> None:
+    def _draw(self, painter: QPainter, row: PhotoRow, position: QPointF) -> None:
         color = QColor(_FLAGGED if row.findings else _GOOD)
         if row.name in self._selection:
             color = QColor(_SELECTED)
@@ -107,13 +107,19 @@ class PlanView(QWidget):
         painter.setBrush(color)
         if row.looks is not None:
             dx, dy = row.looks
-            painter.drawLine(at, at + QPointF(16 * dx, -16 * dy))
+            painter.drawLine(position, position + QPointF(16 * dx, -16 * dy))
         if row.findings:
             painter.drawPolygon(
-                QPolygonF([at + QPointF(0, -5.5), at + QPointF(5, 4), at + QPointF(-5, 4)])
+                QPolygonF(
+                    [
+                        position + QPointF(0, -5.5),
+                        position + QPointF(5, 4),
+                        position + QPointF(-5, 4),
+                    ]
+                )
             )
         else:
-            painter.drawEllipse(at, 4, 4)
+            painter.drawEllipse(position, 4, 4)
 
     def _nearest(self, position: QPointF) -> PhotoRow | None:
         if not self._rows:

@@ -93,11 +93,11 @@ def find_alignment(out: Path, photos: Path) -> Path | None:
     if (out / FILE_NAME).exists():
         return out
     cameras = out.parent.glob(f"*/{FILE_NAME}")
-    folders = [each.parent for each in cameras if is_regular(each)]
-    requests = {each: read_request(each / REQUEST) for each in folders}
+    folders = [camera.parent for camera in cameras if is_regular(camera)]
+    requests = {camera: read_request(camera / REQUEST) for camera in folders}
     matches = [
-        each
-        for each, request in requests.items()
+        camera
+        for camera, request in requests.items()
         if request is not None and _same_photos(request[0], photos)
     ]
     return max(matches, key=lambda each: (each / FILE_NAME).stat().st_mtime, default=None)

@@ -93,7 +93,7 @@ def answer(question: SectionQuestion) -> SectionAnswer:
         cut,
         q.curtain,
         projected_items,
-        metric=q.metric,
+        is_metric=q.metric,
         north_known=q.north_known,
         model=str(q.path),
         figures=figures,
@@ -124,7 +124,7 @@ def write(result: SectionAnswer, path: Path) -> None:
         result.projected_items,
         crs=q.crs,
         model=str(q.path),
-        metric=q.metric,
+        is_metric=q.metric,
         north_known=q.north_known,
         force=True,
     )

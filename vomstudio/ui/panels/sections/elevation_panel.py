@@ -168,8 +168,8 @@ class ElevationPanel(QWidget):
             self.message.setText("" if reason is None else tr("Not now: {reason}", reason=reason))
 
     def _browse(self) -> None:
-        proposed, formats = self.target.text(), {"tif": "GeoTIFF", "tiff": "GeoTIFF"}
-        path = ask_for_target(self, self._studio, tr("Elevation model"), proposed, formats)
+        proposed_text, formats = self.target.text(), {"tif": "GeoTIFF", "tiff": "GeoTIFF"}
+        path = ask_for_target(self, self._studio, tr("Elevation model"), proposed_text, formats)
         if path is not None:
             self.target.setText(str(path))
             self.target.setModified(True)
@@ -239,15 +239,15 @@ class ElevationPanel(QWidget):
             self._clear()
             self._check()
             return
-        metric = model.frame.has_metres
-        unit = "m" if metric else tr("units")
+        is_metric = model.frame.has_metres
+        unit = "m" if is_metric else tr("units")
         self.figures.setText(result_text(result, self._studio.settings.notation, unit))
         self.message.setText("\n".join(map(str, (finding, *result.warnings))))
         from vomstudio.products.elevation.picture import read_picture
 
         self._background.run(
             lambda: read_picture(Path(result.raster)),
-            lambda picture: self._show_picture(result, picture, metric),
+            lambda picture: self._show_picture(result, picture, is_metric),
             lambda error: self.message.setText(error.message),
         )
         self._check()
@@ -258,10 +258,10 @@ class ElevationPanel(QWidget):
         self.message.setText(str(Finding("job.stopped")) if event.cancelled else event.message)
 
     def _show_picture(
-        self, result: WrittenElevation, picture: ElevationPicture, metric: bool
+        self, result: WrittenElevation, picture: ElevationPicture, is_metric: bool
     ) -> None:
         if result is self.result:
-            self.picture.show_picture(picture, metric=metric)
+            self.picture.show_picture(picture, is_metric=is_metric)
 
     def _clear(self) -> None:
         """Remove the result."""

@@ -30,14 +30,14 @@ class ElevationView(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.picture: ElevationPicture | None = None
         self._image = QImage()
-        self._metric = True
+        self._is_metric = True
 
     def sizeHint(self) -> QSize:  # noqa: N802
         return QSize(320, 220)
 
-    def show_picture(self, picture: ElevationPicture | None, *, metric: bool = True) -> None:
-        """Show a picture; `metric` is True if its heights are in metres."""
-        self.picture, self._metric = picture, metric
+    def show_picture(self, picture: ElevationPicture | None, *, is_metric: bool = True) -> None:
+        """Show a picture; `is_metric` is True if its heights are in metres."""
+        self.picture, self._is_metric = picture, is_metric
         if picture is None:
             self._image = QImage()
         else:
@@ -78,7 +78,7 @@ class ElevationView(QWidget):
         assert self.picture is not None
         per_pixel = self.picture.step * self.picture.rgba.shape[1] / max(rect.width(), 1.0)
         length = round_length(0.25 * rect.width() * per_pixel)
-        text = bar_text(length, metric=self._metric)
+        text = bar_text(length, is_metric=self._is_metric)
         width = length / per_pixel
         height = painter.fontMetrics().height()
         box_width = max(width, painter.fontMetrics().horizontalAdvance(text)) + 10
@@ -105,12 +105,12 @@ class ElevationView(QWidget):
             )
             painter.fillRect(strip, color)
         painter.setPen(self.palette().color(QPalette.ColorRole.WindowText))
-        unit = "m" if self._metric else tr("units")
-        middle = painter.fontMetrics().height() / 2
-        for share in (0.0, 0.5, 1.0):
-            value = picture.low + share * (picture.high - picture.low)
-            y = bar.bottom() - share * height
-            row = QRectF(bar.right() + _GAP, y - middle, self.width() - bar.right(), 2 * middle)
+        unit = "m" if self._is_metric else tr("units")
+        centre = painter.fontMetrics().height() / 2
+        for fraction in (0.0, 0.5, 1.0):
+            value = picture.low + fraction * (picture.high - picture.low)
+            y = bar.bottom() - fraction * height
+            row = QRectF(bar.right() + _GAP, y - centre, self.width() - bar.right(), 2 * centre)
             painter.drawText(row, int(Qt.AlignmentFlag.AlignVCenter), f"{value:.2f} {unit}")
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802
@@ -127,5 +127,5 @@ class ElevationView(QWidget):
         if value != value:
             return tr("no height")
         return tr(
-            "height {value:.3f} {unit}", value=value, unit="m" if self._metric else tr("units")
+            "height {value:.3f} {unit}", value=value, unit="m" if self._is_metric else tr("units")
         )

@@ -149,8 +149,8 @@ def collect_candidates(studio: Studio, choice: Choice, *, include_assigned: bool
         If there are fewer than three planes.
     """
     features = assignable_features(studio, choice)
-    measured = studio.measured(f.id for f in features)
-    planes = [f for f in features if measured[f.id].plane is not None]
+    measurements = studio.measured(f.id for f in features)
+    planes = [f for f in features if measurements[f.id].plane is not None]
     assigned_planes = [f for f in planes if f.set_name]
     selected_planes = planes if include_assigned else [f for f in planes if not f.set_name]
     if len(selected_planes) < MIN_PLANES:
@@ -165,14 +165,14 @@ def collect_candidates(studio: Studio, choice: Choice, *, include_assigned: bool
         code = "sets.replaced" if include_assigned else "sets.left-out"
         warnings.append(Finding(code, count=len(assigned_planes)))
     titles = {type_.id: type_.name for type_ in studio.session.of(FeatureType)}
-    places, findings = _places(studio, selected_planes)
+    positions, findings = _places(studio, selected_planes)
     warnings += findings
     selected_ids = {f.id for f in selected_planes}
     reserved_names = {
         f.set_name for f in studio.session.of(Typed) if f.set_name and f.id not in selected_ids
     }
     poles = -np.array(
-        [p.normal() for f in selected_planes if (p := measured[f.id].plane) is not None]
+        [p.normal() for f in selected_planes if (p := measurements[f.id].plane) is not None]
     )
     ids = tuple(f.id for f in selected_planes)
     turns = turns_of(models_of(studio.records, selected_planes))
@@ -180,7 +180,7 @@ def collect_candidates(studio: Studio, choice: Choice, *, include_assigned: bool
         ids=ids,
         types=tuple(titles.get(f.type_id, "") for f in selected_planes),
         poles=poles,
-        places=places,
+        places=positions,
         turns=turns,
         reserved_names=frozenset(reserved_names),
         warnings=tuple(warnings),
@@ -203,10 +203,10 @@ def _places(studio: Studio, features: Sequence[Typed]) -> tuple[FloatArray, list
     frames = frames or {m.id: m.frame for m in studio.session.of(Model)}
     if len(frames) > 1 and any(frame.kind != "crs" for frame in frames.values()):
         return places, [Finding("sets.no-common-frame")]
-    measured = studio.measured(f.id for f in features)
+    measurements = studio.measured(f.id for f in features)
     for row, feature in enumerate(features):
-        points = measured[feature.id].points
-        if measured[feature.id].metric and len(points):
+        points = measurements[feature.id].points
+        if measurements[feature.id].metric and len(points):
             places[row] = points.mean(axis=0)
     missing_count = int(np.sum(~np.isfinite(places).all(axis=1)))
     if missing_count == len(places):
@@ -239,9 +239,9 @@ def propose(candidates: Candidates, options: SetOptions) -> ProposalResult:
             warnings.append(finding)
             continue
         proposal = propose_sets_of_poles(
-            candidates.poles[rows], options, places=candidates.places[rows]
+            candidates.poles[rows], options, positions=candidates.places[rows]
         )
-        warnings += (each for each in proposal.warnings if each not in warnings)
+        warnings += (item for item in proposal.warnings if item not in warnings)
         for set_ in proposal.sets:
             members = rows[np.array(proposal.assignment) == set_.name]
             assignment[members] = len(sets)
@@ -272,7 +272,7 @@ def _cone(candidates: Candidates, rows: IntArray, proposed_set: ProposedSet) -> 
     poles, turns = candidates.poles[rows], candidates.turns.of(rows)
     if not turns.known:
         return proposed_set.cone95_deg
-    _, total = mean_regions(poles, fisher(poles, directed=False), False, turns)
+    _, total = mean_regions(poles, fisher(poles, is_directed=False), False, turns)
     return None if total is None else total.largest_deg
 
 

@@ -251,10 +251,10 @@ class SetsPanel(QWidget):
 
     # --- changes of the project ----------------------------------------------------------------
     def _follow_edit(self, edit: Edit) -> None:
-        affected = set(self._studio.affected(edit))
-        if self.result is not None and not affected.isdisjoint(self.result.candidates.ids):
+        affected_ids = set(self._studio.affected(edit))
+        if self.result is not None and not affected_ids.isdisjoint(self.result.candidates.ids):
             self.drop(Finding("sets.planes-changed"))
-        elif self._newest.is_waiting and affected:
+        elif self._newest.is_waiting and affected_ids:
             self.propose()
         if self.isVisible():
             self._list_groups()

@@ -158,13 +158,18 @@ class SlopeResults(QWidget):
             mode=mode,
         )
 
-    def _plane_text(self, critical: CriticalPlane) -> str:
+    def _plane_text(self, critical_plane: CriticalPlane) -> str:
         assert self._answer is not None
         question = self._answer.question
-        feature = question.records[critical.id]
-        measured = question.measured[critical.id]
-        text = f"{getattr(feature, 'name', '') or critical.id}  {measured.attitude(self._notation)}"
-        return text if critical.intersections is None else f"{text}  ({critical.intersections:,})"
+        feature = question.records[critical_plane.id]
+        measurement = question.measured[critical_plane.id]
+        name = getattr(feature, "name", "") or critical_plane.id
+        text = f"{name}  {measurement.attitude(self._notation)}"
+        return (
+            text
+            if critical_plane.intersections is None
+            else f"{text}  ({critical_plane.intersections:,})"
+        )
 
     def _emit_clicked(self) -> None:
         self.planes_clicked.emit(
@@ -216,5 +221,5 @@ def _mode(result: SlopeAnswer, name: str) -> Mode:
 
 
 def _cells(mode: Mode) -> list[str]:
-    shares = ["–" if s is None else f"{100.0 * s:.1f} %" for s in (mode.share, mode.probability)]
-    return [f"{mode.critical:,}", f"{mode.of:,}", *shares]
+    fractions = ["–" if s is None else f"{100.0 * s:.1f} %" for s in (mode.share, mode.probability)]
+    return [f"{mode.critical:,}", f"{mode.of:,}", *fractions]

@@ -140,13 +140,13 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
     # --- changes -----------------------------------------------------------------------------
     def _convert_face(self) -> None:
         """Rewrite the typed face in the current notation."""
-        previous, notation = self._notation, self._studio.settings.notation
+        previous_notation, notation = self._notation, self._studio.settings.notation
         self._notation = notation
         example = format_plane(Plane(135.0, 70.0), notation)
         self.face.setPlaceholderText(tr("such as {example}", example=example))
-        if previous and previous != notation:
+        if previous_notation and previous_notation != notation:
             with suppress(VomError):
-                plane = parse_plane(self.face.text(), previous)
+                plane = parse_plane(self.face.text(), previous_notation)
                 is_integer = (plane.dip_direction_deg % 1.0, plane.dip_deg % 1.0) == (0.0, 0.0)
                 self.face.setText(format_plane(plane, notation, 0 if is_integer else 2))
         self._soon()
@@ -157,7 +157,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
 
     def _follow_selection(self) -> None:
         if self.visibleRegion().isEmpty():
-            self._stale = True
+            self._is_stale = True
             return
         self._refresh_take()
         ids = self._studio.selection.ids
@@ -200,12 +200,12 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         if self._clicked_ids is None:
             self._features = self.group_box.features()
         features = [f for f in self._features if f.id in studio.records]
-        measured = studio.measured(f.id for f in features)
-        features = [f for f in features if measured[f.id].plane is not None]
+        measurements = studio.measured(f.id for f in features)
+        features = [f for f in features if measurements[f.id].plane is not None]
         if not features:
             is_selection = self.group_box.choice() == SELECTED
             raise InputError(Finding("selection.unsuitable" if is_selection else "planes.none"))
-        return features, dict(measured)
+        return features, dict(measurements)
 
     def _question(self) -> SlopeQuestion | FacetsQuestion:
         if self._uses_facets:

@@ -111,28 +111,34 @@ class StatisticsPanel(LazyPanel):
 
         from vomstudio.geology.populations.set_statistics import set_statistics
 
-        measured = self._studio.measured(f.id for f in features)
-        oriented = [f for f in features if getattr(measured[f.id], geometry) is not None]
-        if not oriented:
+        measurements = self._studio.measured(f.id for f in features)
+        oriented_features = [
+            f for f in features if getattr(measurements[f.id], geometry) is not None
+        ]
+        if not oriented_features:
             return []
-        turns = turns_of(models_of(self._studio.records, oriented))
+        turns = turns_of(models_of(self._studio.records, oriented_features))
         notation = self._studio.settings.notation
         if geometry == "line":
-            lines = [line for f in oriented if (line := measured[f.id].line) is not None]
+            lines = [
+                line for f in oriented_features if (line := measurements[f.id].line) is not None
+            ]
             vectors = np.array([line.vector() for line in lines])
             statistics = set_statistics(vectors, "lines", turns=turns)
             return [(tr("Lines"), statistics_rows(statistics, notation))]
-        planes = [plane for f in oriented if (plane := measured[f.id].plane) is not None]
+        planes = [
+            plane for f in oriented_features if (plane := measurements[f.id].plane) is not None
+        ]
         vectors = -np.array([plane.normal() for plane in planes])
         rows = statistics_rows(set_statistics(vectors, turns=turns), notation)
-        pooled = self._pooled(oriented)
+        pooled = self._pooled(oriented_features)
         pages = [(tr("Planes"), [*pooled, *rows])]
         if not pooled:
-            pages[:0] = self._fold_pages(oriented, measured)
+            pages[:0] = self._fold_pages(oriented_features, measurements)
         return pages
 
     def _fold_pages(
-        self, features: Sequence[Typed], measured: Mapping[str, Measurement]
+        self, features: Sequence[Typed], measured_items: Mapping[str, Measurement]
     ) -> list[tuple[str, Rows]]:
         """Return the titles and rows for the fold axis of planes of one type and of its domains."""
         from vomstudio.project.fold_planes import fold_planes
@@ -143,7 +149,7 @@ class StatisticsPanel(LazyPanel):
         else:
             # The group already restricts the planes to the set.
             fold_filter = replace(fold_filter, set_name=None)
-            planes = fold_planes(self._studio.records, features, measured, fold_filter)
+            planes = fold_planes(self._studio.records, features, measured_items, fold_filter)
         if len(features) < 3:
             return []
         title = tr("As a fold")

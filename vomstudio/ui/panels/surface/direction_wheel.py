@@ -52,19 +52,19 @@ class DirectionWheel(QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         text = self.palette().color(QPalette.ColorRole.WindowText)
-        middle, radius = QPointF(_SIZE_PX / 2.0, _SIZE_PX / 2.0), _SIZE_PX / 2.0 - 16.0
+        midpoint, radius = QPointF(_SIZE_PX / 2.0, _SIZE_PX / 2.0), _SIZE_PX / 2.0 - 16.0
         # Qt measures angles counterclockwise from the right.
-        ring = QConicalGradient(middle, 90.0)
+        ring = QConicalGradient(midpoint, 90.0)
         for k in range(_GRADIENT_STOPS + 1):
             ring.setColorAt(k / _GRADIENT_STOPS, self.color_at(-360.0 * k / _GRADIENT_STOPS))
         painter.setPen(QPen(text, 1.0))
         painter.setBrush(ring)
-        painter.drawEllipse(middle, radius, radius)
+        painter.drawEllipse(midpoint, radius, radius)
         painter.setBrush(self.palette().brush(QPalette.ColorRole.Window))
-        painter.drawEllipse(middle, 0.5 * radius, 0.5 * radius)
+        painter.drawEllipse(midpoint, 0.5 * radius, 0.5 * radius)
         for k, letter in enumerate(_LETTERS):
             x, y = ((0, -1), (1, 0), (0, 1), (-1, 0))[k]
-            centre = middle + QPointF(x, y) * (radius + 9.0)
+            centre = midpoint + QPointF(x, y) * (radius + 9.0)
             box = QRectF(centre.x() - 14.0, centre.y() - 8.0, 28.0, 16.0)
             text_at = tr(letter) if self.has_letters else f"{90 * k}"
             painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text_at)

@@ -142,7 +142,7 @@ class FacetsPanel(ProposalsPanel):
         self.limits.show_unit(length_unit(axes))
 
     def _area_text(self, value: float) -> str:
-        return area_text(value, 2, metric=project_axes(self._studio).metric)
+        return area_text(value, 2, is_metric=project_axes(self._studio).metric)
 
     def _arrange(self) -> None:
         limits = QGridLayout()
@@ -259,14 +259,14 @@ class FacetsPanel(ProposalsPanel):
         rows = []
         for row in sorted(self._facets.open) if proposals is not None else ():
             assert proposals is not None
-            measured = proposals.measured[row]
-            if measured.plane is None or measured.verdict is None:
+            measurement = proposals.measured[row]
+            if measurement.plane is None or measurement.verdict is None:
                 continue
-            verdict = measured.verdict.quality
-            error = catalogue.TOTAL.value(self._studio.subject(proposals.patches[row], measured))
+            verdict = measurement.verdict.quality
+            error = catalogue.TOTAL.value(self._studio.subject(proposals.patches[row], measurement))
             doubt = (_DOUBT[verdict], 90.0 if error is None else error)
-            plane = measured.attitude(notation, omits_hand_rule=True)
-            area = measured.area_m2
+            plane = measurement.attitude(notation, omits_hand_rule=True)
+            area = measurement.area_m2
             if area is None:
                 area = proposals.exposed_area_of(row)
             reasons = self._reason_text(row)
@@ -310,7 +310,7 @@ class FacetsPanel(ProposalsPanel):
         verdict = self._measured_feature(index)[1].verdict
         if verdict is None or verdict.quality == "good":
             return ""
-        return " ".join(each.message for each in verdict.reasons)
+        return " ".join(item.message for item in verdict.reasons)
 
     def _area(self, indices: Sequence[int]) -> Area | None:
         proposals = self._facets.proposals

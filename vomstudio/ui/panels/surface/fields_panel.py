@@ -154,9 +154,9 @@ class FieldsPanel(ModelPanel):
             field = self._fields.shown.get(model.id)
             if self._form_model_id != model.id or field is not self._form_field:
                 self._set_model(model)
-        metric = model is None or model.frame.has_metres
+        is_metric = model is None or model.frame.has_metres
         for spin in (self.radius, self.measurable.length):
-            spin.setSuffix(" m" if metric else tr(" units"))
+            spin.setSuffix(" m" if is_metric else tr(" units"))
         self._list_others()
         self._show_plane()
         self._show_rows()

@@ -62,7 +62,7 @@ class MeasurablePlane(QWidget):
         """
         self._feature = feature
         sources = [(tr("entered attitude"), PLANE_PREFIX)]
-        sources += [(tr("mean of set {name}", name=each), SET_PREFIX + each) for each in sets]
+        sources += [(tr("mean of set {name}", name=item), SET_PREFIX + item) for item in sets]
         if feature:
             sources.append((tr("selected: {name}", name=name), _SELECTED))
         items = [

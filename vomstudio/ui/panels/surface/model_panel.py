@@ -98,9 +98,9 @@ class ModelPanel(LazyPanel):
         return self._studio.fields.why_not(self._model.id)
 
     def _refresh_buttons(self) -> None:
-        busy = self._work.running is not None
-        why = None if busy else self._why_not()
-        self.start.setText(tr("Stop") if busy else self._start_text)
+        is_busy = self._work.running is not None
+        why = None if is_busy else self._why_not()
+        self.start.setText(tr("Stop") if is_busy else self._start_text)
         self.start.setEnabled(why is None)
         self.start.setToolTip("" if why is None else str(why))
 
@@ -191,9 +191,9 @@ class ProposalsPanel(ModelPanel):
     def _list(self) -> None:
         """List the proposals that the filter accepts; those that were selected stay so."""
         test, selection = self.filter.test, set(self._selection())
-        listed = [row for row in self._rows if test is None or test(self._filter_row(row))]
+        listed_rows = [row for row in self._rows if test is None or test(self._filter_row(row))]
         with QSignalBlocker(self.table.selectionModel()):
-            self.table.fill(listed)
+            self.table.fill(listed_rows)
             if selection:
                 self.table.select_rows(lambda values: values[-1] - 1 in selection)
         self._selection_changed()
@@ -253,7 +253,7 @@ class ProposalsPanel(ModelPanel):
 
     def _selection(self) -> list[int]:
         """Return the indices of the selected proposals."""
-        return [self._index(each.row()) for each in self.table.selectionModel().selectedRows()]
+        return [self._index(item.row()) for item in self.table.selectionModel().selectedRows()]
 
     def _current(self) -> int | None:
         """Return the index of the most recently selected proposal, or None."""

@@ -231,9 +231,9 @@ class CompassBox(QWidget):
         model = self._model
         if model is None:
             return
-        previous = compass_of(self._studio.records, model.id)
-        dialog = CompassDialog(self, model, previous, self._find_north_inputs)
-        if dialog.exec() and dialog.compass not in (None, previous):
+        previous_compass = compass_of(self._studio.records, model.id)
+        dialog = CompassDialog(self, model, previous_compass, self._find_north_inputs)
+        if dialog.exec() and dialog.compass not in (None, previous_compass):
             self._studio.attempt(set_compass, dialog.compass)
 
 

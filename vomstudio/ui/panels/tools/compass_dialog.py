@@ -50,7 +50,7 @@ class CompassDialog(QDialog):
         self,
         parent: QWidget | None,
         model: Model,
-        previous: Compass | None,
+        previous_compass: Compass | None,
         find_north_inputs: Callable[[Compass], North],
     ) -> None:
         """Show the previous compass record, or the default if none is given.
@@ -65,7 +65,7 @@ class CompassDialog(QDialog):
         self.setWindowTitle(tr("North of the readings on {model}", model=model.name))
         self._model, self._find_north_inputs = model, find_north_inputs
         self.compass: Compass | None = None
-        initial = previous or Compass(compass_id(model.id), model.id)
+        initial = previous_compass or Compass(compass_id(model.id), model.id)
         self.north = ComboBox()
         self.north.setObjectName("compass_from")
         for kind, title in _NORTHS:

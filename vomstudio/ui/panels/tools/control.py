@@ -215,9 +215,9 @@ class ControlPanel(QWidget):
 
     def _choose_click_target(self) -> None:
         kind: KnownKind | str = self.click_box.currentData()
-        for each, _ in KINDS:
-            if each == kind:
-                self._lines_tool.choose(each)
+        for item, _ in KINDS:
+            if item == kind:
+                self._lines_tool.choose(item)
         self._studio.activate(self._lines_tool.name if kind else self._tool.name)
         self._show_compass()
 
@@ -385,7 +385,7 @@ class ControlPanel(QWidget):
         self.click_error.setPlaceholderText(default)
 
     def _list_labels(self) -> list[str]:
-        return [each.name for each in (*self._points, *self._lines)]
+        return [item.name for item in (*self._points, *self._lines)]
 
     def _find_north_inputs(self, compass: Compass) -> North:
         assert self.model is not None
@@ -543,16 +543,16 @@ class ControlPanel(QWidget):
             set_rotations_deg,
         )
 
-        previous, placed = self.model, self.placed
-        if previous is None or placed is None:
+        previous_model, placed = self.model, self.placed
+        if previous_model is None or placed is None:
             return
         north = None if self.north is None else placement_north(self.north, self._lines)
         record = create_registration(
-            placed, control_pairs(self._points), previous, self.crs, read_north=north
+            placed, control_pairs(self._points), previous_model, self.crs, read_north=north
         )
-        if not self._studio.attempt(edits.set_registration, record, [previous.id]):
+        if not self._studio.attempt(edits.set_registration, record, [previous_model.id]):
             return
-        registered_model = self._studio.records[previous.id]
+        registered_model = self._studio.records[previous_model.id]
         assert isinstance(registered_model, Model)
         studio = self._studio
         measurements = studio.measured(f.id for f in studio.session.features())
@@ -561,16 +561,16 @@ class ControlPanel(QWidget):
         studio.info(
             Finding(
                 "registration.applied",
-                model=previous.name,
+                model=previous_model.name,
                 count=points + lines + readings,
                 points=points,
                 lines=lines,
                 readings=readings,
-                turn_deg=rotation_deg(previous, registered_model),
+                turn_deg=rotation_deg(previous_model, registered_model),
             )
         )
         finding = set_rotation_finding(
-            set_rotations_deg(studio.records, previous, registered_model, measurements)
+            set_rotations_deg(studio.records, previous_model, registered_model, measurements)
         )
         if finding is not None:
             studio.info(finding)

@@ -134,8 +134,8 @@ def add_known_lines(
         value = line.value
         if line.kind == "azimuth" and value is not None and turned_deg:
             value = (value + turned_deg) % 360.0
-        numbers = [each for each in (value, line.sigma) if each is not None]
+        numbers = [item for item in (value, line.sigma) if item is not None]
         text = format_numbers([*line.vertices[0], *line.vertices[-1], *numbers])
         texts[names[line.kind]].append(text)
-    values: dict[str, Any] = {name: tuple(each) for name, each in texts.items()}
+    values: dict[str, Any] = {name: tuple(item) for name, item in texts.items()}
     return replace(options, **values)

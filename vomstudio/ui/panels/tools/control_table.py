@@ -112,10 +112,10 @@ class ControlTable(QTableWidget):
                 else:
                     item.setText("" if point.vertices else tr("not found"))
                     item.setToolTip("")
-                share = (
+                fraction = (
                     residual.error_m / largest if residual is not None and largest > 0.0 else 0.0
                 )
-                item.setData(_SHARE_ROLE, -share if point.name in blunders else share)
+                item.setData(_SHARE_ROLE, -fraction if point.name in blunders else fraction)
                 cells[LABEL].setIcon(alert if point.name in blunders else QIcon())
 
     @contextmanager
@@ -143,11 +143,11 @@ class _BarDelegate(QStyledItemDelegate):
         option: QStyleOptionViewItem,
         index: QModelIndex | QPersistentModelIndex,
     ) -> None:
-        share = float(index.data(_SHARE_ROLE) or 0.0)
-        if share:
-            color = QColor(_BLUNDER_COLOR if share < 0.0 else _BAR_COLOR)
+        fraction = float(index.data(_SHARE_ROLE) or 0.0)
+        if fraction:
+            color = QColor(_BLUNDER_COLOR if fraction < 0.0 else _BAR_COLOR)
             color.setAlphaF(0.45)
             box = QRectF(option.rect).adjusted(1.0, 3.0, -1.0, -3.0)
-            box.setWidth(abs(share) * box.width())
+            box.setWidth(abs(fraction) * box.width())
             painter.fillRect(box, color)
         super().paint(painter, option, index)

@@ -112,6 +112,6 @@ def placement_north(read_north: ReadNorth, lines: Sequence[KnownLine]) -> ReadNo
 
 def _direction_values(readings: Readings) -> dict[str, tuple[tuple[float, ...], float | None]]:
     return {
-        id_: (tuple(each.direction.tolist()), each.sigma_deg)
-        for id_, each in readings.directions.items()
+        id_: (tuple(direction.direction.tolist()), direction.sigma_deg)
+        for id_, direction in readings.directions.items()
     }

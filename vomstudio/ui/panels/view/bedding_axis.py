@@ -111,5 +111,5 @@ class BeddingAxis:
         planes = self.planes
         if planes is None:
             return ()
-        exclusions = (f"{each.n} {each.what}: {each.reason}" for each in planes.left_out)
+        exclusions = (f"{item.n} {item.what}: {item.reason}" for item in planes.left_out)
         return (*map(str, not_good_warning(planes.not_good, len(planes))), *exclusions)

@@ -45,7 +45,7 @@ class SecondViewPanel(QWidget):
         """Ids of the models chosen for this view, or None for those visible in the outcrop."""
         self._is_linking = False
         self._background = QtBackground(self, "second view", threads=1)
-        self._begun = False
+        self._has_begun = False
         self._notice = Label(tr("Opening the view…"))
         self._notice.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._column = QVBoxLayout(self)
@@ -112,8 +112,8 @@ class SecondViewPanel(QWidget):
     # --- start and end -----------------------------------------------------------------------
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
         super().showEvent(event)
-        if not self._begun:
-            self._begun = True
+        if not self._has_begun:
+            self._has_begun = True
             self._background.run(import_plotter, self._create)
 
     def _create(self, _: object) -> None:
@@ -160,10 +160,10 @@ class SecondViewPanel(QWidget):
             action.setChecked(self.is_shown(model.id))
             action.triggered.connect(partial(self._toggle_model, model.id))
 
-    def _toggle_model(self, model_id: str, shown: bool) -> None:
+    def _toggle_model(self, model_id: str, is_shown: bool) -> None:
         models = self._studio.session.of(Model)
         ids = {model.id for model in models if self.is_shown(model.id)}
-        self.show_models(ids | {model_id} if shown else ids - {model_id})
+        self.show_models(ids | {model_id} if is_shown else ids - {model_id})
 
     def _name_models(self) -> None:
         """Name the models of the view on the button of their menu."""

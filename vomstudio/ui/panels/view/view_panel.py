@@ -127,7 +127,7 @@ class ViewPanel(QWidget):
         self._cost.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.only_selected = QCheckBox(tr("Selected bedding only"))
         self.only_selected.toggled.connect(
-            lambda on: studio.fold.choose(studio.fold.which, selected=on)
+            lambda on: studio.fold.choose(studio.fold.which, is_selected=on)
         )
         self.fold_box = FoldBox(studio)
         studio.fold.changed.connect(self._follow_fold_choice)
@@ -150,13 +150,13 @@ class ViewPanel(QWidget):
         studio.model_loaded.connect(self.refresh)
         studio.jobs.closed.connect(self._requests.close)
 
-    def show_direction(self, trend_deg: float, plunge_deg: float, orthographic: bool) -> None:
+    def show_direction(self, trend_deg: float, plunge_deg: float, is_orthographic: bool) -> None:
         """Show the direction of the view, in degrees."""
         self._direction = Line(wrap360(trend_deg), plunge_deg)
         line = format_line(self._direction, 0)
         self.current_label.setText(
             tr("{line} (orthographic)", line=line)
-            if orthographic
+            if is_orthographic
             else tr("{line} (perspective)", line=line)
         )
         # A drag emits many directions; the cost is shown only for the last one.
@@ -209,7 +209,7 @@ class ViewPanel(QWidget):
     def _face_outcrop(self) -> None:
         view = self._exposed_view()
         if view is not None:
-            self._turn(Line.from_vector(view, directed=True))
+            self._turn(Line.from_vector(view, is_directed=True))
 
     def _look_along_strike(self) -> None:
         plane = self._plane()
@@ -232,7 +232,7 @@ class ViewPanel(QWidget):
         """
         view = self._exposed_view()
         if view is not None and axis.vector() @ view < -_MIN_EDGE_ON_SINE:
-            axis = Line.from_vector(-axis.vector(), directed=True)
+            axis = Line.from_vector(-axis.vector(), is_directed=True)
         self._turn(axis)
 
     def _exposed_view(self) -> FloatArray | None:
@@ -274,16 +274,16 @@ class ViewPanel(QWidget):
             feature = get_feature(self._studio.records, id_)
             if feature is None:
                 continue
-            measured = self._studio.measured([id_])[id_]
-            line = measured.line or (measured.plane.pole() if measured.plane else None)
+            measurements = self._studio.measured([id_])[id_]
+            line = measurements.line or (measurements.plane.pole() if measurements.plane else None)
             if line is not None and angle_between_lines(line, direction) < SAME_DEG:
-                attitude = measured.attitude(self._studio.settings.notation)
+                attitude = measurements.attitude(self._studio.settings.notation)
                 values = {"feature": feature.name, "attitude": attitude}
-                if measured.line is not None:
+                if measurements.line is not None:
                     text = tr("Along {feature}, {attitude} (95 %).", **values)
                 else:
                     text = tr("Perpendicular to {feature}, {attitude} (95 %).", **values)
-                return text, measured.total95_deg
+                return text, measurements.total95_deg
         return Finding("view.direction-unmeasured").message, None
 
     def why_no_line(self) -> Finding | None:
@@ -293,13 +293,13 @@ class ViewPanel(QWidget):
     # --- measurements ------------------------------------------------------------------------
     def _selected_measurements(self) -> list[Measurement]:
         """Return the measurements of all selected features."""
-        measured = self._studio.measured(self._studio.selection.ids)
-        return [measured[id_] for id_ in self._studio.selection.ids if id_ in measured]
+        measurements = self._studio.measured(self._studio.selection.ids)
+        return [measurements[id_] for id_ in self._studio.selection.ids if id_ in measurements]
 
     def _error_of(self, id_: str) -> float | None:
         """Return the 95 % error of a feature, including the registration error if it is known."""
-        measured = self._studio.measured([id_]).get(id_)
-        return None if measured is None else measured.total95_deg
+        measurement = self._studio.measured([id_]).get(id_)
+        return None if measurement is None else measurement.total95_deg
 
     def _error_of_current(self) -> float | None:
         current = self._studio.selection.current
@@ -312,10 +312,10 @@ class ViewPanel(QWidget):
 
     def _slip_normal(self) -> AxialDirection | Finding:
         current = self._studio.selection.current
-        measured = {} if current is None else self._studio.measured([current])
-        if current is None or current not in measured:
+        measurements = {} if current is None else self._studio.measured([current])
+        if current is None or current not in measurements:
             return Finding("selection.no-slip")
-        return direction_across_slip(measured[current])
+        return direction_across_slip(measurements[current])
 
     def _plane(self) -> Plane | None:
         current = self._studio.selection.current
@@ -403,7 +403,7 @@ class ViewPanel(QWidget):
             warnings = (f"• {warning}" for warning in self._bedding.warnings())
             self._verdict.setText("<br>".join([text, *map(escape, warnings)]))
             # Statistics lists the reasons with their figures.
-            self._verdict.setToolTip("<br>".join(escape(str(each)) for each in axis.reasons))
+            self._verdict.setToolTip("<br>".join(escape(str(item)) for item in axis.reasons))
         else:
             self._verdict.setText(escape(axis.message))
             self._verdict.setToolTip("")
@@ -425,7 +425,7 @@ class ViewPanel(QWidget):
         """Describe the cost of an error in the direction; the text is empty if no model is open."""
         studio = self._studio
         depth, metric = depth_along(line.vector(), studio.models, studio.records)
-        return cost_of_direction(error95_deg, depth, metric=metric).message if depth else ""
+        return cost_of_direction(error95_deg, depth, is_metric=metric).message if depth else ""
 
     def _show_cost(self) -> None:
         """Show the origin of the current direction and the cost of its error."""
