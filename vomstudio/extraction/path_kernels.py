@@ -65,9 +65,9 @@ def _detour(positions, node, one, other):  # type: ignore[no-untyped-def]
 
 
 @kernel("i8(f8[:,::1], i8[::1], i4[::1], i8, f8[::1], f8[::1], f8, i8[::1], i8[::1])")
-def list_component_in_ellipsoid(
+def list_component_in_ellipsoid(  # type: ignore[no-untyped-def]
     positions, starts, neighbours, first, one, other, reach, mark, rows
-):  # type: ignore[no-untyped-def]
+):
     """List the nodes connected to `first` within an ellipsoid, and return their number.
 
     Return -1 if there are too many nodes.

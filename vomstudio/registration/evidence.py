@@ -231,7 +231,7 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
         kinds += fixed_scale(evidence.scale, kinds, extent, evidence.scale_error)
     try:
         placed = (place_robustly if evidence.robust else place)(
-            kinds, check, extent, up=evidence.up, doubted=bool(suspicions)
+            kinds, check, extent, up=evidence.up, is_doubted=bool(suspicions)
         )
     except GeometryError as error:
         # Report the suspicious values: they are the cause of the degenerate geometry.

@@ -84,7 +84,7 @@ def place(
     extent: FloatArray | None = None,
     *,
     up: FloatArray | None = None,
-    doubted: bool = False,
+    is_doubted: bool = False,
 ) -> Placed:
     """Register a model by all observations.
 
@@ -97,7 +97,7 @@ def place(
         Points distributed over the model; by default the points of the observations.
     up : (3,) array, optional
         Up direction in the frame of the model.
-    doubted : bool
+    is_doubted : bool
         Whether an earlier finding must be corrected before further measurements.
 
     Raises
@@ -135,7 +135,7 @@ def place(
         *mirrors,
         *tipping_findings(result.fit.rotation, up, None if mirrors else points),
     ]
-    doubted = doubted or bool(named)
+    is_doubted = is_doubted or bool(named)
     warnings = [
         *named,
         *fit_findings(result, kinds),
@@ -148,7 +148,7 @@ def place(
             scale95,
             known_determined_parameters,
             points,
-            is_named=doubted,
+            is_named=is_doubted,
             fraction=fraction,
         ),
         *turn_findings(result.rotation),
@@ -211,12 +211,12 @@ def place_robustly(
     GeometryError
         See `place`.
     """
-    first = place(kinds, check, extent, up=up, doubted=is_doubted)
+    first = place(kinds, check, extent, up=up, is_doubted=is_doubted)
     if not first.blunders:
         return first
     labels = [blunder.label for blunder in first.blunders]
     inlier_kinds, inlier_check = exclude_labels(kinds, check, labels)
-    placed = place(inlier_kinds, inlier_check, extent, up=up, doubted=is_doubted)
+    placed = place(inlier_kinds, inlier_check, extent, up=up, is_doubted=is_doubted)
     finding = Finding(
         "registration.left-out", labels=[blunder.text() for blunder in first.blunders]
     )
