@@ -10,7 +10,18 @@ __all__ = ["COMMANDS", "main", "opens_window"]
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command line; see `common.entry.main`."""
+    """Run the command line.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        Arguments, by default those of the process.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
     # Not needed to open the window, which would start 30 ms later.
     from vomstudio.cli.common import entry
 

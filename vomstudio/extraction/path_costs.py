@@ -99,6 +99,11 @@ def smooth_opponent_colours(graph: Graph) -> FloatArray:
     """Return the opponent colours (3, n) of the nodes, averaged with their neighbours.
 
     They do not depend on the colours that are followed, and are computed once for a graph.
+
+    Parameters
+    ----------
+    graph : Graph
+        Graph whose nodes have colours.
     """
     name = "smooth opponent colours"
     if name not in graph.cached:

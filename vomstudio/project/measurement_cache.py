@@ -145,7 +145,14 @@ class Measurements:
 def is_equal_except(
     first: Record | None, second: Record | None, ignored_fields: frozenset[str]
 ) -> bool:
-    """Return whether two records are equal, or features that differ only in some fields."""
+    """Return whether two records are equal, or features that differ only in some fields.
+
+    Parameters
+    ----------
+    first, second : Record or None
+    ignored_fields : frozenset of str
+        Names of the fields in which features may differ.
+    """
     if first is second:
         return True
     if type(first) is not type(second) or not isinstance(first, Feature):

@@ -285,7 +285,7 @@ def _clear_consistent(
     *,
     trust_stated: bool,
 ) -> None:
-    """Remove consistent observations from `excluded` and `named_items`, and update other errors."""
+    """Remove consistent observations from the outliers, and update other errors."""
     total = sum(len(kind.labels) for kind in kinds)
     for single in [*excluded]:
         others_excluded = [other for other in excluded if other != single]

@@ -316,8 +316,8 @@ def _upright_line_findings(
     return [Finding("level.portrait", photos=names)]
 
 
-def _range_deg(angles_rad: FloatArray, whole_value: float) -> float:
-    """Return the smallest arc that contains all angles, with a period of `whole_value` degrees."""
-    turns = np.sort(np.degrees(angles_rad) % whole_value)
-    gaps = np.diff(np.append(turns, turns[0] + whole_value))
-    return float(whole_value - gaps.max())
+def _range_deg(angles_rad: FloatArray, period_deg: float) -> float:
+    """Return the smallest arc, degrees, that contains all angles of a period."""
+    turns = np.sort(np.degrees(angles_rad) % period_deg)
+    gaps = np.diff(np.append(turns, turns[0] + period_deg))
+    return float(period_deg - gaps.max())

@@ -86,7 +86,7 @@ def _find_farthest_vertex(line: FloatArray, first: int, last: int) -> tuple[floa
 
 
 def _densify_line(line: FloatArray, max_distance: float) -> FloatArray:
-    """Add points between vertices, at most half of `max_distance` apart, up to a maximum number."""
+    """Add points between vertices, at most half of `max_distance` apart, within limits."""
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
     far = np.concatenate([[0.0], np.cumsum(steps)])
     count = int(np.clip(np.ceil(2.0 * far[-1] / max_distance), 1, 100_000)) + 1

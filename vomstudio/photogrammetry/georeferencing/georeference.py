@@ -269,9 +269,9 @@ def _stated_accuracy(photos: Sequence[PhotoLike]) -> float | None:
     return float(np.median(stated)) / _RADIUS_PER_SIGMA if len(stated) > len(photos) / 2 else None
 
 
-def _each_sigma(photos: Sequence[PhotoLike], usual_value: float) -> FloatArray:
-    """Return the horizontal coordinate error (n,) of each photo, or `usual_value` if not stated."""
-    return np.array([(p.gps_accuracy_m or 0) / _RADIUS_PER_SIGMA or usual_value for p in photos])
+def _each_sigma(photos: Sequence[PhotoLike], default_m: float) -> FloatArray:
+    """Return the horizontal error (n,) of each photo, by default `default_m`."""
+    return np.array([(p.gps_accuracy_m or 0) / _RADIUS_PER_SIGMA or default_m for p in photos])
 
 
 def _check_not_on_a_line(centres: FloatArray, spread: FloatArray) -> None:

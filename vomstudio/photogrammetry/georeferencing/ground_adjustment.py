@@ -113,7 +113,7 @@ def focal_sigmas(
     free_lenses: Collection[Intrinsics],
     threads: int = -1,
 ) -> dict[Intrinsics, float]:
-    """Return the relative one-sigma errors of the focal lengths of the lenses in `free_lenses`.
+    """Return the relative one-sigma errors of the focal lengths of free lenses.
 
     They follow from tie points, control points and GPS positions, and are infinite if undetermined.
     """

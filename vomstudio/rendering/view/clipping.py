@@ -38,7 +38,7 @@ def limits_for(
     model_origin: FloatArray,
     max_distance: float = 0.0,
 ) -> PickLimits | None:
-    """Return the picking limits on a World ray, or None if it misses the box by `max_distance`."""
+    """Return the picking limits on a World ray, or None if it misses the box."""
     stretch = box.stretch(origin, direction, max_distance)
     if stretch is None:
         return None

@@ -32,12 +32,12 @@ def all_workers(studio: Studio) -> None:
 
 
 def _ask(
-    studio: Studio, job: Job[Nothing, Nothing], on_done: Callable[[], object] = lambda: None
+    studio: Studio, job: Job[Nothing, Nothing], finished: Callable[[], object] = lambda: None
 ) -> None:
     from vomstudio.studio.jobs.job import Nothing
 
     def finish(_: Nothing) -> None:
-        on_done()
+        finished()
 
     studio.jobs.submit(
         job,

@@ -125,7 +125,14 @@ class Row(Subject):
 
 
 def has_figure(kind_name: str, figure: Figure) -> bool:
-    """Return whether features of a kind may have a figure."""
+    """Return whether features of a kind may have a figure.
+
+    Parameters
+    ----------
+    kind_name : str
+    figure : Figure
+        Column of the table.
+    """
     return figure.name in _KIND_FIGURES[kind_name] or figure in (CLASS, catalogue.DOMAIN)
 
 
