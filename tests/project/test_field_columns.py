@@ -536,7 +536,7 @@ def test_degrees_are_turned_into_the_project_s_metres_or_said_to_be_left_out(boo
         ("reading.coordinate-missing", (5,)),
         ("reading.no-position", (3,)),
     ]
-    assert "latitude of 91" in found.findings[1].values["reason"]
+    assert "latitude 91 " in found.findings[1].values["reason"]
     found = read_readings(table, columns, "dipdir/dip", lambda *_: None)
     assert [r.position for r in found.rows] == [None] * 4
     found = read_readings(table, columns, "dipdir/dip")

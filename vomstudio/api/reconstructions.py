@@ -94,7 +94,7 @@ def reconstruct(
     >>> import vomstudio as vs
     >>> vs.reconstruct(tempfile.gettempdir() + "/none", "model")
     Traceback (most recent call last):
-    vomstudio.core.errors.InputError: ...none: This is not a folder of photos. Choose another.
+    vomstudio.core.errors.InputError: ...none: This is not a photo folder. Choose another folder.
     """
     from vomstudio.studio.jobs.reconstruction_requests import reconstruction_request
     from vomstudio.studio.jobs.reconstruction_tasks import RECONSTRUCT

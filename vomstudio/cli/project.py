@@ -99,7 +99,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "name",
         metavar="NAME",
         choices=["error", "textbook"],
-        help=tr("error: by their 95 % error; textbook: by the shape of their points"),
+        help=tr("error: by their 95 %% error; textbook: by the shape of their points"),
     )
     add("update", _update, tr("Measure the surroundings of earlier features by the current rule"))
     add("undo", _undo, tr("Undo the last step"))

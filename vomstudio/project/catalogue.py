@@ -562,7 +562,7 @@ ORIENTATION: tuple[Figure, ...] = (
 
 TO_PICK = _degrees(
     "to_pick_deg",
-    _("To nearest pick"),
+    _("Nearest pick"),
     _(
         "Angle between a compass reading and the nearest pick of its type (without position: the"
         " most similar)"

@@ -76,7 +76,7 @@ SLIP_SENSE = text_figure(
 )
 SLIP_CONFIDENCE = text_figure(
     "slip_confidence",
-    _("Slip confidence"),
+    _("Confidence"),
     _("Confidence in the sense of slip: certain, probable or supposed"),
     _confidence,
     short="slip_conf",

@@ -274,7 +274,7 @@ KIND = Kind(
         Attribute("slip", _("Slip"), "choice", SENSES, applies=lambda line: bool(line.plane_id)),
         Attribute(
             "slip_confidence",
-            _("Slip confidence"),
+            _("Confidence"),
             "choice",
             CONFIDENCES,
             applies=lambda line: bool(line.plane_id and line.slip),
