@@ -311,7 +311,7 @@ def test_the_world_turned_turns_the_net() -> None:
         for ax in (turned, other)
     ]
     np.testing.assert_allclose(*places, atol=1e-9)
-    assert any("Turned by 30" in text.get_text() for text in turned.texts)
+    assert any("Rotated by 30" in text.get_text() for text in turned.texts)
 
 
 def test_a_style_is_that_of_the_figure() -> None:

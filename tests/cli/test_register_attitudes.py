@@ -386,10 +386,10 @@ def test_geo_txt_has_the_angles_of_an_aircraft(run, write: Write, model: Path) -
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda y, p, r: (y, p + 90, r), "taken from pitch"),
+        (lambda y, p, r: (y, p + 90, r), "subtracted from pitch"),
         (lambda y, p, r: (y, -p, r), "positive downwards"),
         (lambda y, p, r: (-y, p, r), "counterclockwise"),
-        (lambda y, p, r: (y, p, r + 90 if r < 90 else r - 270), "taken from roll"),
+        (lambda y, p, r: (y, p, r + 90 if r < 90 else r - 270), "subtracted from roll"),
         (lambda y, p, r: (y, p, r + 180 if r < 0 else r - 180), "upside down"),
     ],
 )

@@ -89,7 +89,7 @@ def test_centres_alone_take_no_attitudes(run, write: Write, model: Path) -> None
     table = write("photo,yaw,pitch,roll\nIMG_01.jpg,10,0,0\n")
     ran = run("register", model, "--attitudes", table, "--model-cameras", path)
     assert ran.code == 2
-    assert "centres alone" in ran.said
+    assert "only centres" in ran.said
 
 
 def test_photos_of_other_names_are_said(run, write: Write, model: Path) -> None:

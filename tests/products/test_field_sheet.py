@@ -58,7 +58,7 @@ def test_figures_stand_with_their_units(plan: SurveyPlan) -> None:
     assert messages["Photos"] == (
         f"{straight + oblique}: {straight} perpendicular, {oblique} oblique"
     )
-    assert messages["Photos per place"].startswith(f"{plan.views_least} or more, ")
+    assert messages["Photos per point"].startswith(f"{plan.views_least} or more, ")
     near, far = plan.depth_of_field_m
     assert messages["Sharp at f/8"] == f"{near:.3g} m to " + (
         "infinity" if far is None else f"{far:.3g} m"
@@ -129,7 +129,7 @@ def test_the_drawings_show_positions_where_they_are(manner: Manner) -> None:
     assert ground.get_height() == pytest.approx(0.4)
     assert ground.get_y() == pytest.approx(-0.4)
     flat = manner == "terrain"
-    assert front.get_ylabel() == ("across, m\n(from above)" if flat else "up, m\n(as you face it)")
+    assert front.get_ylabel() == ("across, m\n(from above)" if flat else "up, m\n(from the front)")
     assert above.get_ylabel() == (
         "above the ground, m\n(from the side)" if flat else "away from the rock, m\n(from above)"
     )

@@ -24,6 +24,7 @@ from vomstudio.geology.stereonet import vectors_to_longitude_latitude
 from vomstudio.products.net.contents import NetContents, NetEllipse, compute_means, make_sets
 from vomstudio.products.net.figure import NetArtists, draw_stereonet, write_stereonet
 from vomstudio.products.net.figure_options import SIZE_MM
+from vomstudio.products.net.legend import SYMBOLS
 from vomstudio.products.net.page import PROJECTION_NAMES
 from vomstudio.products.net.style import PRINT, NetStyle
 
@@ -178,7 +179,7 @@ def test_selection_emphasises_in_the_same_colour_and_can_be_taken_back() -> None
 
 def test_the_legend_names_the_ellipse_as_long_as_there_is_one() -> None:
     figure, artists = draw(replace(FULL, selected=frozenset(), ellipses=()))
-    name = "Joint 95 % of the selected pole"
+    name = SYMBOLS["pole-ellipse"]
     assert name not in texts(artists)
     artists.select({"Bedding3"}, FULL.ellipses)
     assert name in texts(artists)

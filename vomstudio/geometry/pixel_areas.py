@@ -25,8 +25,8 @@ class PixelArea:
     @property
     def window(self) -> tuple[slice, slice]:
         """Box as an index into the image."""
-        high, wide = self.inside.shape
-        return slice(self.top, self.top + high), slice(self.left, self.left + wide)
+        height, width = self.inside.shape
+        return slice(self.top, self.top + height), slice(self.left, self.left + width)
 
 
 def polygon_area(corners: npt.ArrayLike, width: int, height: int) -> PixelArea:
@@ -44,22 +44,22 @@ def polygon_area(corners: npt.ArrayLike, width: int, height: int) -> PixelArea:
     PixelArea
     """
     points = np.asarray(corners, np.float64).reshape(-1, 2)
-    left, top, total_width, high = _box(points, 0.0, width, height)
-    if not total_width or not high or len(points) < 3:
-        return PixelArea(left, top, np.zeros((high, total_width), np.bool_))
+    left, top, box_width, box_height = _box(points, 0.0, width, height)
+    if not box_width or not box_height or len(points) < 3:
+        return PixelArea(left, top, np.zeros((box_height, box_width), np.bool_))
     # In the rows whose centres it crosses, every edge toggles all pixels to its right.
-    turns = np.zeros((high, total_width + 1), np.uint8)
+    turns = np.zeros((box_height, box_width + 1), np.uint8)
     for (xa, ya), (xb, yb) in zip(points, np.roll(points, -1, axis=0), strict=True):
         low, up = min(ya, yb), max(ya, yb)
         first = max(0, int(np.ceil(low - 0.5)) - top)
-        last = min(high, int(np.ceil(up - 0.5)) - top)
+        last = min(box_height, int(np.ceil(up - 0.5)) - top)
         if last <= first:
             continue
         rows = np.arange(first, last)
         x = xa + (rows + top + 0.5 - ya) * (xb - xa) / (yb - ya)
-        columns = np.clip(np.ceil(x - 0.5).astype(np.int64) - left, 0, total_width)
+        columns = np.clip(np.ceil(x - 0.5).astype(np.int64) - left, 0, box_width)
         turns[rows, columns] ^= 1
-    inside = np.bitwise_xor.accumulate(turns[:, :total_width], axis=1)
+    inside = np.bitwise_xor.accumulate(turns[:, :box_width], axis=1)
     return PixelArea(left, top, inside.astype(np.bool_))
 
 
@@ -80,8 +80,8 @@ def stroke_area(polyline: npt.ArrayLike, radius: float, width: int, height: int)
     PixelArea
     """
     points = np.asarray(polyline, np.float64).reshape(-1, 2)
-    left, top, total_width, high = _box(points, radius, width, height)
-    is_inside = np.zeros((high, total_width), np.bool_)
+    left, top, box_width, box_height = _box(points, radius, width, height)
+    is_inside = np.zeros((box_height, box_width), np.bool_)
     starts = points[:-1] if len(points) > 1 else points
     ends = points[1:] if len(points) > 1 else points
     for a, b in zip(starts, ends, strict=True):
@@ -128,10 +128,12 @@ class MaskChange:
         )
 
     def do(self, is_used: BoolArray) -> None:
-        high, wide = self.shape
+        height, width = self.shape
         bits = np.frombuffer(zlib.decompress(self.bits), np.uint8)
-        is_changed = np.unpackbits(bits, count=high * wide).reshape(high, wide).astype(np.bool_)
-        is_used[self.top : self.top + high, self.left : self.left + wide] ^= is_changed
+        is_changed = (
+            np.unpackbits(bits, count=height * width).reshape(height, width).astype(np.bool_)
+        )
+        is_used[self.top : self.top + height, self.left : self.left + width] ^= is_changed
 
 
 def draw_area(is_used: BoolArray, area: PixelArea, is_masking: bool) -> MaskChange | None:

@@ -253,7 +253,7 @@ def test_a_sense_that_leaves_the_direction_open_is_kept_and_said(name: str) -> N
 
     rows = {row["id"]: row for row in project_table(records).rows}
     for sense in SENSES:
-        said = "does not tell which way" in (rows[sense or "none"]["notes"] or "")
+        said = "sense of slip does not determine" in (rows[sense or "none"]["notes"] or "")
         assert said == (bool(sense) and sense not in case.slips)
         assert rows[sense or "none"]["slip_sense"] == (sense or None)
 

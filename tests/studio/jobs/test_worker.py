@@ -247,7 +247,7 @@ def test_a_job_that_wants_all_memory_ends_in_a_sentence_and_the_worker_lives(wor
     ("task", "words"),
     [
         (KILLED, "killed by the system, probably out of memory). Finished results are kept. Take"),
-        (GIVEN_UP, "There is not enough memory for this. Take less."),
+        (GIVEN_UP, "There is not enough memory for this task. Take less."),
         (DIE, "(code -6). Finished results are kept. Try again."),
     ],
 )

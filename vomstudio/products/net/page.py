@@ -202,7 +202,8 @@ class NetPage:
         """Return the lines of an entry; on the screen, long texts are shortened instead."""
         if self.net.compact:
             return [entry]
-        lines = wrap_text(entry.text, self.font, width - _SIGN_LETTERS * self.font)
+        room = (width - _SIGN_LETTERS * self.font) / _HINTING
+        lines = wrap_text(entry.text, self.font, room)
         continuation = [NetLegendEntry(line, entry.color, is_continued=True) for line in lines[1:]]
         return [replace(entry, text=lines[0]), *continuation]
 

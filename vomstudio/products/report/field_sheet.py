@@ -188,7 +188,7 @@ def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
     near, far = plan.depth_of_field_m
     camera = plan.camera
     width, height = plan.footprint_m
-    along_component, up = plan.spacing_m
+    spacing_along, spacing_up = plan.spacing_m
     return [
         (tr("Camera"), f"{camera.name[:30]}, {camera.width_px} x {camera.height_px}"),
         (tr("Lens"), tr("{focal:g} mm (do not zoom)", focal=camera.focal_mm)),
@@ -202,7 +202,7 @@ def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
         (tr("Footprint"), tr("{width:.3g} x {height:.3g} m", width=width, height=height)),
         (
             tr("Spacing"),
-            tr("{along:.3g} m along, {up:.3g} m up", along=along_component, up=up),
+            tr("{along:.3g} m along, {up:.3g} m up", along=spacing_along, up=spacing_up),
         ),
         (tr("Overlap"), f"{100 * plan.overlap:.0f} %"),
         (
@@ -230,9 +230,9 @@ def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
         ),
         *(
             (
-                tr("Rotation error, GPS")
+                tr("Rotation by GPS")
                 if registration.by == "receiver"
-                else tr("Rotation error, control"),
+                else tr("Rotation by control"),
                 forecast_in_short(registration),
             )
             for registration in plan.registration

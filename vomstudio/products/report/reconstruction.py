@@ -127,10 +127,10 @@ def _number(value: float | None, digits: int, unit: str = "") -> str:
 
 def _photos(result: Mapping[str, Any]) -> str:
     placed = [row for row in result["photo_rows"] if row["placed"]]
-    typical_value = float(np.median([row["error_px"] for row in placed])) if placed else 0.0
+    typical_px = float(np.median([row["error_px"] for row in placed])) if placed else 0.0
     rows = []
     for row in result["photo_rows"]:
-        poor = not row["placed"] or row["error_px"] > 2.0 * typical_value
+        poor = not row["placed"] or row["error_px"] > 2.0 * typical_px
         rows.append(
             (
                 "out" if poor else "",
