@@ -72,7 +72,7 @@ def test_a_unit_against_the_crs_is_refused(run, write, tmp_path: Path) -> None:
         (["a.obj", "b.docx"], ".docx"),
         (["none.obj", "b.ply"], "none.obj"),
         (["a.obj", "no/b.ply"], "does not exist"),
-        (["a.obj", "a.obj", "--force"], "command reads this file"),
+        (["a.obj", "a.obj", "--force"], "is an input of the command"),
         (["a.obj", "bad.obj"], "--force"),
         (["a.obj", "b.ply", "--crs", "4326"], "projected"),
         (["a.obj", "b.ply", "--up", "x"], "--up"),

@@ -437,7 +437,7 @@ def test_features_of_an_earlier_rule_say_so_and_are_measured_anew(run: Run, tmp_
     assert after["dip_deg"] == pytest.approx(np.degrees(np.arctan2(np.hypot(a, 1.0), abs(b))))
     none = run("project", folder, "update", "--json")
     assert none.code == 2
-    assert "earlier rule" in none.json["error"]["message"]
+    assert none.json["error"]["code"] == "surroundings.up-to-date"
     run("project", folder, "undo")
     assert fitted(run, folder)["resolution_m"] == 3.0
 

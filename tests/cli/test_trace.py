@@ -329,7 +329,7 @@ def test_lines_are_proposed_and_no_results(run, slope: Path, tmp_path: Path) -> 
     assert rows[0] == ["line", "x", "y", "z"]
     heights = np.array([float(row[3]) for row in rows[1:] if row[0] == first["line"]])
     assert np.median(np.abs(heights - 1.0)) < 0.05
-    assert "no colours" in run("trace", slope, "--propose", "-o", tmp_path / "n.csv").said
+    assert "needs colours" in run("trace", slope, "--propose", "-o", tmp_path / "n.csv").said
     words = ["trace", slope, "--propose", "-o", tmp_path / "n.csv", "--json"]
     error = run(*words, "--into", tmp_path).json["error"]
     assert (error["code"], error["option"], error["other"]) == (

@@ -303,7 +303,7 @@ def test_a_crash_of_the_last_run_is_said_at_the_next_start(hooked, qtbot):
         window.said = []
         window.studio.notice.connect(lambda notice: window.said.append(notice.text))
         notices.begin()
-        is_said(window, "crashed when it last ran")
+        is_said(window, "crashed in the last session")
         assert "Fatal Python error: Aborted" in compose_report(window)
     finally:
         notices.close()

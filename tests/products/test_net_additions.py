@@ -252,7 +252,7 @@ def test_what_is_typed_is_turned_with_what_is_measured(turning: Turning) -> None
     measured = Line.from_vector(after.sets[0].vectors()[0])
     for drawn in after.circles_typed:
         assert angle_between_lines(drawn.axis, measured) < 1e-6
-        assert "turned to" in drawn.label
+        assert "rotated to" in drawn.label
     (line,) = after.marks
     assert abs(line.line.vector() @ measured.vector()) < 1e-9
     assert line.label == f"rake 40: {format_line(line.line)}"

@@ -303,7 +303,7 @@ def test_the_legend_names_each_type_once_and_says_how_it_is_drawn(tmp_path: Path
     write_sheet(tmp_path / "s.pdf", key_drawing(), view_along_line(45, 0), "pdf")
     box, page = page_of(tmp_path / "s.pdf")
     words = texts_of(page)
-    for messages in (*result, "Ticks at points: planes and their apparent dips"):
+    for messages in (*result, "Ticks at points: planes with their apparent dips"):
         assert messages in words
     write_sheet(tmp_path / "n.pdf", key_drawing(), view_along_line(45, 0), "pdf", legend=False)
     without, page = page_of(tmp_path / "n.pdf")

@@ -210,7 +210,7 @@ def test_empty_types_are_shown_on_demand_and_one_is_chosen_for_what_is_next(wind
     click(tree.empty_types, tree.empty_types.rect().center())
     assert not tree._items["vein"].isHidden()
     menu = tree.create_menu("vein")
-    next(a for a in menu.actions() if a.text() == "Use for &next features").trigger()
+    next(a for a in menu.actions() if a.text() == "Use for &next").trigger()
     assert studio.next_type_id == "vein"
     assert driver.tool_panel(window, TracePanel).type_box.currentData() == "vein"
     assert tree._items["vein"].font(0).bold()
