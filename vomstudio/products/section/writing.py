@@ -53,7 +53,7 @@ ENDINGS = (".csv", ".dxf", ".svg")
 _SURFACE, _BENDS, _BEND_COLOR = "section", "bends", "#8a8f98"
 MAX_BENDS = 20
 RIGHT_ANGLES = ProjectionDirections()
-PERPENDICULAR = "at right angles to the section"
+PERPENDICULAR = "perpendicular to the section"
 FEATURE_COLUMNS = (
     "layer",
     "id",
