@@ -127,7 +127,11 @@ def test_results_cannot_be_changed_and_show_themselves(big_elk: Path) -> None:
         (lambda t: vs.stats(t, by="site"), "UsageError", "no column 'site'"),
         (lambda t: vs.fold(t, kind="dyke"), "UsageError", "No plane is of the kind “dyke”"),
         (lambda t: vs.fold(t, sets=["bedding"]), "UsageError", "two or three different sets"),
-        (lambda t: vs.fold(t, sets=["bedding", "dyke"]), "UsageError", "No plane belongs to the set"),
+        (
+            lambda t: vs.fold(t, sets=["bedding", "dyke"]),
+            "UsageError",
+            "No plane belongs to",
+        ),
         (lambda t: vs.fold(([10, 10, 10], [5, 5, 5])), "GeometryError", "parallel"),
         (lambda t: vs.fold(([10], [5])), "GeometryError", "at least two planes"),
     ],

@@ -89,7 +89,7 @@ def test_facets_are_found_looked_at_accepted_and_taken_back(window, panel) -> No
     found = panel._facets.proposals
     assert patch.runs == found.patches[number - 1].runs
     assert "angle 20°" in patch.notes
-    assert "proposed" in patch.notes
+    assert "Proposed" in patch.notes
     measured = studio.measured([patch.id])[patch.id]
     assert measured.verdict.quality == "good"
     assert plane == measured.attitude()

@@ -310,7 +310,7 @@ def test_the_slip_of_a_faulted_bed_is_found_within_its_error(
     studio.selection.set(["W", "E"])
     press(panel.add)
     refreshed(panel)
-    assert "not a slip" in panel.message.text(), "the slip is unknown"
+    assert "net slip is unknown" in panel.message.text(), "the slip is unknown"
     type_in(panel.slip.line, "90")
     refreshed(panel)
     answered = panel.result

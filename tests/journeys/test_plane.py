@@ -169,9 +169,9 @@ def test_a_plane_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     window = driver.make_window([tmp_path / "cliff.vom"])
     driver.settled(window)
     assert patches(window) == kept
-    wait(
-        lambda: window.viewport.features.drawings[kept[0].id].area is not None, "the painted faces"
-    )
+    drawings = window.viewport.features.drawings
+    wait(lambda: all(p.id in drawings for p in kept), "the patches")
+    assert all((drawings[p.id].area is None) == drawings[p.id].outlined for p in kept)
     driver.dismiss(window)
     outcrop.unlink()
     window = driver.make_window([tmp_path / "cliff.vom"])

@@ -60,7 +60,7 @@ def test_a_survey_is_planned_from_numbers_that_are_typed(planner, window, tmp_pa
     assert planner.figures["Planes across"].text().endswith("5.0 m (1000 px) ± 0.3°")
     driver.keep_picture(planner, "planner")
     # What the receiver and the control are worth tells what the registration will be.
-    by = ["Turned, by GPS", "Turned, by control"]
+    by = ["Rotation by GPS", "Rotation by control"]
     before = [planner.figures[name].text() for name in by]
     retype(planner.receiver, "0,02")
     retype(planner.control, "0.1")

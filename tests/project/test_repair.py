@@ -140,7 +140,7 @@ def test_a_repair_that_fails_has_changed_nothing(
             error, words = TargetError, "The disk is full"
         else:
             patch.setattr(repair_module, "read_replay", lambda _: Replay())
-            error, words = DocumentError, "not consistent"
+            error, words = DocumentError, "inconsistent"
         with pytest.raises(error, match=words):
             damaged.repair()
     assert list(damaged.journal.rows()) == rows

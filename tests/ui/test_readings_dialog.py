@@ -112,7 +112,7 @@ def test_an_import_is_one_edit_turned_to_grid_north_and_compared_with_the_picks(
     expected = angle_between_planes(plane, Plane(270.0 + turned, 45.0))
     assert found.angle_deg == pytest.approx(expected)
     model = window.table.model
-    shown = model.index(model.find_source_row(first.id), column("To pick")).data()
+    shown = model.index(model.find_source_row(first.id), column("Nearest pick")).data()
     assert shown == f"{expected:.1f}°"
     studio.selection.set([first.id])
     assert f"{shown} from B01" in window.properties._about.text()
@@ -132,12 +132,12 @@ def test_the_difference_follows_the_pick(window, studio, book):
     QTest.mouseClick(ok(dialog), driver.LEFT)
     first = studio.session.of(Reading)[0]
     model = window.table.model
-    cell = model.index(model.find_source_row(first.id), column("To pick"))
+    cell = model.index(model.find_source_row(first.id), column("Nearest pick"))
     assert cell.data() == "–"
     add_bed(studio, "t1", "B01", dip=1.0)
     assert cell.data() not in ("–", "")
     studio.undo()
-    assert model.index(model.find_source_row(first.id), column("To pick")).data() == "–"
+    assert model.index(model.find_source_row(first.id), column("Nearest pick")).data() == "–"
 
 
 def test_without_a_crs_no_convergence_is_applied_and_that_is_said(window, studio, book):

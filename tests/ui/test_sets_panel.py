@@ -72,7 +72,7 @@ def test_parallel_planes_without_places_are_one_set(window, studio, panel) -> No
     panel.accept.click()
     assert {r.set_name for r in studio.session.of(Reading)} == {"J1"}
     assert studio.settings.color_by == "set"
-    assert window.actions_table.all["color_by_set"].isChecked()
+    driver.wait(window.actions_table.all["color_by_set"].isChecked, "the mark in the menu", 5.0)
     assert "sets.too-few-without-set" in shown_codes(proposed(window, panel))
 
 

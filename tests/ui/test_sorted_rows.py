@@ -6,6 +6,7 @@ from PySide6.QtTest import QAbstractItemModelTester
 
 from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.io.settings import DETAIL_COLUMNS
 from vomstudio.project import edits
 from vomstudio.ui.panels.features.feature_filter import parse_filter
 from vomstudio.ui.panels.features.table_model import COLUMNS
@@ -99,3 +100,7 @@ def test_the_table_tells_small_changes_one_by_one(table, studio):
     studio.attempt(edits.set_attributes, ["t5"], set_name="J1")
     add_bed(studio, "t99")
     assert not resets
+
+
+def test_the_columns_that_are_hidden_at_first_are_columns() -> None:
+    assert set(DETAIL_COLUMNS) <= {column.title for column in COLUMNS}

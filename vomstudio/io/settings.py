@@ -54,7 +54,7 @@ DETAIL_COLUMNS = (
     "Profile",
     "Rake",
     "Slip rake",
-    "To pick",
+    "Nearest pick",
 )
 """Columns of the table that are hidden until the user asks for them: the inspector shows these
 figures of the selected feature."""

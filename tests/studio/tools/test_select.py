@@ -151,7 +151,7 @@ def test_by_field_and_by_colour(tool, context):
     tool.changes.select_by_field("elevation", 1e6, 2e6)
     assert context.said[-1] == Finding("selection.no-such-value")
     tool.changes.select_by_colour(10.0)
-    assert "no colours" in str(context.said[-1])
+    assert "needs colours" in str(context.said[-1])
 
 
 def test_a_model_that_goes_takes_what_is_chosen_with_it(tool, context):

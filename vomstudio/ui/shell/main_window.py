@@ -354,6 +354,7 @@ class MainWindow(QMainWindow):
         studio.project_opened.connect(self._refresh)
         studio.model_loaded.connect(self._refresh)
         studio.edited.connect(self._refresh)
+        studio.settings_changed.connect(self.actions_table.refresh)
         # A notice may offer a command that has just become available.
         studio.notice.connect(lambda _: self.actions_table.refresh())
         studio.display.changed.connect(lambda what: self._refresh() if what != "box" else None)
