@@ -219,7 +219,7 @@ def test_an_elevation_model_can_be_stopped(window, model_id, tmp_path) -> None:
     press(panel.start)
     assert panel.start.text() == "Stop"
     press(panel.start)
-    wait(lambda: panel.start.text() == "Make", "the end")
+    wait(lambda: panel.start.text() != "Stop", "the end")
     assert shown_codes(panel.message.text()) == {"job.stopped"}
     assert not target.exists()
     type_in(panel.plane.line, "95")

@@ -71,7 +71,7 @@ def test_what_is_no_video_is_said_in_the_dialog(window, dialog, tmp_path) -> Non
     dialog.choose_video(tmp_path / "notes.mp4")
     press(dialog.start_button)
     driver.wait(lambda: dialog._job is None, "the reason", 60.0)
-    assert "not a video" in dialog.result_label.text()
+    assert "video.not-a-video" in shown_codes(dialog.result_label.text())
     assert not (tmp_path / "notes frames").exists()
 
 
