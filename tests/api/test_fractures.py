@@ -61,7 +61,7 @@ def test_what_is_no_map_is_refused() -> None:
         with pytest.raises(vs.errors.UsageError) as wrong:
             vs.fractures(JOINTS, **options)
         assert (wrong.value.code, wrong.value.field) == (code, field)
-    with pytest.raises(vs.errors.GeometryError, match="outside"):
+    with refused("fractures.area-elsewhere", vs.errors.GeometryError):
         vs.fractures(JOINTS, circle=(100, 100, 1))
 
 
