@@ -143,5 +143,5 @@ def test_planes_measured_on_both_are_held_beside_their_errors(
     assert max(one.angle_deg for one in found.matched) < 1e-3
     assert found.agree_share == 1.0
     assert panel.agreement.isVisible()
-    assert "by nearness" in panel.agreement.summary.text()
+    assert "by distance" in panel.agreement.summary.text()
     driver.keep_picture(window, "compare-planes")

@@ -110,7 +110,7 @@ def test_a_changed_limit_makes_a_profile_of_ones_own_that_is_kept(
 ) -> None:
     choose(dialog, "textbook")
     dialog.boxes["least_coplanarity"].setValue(5.0)
-    assert dialog.name.text() == "own limits"
+    assert dialog.name.text() == "custom limits"
     dialog.name.selectAll()
     QTest.keyClicks(dialog.name, "rough outcrops")
     QTest.mouseClick(dialog.apply_button, Qt.MouseButton.LeftButton)
