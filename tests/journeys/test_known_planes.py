@@ -144,7 +144,7 @@ def test_planes_that_were_read_place_a_model(window, tilted, picks, truth, monke
     row = names.index(wrong)
     assert panel.lines.item(row, 5).text().endswith("°")
     assert not panel.lines.item(row, 1).icon().isNull()
-    assert "Placed" in panel.lines.item(row, 5).toolTip()
+    assert "the others agree" in panel.lines.item(row, 5).toolTip()
     panel.lines.item(row, 0).setCheckState(Qt.CheckState.Unchecked)
     solved(panel)
     assert float(panel.lines.item(row, 5).text()[:-1]) > 15.0
@@ -261,7 +261,7 @@ def test_what_cannot_have_been_read_says_why_and_a_plane_that_goes_places_nothin
     assert len(studio.session.of(KnownLine)) == 3
     studio.attempt(edits.delete, ["t-" + third])
     solved(panel)
-    assert panel.lines.item(2, 5).text() == "not there"
+    assert panel.lines.item(2, 5).text() == "missing"
     assert "no longer" in panel.lines.item(2, 5).toolTip()
     window.viewport.setFocus()
     driver.key(window, Qt.Key.Key_Z, driver.CTRL)

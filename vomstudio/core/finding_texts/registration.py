@@ -231,15 +231,16 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "{labels} is a significant outlier. Without it the model rotates by {turned_deg:.2g}°"
-            " and the scale changes by {scale_percent:+.2g} %. Check it, or use --without."
+            " and the scale changes by {scale_percent:+.2g} %. Check it, or leave it out"
+            " (--without)."
         ),
     ),
     "registration.suspect": (
         "warning",
         to_translate(
             "{label} has an error of {error_deg:.0f}°. Without it the others agree to"
-            " {others_deg:.1f}° (RMS) and the model rotates by {turn_deg:.1f}°. Check it, or use"
-            " --without."
+            " {others_deg:.1f}° (RMS) and the model rotates by {turn_deg:.1f}°. Check it, or leave"
+            " it out (--without)."
         ),
     ),
     "registration.residuals-large": (

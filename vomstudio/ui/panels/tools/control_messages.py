@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 _WINDOW_NAMES = {
     "(--without)": to_translate("(clear its tick)"),
-    "(--declination)": to_translate("(North)"),
     "(--north-sigma)": to_translate("(North)"),
 }
 """Texts that replace, in the window, the command-line options mentioned in findings."""
