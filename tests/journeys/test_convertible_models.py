@@ -29,7 +29,7 @@ def test_a_model_is_converted_by_the_button_beside_the_message(
     (button,) = (
         each
         for each in window.message_bar.findChildren(QAbstractButton)
-        if each.isVisible() and "CRS" in each.text()
+        if each.isVisible() and "metric" in each.text()
     )
     button.click()
     wait(lambda: window.studio.models, "the converted model")

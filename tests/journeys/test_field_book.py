@@ -103,7 +103,7 @@ def test_a_field_book_is_imported_lassoed_on_the_net_and_drawn(
         QFileDialog, "getSaveFileName", lambda *_: (str(chosen_file), "Orient (*.tsv)")
     )
     window.actions_table.all["export_program"].trigger()
-    written = chosen_file.with_suffix(".tsv").read_text("utf-8").splitlines()
+    written = chosen_file.with_name("for_orient_orient.tsv").read_text("utf-8").splitlines()
     assert written[0].split("\t")[:5] == ["Station", "X", "Y", "Z", "Dip Direction"]
     assert len(written) > 3
     studio.undo()

@@ -57,9 +57,7 @@ def test_sets_are_proposed_changed_accepted_and_taken_back_at_once(window, panel
         assert panel.table.item(row, 4).text() != "–"
     net = window.net
     driver.wait(
-        lambda: (
-            net.is_up_to_date and [s.name for s in net.artists.contents.sets][-1] == "in no set"
-        ),
+        lambda: net.is_up_to_date and [s.name for s in net.artists.contents.sets][-1] == "no set",
         "the preview",
     )
     assert len({s.color for s in net.artists.contents.sets}) == 4

@@ -51,7 +51,7 @@ def texts(window: Any) -> str:
 def test_properties_of_a_registered_model_are_in_metres(window: Any, studio: Any) -> None:
     add(studio, "wall.ply")
     studio.selection.set(["m1"])
-    assert rows(texts(window))["Scale"] == "not known"
+    assert rows(texts(window))["Scale"] == "unknown"
     assert "Resolution: 0.0800 units" in texts(window)
     assert studio.attempt(edits.set_registration, PLACED, ["m1"])
     shown = texts(window)

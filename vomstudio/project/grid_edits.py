@@ -11,7 +11,7 @@ from vomstudio.project.edit import Edit, change
 from vomstudio.project.records import FaceGrid, Model, Record, get
 
 Records = Mapping[str, Record]
-MARKS = {"-": "not looked at", "d": "done", "e": "empty", "u": "unmeasurable"}
+MARKS = {"-": "not inspected", "d": "done", "e": "empty", "u": "unmeasurable"}
 """Letters for the state of a cell, with their names in the history."""
 
 

@@ -239,8 +239,8 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "{label} has an error of {error_deg:.0f}°. Without it the others agree to"
-            " {others_deg:.1f}° (RMS) and the model rotates by {turn_deg:.1f}°. Check it, or leave"
-            " it out (--without)."
+            " {others_deg:.1f}° and the model rotates by {turn_deg:.1f}°. Check it, or leave it out"
+            " (--without)."
         ),
     ),
     "registration.residuals-large": (
