@@ -112,8 +112,8 @@ class FollowOptions(CostOptions):
         None,
         metavar="FILE",
         help=to_translate(
-            "camera poses and lenses in the frame of the model file: cameras.json, cameras.csv,"
-            " COLMAP sparse model, Metashape XML, reconstruction.json or shots.geojson"
+            "camera poses and lenses in the frame of the model file, from this or another program"
+            " (docs/photos.md lists them)"
         ),
         automatic_text=to_translate("next to the model"),
     )

@@ -50,8 +50,8 @@ class RegisterOptions(Options):
         None,
         metavar="FILE",
         help=to_translate(
-            "cameras of the model: cameras.json, COLMAP sparse model, Metashape XML,"
-            " reconstruction.json or shots.geojson"
+            "cameras of the model: cameras.json, or a file of COLMAP, Metashape, OpenDroneMap,"
+            " Meshroom, MicMac, RealityCapture, OpenMVG, Bundler or nerfstudio"
         ),
         automatic_text=to_translate("next to the model"),
     )

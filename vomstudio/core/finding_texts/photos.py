@@ -207,8 +207,8 @@ TEXTS: dict[str, Entry] = {
     "cameras.none-in-folder": (
         "error",
         to_translate(
-            "The folder has no cameras. Specify cameras.json, a COLMAP sparse model, a Metashape"
-            " XML file, reconstruction.json or shots.geojson."
+            "The folder has no cameras. Specify cameras.json, or the file of cameras that the"
+            " program of the model exported."
         ),
     ),
     "cameras.repeated-photo": (
