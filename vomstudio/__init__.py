@@ -1,7 +1,7 @@
 """VOM Studio: virtual outcrop models of geological structures.
 
-`import vomstudio as vs` is the Python interface: see docs/api.md, or `help(vs.fit_plane)`. What is
-asked for is imported then; nothing slow stands in the way before.
+`import vomstudio as vs` is the Python interface: see docs/api.md, or `help(vs.fit_plane)`. Its
+parts are imported when they are first used, so the import itself is fast.
 """
 
 import importlib

@@ -27,7 +27,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             # The process that has nothing left but its exit code is not asked any more.
             _leave(dict.fromkeys(before, signal.SIG_IGN) if argv is None else before)
     except KeyboardInterrupt:
-        # Before the command could say so in the form that was asked for, or after it.
+        # The command has not started to report errors, or has finished.
         print("vomstudio: Cancelled.", file=sys.stderr)
         return 130
     finally:
@@ -82,13 +82,13 @@ def _run(words: list[str], before: dict[int, Any], *, ours: bool) -> int:
         Exit code.
     """
     if words[:1] == ["--worker"]:
-        # Ctrl+C reaches every process of a terminal: whoever started the worker ends it.
+        # Ctrl+C reaches every process of a terminal. The parent process ends the worker.
         _leave({number: signal.SIG_IGN for number in before if number == signal.SIGINT})
     from vomstudio.core.languages import use_user_language
 
     use_user_language()
     if words[:1] == ["--graphics"]:
-        # Whoever asks for it says that it was cancelled.
+        # The parent process reports the cancellation.
         _leave(dict.fromkeys(before, signal.SIG_DFL))
     if words[:1] == ["--worker"]:
         _leave({number: handler for number, handler in before.items() if number != signal.SIGINT})

@@ -62,7 +62,7 @@ class Thresholds:
             if field.type == "float" and (
                 isinstance(value, bool) or not isinstance(value, int | float)
             ):
-                raise TypeError(f"{field.name} is no number")
+                raise TypeError(f"{field.name} is not a number")
         if self.by not in ("error", "shape") or not isinstance(self.profile, str):
             raise TypeError("by or profile is unknown")
 

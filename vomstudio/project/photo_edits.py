@@ -104,7 +104,7 @@ def import_sidecar_data(
     after: After = {photo_set_id: replace(photo_set, crs=known_crs)}
     after |= _points_after(records, photo_set_id, points, marks)
     after |= _masks_after(records, photo_set_id, masks)
-    return change(records, f"Take in what lies beside the photos {photo_set.name}", after)
+    return change(records, f"Use files next to the photos {photo_set.name}", after)
 
 
 def set_points(

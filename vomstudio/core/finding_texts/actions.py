@@ -86,7 +86,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.no-proposals": (
         "info",
-        to_translate("There are no proposals. Search the model first."),
+        to_translate("Search the model for proposals first."),
     ),
     "action.no-refused-model": (
         "info",
@@ -146,7 +146,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.no-grid": (
         "info",
-        to_translate("There is no grid. Create one on the face first."),
+        to_translate("Create a grid on the face first."),
     ),
     "action.no-intersection": (
         "info",
@@ -170,7 +170,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.no-report": (
         "info",
-        to_translate("There is no report yet. Finish the reconstruction first."),
+        to_translate("The report is written when the reconstruction has finished."),
     ),
     "action.no-shape": (
         "info",
@@ -290,7 +290,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.no-result": (
         "info",
-        to_translate("There is no result yet. Complete the form first."),
+        to_translate("Complete the form to get a result."),
     ),
     "action.no-round": (
         "info",
@@ -306,7 +306,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.not-computed": (
         "info",
-        to_translate("There is no result yet. Start the computation first."),
+        to_translate("Start the computation to get a result."),
     ),
     "action.not-magnetic": (
         "info",

@@ -174,7 +174,7 @@ TEXTS: dict[str, Entry] = {
     "control.no-check-points": (
         "warning",
         to_translate(
-            "There are no check points, so the registration is not tested independently. Use some"
+            "Without check points the registration is not tested independently. Use some"
             " control points as check points."
         ),
     ),
@@ -425,7 +425,7 @@ TEXTS: dict[str, Entry] = {
     "control.marks-missing": (
         "error",
         to_translate(
-            "There are no marks of the control points in photos. Specify their file with --marks."
+            "The control points are not marked in photos. Specify the file of marks with --marks."
         ),
     ),
     "control.other-crs": (

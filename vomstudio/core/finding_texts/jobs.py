@@ -110,7 +110,7 @@ TEXTS: dict[str, Entry] = {
     "screen.missing": (
         "error",
         to_translate(
-            "There is no display for the window (DISPLAY is not set). Use the commands instead:"
+            "The window needs a display, but DISPLAY is not set. Use the commands instead:"
             " vomstudio --help lists them."
         ),
     ),

@@ -241,7 +241,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "reading.no-pick": (
         "info",
-        to_translate("There is no pick of the same type to compare the reading with."),
+        to_translate("The reading cannot be compared: no feature of its type was picked."),
     ),
     "reading.nearest-pick": (
         "info",
@@ -454,10 +454,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "compaction.not-done": (
         "error",
-        to_translate(
-            "The project has not been compacted since it was opened, so there is no compaction to"
-            " undo."
-        ),
+        to_translate("The project has not been compacted since it was opened."),
     ),
     "reading.north-missing": (
         "error",

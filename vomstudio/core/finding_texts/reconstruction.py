@@ -151,7 +151,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "dense.no-base": (
         "error",
-        to_translate("{photo} was taken from the same position, so there is no base."),
+        to_translate("{photo} was taken from the same position, so the base is zero."),
     ),
     "dense.map-size": (
         "error",

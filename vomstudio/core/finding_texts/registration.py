@@ -185,7 +185,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "registration.unknown-label": (
         "error",
-        to_translate("There is no {label} to leave out. Available: {known}."),
+        to_translate("{label} cannot be left out, because it is missing. Available: {known}."),
     ),
     "registration.without": (
         "info",
@@ -207,7 +207,7 @@ TEXTS: dict[str, Entry] = {
     "registration.control-rms": (
         "info",
         to_translate(
-            "The RMS error of the control points is {control_m:.3g} m. There are no check points."
+            "The RMS error of the control points is {control_m:.3g} m. Check points were not used."
         ),
     ),
     "registration.check-rms": (
@@ -527,7 +527,8 @@ TEXTS: dict[str, Entry] = {
     "crs.taken-over": (
         "warning",
         to_translate(
-            "{bare} has no coordinate reference system. That of the other, {crs}, is assumed."
+            "{bare} has no coordinate reference system. It is assumed to be {crs}, as in the"
+            " other file."
         ),
     ),
     "crs.unclear": (

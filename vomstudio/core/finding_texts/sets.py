@@ -75,7 +75,7 @@ TEXTS: dict[str, Entry] = {
     "bingham.no-scatter": (
         "info",
         to_translate(
-            "All orientations lie in one plane or along one line, so the concentration is infinite."
+            "All orientations are exactly parallel or coplanar, so the concentration is infinite."
         ),
     ),
     "kent.too-few": (

@@ -108,8 +108,8 @@ TEXTS: dict[str, Entry] = {
     "roughness.direction-below-noise": (
         "warning",
         to_translate(
-            "The roughness does not exceed the model's noise of {noise_m:.3g} m, so there is no"
-            " smoothest direction. Use a finer model."
+            "The roughness does not exceed the model's noise of {noise_m:.3g} m, so the smoothest"
+            " direction is unknown. Use a finer model."
         ),
     ),
     "roughness.no-direction": (

@@ -87,7 +87,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "tool.nothing-open": (
         "error",
-        to_translate("There is no unfinished feature. Click on the outcrop to start one."),
+        to_translate("Click on the outcrop to start a feature."),
     ),
     "feature.too-few-points": (
         "error",

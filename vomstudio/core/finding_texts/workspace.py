@@ -304,14 +304,14 @@ TEXTS: dict[str, Entry] = {
     "filter.unknown-column": (
         "error",
         to_translate(
-            "There is no column “{name}”. The tooltip lists all columns. Put a word that contains"
+            "“{name}” is not a column. The tooltip lists all columns. Put a word that contains"
             " : in quotes."
         ),
     ),
     "filter.similar-column": (
         "error",
         to_translate(
-            "There is no column “{name}”. Did you mean {similar}? The tooltip lists all columns."
+            "“{name}” is not a column. Did you mean {similar}? The tooltip lists all columns."
             " Put a word that contains : in quotes."
         ),
     ),
@@ -472,7 +472,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "facets.none-open": (
         "error",
-        to_translate("There are no proposed facets left to accept."),
+        to_translate("All proposed facets were accepted or rejected."),
     ),
     "patch.pending": (
         "info",

@@ -91,7 +91,7 @@ class Signature:
         text = "".join(text.split())
         match = re.fullmatch(r"(Tuple\(\([\w,]+\)\)|\w+)\((.*)\)", text)
         if match is None:
-            raise ValueError(f"'{text}' is no signature of arrays and numbers.")
+            raise ValueError(f"'{text}' is not a signature of arrays and numbers.")
         result_type, argument_types = match.groups()
         self._single = not result_type.startswith("Tuple")
         names = (

@@ -180,7 +180,7 @@ def lay_out_bars(
 ) -> list[ColorBar]:
     """Lay out colour bars from right to left above the scale bar; omit those that do not fit.
 
-    The bars stand beside the rectangle that another widget covers.
+    The bars are next to the rectangle that another widget covers.
     """
     bars: list[ColorBar] = []
     right, bottom = width - MARGIN, scale_bar_box(width, height).top() - 10.0

@@ -2,7 +2,7 @@
 
 The stock widget draws twice per step of a drag, draws an idle window five times per second, and
 smooths edges while the camera moves. Here `render` only requests a paint, a paint draws only
-what has changed, and the timer and the smoothing are off. Importing this module takes seconds.
+changed parts, and the timer and the smoothing are off. Importing this module takes seconds.
 """
 
 from __future__ import annotations

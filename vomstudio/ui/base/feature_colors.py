@@ -113,7 +113,7 @@ def feature_color(studio: Studio, feature: Feature, measurement: Measurement) ->
 
 
 def legend(studio: Studio) -> tuple[str, list[ColorEntry]]:
-    """Return the title and rows of the legend; there are no rows for colours by type.
+    """Return the title and rows of the legend, which is empty for colours by type.
 
     The types and their colours are listed in the tree and beside the net.
 

@@ -92,7 +92,7 @@ SYNONYMS: dict[str, str] = {
     "count_fractures": to_translate(
         "p21, p10, scanline, spacing, fracture intensity, circle, window sampling"
     ),
-    "looked_at": to_translate("what was looked at, grid, sampling grid"),
+    "looked_at": to_translate("inspected cells, grid, sampling grid"),
     "repeats": to_translate("repeatability, pick again, operator error"),
     "fault_displacement": to_translate("slip, throw, heave, offset, cutoff"),
     "bed_log": to_translate("sedimentary log, stratigraphic column, thickness log"),

@@ -8,7 +8,7 @@ from PySide6.QtGui import QDropEvent
 
 _TEXTURED_MODELS = (".obj", ".gltf", ".ply")
 _IMAGES = (".jpg", ".jpeg", ".png")
-"""Images that are no height models, as TIFF files may be."""
+"""Endings of images. TIFF is missing, because its files may be height models."""
 _PARTS = (*_IMAGES, ".mtl", ".bin", ".prj")
 """Files that belong to a textured model in the same folder."""
 

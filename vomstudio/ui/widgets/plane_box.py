@@ -79,7 +79,7 @@ class PlaneBox(ComboBox):
         super().showPopup()
 
     def _sorted_planes(self) -> list[str]:
-        """Return the planes, the nearest first; for a line, faults come before other planes."""
+        """Return the planes, the nearest first, and for a line, faults first."""
         studio = self._studio
         planes = [f for f in studio.session.features() if has_plane(f)]
         measurements = studio.measured(f.id for f in planes)

@@ -190,7 +190,7 @@ class Document:
         if isinstance(index, bool) or not isinstance(index, int):
             raise self.error(tr("'{index}' is not an index", index=index), kind)
         if not 0 <= index < self.count(kind):
-            raise self.error(tr("there is no entry {index}", index=index), kind)
+            raise self.error(tr("entry {index} is missing", index=index), kind)
         entry = self.json[kind][index]
         if not isinstance(entry, dict):
             raise self.error(tr("it has the wrong type"), f"{kind}[{index}]")

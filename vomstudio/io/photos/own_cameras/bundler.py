@@ -85,7 +85,7 @@ def _lens(row: FloatArray, size: Size | None) -> Intrinsics:
 
 
 def _rows(text: str, count: int) -> list[tuple[int, list[str]]]:
-    """Return the numbers and cells of the first lines that are no comments."""
+    """Return the numbers and cells of the first lines, without comments."""
     numbered = ((n, line) for n, line in enumerate(io.StringIO(text), 1))
     lines = (row for row in numbered if row[1].strip() and not row[1].lstrip().startswith("#"))
     return [(number, line.split()) for number, line in islice(lines, count)]

@@ -53,7 +53,7 @@ def cameras_of_views(
     Raises
     ------
     InputError
-        If names repeat, or there are no views.
+        If names repeat, or all views are missing.
     """
     views_by_name: dict[str, View] = {}
     for view in views:

@@ -213,7 +213,7 @@ class CalibrationPage(QWidget):
         if estimated_count == 0:
             return tr("No parameter of this camera was estimated.")
         if estimated_count == 1:
-            return tr("Only one parameter was estimated, so there is no correlation.")
+            return tr("Correlations need two or more estimated parameters.")
         if camera.strongest is None:
             return ""
         a, b, value = camera.strongest

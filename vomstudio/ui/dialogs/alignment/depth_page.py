@@ -97,9 +97,7 @@ class DepthPage(QWidget):
             rows.append(((photo.name, None), "" if photo.has_depths else tr("No depth map")))
         self.table.fill(rows)
         if not any(self._has_depths.values()):
-            self.panes.show_message(
-                tr("There are no depth maps yet. They are computed after the alignment.")
-            )
+            self.panes.show_message(tr("Depth maps are computed after the alignment."))
             return
         self.table.select_row(lambda values: self._has_depths[values[0]])
         for name, has_depths in self._has_depths.items():

@@ -117,7 +117,7 @@ class ResidualPage(QWidget):
         registration = overview.registration
         if "refused" in registration:
             text += " " + tr(
-                "There are no GPS residuals: {reason}",
+                "GPS residuals are not available: {reason}",
                 reason=format_sentence(registration["refused"]),
             )
         elif registration.get("rms_m") is not None:

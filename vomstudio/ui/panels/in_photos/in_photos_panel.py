@@ -389,8 +389,8 @@ class InPhotosPanel(QWidget):
                 str(problems[0])
                 if problems
                 else tr(
-                    "There are no cameras beside {model}. Open the cameras of its photos, which "
-                    "the program that made it can export.",
+                    "No file with cameras was found next to {model}. Export the cameras from the "
+                    "program that made it, and open them.",
                     model=models[0].name,
                 )
             )

@@ -189,7 +189,7 @@ class ProposalsPanel(ModelPanel):
         self._list()
 
     def _list(self) -> None:
-        """List the proposals that the filter accepts; those that were selected stay so."""
+        """List the proposals that the filter accepts, and keep the selection."""
         test, selection = self.filter.test, set(self._selection())
         listed_rows = [row for row in self._rows if test is None or test(self._filter_row(row))]
         with QSignalBlocker(self.table.selectionModel()):
