@@ -281,6 +281,11 @@ def test_cameras_of_other_programs_show_a_model_in_its_photos(window, sample):
     window.photo_links.open_cameras(panel.feature_photo.photos.model_id, other / "images.bin")
     wait(lambda: not window.photo_links.busy(), "the cameras", 60.0)
     assert len(panel.names) == len(views)
+    # Cameras that look elsewhere are reported.
+    shifted = [view.moved(1.0, np.eye(3), np.array([1000.0, 0.0, 0.0])) for view in views]
+    wrong = colmap_itself(sample.parent / "wrong", shifted)
+    window.photo_links.open_cameras(panel.feature_photo.photos.model_id, wrong / "images.bin")
+    wait(lambda: "cameras.not-looking" in shown_codes(window.message_bar.text), "the warning", 60.0)
 
 
 @pytest.mark.full

@@ -23,6 +23,7 @@ from vomstudio.project.edit import Edit
 from vomstudio.project.records import Model
 from vomstudio.studio.background import Background
 from vomstudio.studio.models import Models
+from vomstudio.studio.notices import Notices
 from vomstudio.studio.projects import Projects
 
 if TYPE_CHECKING:
@@ -43,12 +44,15 @@ class ModelPhotos:
     ----------
     files : mapping of str to Path
         Files of the photos that were found, by name of the view.
+    warnings : tuple of Finding
+        Findings about the camera file.
     """
 
     model_id: str
     name: str
     views: PhotoViews
     files: Mapping[str, Path]
+    warnings: tuple[Finding, ...] = ()
 
     def path(self, view: int) -> Path | None:
         """Return the file of a view's photo, or None if it was not found."""
@@ -67,9 +71,12 @@ class PhotoLinks:
         Emitted when the photos of a model have been found, lost or moved.
     """
 
-    def __init__(self, projects: Projects, models: Models, background: Background) -> None:
+    def __init__(
+        self, projects: Projects, models: Models, notices: Notices, background: Background
+    ) -> None:
         self.changed: Signal[str] = Signal()
-        self._projects, self._models, self._background = projects, models, background
+        self._projects, self._models = projects, models
+        self._notices, self._background = notices, background
         self._ready: dict[str, ModelPhotos] = {}
         self._trees: dict[str, tuple[object, RayTree]] = {}
         self._problems: dict[str, Finding] = {}
@@ -183,6 +190,10 @@ class PhotoLinks:
         self.changed.emit(model_id)
 
     def _store(self, data: object, photos: ModelPhotos) -> None:
+        known = self._ready.get(photos.model_id)
+        for finding in photos.warnings:
+            if known is None or finding not in known.warnings:
+                self._notices.warn(finding, finding.severity)
         self._ready[photos.model_id] = photos
         self._trees[photos.model_id] = (data, photos.views.tree)
         self.changed.emit(photos.model_id)
@@ -232,5 +243,6 @@ def _read_photos(
     tree.cast(np.zeros(3), np.ones((1, 3)))
     views = PhotoViews(cameras, tree, np.asarray(record.to_world), resolution)
     folders = [folder for folder in (selected_path, cameras_of_model.photos) if folder is not None]
-    files = find_photos(path, list(cameras_of_model.views), (*folders, project_folder))
-    return ModelPhotos(record.id, record.name, views, files)
+    names = list(cameras_of_model.views)
+    files = find_photos(path, names, folders) or find_photos(project_folder / path.name, names)
+    return ModelPhotos(record.id, record.name, views, files, cameras_of_model.warnings)

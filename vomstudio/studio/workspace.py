@@ -112,7 +112,9 @@ class Workspace:
             background("neighbours"),
             ModelCutting(self.projects, self.models, self.jobs, self.notices),
         )
-        self.photos = PhotoLinks(self.projects, self.models, background("photos of models"))
+        self.photos = PhotoLinks(
+            self.projects, self.models, self.notices, background("photos of models")
+        )
         self.tools = ToolHost(
             self.projects,
             self.models,

@@ -11,6 +11,8 @@ from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
 from vomstudio.rendering.qt import painting
 
 MARGIN, PADDING = 16.0, 8.0
+TOP = 56.0
+"""Distance from the top, which leaves room for a message of two lines."""
 SWATCH, GAP = 11.0, 7.0
 
 
@@ -47,7 +49,7 @@ class ColorLegend:
         rows = [SWATCH + GAP + plain.horizontalAdvance(entry.text) for entry in self.entries]
         width = max(bold.horizontalAdvance(self.title), *rows) + 2.0 * PADDING
         height = bold.height() + plain.height() * len(self.entries) + 2.0 * PADDING
-        return QRectF(MARGIN, MARGIN, width, height)
+        return QRectF(MARGIN, TOP, width, height)
 
     def paint(self, painter: QPainter) -> None:
         """Paint the legend."""

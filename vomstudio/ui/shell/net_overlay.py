@@ -12,8 +12,8 @@ from vomstudio.core.words import tr
 from vomstudio.ui.base import theme
 
 _MARGIN = 10
-_TOP = 36
-"""Initial distance from the top, which leaves room for a message."""
+_TOP = 56
+"""Initial distance from the top, which leaves room for a message of two lines."""
 _SCALE_BAR_PX = 60
 """Height of the scale bar, which a net near the top does not cover."""
 _SIDE, _MIN_SIDE = 280, 200

@@ -91,7 +91,7 @@ class NoticePresenter(QObject):
             self._bar.show_notice(notice, button)
         else:
             # A message about a crash or about a file that the user has opened stays in front.
-            self._bar.add_button(*button)
+            self._bar.add_button(tr("Restore unsaved work"), button[1])
 
 
 def _open(path: Path) -> None:

@@ -24,7 +24,7 @@ from vomstudio.io.photos.own_cameras.result import from_centre, unknown_lens
 NAMES = ("cameras.sfm", "sfm.json")
 _BROWN = ("brown",)
 _RADIAL = ("pinhole", "radial1", "radialk1", "radial3", "radialk3", "none")
-_FISHEYE = ("fisheye4", "fisheye", "equidistant")
+_FISHEYE = ("fisheye4",)
 _TURN = np.diag([1.0, -1.0, -1.0])
 """Half a turn about x, by which Meshroom turns the models that it writes as OBJ."""
 

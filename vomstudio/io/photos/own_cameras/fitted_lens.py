@@ -12,6 +12,8 @@ from vomstudio.geometry.cameras import Intrinsics
 MAX_ERROR_PX = 0.5
 """Largest error of a fitted lens, pixels; features are located to about this accuracy."""
 _GRID = 25
+_MIN_PLACES = 50
+"""Smallest number of places in the photo by which a lens is fitted."""
 
 
 def fit_lens(
@@ -44,6 +46,8 @@ def fit_lens(
     expected = project(ideal)
     inside = ((expected >= 0.0) & (expected <= (width, height))).all(axis=1)
     ideal, expected = ideal[inside], expected[inside]
+    if len(ideal) < _MIN_PLACES:
+        return Intrinsics.pinhole(width, height, focal, width / 2.0, height / 2.0), np.inf
     rays = np.column_stack([ideal, np.ones(len(ideal))])
 
     def lens_of(free: FloatArray) -> Intrinsics:
@@ -57,5 +61,4 @@ def fit_lens(
 
     start = np.array([1.0, 1.0, width / 2 / focal, height / 2 / focal, *np.zeros(5)])
     solution = least_squares(residuals, start, x_scale="jac", method="lm")
-    error = np.abs(residuals(solution.x)).max() if len(ideal) > len(start) else np.inf
-    return lens_of(solution.x), float(error)
+    return lens_of(solution.x), float(np.abs(residuals(solution.x)).max())

@@ -21,7 +21,7 @@ from vomstudio.io.photos.own_cameras.json_fields import JsonFields
 from vomstudio.io.photos.own_cameras.result import from_centre, pinhole_lens, unknown_lens
 
 NAMES = ("sfm_data.json",)
-_RADIAL = {"disto_k1": 1, "disto_k3": 3, "disto_t2": 5, "fisheye": 4}
+_DISTORTIONS = {"disto_k1": 1, "disto_k3": 3, "disto_t2": 5, "fisheye": 4}
 """Keys of the distortion with the number of its parameters."""
 
 
@@ -98,7 +98,7 @@ def _lens(row: Mapping[str, Any], content: Mapping[str, Any]) -> tuple[Intrinsic
     cx, cy = (float(value) for value in content["principal_point"])
     if not (focal > 0 and width > 0 and height > 0 and np.isfinite([cx, cy]).all()):
         raise ValueError(tr("the focal length is missing or not positive"))
-    for key, count in _RADIAL.items():
+    for key, count in _DISTORTIONS.items():
         if key not in content:
             continue
         values = [float(value) for value in content[key]]

@@ -13,6 +13,7 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.files.file_kinds import refuse_other_kind
 from vomstudio.core.files.regular import is_regular, open_regular
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
 from vomstudio.io.photos.cameras_file import FILE_NAME, find_photos, read_cameras
 from vomstudio.io.photos.own_cameras import (
     alicevision,
@@ -84,7 +85,9 @@ def read_own_cameras(path: str | Path, bounds: FloatArray | None = None) -> OwnC
     path = Path(path)
     folder = colmap.folder_of(path)
     if folder is not None:
-        return colmap.read_colmap(folder)
+        found = colmap.read_colmap(folder)
+        candidate = Candidate(tr("the file"), list(found.views.values()), found.warnings)
+        return select_frame(found.path, [candidate], bounds)
     folder = micmac.folder_of(path)
     if folder is not None:
         return select_frame(path, micmac.read_micmac(folder), bounds)
