@@ -106,9 +106,9 @@ def test_an_offer_to_restore_work_leaves_a_message_in_front(window, studio, tmp_
     studio.recovery_found.emit([folder])
     bar = window.message_bar
     assert bar.text == WARNING
-    assert shown_buttons(bar) == ["Restore"]
+    assert shown_buttons(bar) == ["Restore unsaved work"]
     bar.clear()
     studio.hint(HINT)
     studio.recovery_found.emit([folder])
     assert bar.notice.level == "warning"
-    assert shown_buttons(bar) == ["Restore"]
+    assert shown_buttons(bar) == ["Restore unsaved work"]

@@ -321,7 +321,7 @@ def test_the_net_keeps_its_corner_when_the_window_is_resized(window, studio):
         box = overlay.geometry()
         assert room.rect().contains(box)
         assert room.width() - box.right() - 1 == 10
-        assert box.y() == 36
+        assert box.y() == 56
     start = QPoint(overlay.width() // 2, 3)
     QTest.mousePress(overlay, driver.LEFT, pos=start)
     QTest.mouseMove(overlay, start + QPoint(-600, 300))
