@@ -111,4 +111,4 @@ def test_an_offer_to_restore_work_leaves_a_message_in_front(window, studio, tmp_
     studio.hint(HINT)
     studio.recovery_found.emit([folder])
     assert bar.notice.level == "warning"
-    assert shown_buttons(bar) == ["Restore unsaved work"]
+    assert shown_buttons(bar) == ["Restore"]
