@@ -92,7 +92,7 @@ EDITS: tuple[Callable[[Records], Edit], ...] = (
 def test_labels_name_the_edits(there: Records) -> None:
     assert [make(there).label for make in EDITS] == [
         "Add the photos cliff photos",
-        "Take in what lies beside the photos cliff photos",
+        "Use files next to the photos cliff photos",
         "Locate the photos cliff photos",
         "Make a model of cliff",
     ]

@@ -21,7 +21,7 @@ from vomstudio.io.models.formats._las_header import (
     is_copc,
     is_valid_chunk,
     read_las_header,
-    with_empty_chunk_table,
+    replace_chunk_table,
 )
 from vomstudio.io.models.formats._las_records import choose_fields, cloud_of, layout_of
 from vomstudio.io.models.formats._las_reference import las_reference
@@ -49,7 +49,7 @@ def preview(path: str | Path, count: int = 200_000) -> PointCloud | None:
             if file.read(4) != b"LASF":
                 return None
         top = _convert_units(read_las_header(path), path)
-        if top.compressed and with_empty_chunk_table(path, top.size) is not None:
+        if top.compressed and replace_chunk_table(path, top.size) is not None:
             return None
         records = (
             _laz_records(path, top, count) if top.compressed else _las_records(path, top, count)

@@ -73,7 +73,7 @@ def check_header(path: Path) -> int:
     return size
 
 
-def with_empty_chunk_table(path: Path, size: int) -> io.BytesIO | None:
+def replace_chunk_table(path: Path, size: int) -> io.BytesIO | None:
     """Return a LAZ file with an empty chunk table if its own is truncated or invalid.
 
     Returns None if the file does not need this.

@@ -31,7 +31,7 @@ from vomstudio.io.models.formats._las_header import (
     is_layered,
     read_las_header,
     refuse_blank,
-    with_empty_chunk_table,
+    replace_chunk_table,
 )
 from vomstudio.io.models.formats._las_records import (
     STANDARD_FIELDS,
@@ -121,7 +121,7 @@ def _short_message(error: BaseException) -> str:
 def _read(path: Path, size: int, progress: Progress, messages: list[Finding]) -> PointCloud:
     import laspy
 
-    stream: Any = with_empty_chunk_table(path, size)
+    stream: Any = replace_chunk_table(path, size)
     refuse_blank(path, progress)
     if is_layered(path):
         check_layers(path, read_las_header(path))

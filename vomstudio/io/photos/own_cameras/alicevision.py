@@ -19,7 +19,7 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.frames import Candidate
 from vomstudio.io.photos.own_cameras.json_fields import JsonFields
-from vomstudio.io.photos.own_cameras.result import from_centre, unknown_lens
+from vomstudio.io.photos.own_cameras.result import unknown_lens, view_of_centre
 
 NAMES = ("cameras.sfm", "sfm.json")
 _BROWN = ("brown",)
@@ -82,7 +82,7 @@ def read_alicevision(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
         transform = _nested(fields, f"poses/{pose_number}", pose, ("pose", "transform"))
         rotation = fields.numbers(field, transform, "rotation", 9).reshape(3, 3).T
         centre = fields.numbers(field, transform, "center", 3)
-        views.append(fields.call(field, from_centre, name, lens, rotation, centre))
+        views.append(fields.call(field, view_of_centre, name, lens, rotation, centre))
     warnings = tuple(unknown_lens(name, count) for name, count in unknown_models.items())
     turned = [view.moved(1.0, _TURN, np.zeros(3)) for view in views]
     return [

@@ -16,7 +16,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError, InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
-from vomstudio.io.photos.own_cameras.result import OwnCameras, cameras_of_views, from_centre
+from vomstudio.io.photos.own_cameras.result import OwnCameras, cameras_of_views, view_of_centre
 from vomstudio.io.text.named_columns import PHOTO, WORLD, NamedTable
 
 _ESTIMATED_COLUMNS = (
@@ -91,7 +91,7 @@ def _views(table: NamedTable, names: list[str], positions: FloatArray) -> list[V
                 int(sizes[row, 1]),
                 tuple(float(stated_params[key]) for key in param_names),
             )
-            views.append(from_centre(name, lens, rotations[row], positions[row]))
+            views.append(view_of_centre(name, lens, rotations[row], positions[row]))
         except (KeyError, ValueError, GeometryError) as error:
             finding = Finding("cameras.invalid-pose", reason=str(error).rstrip("."))
             raise table.at(row, finding, "params") from error

@@ -20,7 +20,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.frames import Candidate
-from vomstudio.io.photos.own_cameras.result import from_centre, pinhole_lens, unknown_lens
+from vomstudio.io.photos.own_cameras.result import pinhole_lens, unknown_lens, view_of_centre
 from vomstudio.io.text.xml_tree import Element
 
 _LOCAL_PREFIXES = ("LOCAL", "ENGCRS", "ENGINEERING")
@@ -106,7 +106,9 @@ def _view(
     try:
         if not scale > 0:
             raise ValueError(tr("the transform of the chunk has no scale"))
-        return from_centre(name, lens, (camera_to_world[:3, :3] / scale).T, camera_to_world[:3, 3])
+        return view_of_centre(
+            name, lens, (camera_to_world[:3, :3] / scale).T, camera_to_world[:3, 3]
+        )
     except ValueError as error:
         camera = next(c for c in chunk.iter("camera") if _label(path, c) == name)
         raise _damaged(path, camera, str(error)) from error
@@ -181,7 +183,9 @@ def _project_view(view: View, transformer: Any) -> View:
     projected_values = np.column_stack([x, y, z])
     jacobian = (projected_values[:3] - projected_values[3:6]).T / (2 * _STEP_M)
     u, _, vt = np.linalg.svd(jacobian)
-    return from_centre(view.name, view.intrinsics, view.rotation @ (u @ vt).T, projected_values[6])
+    return view_of_centre(
+        view.name, view.intrinsics, view.rotation @ (u @ vt).T, projected_values[6]
+    )
 
 
 # --- lenses -----------------------------------------------------------------------------------

@@ -21,7 +21,7 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.fitted_lens import MAX_ERROR_PX, fit_lens
 from vomstudio.io.photos.own_cameras.frames import Candidate
-from vomstudio.io.photos.own_cameras.result import from_centre, unknown_lens
+from vomstudio.io.photos.own_cameras.result import unknown_lens, view_of_centre
 from vomstudio.io.text.xml_tree import Element, read_xml
 
 _PREFIX = "Orientation-"
@@ -69,7 +69,7 @@ def read_micmac(folder: Path) -> list[Candidate]:
         centre = _numbers(path, outer, "Centre", 3)
         name = path.name.removeprefix(_PREFIX).removesuffix(".xml")
         try:
-            view = from_centre(name, lens, np.array(rows).T, centre)
+            view = view_of_centre(name, lens, np.array(rows).T, centre)
         except (ValueError, GeometryError) as error:
             raise _damaged(path, outer, str(error)) from error
         if unknown is not None:

@@ -27,8 +27,8 @@ from vomstudio.io.photos.own_cameras.photo_sizes import (
 )
 from vomstudio.io.photos.own_cameras.result import (
     MAX_ROTATION_DEVIATION,
-    from_centre,
     unknown_lens,
+    view_of_centre,
 )
 
 NAMES = ("transforms.json",)
@@ -78,7 +78,7 @@ def read_nerfstudio(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
         if unknown is not None:
             unknown_models[unknown] += 1
         rotation = (matrix[:3, :3] @ _AXES).T
-        views.append(fields.call(field, from_centre, name, lens, rotation, matrix[:3, 3]))
+        views.append(fields.call(field, view_of_centre, name, lens, rotation, matrix[:3, 3]))
     warnings: list[Finding] = [] if has_sizes else unknown_sizes(sizes, names)
     warnings += [unknown_lens(name, count) for name, count in unknown_models.items()]
     candidates = [Candidate(tr("the file"), views, tuple(warnings))]

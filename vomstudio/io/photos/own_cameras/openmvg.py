@@ -18,7 +18,7 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.frames import Candidate
 from vomstudio.io.photos.own_cameras.json_fields import JsonFields
-from vomstudio.io.photos.own_cameras.result import from_centre, pinhole_lens, unknown_lens
+from vomstudio.io.photos.own_cameras.result import pinhole_lens, unknown_lens, view_of_centre
 
 NAMES = ("sfm_data.json",)
 _DISTORTIONS = {"disto_k1": 1, "disto_k3": 3, "disto_t2": 5, "fisheye": 4}
@@ -75,7 +75,7 @@ def read_openmvg(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
         rotation = fields.numbers(field, value, "rotation", 3, 3)
         centre = fields.numbers(field, value, "center", 3)
         name = f"{folder}/{name}" if folder else name
-        views.append(fields.call(field, from_centre, name, lens, rotation, centre))
+        views.append(fields.call(field, view_of_centre, name, lens, rotation, centre))
     warnings = tuple(unknown_lens(name, count) for name, count in unknown_models.items())
     return [Candidate(tr("the file"), views, warnings)]
 

@@ -24,9 +24,9 @@ from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.frames import Candidate
 from vomstudio.io.photos.own_cameras.json_fields import JsonFields
 from vomstudio.io.photos.own_cameras.result import (
-    from_centre,
     pinhole_lens,
     unknown_lens,
+    view_of_centre,
     view_of_pose,
 )
 
@@ -125,7 +125,7 @@ def read_shots(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
         lens = fields.call(field, _shot_lens, shot)
         rotation = _matrix(fields.numbers(field, shot, "rotation", 3))
         centre = fields.numbers(field, shot, "translation", 3)
-        views.append(fields.call(field, from_centre, name, lens, rotation, centre))
+        views.append(fields.call(field, view_of_centre, name, lens, rotation, centre))
     candidates = [Candidate(tr("map coordinates"), views)]
     offset = find_offset(path)
     if offset is not None:

@@ -85,9 +85,9 @@ def read_own_cameras(path: str | Path, bounds: FloatArray | None = None) -> OwnC
     path = Path(path)
     folder = colmap.folder_of(path)
     if folder is not None:
-        found = colmap.read_colmap(folder)
-        candidate = Candidate(tr("the file"), list(found.views.values()), found.warnings)
-        return select_frame(found.path, [candidate], bounds)
+        model = colmap.read_colmap(folder)
+        candidate = Candidate(tr("the file"), list(model.views.values()), model.warnings)
+        return select_frame(model.path, [candidate], bounds)
     folder = micmac.folder_of(path)
     if folder is not None:
         return select_frame(path, micmac.read_micmac(folder), bounds)

@@ -26,7 +26,7 @@ from vomstudio.io.photos.own_cameras.photo_sizes import (
     read_sizes,
     unknown_sizes,
 )
-from vomstudio.io.photos.own_cameras.result import from_centre, unknown_lens
+from vomstudio.io.photos.own_cameras.result import unknown_lens, view_of_centre
 from vomstudio.io.text.named_columns import PHOTO, WORLD, NamedTable
 
 _ANGLES = (("heading", "yaw"), ("pitch",), ("roll",))
@@ -69,7 +69,7 @@ def read_reality_capture(path: Path, table: NamedTable) -> list[Candidate]:
         named = dict(zip(columns, values[row].tolist(), strict=True))
         try:
             lens, error_px = _lens(named, sizes.get(name))
-            views.append(from_centre(name, lens, _rotation(angles[row]), places[row]))
+            views.append(view_of_centre(name, lens, _rotation(angles[row]), places[row]))
         except (ValueError, GeometryError) as error:
             finding = Finding("cameras.invalid-pose", reason=str(error).rstrip("."))
             raise table.at(row, finding, "f") from error

@@ -110,8 +110,8 @@ def view_of_pose(
     return View(name, lens, orthogonal, orthogonal @ rotation.T @ translation)
 
 
-def from_centre(name: str, lens: Intrinsics, rotation: FloatArray, centre: FloatArray) -> View:
-    """Return `view_of_pose` for a projection centre."""
+def view_of_centre(name: str, lens: Intrinsics, rotation: FloatArray, centre: FloatArray) -> View:
+    """Return the view of a photo from its rotation and projection centre."""
     view = view_of_pose(name, lens, rotation, np.zeros(3))
     if not np.isfinite(centre).all() or find_invalid_points(centre[None]).any():
         raise ValueError(tr("the position is not on Earth"))
