@@ -190,3 +190,15 @@ def test_nowhere_is_denser_than_the_densest_place(method: str) -> None:
     place, top = densities.find_maximum(v, method)
     assert top >= densities.density(v, even(20_000), method).max() - 1e-9
     assert abs(place @ np.array([-3.0, 1.0, -2.0]) / math.sqrt(14.0)) > 0.97
+
+
+@pytest.mark.parametrize("n", [3, 40, 2000])
+def test_the_maximum_found_from_the_grid_is_that_of_the_lattice(n: int) -> None:
+    rng = np.random.default_rng(n)
+    vectors = rng.normal(size=(n, 3)) + 2.0 * rng.normal(size=(3, 3))[rng.integers(0, 3, n)]
+    vectors /= np.linalg.norm(vectors, axis=1)[:, None]
+    _, grid = densities.density_grid(vectors)
+    place, top = densities.find_maximum(vectors, grid=grid)
+    expected_place, expected_top = densities.find_maximum(vectors)
+    assert top == pytest.approx(expected_top, rel=1e-9)
+    assert abs(place @ expected_place) == pytest.approx(1.0, abs=1e-9)

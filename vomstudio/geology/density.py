@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from numpy.lib.stride_tricks import sliding_window_view
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import to_translate
@@ -33,6 +34,9 @@ TILE_SIZE = 8
 BLOCK_SIZE = TILE_SIZE**2
 MAX_PAIRS = 100_000
 """Maximum number of cosines in one step, so that they stay in the cache."""
+PEAK_SHARE = 0.8
+"""A local maximum of a grid can be the maximum if it has at least this share of the highest."""
+MAX_PEAKS = 8
 NEGLIGIBLE_EXPONENT = 30.0
 """Poles with an exponent below minus this value contribute less than 1e-13 and are skipped."""
 
@@ -246,7 +250,10 @@ def choose_round_levels(maximum: float, method: str) -> list[float]:
 
 
 def find_maximum(
-    vectors: npt.ArrayLike, method: str = "exponential_kamb", sigma: float = SIGMA
+    vectors: npt.ArrayLike,
+    method: str = "exponential_kamb",
+    sigma: float = SIGMA,
+    grid: FloatArray | None = None,
 ) -> tuple[FloatArray, float]:
     """Find the direction of maximum density of axial data.
 
@@ -255,6 +262,9 @@ def find_maximum(
     vectors : (n, 3) array_like
     method : str
     sigma : float
+    grid : (size, size) ndarray, optional
+        The density as returned by `density_grid` for the same data, method and sigma. With the
+        exponential kernel it replaces the search on a lattice, which takes as long as the grid.
 
     Returns
     -------
@@ -265,6 +275,8 @@ def find_maximum(
     density : float
     """
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
+    if grid is not None and method == "exponential_kamb":
+        return _ascend_from_grid(v, grid, _Kernel.of(method, len(v), sigma), method, sigma)
     positions = _sort_by_place(np.vstack([_lattice(4000), v[:: max(1, len(v) // 2000)]]))
     densities = density(v, positions, method, sigma)
     best, maximum = positions[int(np.argmax(densities))], float(densities.max())
@@ -281,6 +293,20 @@ def find_maximum(
         best = _ascend_density(v, best, _Kernel.of(method, len(v), sigma))
         maximum = max(maximum, float(density(v, best, method, sigma)[0]))
     return (-best if best[2] > 0 else best), maximum
+
+
+def _ascend_from_grid(
+    vectors: FloatArray, grid: FloatArray, kernel: _Kernel, method: str, sigma: float
+) -> tuple[FloatArray, float]:
+    """Find the maximum by ascent from the highest local maxima of a density grid."""
+    neighbours = sliding_window_view(np.pad(grid, 1, constant_values=-np.inf), (3, 3))
+    peaks = np.argwhere((grid >= neighbours.max(axis=(2, 3))) & (grid >= PEAK_SHARE * grid.max()))
+    highest = peaks[np.argsort(-grid[tuple(peaks.T)], kind="stable")][:MAX_PEAKS]
+    _, positions = hemisphere_grid(len(grid))
+    tops = np.array([_ascend_density(vectors, positions[i, j], kernel) for i, j in highest])
+    densities = density(vectors, tops, method, sigma)
+    best = tops[int(np.argmax(densities))]
+    return (-best if best[2] > 0 else best), float(densities.max())
 
 
 def _lattice(n: int) -> FloatArray:

@@ -162,8 +162,8 @@ def describe_density(net: NetContents) -> dict[str, Any] | None:
     if net.contour is None or plan is None:
         return None
     look, parts = net.contouring, []
-    for of, v in contour_groups(net):
-        place, top = densities.find_maximum(v, net.contour, look.sigma)
+    for (of, v), part in zip(contour_groups(net), plan.parts, strict=True):
+        place, top = densities.find_maximum(v, net.contour, look.sigma, part.values)
         line = Line.from_vector(place)
         parts.append(
             {
