@@ -53,7 +53,8 @@ class Finding:
 
     def __init__(self, code: str, severity: Severity | None = None, /, **values: Any) -> None:
         default_severity = TEXTS[code][0]
-        if missing_keys := placeholders(code) - values.keys():
+        if not placeholders(code) <= values.keys():
+            missing_keys = placeholders(code) - values.keys()
             raise KeyError(f"{code} needs {', '.join(sorted(missing_keys))}")
         object.__setattr__(self, "code", code)
         object.__setattr__(self, "severity", severity or default_severity)
@@ -183,7 +184,12 @@ def placeholders(code: str) -> frozenset[str]:
     return frozenset(names | ({"count"} if len(texts) > 1 else set()))
 
 
+_FROZEN_TYPES = frozenset({str, int, float, bool, type(None)})
+
+
 def _freeze(value: Any) -> Any:
+    if type(value) in _FROZEN_TYPES:
+        return value
     if isinstance(value, list | tuple):
         return tuple(map(_freeze, value))
     # NumPy scalars have an `item` method.

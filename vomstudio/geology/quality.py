@@ -276,17 +276,52 @@ def total_error_deg(
     float or None
         Degrees; None if the fit has no error estimate.
     """
-    angle = governing_confidence_deg(fit, kind)
-    if angle is None or is_within_wander(fit, kind, resolution_m, outcrop_normal):
-        return None if angle is None else 90.0
-    model_error = max(
-        angle, resolution_tilt_deg(fit, resolution_m, kind) or 0.0, stretch_error_deg or 0.0
-    )
-    return (
-        min(float(np.hypot(model_error, registration_deg or 0.0)), 90.0)
-        if registration_deg
-        else model_error
-    )
+    return _ErrorParts.of(
+        fit, resolution_m, kind, registration_deg, outcrop_normal, stretch_error_deg
+    ).total_deg
+
+
+@dataclass(frozen=True)
+class _ErrorParts:
+    """Total 95 % error of a plane and its parts, degrees.
+
+    Attributes
+    ----------
+    fit_deg : float or None
+        Half-angle of the fit; None without redundancy.
+    model_deg : float or None
+        The same, but at least the tilt due to resolution and doubtful stretches.
+    total_deg : float or None
+        The same, combined with the error of the registration.
+    is_undetermined : bool
+        True if the trace is not wider than the wander of its points, see `is_within_wander`.
+    """
+
+    fit_deg: float | None
+    model_deg: float | None
+    total_deg: float | None
+    is_undetermined: bool
+
+    @classmethod
+    def of(
+        cls,
+        fit: FittedPlane,
+        resolution_m: float | None,
+        kind: Kind,
+        registration_deg: float | None,
+        outcrop_normal: npt.ArrayLike | None,
+        stretch_error_deg: float | None,
+    ) -> _ErrorParts:
+        fit_deg = governing_confidence_deg(fit, kind)
+        if fit_deg is None:
+            return cls(None, None, None, is_undetermined=False)
+        if is_within_wander(fit, kind, resolution_m, outcrop_normal):
+            return cls(fit_deg, 90.0, 90.0, is_undetermined=True)
+        tilt_deg = resolution_tilt_deg(fit, resolution_m, kind) or 0.0
+        model_deg = total_deg = max(fit_deg, tilt_deg, stretch_error_deg or 0.0)
+        if registration_deg:
+            total_deg = min(math.hypot(model_deg, registration_deg), 90.0)
+        return cls(fit_deg, model_deg, total_deg, is_undetermined=False)
 
 
 def judge(
@@ -336,14 +371,17 @@ def judge(
         return Verdict("poor", (fit.error,), limits=thresholds)
     face_reasons, questions = _face_findings(fit, kind, outcrop_normal, resolution_m, thresholds)
     assess = _judge_by_shape if thresholds.by == "shape" else _judge_by_error
+    errors = _ErrorParts.of(
+        fit, resolution_m, kind, registration_deg, outcrop_normal, stretch_error_deg
+    )
     poor, reasons, notes = assess(
-        fit, kind, resolution_m, thresholds, registration_deg, outcrop_normal, stretch_error_deg
+        fit, errors, kind, resolution_m, thresholds, registration_deg, stretch_error_deg
     )
     reasons += [*face_reasons, *surface_findings]
     quality: Quality = "poor" if poor else "doubtful" if reasons else "good"
-    total = total_error_deg(fit, resolution_m, kind, registration_deg)
-    if is_local(fit, bend_deg, total) and bend_deg is not None and total is not None:
-        regional_deg = min(math.hypot(total, bend_deg), 90.0)
+    total_deg = errors.total_deg
+    if bend_deg is not None and total_deg is not None and is_local(fit, bend_deg, total_deg):
+        regional_deg = min(math.hypot(total_deg, bend_deg), 90.0)
         notes.append(Finding("plane.local", bend_deg=bend_deg, regional_deg=regional_deg))
     return Verdict(quality, tuple(reasons), tuple(notes + questions), thresholds)
 
@@ -372,16 +410,16 @@ def is_local(fit: FittedPlane, bend_deg: float | None, total_deg: float | None) 
 
 def _judge_by_error(
     fit: FittedPlane,
+    errors: _ErrorParts,
     kind: Kind,
     resolution_m: float | None,
     thresholds: Thresholds,
     registration_deg: float | None,
-    face: npt.ArrayLike | None,
     stretch_error_deg: float | None,
 ) -> tuple[bool, list[Finding], list[Finding]]:
     """Judge a plane by its error; return whether it is poor, the reasons and the notes."""
     poor, reasons = _direction_findings(
-        fit, kind, resolution_m, thresholds, registration_deg, face, stretch_error_deg
+        fit, errors, kind, resolution_m, thresholds, registration_deg, stretch_error_deg
     )
     if fit.long_roughness:
         reasons.append(Finding("plane.long-roughness"))
@@ -394,11 +432,8 @@ def _judge_by_error(
             reasons.append(Finding("plane.too-small", ratio=ratio, minimum=minimum))
         elif ratio < thresholds.extent_over_resolution:
             expected_deg = PlaneSizes.from_resolution(resolution_m).error_deg(extent) or 90.0
-            total = total_error_deg(
-                fit, resolution_m, kind, registration_deg, face, stretch_error_deg
-            )
             # A plane with an unknown or larger error must not be promised a smaller one.
-            if total is not None and total <= expected_deg:
+            if errors.total_deg is not None and errors.total_deg <= expected_deg:
                 notes.append(
                     Finding(
                         "plane.small",
@@ -415,11 +450,11 @@ def _judge_by_error(
 
 def _judge_by_shape(
     fit: FittedPlane,
+    errors: _ErrorParts,
     kind: Kind,
     resolution_m: float | None,
     thresholds: Thresholds,
     registration_deg: float | None,
-    face: npt.ArrayLike | None,
     stretch_error_deg: float | None,
 ) -> tuple[bool, list[Finding], list[Finding]]:
     """Judge a plane by its shape; return whether it is poor, the reasons and the notes."""
@@ -451,9 +486,9 @@ def _judge_by_shape(
         )
     poor = len(reasons) > 1
     _, error_reasons = _direction_findings(
-        fit, kind, resolution_m, thresholds, registration_deg, face, stretch_error_deg
+        fit, errors, kind, resolution_m, thresholds, registration_deg, stretch_error_deg
     )
-    if governing_confidence_deg(fit, kind) is None:
+    if errors.fit_deg is None:
         # Without redundancy, or if points are identical, the shape is irrelevant.
         return poor, reasons + error_reasons, notes
     return poor, reasons, notes + error_reasons
@@ -495,15 +530,15 @@ def _face_findings(
 
 def _direction_findings(
     fit: FittedPlane,
+    errors: _ErrorParts,
     kind: Kind,
     resolution_m: float | None,
     thresholds: Thresholds,
     registration_deg: float | None,
-    face: npt.ArrayLike | None,
     stretch_error_deg: float | None,
 ) -> tuple[bool, list[Finding]]:
     """Return whether the error makes the plane poor, and the reasons."""
-    angle = total_error_deg(fit, resolution_m, kind, registration_deg, face, stretch_error_deg)
+    angle = errors.total_deg
     if angle is None and fit.n <= 3:
         # Profiles by shape already report a straight trace. K is undefined without scatter.
         is_straight = (
@@ -521,19 +556,17 @@ def _direction_findings(
         return False, [Finding("plane.too-few-points", minimum=int(MIN_INDEPENDENT_POINTS))]
     poor = angle > thresholds.poor_confidence95_deg
     limit_deg = thresholds.poor_confidence95_deg if poor else thresholds.good_confidence95_deg
-    model_error = angle
-    if registration_deg is not None:
-        model_error = total_error_deg(fit, resolution_m, kind, None, face, stretch_error_deg) or 0.0
+    model_error = errors.model_deg or 0.0
     if registration_deg is not None and registration_deg > model_error:
         return poor, [
             Finding("plane.registration", error_deg=registration_deg, limit_deg=limit_deg)
         ]
-    if is_within_wander(fit, kind, resolution_m, face):
+    if errors.is_undetermined:
         return poor, [Finding("plane.too-straight", error_deg=angle, limit_deg=limit_deg)]
     if stretch_error_deg is not None and model_error <= stretch_error_deg:
         # The stretches have already been reported as a reason.
         return poor, []
-    if model_error > (governing_confidence_deg(fit, kind) or 0.0):
+    if model_error > (errors.fit_deg or 0.0):
         return poor, [Finding("plane.resolution", error_deg=angle, limit_deg=limit_deg)]
     if kind == "patch":
         code = "plane.uncertain-patch"
