@@ -28,6 +28,8 @@ from PySide6.QtWidgets import (
 from tests import driver, guards
 from tests.driver import wait
 from vomstudio.io.settings import Settings
+from vomstudio.studio.tools.element_tool import ElementTool
+from vomstudio.studio.tools.select import SelectTool
 from vomstudio.ui.panels.photos.reconstruction_settings import ReconstructionSettings
 from vomstudio.ui.shell import screens
 from vomstudio.ui.shell.layout import FIRST
@@ -43,7 +45,11 @@ class PanelDefaults:
 
     def __init__(self, window: MainWindow) -> None:
         self._restore: list[tuple[QWidget, Callable[[], None]]] = []
+        self._modes: list[Callable[[], None]] = []
         self._note(window.tool_panel)
+        for tool in window.studio.workspace.tools.tools.values():
+            if isinstance(tool, ElementTool):
+                self._note_modes(tool)
 
     def _note(self, panel: QWidget) -> None:
         for field in panel.findChildren(QWidget):
@@ -61,10 +67,22 @@ class PanelDefaults:
             ):
                 self._restore.append((field, partial(_write, field, field.text())))
 
+    def _note_modes(self, tool: ElementTool) -> None:
+        """Remember the settings that the buttons of a tool change: shape, combination, target."""
+        self._modes += [
+            partial(tool.set_mode, tool.mode),
+            partial(tool.set_combine, tool.combine),
+            partial(tool.set_through, tool.through),
+        ]
+        if isinstance(tool, SelectTool):
+            self._modes.append(partial(tool.set_target, tool.target))
+
     def restore(self) -> None:
         for field, restore in self._restore:
             if shiboken6.isValid(field):
                 restore()
+        for restore in self._modes:
+            restore()
 
 
 def _choose(box: QComboBox, text: str) -> None:
