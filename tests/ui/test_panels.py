@@ -14,9 +14,9 @@ from vomstudio.core.findings import Finding
 from vomstudio.project import edits
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.studio.tools.trace import TraceTool
+from vomstudio.ui.base.numbers import parse_number
 from vomstudio.ui.panels.features.table_panel import COLUMNS
 from vomstudio.ui.panels.tools.trace import TracePanel
-from vomstudio.ui.widgets.vertex_table import parse_number
 
 ASCENDING, DESCENDING = Qt.SortOrder.AscendingOrder, Qt.SortOrder.DescendingOrder
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from html import escape
 
-from PySide6.QtCore import QEvent, QObject, QSignalBlocker, QSize, Qt, QTimer
-from PySide6.QtGui import QAction, QPainter, QPaintEvent, QWheelEvent
+from PySide6.QtCore import QEvent, QLocale, QObject, QSignalBlocker, QSize, Qt, QTimer
+from PySide6.QtGui import QAction, QPainter, QPaintEvent, QValidator, QWheelEvent
 from PySide6.QtWidgets import (
+    QAbstractSpinBox,
     QComboBox,
     QDoubleSpinBox,
     QFormLayout,
@@ -27,12 +28,14 @@ from PySide6.QtWidgets import (
     QStylePainter,
     QTableWidget,
     QToolButton,
+    QToolTip,
     QVBoxLayout,
     QWidget,
 )
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
+from vomstudio.ui.base.numbers import parse_quantity
 
 # Height of a few rows of a panel and of the arrows of the scroll bar.
 _MIN_HEIGHT = 100
@@ -98,25 +101,87 @@ class ComboBox(QComboBox):
 
 
 class SpinBox(QSpinBox):
-    """Integer field that ignores the wheel, like `ComboBox`."""
+    """Integer field that ignores the wheel, like `ComboBox`, and reads numbers as typed."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        _prepare(self)
+
+    def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
+        return _state(_typed_number(self, text)), text, position
+
+    def valueFromText(self, text: str) -> int:  # noqa: N802
+        number = _typed_number(self, text)
+        return self.value() if number is None else round(number)
+
+    def fixup(self, text: str) -> str:
+        _explain_range(self, text)
+        return text
 
     def wheelEvent(self, event: QWheelEvent) -> None:  # noqa: N802
         event.ignore()
 
 
 class DoubleSpinBox(QDoubleSpinBox):
-    """Number field that ignores the wheel, like `ComboBox`."""
+    """Number field that ignores the wheel, like `ComboBox`, and reads numbers as typed."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        _prepare(self)
+
+    def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
+        return _state(_typed_number(self, text)), text, position
+
+    def valueFromText(self, text: str) -> float:  # noqa: N802
+        number = _typed_number(self, text)
+        return self.value() if number is None else number
+
+    def fixup(self, text: str) -> str:
+        _explain_range(self, text)
+        return text
 
     def wheelEvent(self, event: QWheelEvent) -> None:  # noqa: N802
         event.ignore()
+
+
+def _prepare(box: QAbstractSpinBox) -> None:
+    box.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+    # All numbers of the window have a decimal point; a comma can be typed, too.
+    box.setLocale(QLocale.c())
+
+
+def _state(number: float | None) -> QValidator.State:
+    # Qt would drop a refused character without a word: "1e3" would become 13.
+    return QValidator.State.Intermediate if number is None else QValidator.State.Acceptable
+
+
+def _typed_number(box: SpinBox | DoubleSpinBox, text: str) -> float | None:
+    """Return the number in the text of a field, or None if it is invalid or out of range."""
+    special, bare_text = box.specialValueText(), _bare_text(box, text)
+    if special and special in (text, bare_text):
+        return box.minimum()
+    number = parse_quantity(bare_text, box.suffix().strip())
+    if number is None or (isinstance(box, SpinBox) and not number.is_integer()):
+        return None
+    rounded = round(number, box.decimals()) if isinstance(box, DoubleSpinBox) else number
+    return number if box.minimum() <= rounded <= box.maximum() else None
+
+
+def _bare_text(box: SpinBox | DoubleSpinBox, text: str) -> str:
+    """Return the text without prefix and suffix, which Qt adds to everything that is typed."""
+    return text.removeprefix(box.prefix()).removesuffix(box.suffix()).strip()
+
+
+def _explain_range(box: SpinBox | DoubleSpinBox, text: str) -> None:
+    """Show below a field which numbers it accepts, because Qt restores the previous one."""
+    if not box.isVisible() or not _bare_text(box, text):
+        return
+    message = tr(
+        "Enter a number from {low} to {high}.",
+        low=f"{box.minimum():.10g}{box.suffix()}",
+        high=f"{box.maximum():.10g}{box.suffix()}",
+    )
+    QToolTip.showText(box.mapToGlobal(box.rect().bottomLeft()), message, box)
 
 
 class Slider(QSlider):

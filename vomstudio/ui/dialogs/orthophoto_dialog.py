@@ -49,6 +49,7 @@ from vomstudio.ui.base.command_targets import (
 from vomstudio.ui.base.controls import ComboBox, Label, allow, file_field, rich_label
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.long_boxes import fit_height_to_text
+from vomstudio.ui.base.numbers import parse_number
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.dialogs.interpretation_box import InterpretationBox
 from vomstudio.ui.panels.view.view_panel import ViewPanel
@@ -58,7 +59,6 @@ from vomstudio.ui.widgets.copied_command import (
     find_model_arguments,
     format_numbers,
 )
-from vomstudio.ui.widgets.vertex_table import parse_number
 
 
 class OrthoDialog(QDialog):

@@ -37,6 +37,7 @@ from vomstudio.project.records import Picked, get_feature
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import CompactTable, allow, button_row, narrow_form
 from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.numbers import parse_number
 from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import LazyPanel
@@ -51,7 +52,6 @@ from vomstudio.ui.widgets.copied_command import (
 from vomstudio.ui.widgets.line_field import LineField
 from vomstudio.ui.widgets.options_form import OptionFields
 from vomstudio.ui.widgets.plane_choice import PlaneChoice
-from vomstudio.ui.widgets.vertex_table import parse_number
 
 if TYPE_CHECKING:
     from vomstudio.geology.faults.cutoffs import Cutoffs

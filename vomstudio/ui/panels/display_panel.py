@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
-from PySide6.QtCore import QLocale, QSignalBlocker, Qt
+from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -52,6 +51,7 @@ from vomstudio.ui.base.controls import (
 )
 from vomstudio.ui.base.feature_colors import COLOR_MODES
 from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.numbers import parse_number
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.widgets.axis_titles import project_axes
 
@@ -217,7 +217,6 @@ class DisplayPanel(QWidget):
             spin.setDecimals(2)
             spin.setStepType(QDoubleSpinBox.StepType.DefaultStepType)
             spin.setKeyboardTracking(False)
-            spin.setLocale(QLocale.c())
             spin.setMinimumWidth(_MIN_FIELD_WIDTH_PX)
             spin.valueChanged.connect(lambda value, n=k: self._move_face(n, value))
             self.faces.append(spin)
@@ -280,12 +279,9 @@ class DisplayPanel(QWidget):
         if not edit.isModified():
             return
         edit.setModified(False)
-        text = edit.text().strip().replace(",", ".").replace("−", "-")
-        try:
-            value = float(text) if text else None
-            if value is not None and not isfinite(value):
-                raise ValueError(text)
-        except ValueError:
+        text = edit.text().strip()
+        value = parse_number(text)
+        if text and value is None:
             self._studio.warn(Finding("number.invalid", text=text))
             self.refresh()
             return

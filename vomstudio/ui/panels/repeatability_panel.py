@@ -23,13 +23,13 @@ from vomstudio.ui.base import theme
 from vomstudio.ui.base.command_targets import selected_features, why_no_feature
 from vomstudio.ui.base.controls import allow, button_row, narrow_form
 from vomstudio.ui.base.number_formatting import extent_points
+from vomstudio.ui.base.numbers import parse_number
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.outcrop_view import OutcropView
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
 from vomstudio.ui.panels.tools.common import hint_label
 from vomstudio.ui.widgets.form_with_picture import FormWithPicture
 from vomstudio.ui.widgets.results_page import FiguresPage
-from vomstudio.ui.widgets.vertex_table import parse_number
 
 _PLACE = "place to be picked again"
 _COLOR = (1.0, 0.76, 0.03)

@@ -40,6 +40,7 @@ from vomstudio.ui.base import theme
 from vomstudio.ui.base.command_targets import current_line, start_folder, why_no_model
 from vomstudio.ui.base.controls import CompactTable, allow, narrow_form
 from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.numbers import parse_number
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
@@ -49,7 +50,6 @@ from vomstudio.ui.widgets.axis_titles import add_length_row, follow_axes
 from vomstudio.ui.widgets.copied_command import CopyCommandButton, copy_with_file, format_numbers
 from vomstudio.ui.widgets.error_fields import error_field, read_number
 from vomstudio.ui.widgets.type_box import TypeBox
-from vomstudio.ui.widgets.vertex_table import parse_number
 
 if TYPE_CHECKING:
     from vomstudio.geology.faults.three_points import ThreePoints

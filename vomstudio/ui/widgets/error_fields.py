@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QLineEdit
 
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.ui.widgets.vertex_table import parse_number
+from vomstudio.ui.base.numbers import parse_number
 
 
 def error_field(name: str, empty_text: str, tip: str) -> QLineEdit:

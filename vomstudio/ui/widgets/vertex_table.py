@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-from math import isfinite
 from typing import Any
 
 from PySide6.QtCore import QSignalBlocker, Qt
@@ -17,6 +15,7 @@ from vomstudio.geometry.matrices import Matrix
 from vomstudio.geometry.units import UNPLACED_AXES
 from vomstudio.project.records import Model, get
 from vomstudio.studio.tools.polyline import PolylineTool
+from vomstudio.ui.base.numbers import parse_number
 from vomstudio.ui.base.studio import Studio
 
 
@@ -113,25 +112,3 @@ class VertexTable(QTableWidget):
         if open_model is None:
             return check_coordinates(point)
         return check_near_model(point, open_model.data.bounds)
-
-
-def parse_number(text: str) -> float | None:
-    """Parse a number with either decimal mark, or return None.
-
-    Spaces, apostrophes or the other mark may separate thousands. A single mark is the decimal
-    mark.
-    """
-    digits = re.sub(r"[\s'’]", "", text).replace("−", "-")
-    marks = re.sub(r"[^.,]", "", digits)
-    if len(set(marks)) == 2 or len(marks) > 1:
-        decimal = marks[-1] if len(set(marks)) == 2 else ""
-        group = "." if decimal == "," else "," if decimal == "." else marks[0]
-        whole, _, decimals = digits.rpartition(decimal) if decimal else (digits, "", "")
-        if not re.fullmatch(rf"[+-]?\d{{1,3}}(?:{re.escape(group)}\d{{3}})+", whole):
-            return None
-        digits = whole.replace(group, "") + "." + decimals
-    try:
-        value = float(digits.replace(",", "."))
-    except ValueError:
-        return None
-    return value if isfinite(value) else None

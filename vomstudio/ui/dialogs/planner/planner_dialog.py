@@ -40,13 +40,13 @@ from vomstudio.ui.base import file_filters
 from vomstudio.ui.base.command_targets import ask_for_target, start_folder
 from vomstudio.ui.base.controls import ComboBox, Label, SpinBox, allow
 from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.numbers import parse_number
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.texts import format_sentence
 from vomstudio.ui.dialogs.planner.plan_drawing import PlanDrawing
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.widgets.search_field import Match, SearchField
-from vomstudio.ui.widgets.vertex_table import parse_number
 
 _VIEW_KEY, _JOB_KEY = "survey_plan", "plan"
 _TYPING_DELAY_MS = 200

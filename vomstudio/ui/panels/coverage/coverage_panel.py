@@ -20,6 +20,7 @@ from vomstudio.studio.tools.cells import CellsTool
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ComboBox, allow, button_row, narrow_form
 from vomstudio.ui.base.number_formatting import extent_points
+from vomstudio.ui.base.numbers import parse_number
 from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
@@ -35,7 +36,6 @@ from vomstudio.ui.widgets.form_with_picture import FormWithPicture
 from vomstudio.ui.widgets.model_box import ModelBox
 from vomstudio.ui.widgets.plane_field import PlaneField, ViewDirection
 from vomstudio.ui.widgets.results_page import FiguresPage
-from vomstudio.ui.widgets.vertex_table import parse_number
 
 _MODEL, _SELECTED = "model", "selected"
 

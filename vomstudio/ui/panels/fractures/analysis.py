@@ -18,7 +18,6 @@ from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.notation import format_exact_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.ui.widgets.drawing_view import DrawingMark
-from vomstudio.ui.widgets.vertex_table import parse_number
 
 if TYPE_CHECKING:
     from vomstudio.geology.fractures.network import MappedNetwork, SamplingRegion
@@ -127,15 +126,6 @@ class FractureAnswer:
     mark: DrawingMark | None
     mapped: MappedNetwork | None
     reason: Finding | None = None
-
-
-def parse_numbers(text: str) -> tuple[float, ...] | None:
-    """Parse numbers separated by commas, semicolons or blanks; return None if one is invalid."""
-    words = text.replace(";", ",").replace(",", " ").split()
-    values = [parse_number(word) for word in words]
-    if any(v is None or not np.isfinite(v) for v in values):
-        return None
-    return tuple(float(v) for v in values if v is not None)
 
 
 def check_region_numbers(region_kind: str, numbers: tuple[float, ...]) -> Finding | None:

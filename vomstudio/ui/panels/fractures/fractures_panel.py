@@ -44,6 +44,7 @@ from vomstudio.project.registration_errors import model_of
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.command_targets import current_line
 from vomstudio.ui.base.controls import allow, button_row, icon_button, narrow_form
+from vomstudio.ui.base.numbers import parse_numbers
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
 from vomstudio.ui.panels.fractures.analysis import (
@@ -58,7 +59,6 @@ from vomstudio.ui.panels.fractures.analysis import (
     answer,
     check_region_numbers,
     draw_figure,
-    parse_numbers,
     region_mark,
     write_figure,
 )
@@ -282,7 +282,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
             traces=traces,
             plane=plane,
             region_kind=self._region_kind(),
-            region_numbers=numbers,
+            region_numbers=tuple(numbers),
             options=self.options.options(),
             metric=all(m is None or m.frame.has_metres for m in models),
             north_known=all(m is None or m.frame.has_north for m in models),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -41,6 +40,7 @@ from vomstudio.ui.base.controls import (
     icon_button,
     narrow_form,
 )
+from vomstudio.ui.base.numbers import parse_numbers
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
 from vomstudio.ui.panels.sections.analysis import (
@@ -66,7 +66,6 @@ from vomstudio.ui.widgets.line_field import LineField
 from vomstudio.ui.widgets.model_box import ModelBox
 from vomstudio.ui.widgets.options_form import OptionFields
 from vomstudio.ui.widgets.plane_field import PlaneField, ViewDirection, plane_text
-from vomstudio.ui.widgets.vertex_table import parse_number
 
 _MIN_FACING = 0.05
 """Sine of the angle between view and section above which a side faces the viewer."""
@@ -224,8 +223,8 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             world = transform.apply(model.to_world, corners)
             centre: FloatArray = np.round((world.min(axis=0) + world.max(axis=0)) / 2, 3)
             return centre
-        values = [parse_number(word) for word in text.replace(";", ",").split(",")]
-        if len(values) != 3 or any(v is None or not math.isfinite(v) for v in values):
+        values = parse_numbers(text)
+        if values is None or len(values) != 3:
             raise InputError(Finding("section.not-a-point", text=text))
         return np.array(values, np.float64)
 

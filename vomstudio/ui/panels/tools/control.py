@@ -28,6 +28,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError, VomError
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.words import tr
+from vomstudio.geometry.coordinate_limits import check_coordinates
 from vomstudio.geometry.registrations import ReadNorth
 from vomstudio.project import edits
 from vomstudio.project.kinds.control_point import ControlPoint
@@ -39,6 +40,7 @@ from vomstudio.ui.base import file_filters, theme
 from vomstudio.ui.base.command_targets import current_model, start_folder
 from vomstudio.ui.base.controls import ComboBox, allow, narrow_form
 from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.numbers import parse_number
 from vomstudio.ui.base.qt_background import NewestResult
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
@@ -520,16 +522,22 @@ class ControlPanel(QWidget):
             cells = self.table.coordinates(item.row())
             if not all(cell.strip() for cell in cells):
                 return
-            try:
-                x, y, z = (float(cell) for cell in cells)
-            except ValueError:
-                self._studio.warn(Finding("number.invalid", text=item.text()))
-                self.table.show_points(self._points)
-                self.table.show_residuals(self._points, self.placed)
+            x, y, z = (parse_number(cell) for cell in cells)
+            if x is None or y is None or z is None:
+                self._refuse_cell(Finding("number.invalid", text=item.text()))
+                return
+            if (problem := check_coordinates((x, y, z))) is not None:
+                self._refuse_cell(problem)
                 return
             new_point = replace(point, position=(x, y, z))
         if new_point != point:
             self._studio.attempt(edits.change_feature, new_point)
+
+    def _refuse_cell(self, reason: Finding) -> None:
+        """Report an invalid coordinate, and show the previous one."""
+        self._studio.warn(reason)
+        self.table.show_points(self._points)
+        self.table.show_residuals(self._points, self.placed)
 
     def apply(self) -> None:
         """Register the model by the points, lines and planes."""

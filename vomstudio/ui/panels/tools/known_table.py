@@ -14,6 +14,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.project.kinds.known_line import KINDS, KnownLine, format_reading
 from vomstudio.ui.base import theme
+from vomstudio.ui.base.numbers import parse_quantity
 
 TICK, LABEL, QUANTITY, VALUE, SIGMA, RESIDUAL = range(6)
 _READ_ONLY = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
@@ -147,10 +148,8 @@ def apply_cell(line: KnownLine, column: int, item: QTableWidgetItem, notation: s
         return _apply_reading(line, text, notation)
     if not text:
         return replace(line, value=None) if column == VALUE else replace(line, sigma=None)
-    try:
-        number = float(text.rstrip("°m ").replace(",", "."))
-    except ValueError:
-        number = float("nan")
+    value = parse_quantity(text, "m" if line.kind == "length" else "°")
+    number = float("nan") if value is None else value
     code = "number.not-a-length" if line.kind == "length" else "number.not-an-angle"
     if column == SIGMA:
         if not 0.0 < number <= MAX_SIGMA_DEG.get(line.kind, 1e6):

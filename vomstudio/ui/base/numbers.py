@@ -1,0 +1,68 @@
+"""Numbers as users type them, with either decimal mark and with units."""
+
+from __future__ import annotations
+
+import re
+from math import isfinite
+
+_METRES = {"mm": 0.001, "cm": 0.01, "m": 1.0, "km": 1000.0, "ft": 0.3048}
+"""Lengths in metres of the units that a field for a length converts."""
+_WITH_UNIT = re.compile(r"(.*[\d.,])\s*([^\d\s.,]+)")
+
+
+def parse_number(text: str) -> float | None:
+    """Parse a number with either decimal mark, or return None.
+
+    Spaces, apostrophes or the other mark may separate thousands. A single mark is the decimal
+    mark.
+    """
+    digits = re.sub(r"[\s'’]", "", text).replace("−", "-")
+    marks = re.sub(r"[^.,]", "", digits)
+    if len(set(marks)) == 2 or len(marks) > 1:
+        decimal = marks[-1] if len(set(marks)) == 2 else ""
+        group = "." if decimal == "," else "," if decimal == "." else marks[0]
+        whole, _, decimals = digits.rpartition(decimal) if decimal else (digits, "", "")
+        if not re.fullmatch(rf"[+-]?\d{{1,3}}(?:{re.escape(group)}\d{{3}})+", whole):
+            return None
+        digits = whole.replace(group, "") + "." + decimals
+    try:
+        value = float(digits.replace(",", "."))
+    except ValueError:
+        return None
+    return value if isfinite(value) else None
+
+
+def parse_quantity(text: str, unit: str) -> float | None:
+    """Parse a number that may be followed by a unit, or return None.
+
+    Parameters
+    ----------
+    unit : str
+        Unit of the returned number. Lengths in other units are converted to it.
+    """
+    match = _WITH_UNIT.fullmatch(text.strip())
+    if match is None or not unit:
+        return parse_number(text)
+    number, typed_unit = parse_number(match[1]), match[2]
+    if number is None or typed_unit == unit:
+        return number
+    if typed_unit in _METRES and unit in _METRES:
+        return number * _METRES[typed_unit] / _METRES[unit]
+    return None
+
+
+def parse_numbers(text: str) -> list[float] | None:
+    """Parse several numbers, or return None if one of them is invalid.
+
+    They are separated by semicolons, else by blanks, else by commas. Beside semicolons and blanks,
+    a comma inside a number is the decimal mark.
+    """
+    text = text.strip().rstrip(";, ")
+    if ";" in text:
+        words = text.split(";")
+    elif re.search(r"\s", text):
+        words = re.split(r",?\s+", text)
+    else:
+        words = text.split(",") if text else []
+    numbers = [number for word in words if (number := parse_number(word)) is not None]
+    return numbers if len(numbers) == len(words) else None
