@@ -292,6 +292,18 @@ def test_attributes_are_changed_where_all_have_them() -> None:
         edits.set_attributes(there, ["m1"], name="x")
 
 
+@pytest.mark.parametrize("text", ["Bed\nupper", "Bed\r\nupper", "Bed\N{LINE SEPARATOR}upper"])
+def test_names_have_one_line_and_notes_keep_theirs(text: str) -> None:
+    before = records()
+    edit = edits.set_attributes(before, ["t1"], name=text, set_name=text, notes=text)
+    after = done(before, edit)["t1"]
+    assert (after.name, after.set_name, after.notes) == ("Bed upper", "Bed upper", text)
+    edit = edits.set_attributes(done(before, edit), ["t1"], name="B01")
+    assert "\n" not in edit.label
+    kind = FeatureType("x", text, "#332288", "circle", "plane")
+    assert done(before, edits.add_type(before, kind))["x"].name == "Bed upper"
+
+
 def test_deleting_takes_what_is_named_and_says_how_many() -> None:
     there = records()
     edit = edits.delete(there, ["t1", "l1"])

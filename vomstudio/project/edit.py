@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, MutableMapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from vomstudio.core.errors import DocumentError
 from vomstudio.core.findings import Finding
 from vomstudio.project.records import Record
 
 Changes = Mapping[str, Record | None]
+_NAME_FIELDS = ("name", "set_name", "domain", "station")
 
 
 @dataclass(frozen=True)
@@ -61,5 +62,22 @@ class Edit:
 
 
 def change(records: Mapping[str, Record], label: str, after: Changes) -> Edit:
-    """Return the edit that sets the records with the IDs in `after` to its values."""
-    return Edit(label, {id_: records.get(id_) for id_ in after}, dict(after))
+    """Return the edit that sets the records with the IDs in `after` to its values.
+
+    Line breaks in names, which come from pasted text and from tables, become spaces.
+    """
+    after = {id_: _with_plain_names(record) for id_, record in after.items()}
+    return Edit(_join_lines(label), {id_: records.get(id_) for id_ in after}, after)
+
+
+def _with_plain_names(record: Record | None) -> Record | None:
+    plain = {
+        name: _join_lines(value)
+        for name in _NAME_FIELDS
+        if isinstance(value := getattr(record, name, None), str) and not value.isprintable()
+    }
+    return record if record is None or not plain else replace(record, **plain)
+
+
+def _join_lines(text: str) -> str:
+    return text if text.isprintable() else " ".join(text.splitlines())
