@@ -281,6 +281,8 @@ def test_attributes_are_changed_where_all_have_them() -> None:
     for values, code, told in (
         ({"type_id": "dyke"}, "record.missing", {"kind": "feature type", "id": "dyke"}),
         ({"name": "  "}, "name.empty", {"field": "name"}),
+        ({"name": "9" * 201}, "name.too-long", {"field": "name"}),
+        ({"set_name": "9" * 201}, "name.too-long", {"field": "name"}),
         ({"slip": "normal"}, "feature.no-attribute", {"feature": "B01", "attribute": "slip"}),
         ({"plane_id": "p1"}, "feature.no-attribute", {"attribute": "plane id"}),
     ):
@@ -337,6 +339,7 @@ def test_a_type_needs_a_name_of_its_own_and_a_colour() -> None:
     there = records()
     for kind, code in (
         (FeatureType("n", " ", "#123456"), "name.empty"),
+        (FeatureType("n", "9" * 201, "#123456"), "name.too-long"),
         (FeatureType("n", "Dyke", "#12345"), "type.colour"),
         (FeatureType("n", "Dyke", "#12345g"), "type.colour"),
         (FeatureType("n", "Dyke", "x#123456"), "type.colour"),

@@ -10,7 +10,8 @@ from vomstudio.core.findings import Finding
 from vomstudio.project.records import Record
 
 Changes = Mapping[str, Record | None]
-_NAME_FIELDS = ("name", "set_name", "domain", "station")
+MAX_NAME_LENGTH = 200
+_NAME_FIELDS = ("name", "set_name", "domain", "station", "number", "interpreter")
 
 
 @dataclass(frozen=True)
@@ -81,3 +82,19 @@ def _with_plain_names(record: Record | None) -> Record | None:
 
 def _join_lines(text: str) -> str:
     return text if text.isprintable() else " ".join(text.splitlines())
+
+
+def check_name(name: str, field: str = "name", *, may_be_empty: bool = False) -> None:
+    """Check a name that a user has typed.
+
+    Raises
+    ------
+    DocumentError
+        If it is empty or has more than `MAX_NAME_LENGTH` characters.
+    """
+    if not may_be_empty and not name.strip():
+        raise DocumentError(Finding("name.empty"), field=field)
+    if len(name) > MAX_NAME_LENGTH:
+        raise DocumentError(
+            Finding("name.too-long", count=len(name), limit=MAX_NAME_LENGTH), field=field
+        )

@@ -20,7 +20,7 @@ from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.matrices import Point
 from vomstudio.geometry.registrations import Registration
 from vomstudio.project.bed_descriptions import vertex_fields
-from vomstudio.project.edit import Edit, change
+from vomstudio.project.edit import Edit, change, check_name
 from vomstudio.project.kind import kind_of
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.kinds.trace import Trace
@@ -297,10 +297,12 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
         feature = _get(records, id_, Feature)
         if "type_id" in values:
             _get(records, values["type_id"], FeatureType)
-        if "name" in values and not str(values["name"]).strip():
-            raise DocumentError(Finding("name.empty"), field="name")
+        if "name" in values:
+            check_name(str(values["name"]))
         for field, value in values.items():
             known_kind = [a for a in kind_of(feature).attributes if a.field == field]
+            if known_kind and known_kind[0].form == "text":
+                check_name(str(value), may_be_empty=True)
             if (
                 known_kind
                 and known_kind[0].form == "choice"
@@ -463,8 +465,7 @@ def remove_type(records: Records, type_id: str) -> Edit:
 
 
 def _check_type(records: Records, kind: FeatureType) -> None:
-    if not kind.name.strip():
-        raise DocumentError(Finding("name.empty"), field="name")
+    check_name(kind.name)
     if not re.fullmatch(r"#[0-9a-fA-F]{6}", kind.color):
         raise DocumentError(Finding("type.colour", colour=kind.color), field="color")
     is_same = kind.name.strip().casefold()
@@ -486,8 +487,7 @@ def judge_by(records: Records, limits: Thresholds) -> Edit:
     Raises DocumentError if the thresholds are not valid or nothing would change.
     """
     name = limits.profile.strip()
-    if not name:
-        raise DocumentError(Finding("name.empty"), field="profile")
+    check_name(name, "profile")
     standard = PROFILES_BY_NAME.get(name)
     if standard is not None and standard != limits:
         raise DocumentError(

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from vomstudio.core.errors import DocumentError
 from vomstudio.core.findings import Finding
-from vomstudio.project.edit import Edit, change
+from vomstudio.project.edit import Edit, change, check_name
 from vomstudio.project.records import FaceGrid, Model, Record, get
 
 Records = Mapping[str, Record]
@@ -68,8 +68,7 @@ def marks_of(grid: FaceGrid) -> str:
 def rename_grid(records: Records, grid_id: str, name: str) -> Edit:
     """Rename a sampling grid."""
     grid = _grid(records, grid_id)
-    if not name.strip():
-        raise DocumentError(Finding("name.empty"), field="name")
+    check_name(name)
     return change(records, f"Rename {grid.name}", {grid_id: replace(grid, name=name.strip())})
 
 

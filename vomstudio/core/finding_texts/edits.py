@@ -81,6 +81,10 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("The name is empty. Enter one."),
     ),
+    "name.too-long": (
+        "error",
+        to_translate("The name has {count:,} characters. Use at most {limit}."),
+    ),
     "name.taken": (
         "error",
         to_translate("The name {name} is already in use. Choose another one."),

@@ -228,11 +228,12 @@ class OrthoDialog(QDialog):
         fit_height_to_text(self)
 
     def _check(self, *_: object) -> None:
-        gsd = parse_number(self.gsd.text())
+        text = self.gsd.text().strip()
+        gsd = parse_number(text)
         width, height = self._extent()
         problem = None
         if gsd is None or gsd <= 0:
-            problem = Finding("number.not-a-length", text=self.gsd.text().strip())
+            problem = Finding("number.not-a-length", text=text)
         elif not (width and height):
             problem = Finding("view.part-empty")
         else:
@@ -260,7 +261,7 @@ class OrthoDialog(QDialog):
                 )
         if problem is None and not self.target.text().lower().endswith((".tif", ".tiff")):
             problem = Finding("export.not-tif")
-        if problem is not None and gsd is not None:
+        if problem is not None and text:
             self._size.setText(problem.message)
         allow(self._start_button, problem)
         self.copy_button.allow(problem)

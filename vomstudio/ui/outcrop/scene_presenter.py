@@ -17,6 +17,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.matrices import IDENTITY
 from vomstudio.geometry.patches import has_id
 from vomstudio.geometry.plane_discs import disc_of_fit
+from vomstudio.io.text.rows import shorten
 from vomstudio.project.edit import Edit
 from vomstudio.project.kinds import GROUPS, group_of, kind_of
 from vomstudio.project.measurement import Measurement
@@ -426,6 +427,8 @@ class ScenePresenter:
         if len(sketch.line) == 1 and measurement.plane is None and measurement.line is None:
             # A position without a direction is drawn as a dot.
             symbol = small_disc(sketch.anchor, 0.0)
+        # Names from tables may be of any length.
+        name = shorten(feature.name)
         area = piece
         if kind.filled and isinstance(feature, Picked) and len(feature.vertices) > 2:
             area = self._pieces.outlined_area(feature)
@@ -434,7 +437,7 @@ class ScenePresenter:
             line=sketch.line if piece is None else np.zeros((0, 3)),
             disc=ring,
             color=rgb(feature_color(studio, feature, measurement) or "#ffffff"),
-            label=feature.name if text == "–" else f"{feature.name}  {text}",
+            label=name if text == "–" else f"{name}  {text}",
             anchor=sketch.anchor if piece is None else _nearest_to_centroid(piece),
             visible=studio.visible(feature.id) and studio.visible(group),
             area=area,
