@@ -11,6 +11,7 @@ import ast
 import json
 import re
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -104,9 +105,9 @@ def raises_directly(function: Function) -> bool:
     return False
 
 
-def public_functions(source: str, *, methods: bool = False) -> Iterator[Function]:
+def public_functions(tree: ast.Module, *, methods: bool = False) -> Iterator[Function]:
     """Yield the public functions of a module without compiled ones, and methods if requested."""
-    for node in ast.parse(source).body:
+    for node in tree.body:
         if isinstance(node, Function) and not node.name.startswith("_"):
             if not _is_excluded(node):
                 yield node
@@ -121,48 +122,53 @@ def _is_excluded(function: Function) -> bool:
     return any(isinstance(name, ast.Name) and name.id in EXCLUDED_DECORATORS for name in names)
 
 
-def incomplete_parameters(package: str) -> Iterator[str]:
+def incomplete_parameters(tree: ast.Module) -> Iterator[str]:
     """Yield the public functions and methods whose Parameters section is not the signature."""
-    for path, function in _functions(package, methods=True):
+    for function in public_functions(tree, methods=True):
         if errors := parameter_errors(function):
-            yield f"{path}:{function.lineno}: {function.name}: {', '.join(errors)}"
+            yield f"{function.lineno}: {function.name}: {', '.join(errors)}"
 
 
-def without_sections(package: str) -> Iterator[str]:
+def without_sections(tree: ast.Module) -> Iterator[str]:
     """Yield the public functions that have parameters and no section."""
-    for path, function in _functions(package, methods=False):
+    for function in public_functions(tree):
         if has_no_section(function):
-            yield f"{path}:{function.lineno}: {function.name}"
+            yield f"{function.lineno}: {function.name}"
 
 
-def long_summaries(package: str) -> Iterator[str]:
+def long_summaries(tree: ast.Module) -> Iterator[str]:
     """Yield the docstrings whose first line is longer than MAX_SUMMARY."""
-    for path in _modules(package):
-        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
-            if isinstance(node, ast.Module | ast.ClassDef | Function):
-                summary = (ast.get_docstring(node) or "").partition("\n")[0]
-                if len(summary) > MAX_SUMMARY:
-                    yield f"{path.relative_to(ROOT)}:{node.body[0].lineno}: {summary}"
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | Function):
+            summary = (ast.get_docstring(node) or "").partition("\n")[0]
+            if len(summary) > MAX_SUMMARY:
+                yield f"{node.body[0].lineno}: {summary}"
 
 
-CHECKS: dict[str, Callable[[str], Iterator[str]]] = {
+CHECKS: dict[str, Callable[[ast.Module], Iterator[str]]] = {
     "incomplete_parameters": incomplete_parameters,
     "long_summaries": long_summaries,
     "without_sections": without_sections,
 }
 
 
+@cache
+def places(package: str) -> dict[str, list[str]]:
+    """Return the places that each check finds in a package, parsing every module once."""
+    found: dict[str, list[str]] = {check: [] for check in CHECKS}
+    for path in _modules(package):
+        tree = ast.parse(path.read_text("utf-8"))
+        for check, hits in found.items():
+            hits += [f"{path.relative_to(ROOT)}:{place}" for place in CHECKS[check](tree)]
+    return found
+
+
 def run_functions() -> Iterator[tuple[str, Function]]:
     """Yield the path and the function of each command that runs an operation."""
-    for path, function in _functions("cli", methods=False):
-        if function.name == "run":
-            yield path.as_posix(), function
-
-
-def _functions(package: str, *, methods: bool) -> Iterator[tuple[Path, Function]]:
-    for path in _modules(package):
-        for function in public_functions(path.read_text("utf-8"), methods=methods):
-            yield path.relative_to(ROOT), function
+    for path in _modules("cli"):
+        for function in public_functions(ast.parse(path.read_text("utf-8"))):
+            if function.name == "run":
+                yield path.relative_to(ROOT).as_posix(), function
 
 
 def _modules(package: str) -> list[Path]:
@@ -174,7 +180,7 @@ def counts(check: str) -> dict[str, int]:
     packages = sorted(
         p.name for p in (ROOT / "vomstudio").iterdir() if (p / "__init__.py").is_file()
     )
-    return {package: sum(1 for _ in CHECKS[check](package)) for package in packages}
+    return {package: len(places(package)[check]) for package in packages}
 
 
 if __name__ == "__main__":
@@ -182,8 +188,8 @@ if __name__ == "__main__":
     parser.add_argument("--list", metavar="PACKAGE")
     arguments = parser.parse_args()
     if arguments.list:
-        for title, listing in CHECKS.items():
-            print(title, *listing(arguments.list), sep="\n")
+        for title, listing in places(arguments.list).items():
+            print(title, *listing, sep="\n")
     else:
         CEILINGS.write_text(json.dumps({name: counts(name) for name in CHECKS}, indent=1) + "\n")
         print(CEILINGS.read_text())
