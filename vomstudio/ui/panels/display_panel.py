@@ -86,7 +86,7 @@ class DisplayPanel(QWidget):
         current: Callable[[], Model | None],
     ) -> None:
         super().__init__()
-        explain(self, "window.md#look-as-you-need")
+        explain(self, "window.md#change-the-display")
         self._models_box: Callable[[], ClipBox | None] = lambda: None
         self._studio, self._display, self._current = studio, studio.display, current
         self._actions = actions
