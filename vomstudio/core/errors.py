@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Protocol, Self
@@ -88,8 +89,14 @@ class VomError(Exception):
         self.field = field
 
     def __str__(self) -> str:
+        if self.file is None and self.field is not None and self._names_argument(self.field):
+            return self.message
         place = place_text(self.file, self.line, self.field)
         return f"{place}: {self.message}" if place else self.message
+
+    def _names_argument(self, argument: str) -> bool:
+        """Return whether the message contains the name of an argument."""
+        return re.search(rf"(?<![\w-]){re.escape(argument)}(?![\w-])", self.message) is not None
 
     def to_dict(self) -> dict[str, object]:
         """Return the `error` object of the command-line JSON output."""

@@ -29,7 +29,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "command.arguments-missing": (
         "error",
-        to_translate("Required: {names}. See {program} --help."),
+        to_translate("The command also needs {names}. See {program} --help."),
     ),
     "command.invalid": ("error", to_translate("{problem}. See {program} --help.")),
     "command.copied": ("info", to_translate("The command has been copied to the clipboard.")),
