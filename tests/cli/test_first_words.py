@@ -70,6 +70,7 @@ def test_a_misspelt_command_is_answered_with_the_nearest(
         ("ortho m.obj --trned 3 -o o.tif", "--trend", "ortho"),
         ("ortho m.obj --trned 3", "--trend", "ortho"),
         ("ortho m.obj --trned=3", "--trend", "ortho"),
+        ("ortho m.obj --out o.tif", "--output", "ortho"),
         ("section m.obj --plane 30/40 --throuhg -5,3,2 -o s.csv", "--through", "section"),
         ("fit p.csv --Method pca", "--method", "fit"),
         ("fit p.csv --method pcaa", "pca", "fit"),

@@ -80,7 +80,7 @@ def _path_exists(word: str) -> bool:
 
 
 def nearest_word(word: str, names: Sequence[str], min_similarity: float = 0.6) -> str | None:
-    """Return the name nearest to a misspelt word, or None if no name is similar.
+    """Return the only name that a word begins, or the most similar one, or None.
 
     Parameters
     ----------
@@ -95,6 +95,9 @@ def nearest_word(word: str, names: Sequence[str], min_similarity: float = 0.6) -
     """
     import difflib
 
+    begins = [name for name in names if len(word) > 1 and name.startswith(word)]
+    if len(begins) == 1:
+        return begins[0]
     matches = difflib.get_close_matches(word, names, 1, min_similarity)
     return matches[0] if matches else None
 
