@@ -115,7 +115,7 @@ def steps(
         TourStep(
             "open",
             to_translate(
-                "Open the sample outcrop: click the button, or choose it in the File menu."
+                "Open the sample outcrop: click the button, or search for it with Ctrl+K."
             ),
             button("open_sample", "open"),
             nothing,
