@@ -148,6 +148,7 @@ def test_what_a_test_leaves_behind_fails_it(inner):
     result.stdout.fnmatch_lines_random([f"*{words}*" for words in WORDS])
 
 
+@pytest.mark.full
 def test_what_tests_of_a_shared_window_leave_behind_fails_the_last_of_them(inner):
     """Threads are found after each test, windows, timers and VTK objects at the end."""
     inner.makepyfile(test_leaks=PLAIN_SHARED_WINDOW + SHARED_LEAKS)
@@ -156,6 +157,7 @@ def test_what_tests_of_a_shared_window_leave_behind_fails_the_last_of_them(inner
     result.stdout.fnmatch_lines_random([f"*{words}*" for words in SHARED_WORDS])
 
 
+@pytest.mark.full
 def test_the_first_test_without_the_shared_window_is_not_blamed_for_it(inner):
     inner.makepyfile(
         test_a=PLAIN_SHARED_WINDOW + SHARED_LEAKS, test_b="def test_of_another_module(qapp): pass"
@@ -192,6 +194,7 @@ def test_what_is_left_behind_in_the_window_of_the_journeys_is_found(inner, monke
     result.stdout.fnmatch_lines_random([f"*{words}*" for words in SHARED_WORDS])
 
 
+@pytest.mark.full
 def test_what_a_test_clears_away_does_not_fail_it(inner):
     inner.makepyfile(QUIET)
     result = inner.runpytest_subprocess("-q")

@@ -51,6 +51,7 @@ def german(folder: Path) -> Path:
     return path
 
 
+@pytest.mark.full
 def test_all_strings_can_be_taken_out_of_the_code() -> None:
     assert len(set(extracted())) > 1000
 

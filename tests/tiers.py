@@ -165,8 +165,8 @@ def pytest_terminal_summary(
         )
 
 
-def first_in_default_tier(values: Iterable[Any], count: int = 2) -> list[Any]:
-    """Return parameters of which only the first few belong to the default tier.
+def first_in_default_tier(values: Iterable[Any], count: int = 1) -> list[Any]:
+    """Return parameters of which only the first, or the first few, belong to the default tier.
 
     For simulations that repeat one law with other seeds, sizes or shapes.
 

@@ -21,7 +21,16 @@ MODULES = [
 OBJECTS = [name for name in vs.__all__ if callable(getattr(vs, name))]
 
 
-EXPENSIVE = ("extractions", "elevations", "comparisons", "surfaces")
+EXPENSIVE = (
+    "comparisons",
+    "elevations",
+    "extractions",
+    "measurables",
+    "orthophotos",
+    "projects",
+    "surfaces",
+    "surveys",
+)
 
 
 @pytest.mark.parametrize(

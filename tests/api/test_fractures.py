@@ -30,6 +30,7 @@ def test_lines_areas_and_sets_may_be_anything_with_coordinates() -> None:
     assert "P21_1_per_m" in repr(one)
 
 
+@pytest.mark.full
 def test_it_says_what_the_command_says(data_dir: Path, tmp_path: Path) -> None:
     folder = data_dir / "fracture_traces"
     found = vs.fractures(

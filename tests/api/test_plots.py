@@ -63,6 +63,7 @@ def test_a_picture_needs_no_display(tmp_path: Path, own_folders: Path) -> None:
     assert not (np.abs(bare - [0x00, 0x72, 0xB2]).max(axis=2) < 12).any()
 
 
+@pytest.mark.full
 def test_beside_a_running_qt_it_is_a_window(cliff: vs.Mesh, qtbot: Any) -> None:
     import pyvistaqt
 

@@ -36,6 +36,7 @@ def test_photos_are_those_of_the_folder(command: Any) -> None:
         vs.read_photos("gone")
 
 
+@pytest.mark.full
 def test_a_check_is_that_of_the_command(command: Any, three: Path) -> None:
     told = command("check", three, "--distance", 15)
     seen: list[str] = []

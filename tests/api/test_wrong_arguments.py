@@ -333,6 +333,7 @@ def test_what_cannot_be_is_refused_by_name(name: str, cases: dict[str, Case]) ->
             assert argument.split("_")[0] in named, f"{argument}: {what}: {error}"
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_what_can_seldom_be_gives_a_result_or_a_sentence(name: str, cases: dict[str, Case]) -> None:

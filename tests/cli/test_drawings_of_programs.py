@@ -347,6 +347,7 @@ def layers(path: Path, *given: tuple[str, list[Any], str | None]) -> Path:
     return path
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("order", [1, -1])
 def test_layers_in_several_systems_are_each_in_their_own(run, scene, tmp_path, order) -> None:  # type: ignore[no-untyped-def]
     from pyproj import Transformer
@@ -374,6 +375,7 @@ def test_layers_in_several_systems_are_each_in_their_own(run, scene, tmp_path, o
     assert rows == pytest.approx(expected, abs=1e-3)
 
 
+@pytest.mark.full
 def test_layers_of_other_pictures_and_lines_that_are_none(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
     plane = [shapely.LineString(line) for line in Page(scene).plane]
     _, elsewhere = drawn(scene, "other")
@@ -411,6 +413,7 @@ def test_layers_of_other_pictures_and_lines_that_are_none(run, scene, tmp_path) 
     assert counts["drawing.other-shapes"] == 1
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("plunge", [90, -90])
 @pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
 def test_the_interpretation_of_a_roof_lies_on_the_map(run, tmp_path, plunge) -> None:  # type: ignore[no-untyped-def]
@@ -488,6 +491,7 @@ def test_the_interpretation_of_a_roof_lies_on_the_map(run, tmp_path, plunge) -> 
     assert turned == pytest.approx(90, abs=1e-6)
 
 
+@pytest.mark.full
 def test_a_line_on_a_cloud_lies_on_the_sheet_that_the_picture_shows(run, tmp_path) -> None:  # type: ignore[no-untyped-def]
     """Points strewn at random leave gaps that the picture closes; behind them lies another wall,
     through which no point of the line may fall."""

@@ -168,6 +168,7 @@ def test_the_program_answers_so_without_a_screen(here: Path) -> None:
 
 
 # The program's own options -------------------------------------------------------------------
+@pytest.mark.full
 def test_versions_are_those_that_are_installed(run: Any) -> None:
     import numpy
     import vtkmodules.all as vtk

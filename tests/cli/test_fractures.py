@@ -14,6 +14,7 @@ import shapely
 from pyproj import Transformer
 
 from tests.messages import by_code, codes, messages, shown_codes, shown_values
+from tests.tiers import first_in_default_tier
 
 CRS = "EPSG:32633"
 AT = np.array([500_000.0, 5_200_000.0])
@@ -55,7 +56,7 @@ def geojson(path: Path, shapes: list, crs: str | None) -> Path:
     return path
 
 
-@pytest.mark.parametrize("ending", ["gpkg", "geojson", "shp"])
+@pytest.mark.parametrize("ending", first_in_default_tier(["gpkg", "geojson", "shp"]))
 def test_the_formats_of_gis_programs(run, tmp_path: Path, ending: str) -> None:
     area = save(tmp_path / "area.gpkg", [shapely.box(*(AT - [5, 0]), *(AT + [5, 10]))])
     path = tmp_path / f"traces.{ending}"
@@ -112,6 +113,7 @@ def test_along_a_scanline(run, tmp_path: Path) -> None:
     assert spacing["cv"] == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.full
 def test_terzaghi_weights_are_whole_unless_a_cap_is_asked_for(run, tmp_path: Path) -> None:
     """A line at 30 degrees to the rungs meets them every 2 m; weighed they are one a metre."""
     rungs = [line((-40, y), (40, y)) for y in range(1, 10)]
@@ -130,6 +132,7 @@ def test_terzaghi_weights_are_whole_unless_a_cap_is_asked_for(run, tmp_path: Pat
     assert "cap: 1.5" in ran.out
 
 
+@pytest.mark.full
 def test_sets_by_attribute_and_by_strike(run, tmp_path: Path) -> None:
     names = ["rung"] * 9 + [""]
     traces = save(tmp_path / "t.gpkg", ladder(), set=names, type=["a"] * 5 + ["b"] * 5)
@@ -168,6 +171,7 @@ def test_degrees_are_refused_or_converted(run, tmp_path: Path) -> None:
     assert metres.json["error"]["code"] == "frame.not-degrees"
 
 
+@pytest.mark.full
 def test_an_area_in_another_reference_system_is_converted(run, tmp_path: Path) -> None:
     traces = save(tmp_path / "t.gpkg", ladder())
     square = shapely.box(*(AT - 5.3), *(AT + 5.3))
@@ -225,6 +229,7 @@ def test_files_that_are_no_drawings(run, write, content: bytes) -> None:
     assert "t.geojson" in ran.said
 
 
+@pytest.mark.full
 def test_empty_layers_wrong_kinds_and_missing_files(run, tmp_path: Path) -> None:
     traces = save(tmp_path / "t.gpkg", ladder())
     areas = save(tmp_path / "a.gpkg", [shapely.box(*(AT - 5), *(AT + 5))])
@@ -241,6 +246,7 @@ def test_empty_layers_wrong_kinds_and_missing_files(run, tmp_path: Path) -> None
     assert run("fractures", empty).code == 2
 
 
+@pytest.mark.full
 def test_one_of_several_layers_is_named(run, tmp_path: Path) -> None:
     path = save(tmp_path / "t.gpkg", ladder(), layer="east")
     save(path, ladder()[:3], layer="west")
@@ -270,6 +276,7 @@ def test_wrong_wishes_are_refused(run, tmp_path: Path, words: list[str], code: s
     assert (ran.code, ran.json["error"]["code"]) == (2, code)
 
 
+@pytest.mark.full
 def test_the_figure_has_all_of_it(run, tmp_path: Path) -> None:
     traces = save(tmp_path / "t.gpkg", ladder(), set=["rung"] * 9 + ["stile"])
     area = save(tmp_path / "a.gpkg", [shapely.box(*(AT - [1, 0]), *(AT + [5, 10]))])

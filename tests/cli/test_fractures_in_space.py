@@ -93,6 +93,7 @@ def test_a_cliff_is_measured_on_its_face(run, tmp_path: Path, ending: str) -> No
     assert 0 < finding["scatter_m"] < 0.01
 
 
+@pytest.mark.full
 def test_words_and_figure_state_what_angles_are_counted_from(run, tmp_path: Path) -> None:
     path = save(tmp_path / "cliff.gpkg", shapes())
     picture = tmp_path / "p.svg"
@@ -144,6 +145,7 @@ def test_a_cliff_laid_down_as_a_pavement_has_the_same_figures() -> None:
     assert_same(figures(upright), figures(pavement))
 
 
+@pytest.mark.full
 def test_a_pavement_with_heights_has_the_figures_of_its_map(run, tmp_path: Path) -> None:
     """To the last digit, with its rough relief and a trace that climbs out of a crack."""
     rng = np.random.default_rng(2)
@@ -176,6 +178,7 @@ def test_the_plane_that_is_given_is_used(run, tmp_path: Path) -> None:
     assert on_map["length"]["naive_mean_m"] == pytest.approx(4.252, abs=1e-3)
 
 
+@pytest.mark.full
 def test_lines_without_heights_have_no_plane(run, tmp_path: Path) -> None:
     flat = save(tmp_path / "xy.gpkg", [shapely.force_2d(line) for line in shapes()])
     refused = run("fractures", flat, "--plane", "180/90", "--json")
@@ -192,6 +195,7 @@ def test_lines_without_heights_have_no_plane(run, tmp_path: Path) -> None:
     assert (refused.code, refused.json["error"]["code"]) == (2, "lines.no-plane")
 
 
+@pytest.mark.full
 def test_windows_on_the_map_are_refused_where_they_are_seen_edge_on(run, tmp_path: Path) -> None:
     path = save(tmp_path / "cliff.gpkg", shapes())
     box = save(tmp_path / "box.gpkg", [shapely.box(*(AT[:2] - 1), *(AT[:2] + 11))])
@@ -202,6 +206,7 @@ def test_windows_on_the_map_are_refused_where_they_are_seen_edge_on(run, tmp_pat
         assert (refused.code, error["code"], error["option"]) == (2, "lines.edge-on", option)
 
 
+@pytest.mark.full
 def test_windows_with_heights_are_used_on_the_face(run, tmp_path: Path) -> None:
     path = save(tmp_path / "cliff.gpkg", shapes())
     corners = np.array(FACE, float) + AT

@@ -11,6 +11,7 @@ import pytest
 import vomstudio as vs
 from tests.frames import ORIGIN, ZONE, bed_grid, convert, write_cloud, write_prj
 from tests.messages import codes
+from tests.tiers import first_in_default_tier
 
 
 @pytest.fixture
@@ -34,7 +35,9 @@ COMMANDS = (
 )
 
 
-@pytest.mark.parametrize("words", COMMANDS, ids=lambda words: words.split()[0])
+@pytest.mark.parametrize(
+    "words", first_in_default_tier(COMMANDS, 2), ids=lambda words: words.split()[0]
+)
 def test_web_mercator_is_refused_and_converted(run, bed: Path, tmp_path: Path, words: str) -> None:
     command = words.format(model=bed, out=tmp_path / "out").split()
     refused = run(*command, "--json")

@@ -182,6 +182,7 @@ def test_info_counts_cameras_positions_and_masks(run, data_dir: Path) -> None:
     assert "HUAWEI" in run("info", data_dir / "panel17").out
 
 
+@pytest.mark.full
 def test_a_check_takes_the_folder_of_a_model_as_reconstruct_made_it(run) -> None:
     photos = SPECIMENS / "photos"
     made = SPECIMENS / "schema1.vom" / "reconstruction" / "photos-preview"

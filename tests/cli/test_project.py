@@ -454,6 +454,7 @@ def wall(step: float) -> str:
     return "\n".join(lines) + "\n"
 
 
+@pytest.mark.full
 def test_a_model_is_placed_by_points_and_what_was_measured_moves_with_it(
     run: Run, tmp_path: Path
 ) -> None:

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.messages import codes, messages, shown_codes
 from tests.registrations import TURN
+from tests.tiers import first_in_default_tier
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.models.opening import read_model
@@ -242,6 +243,7 @@ def test_compass_planes_turn_the_model_and_state_how_well(run, write: Write) -> 
     assert told["known"] == {"north": True, "vertical": True, "scale": False, "position": False}
 
 
+@pytest.mark.full
 def test_a_strike_read_as_a_dip_direction_is_named(run, write: Write) -> None:
     rows = ["id,dip_direction,dip,model_x,model_y,model_z,sigma_deg"]
     for number, normal in enumerate(Rotation.random(9, random_state=8).as_matrix()[:, 0]):
@@ -640,6 +642,7 @@ def test_two_points_go_with_a_reference_but_do_not_replace_it(
     assert told["rms_control_m"] < 0.05
 
 
+@pytest.mark.full
 def test_a_mask_says_what_of_the_reference_counts(run, write: Write, tmp_path: Path) -> None:
     reference, model, truth = wall_and_copy(tmp_path)
     low, high = truth.min(axis=0), truth.max(axis=0)
@@ -714,7 +717,9 @@ def test_pairs_that_place_nothing_are_named(run, tmp_path: Path, places: str) ->
 
 @pytest.mark.parametrize(
     ("label", "photo", "said"),
-    [("p{}", "{}", "p0 (P0?)"), ("P{}", "x/DSC{}", "DSC"), ("P 0{}", "{}", "P 00 (P0?)")],
+    first_in_default_tier(
+        [("p{}", "{}", "p0 (P0?)"), ("P{}", "x/DSC{}", "DSC"), ("P 0{}", "{}", "P 00 (P0?)")]
+    ),
 )
 def test_marks_that_meet_nothing_are_told_as_the_cause(
     run, write: Write, stations, label: str, photo: str, said: str

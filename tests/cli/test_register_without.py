@@ -25,6 +25,7 @@ def readings_table(path, wrong: str) -> None:
             writer.writerow([f"B{i}", f"{a % 360:.1f}", f"{d:.1f}", *(f"{v:.6f}" for v in m)])
 
 
+@pytest.mark.full
 @pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
 def test_the_command_names_it_and_leaves_it_out_when_asked(run, tmp_path) -> None:
     table = tmp_path / "readings.csv"

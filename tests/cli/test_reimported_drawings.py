@@ -14,6 +14,7 @@ import pytest
 import shapely
 
 import vomstudio as vs
+from tests.tiers import first_in_default_tier
 from vomstudio.project.journal.database import read_replay
 
 SPECIMEN = Path(__file__).resolve().parents[1] / "specimens" / "schema1.vom"
@@ -142,7 +143,7 @@ def ids(rows: list[dict[str, str]]) -> set[str]:
     return {row["id"] for row in rows}
 
 
-@pytest.mark.parametrize("format_", ["gpkg", "svg", "dxf"])
+@pytest.mark.parametrize("format_", first_in_default_tier(["gpkg", "svg", "dxf"]))
 def test_an_unmodified_drawing_adds_and_changes_nothing(drawing: Drawing, format_: str) -> None:
     """Its traces, lineations, outlines of patches and dimensions are in the project already."""
     before = drawing.features()
@@ -156,6 +157,7 @@ def test_an_unmodified_drawing_adds_and_changes_nothing(drawing: Drawing, format
     assert drawing.features() == before
 
 
+@pytest.mark.full
 def test_edited_traces_change_only_if_requested(drawing: Drawing) -> None:
     rows = drawing.rows()
     edited = rows[0][0]["id"]
@@ -205,6 +207,7 @@ def test_a_copy_with_the_same_id_is_a_new_trace_of_its_kind_and_set(drawing: Dra
     assert (row["kind"].casefold(), row["set"]) == ("joint", "J7")
 
 
+@pytest.mark.full
 def test_an_edited_outline_of_a_patch_is_left_out(drawing: Drawing) -> None:
     meta, _, shapes, columns = pyogrio.raw.read(drawing.files["gpkg"], layer="patches")
     id_ = str(columns[list(meta["fields"]).index("id")][0])

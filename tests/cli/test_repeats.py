@@ -229,6 +229,7 @@ def test_other_programs_get_every_structure_once(run, project, tmp_path, format_
     assert Finding.from_dict(left_out) == Finding("repeats.not-exported", first="B1")
 
 
+@pytest.mark.full
 def test_figures_say_how_many_repeats_are_not_on_them(run, write, tmp_path) -> None:
     table = write(TABLE)
     (tmp_path / "one.csv").write_text(HEAD + "a,90,40,3,,AB\nd,90,43,3,a,AB\n")

@@ -13,6 +13,7 @@ import shapely
 from pyproj import Transformer
 
 from tests.messages import codes
+from tests.tiers import first_in_default_tier
 
 UTM = np.array([500_000.0, 4_100_000.0, 100.0])
 LINE = np.array([[2.0, 5.0], [18.0, 5.0]])
@@ -53,14 +54,17 @@ def moved(target: str | int) -> np.ndarray:
 
 @pytest.mark.parametrize(
     ("name", "xy", "crs", "code"),
-    [
-        ("utm.gpkg", LINE + UTM[:2], "EPSG:32633", None),
-        ("degrees.gpkg", moved(4326), "EPSG:4326", "frame.reprojected"),
-        ("degrees.geojson", moved(4326), None, "frame.reprojected"),
-        ("zone32.shp", moved(32632), "EPSG:32632", "frame.reprojected"),
-        ("metres.dxf", LINE + UTM[:2], None, None),
-        ("millimetres.dxf", 1000 * (LINE + UTM[:2]), None, "frame.unit-converted"),
-    ],
+    first_in_default_tier(
+        [
+            ("utm.gpkg", LINE + UTM[:2], "EPSG:32633", None),
+            ("degrees.gpkg", moved(4326), "EPSG:4326", "frame.reprojected"),
+            ("degrees.geojson", moved(4326), None, "frame.reprojected"),
+            ("zone32.shp", moved(32632), "EPSG:32632", "frame.reprojected"),
+            ("metres.dxf", LINE + UTM[:2], None, None),
+            ("millimetres.dxf", 1000 * (LINE + UTM[:2]), None, "frame.unit-converted"),
+        ],
+        2,
+    ),
 )
 @pytest.mark.filterwarnings("ignore:'crs' was not provided")
 def test_a_profile_in_its_own_system(run, slope, tmp_path, name, xy, crs, code) -> None:  # type: ignore[no-untyped-def]

@@ -98,6 +98,7 @@ def test_the_interface_gives_what_the_command_prints(run, write) -> None:
         assert found.to_dict()["wedge"] == ran.json["wedge"]
 
 
+@pytest.mark.full
 def test_five_thousand_planes_are_looked_at_pair_by_pair() -> None:
     generator = np.random.default_rng(5)
     azimuth, dip = generator.uniform(0, 360, 5000), generator.uniform(1, 89, 5000)

@@ -246,6 +246,7 @@ def test_curves_of_paths_are_those_of_the_standard(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.full
 def test_a_drawing_of_another_picture_is_refused(run, scene: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
     _, xy = drawn(scene, "other")
     with rasterio.open(scene / "other.tif") as file:
@@ -302,6 +303,7 @@ def test_a_drawing_of_another_picture_is_refused(run, scene: Path, tmp_path: Pat
     assert not (tmp_path / "x.csv").exists()
 
 
+@pytest.mark.full
 def test_points_beside_the_surface_are_counted_and_the_line_made_denser(
     run, scene, tmp_path
 ) -> None:  # type: ignore[no-untyped-def]
@@ -378,6 +380,7 @@ def test_the_interpretation_goes_over_the_picture_and_back_into_a_project(run, t
     assert run(*back, "--from-ortho", found["drawing"]["dxf"], "-o", tmp_path / "v.csv").code == 0
 
 
+@pytest.mark.full
 @pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
 def test_parts_of_the_interpretation_are_chosen(run, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
     model = SPECIMEN / "models" / "face" / "face.obj"

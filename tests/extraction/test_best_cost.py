@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.benchmarks.bench_followed import holds, outcrop
+from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import GeometryError
 from vomstudio.extraction.best_cost import available_costs, follow_best, select_best_path
 from vomstudio.extraction.followed_trace import followed_trace
@@ -94,8 +95,8 @@ def test_parts_that_do_not_hang_together_are_refused() -> None:
         follow_best(SurfaceGraph(PointCloud(points)), far, lambda _: 0.04)
 
 
-@pytest.mark.parametrize("cost", ["auto", "dark"])
-@pytest.mark.parametrize("mesh", [False, True])
+@pytest.mark.parametrize("cost", first_in_default_tier(["auto", "dark"]))
+@pytest.mark.parametrize("mesh", first_in_default_tier([False, True]))
 def test_a_line_on_a_flat_face_leaves_its_plane_open(mesh: bool, cost: str) -> None:
     """Lightness leads away from a dark bed, along the face, whose plane is told exactly so."""
     rng = np.random.default_rng(5)

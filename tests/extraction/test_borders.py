@@ -8,6 +8,7 @@ import shapely
 from scipy.spatial import Delaunay
 
 from tests.extraction.planes_by_construction import axes_of, normal_of
+from tests.tiers import first_in_default_tier
 from vomstudio.extraction.borders.polygons import enclose_points
 from vomstudio.extraction.facets import find_facets
 from vomstudio.geometry.cloud import PointCloud
@@ -46,8 +47,8 @@ def shapes(count: int) -> dict[str, np.ndarray]:
     }
 
 
-@pytest.mark.parametrize("count", [12, 60, 500, 3900])
-@pytest.mark.parametrize("name", sorted(shapes(12)))
+@pytest.mark.parametrize("count", first_in_default_tier([12, 60, 500, 3900], 4))
+@pytest.mark.parametrize("name", first_in_default_tier(sorted(shapes(12)), 4))
 def test_a_border_goes_around_the_triangles_with_small_circles(name: str, count: int) -> None:
     flat = shapes(count)[name]
     spacing = float(np.sqrt(4.0 / count))

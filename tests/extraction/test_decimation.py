@@ -89,6 +89,7 @@ def test_pieces_smaller_than_a_cube_stay_and_no_vertex_is_without_a_face() -> No
     assert np.array_equal(np.unique(result.faces), np.unique(result.nodes))
 
 
+@pytest.mark.full
 def test_a_mesh_divided_finer_has_the_same_map() -> None:
     coarse = waves()
     vertices, faces = divided(np.asarray(coarse.vertices), np.asarray(coarse.faces, np.int64))

@@ -18,6 +18,7 @@ from tests.extraction.planes_by_construction import (
     sheet,
 )
 from tests.messages import by_code
+from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import Cancelled, GeometryError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import declarations
@@ -144,7 +145,8 @@ def test_a_curved_surface_is_said_to_be_one() -> None:
 
 
 @pytest.mark.parametrize(
-    ("amplitude", "wavelength"), [(0.1, 4.0), (0.3, 4.0), (0.6, 4.0), (0.05, 1.0), (0.2, 2.0)]
+    ("amplitude", "wavelength"),
+    first_in_default_tier([(0.1, 4.0), (0.3, 4.0), (0.6, 4.0), (0.05, 1.0), (0.2, 2.0)]),
 )
 def test_folded_beds_are_said_to_be_curved(amplitude: float, wavelength: float) -> None:
     x, y = np.random.default_rng(77).uniform(0.0, 8.0, (2, 26_000))
@@ -154,6 +156,7 @@ def test_folded_beds_are_said_to_be_curved(amplitude: float, wavelength: float) 
     assert "facets.wavy" in by_code(result.warnings)
 
 
+@pytest.mark.full
 def test_chevrons_and_flat_steps_are_not_said_to_be_curved() -> None:
     rng = np.random.default_rng(79)
     x, y = rng.uniform(0.0, 8.0, (2, 26_000))
@@ -179,6 +182,7 @@ def rough(rng: np.random.Generator, *, steep: bool) -> np.ndarray:
     return np.stack([x, off, y] if steep else [x, y, off], axis=1)
 
 
+@pytest.mark.full
 def test_where_little_is_planar_the_advice_is_to_pick_traces() -> None:
     rng = np.random.default_rng(6)
     plane = sheet(rng, (90.0, 80.0), (14.0, 5.0, 0.0), size=2.0, count=4000)

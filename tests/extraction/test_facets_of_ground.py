@@ -7,6 +7,7 @@ import pytest
 
 from tests.extraction.planes_by_construction import sheet
 from tests.messages import by_code
+from tests.tiers import first_in_default_tier
 from vomstudio.extraction.facets import FacetSegmentation, find_facets
 from vomstudio.geometry.cloud import PointCloud
 
@@ -40,7 +41,7 @@ def test_a_smooth_lawn_is_vegetation_and_no_facet(seed: int) -> None:
     )
 
 
-@pytest.mark.parametrize("seed", range(743, 746))
+@pytest.mark.parametrize("seed", first_in_default_tier(range(743, 746)))
 def test_level_ground_is_told_beside_the_share(seed: int) -> None:
     result = scene(seed, 4.0, (120, 120, 120), 75.0)
     assert len(result.facets) == 2

@@ -99,7 +99,7 @@ def test_scattered_points_break_no_plane_up_and_are_no_rock(share: float, times:
     assert not result.warnings
 
 
-@pytest.mark.parametrize("depth", [0.2, 0.5, 1.0])
+@pytest.mark.parametrize("depth", first_in_default_tier([0.2, 0.5, 1.0]))
 def test_what_fills_a_volume_before_a_wall_is_no_rock(depth: float) -> None:
     rng = np.random.default_rng(6)
     wall = sheet(rng, (90.0, 85.0), (0.0, 0.0, 0.0), size=8.0, count=40_000, noise=0.006)
@@ -135,7 +135,7 @@ def two_scans(off: float) -> tuple[PointCloud, np.ndarray]:
     return clouds_of(*parts)
 
 
-@pytest.mark.parametrize("off", [0.015, 0.02, 0.025])
+@pytest.mark.parametrize("off", first_in_default_tier([0.015, 0.02, 0.025]))
 def test_the_stated_error_holds_what_a_scan_that_does_not_fit_tilts(off: float) -> None:
     cloud, part = two_scans(off)
     result = find_facets(cloud)

@@ -67,7 +67,7 @@ def test_a_step_in_a_mesh_is_told(times: float, seed: int) -> None:
     assert are_told(find_facets(Mesh(turned(*mesh.vertices.T), mesh.faces)))
 
 
-@pytest.mark.parametrize("seed", range(711, 714))
+@pytest.mark.parametrize("seed", first_in_default_tier(range(711, 714)))
 def test_one_level_is_not_told_to_be_two(seed: int) -> None:
     rng = np.random.default_rng(seed)
     x, y = rng.uniform(-1.0, 1.0, (2, 8000))
@@ -106,6 +106,7 @@ def worn_cube(rng: np.random.Generator, radius: float) -> np.ndarray:
     return core + radius * off / length + NOISE * rng.standard_normal(points.shape)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("seed", first_in_default_tier(range(715, 718), 1))
 def test_pieces_of_a_round_block_are_not_good_and_planes_with_worn_edges_are(seed: int) -> None:
     rng = np.random.default_rng(seed)

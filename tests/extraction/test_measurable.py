@@ -10,6 +10,7 @@ import numpy.typing as npt
 import pytest
 from scipy.stats import chi2, spearmanr
 
+from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import Cancelled, GeometryError, UsageError
 from vomstudio.core.progress import SilentProgress
 from vomstudio.extraction.measurable import QUALITY_CLASSES, Measurable, map_measurability
@@ -70,7 +71,7 @@ def test_on_a_planar_face_no_trace_tells_its_plane() -> None:
     assert result.extent[middle] == pytest.approx(1.0, rel=0.05)
 
 
-@pytest.mark.parametrize("away", [0.03, 0.1, 0.2, 0.3, 0.4])
+@pytest.mark.parametrize("away", first_in_default_tier([0.03, 0.1, 0.2, 0.3, 0.4], 2))
 def test_at_a_right_angled_corner_the_line_has_two_arms(away: float) -> None:
     result = map_measurability(walls(*CORNER), UP, MeasurableOptions(1.0, resolution_m=0.01))
     row = at(result, axis(away, 0, 2))
@@ -198,6 +199,7 @@ def test_the_registration_is_added_in_quadrature() -> None:
     assert np.allclose(other[report], np.hypot(one[report], 3.0))
 
 
+@pytest.mark.full
 def test_a_cloud_of_the_surface_has_the_map_of_its_mesh() -> None:
     mesh, normal = waves(), tuple(Plane(40, 30).normal())
     of_mesh = map_measurability(mesh, normal, MeasurableOptions(1.0))

@@ -257,6 +257,7 @@ def test_the_stated_95_percent_holds_for_traces_of_photos(tmp_path: Path) -> Non
     assert held / count >= 0.93
 
 
+@pytest.mark.full
 def test_way_points_in_world_and_in_pixels_give_one_trace(scene: tuple[Wall, Path]) -> None:
     output = scene[0]
     surface, photos = SurfaceGraph(output.mesh()), opened(scene)

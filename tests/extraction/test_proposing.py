@@ -70,6 +70,7 @@ def test_dark_beds_are_found_where_they_are_the_darker_first() -> None:
     assert first["dip_deg"] < max(float(first["total95_deg"]), 2.0)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("cost", first_in_default_tier(["dark", "gradient", "curvature"], 1))
 def test_in_noise_hardly_anything_is_sure(cost: str) -> None:
     sure = 0

@@ -152,6 +152,7 @@ def kept(turning: bool, count: int = 40) -> float:
     return held / count
 
 
+@pytest.mark.full
 def test_a_path_stays_on_its_bed_where_darker_lines_cross_it() -> None:
     assert kept(False) < 0.5
     assert kept(True) > 0.85

@@ -62,6 +62,7 @@ def test_a_corridor_is_what_hangs_together_within_its_ellipsoid(length: float, m
     }
 
 
+@pytest.mark.full
 def test_long_ways_follow_the_colour_of_their_own_ends() -> None:
     """What a metre costs is kept for the whole surface; it is that of one colour."""
     rng = np.random.default_rng(2)

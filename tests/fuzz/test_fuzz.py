@@ -93,6 +93,7 @@ def test_what_is_no_file_is_refused_by_name(kind: str) -> None:
     assert counts["refused"] >= len(no_files.ODD)
 
 
+@pytest.mark.full
 def test_archives_that_lie_are_read_or_refused_by_name() -> None:
     counts, wrong = hostile.campaign(60, seed=7, only="cloud.npz")
     assert wrong == []

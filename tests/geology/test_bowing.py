@@ -27,6 +27,7 @@ def bowed(places: np.ndarray, curvature: float) -> np.ndarray:
     return np.asarray(local @ CLIFF.T + places.mean(axis=0))
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("curvature", first_in_default_tier([0.001, -0.0005], 1))
 def test_a_known_curvature_is_found_from_control_and_check_points(curvature: float) -> None:
     """A registration by ten of sixteen points takes shift, tilt and scale away, and the curvature
@@ -159,6 +160,7 @@ def test_a_known_curvature_is_found_from_verticals(wall: bool, curvature: float)
     assert inside >= 0.91 * rounds
 
 
+@pytest.mark.full
 def test_verticals_of_a_flat_block_are_called_bowed_once_in_twenty() -> None:
     alarms, rounds = 0, 1500
     for seed in range(rounds):

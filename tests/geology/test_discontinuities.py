@@ -201,6 +201,7 @@ def test_area_per_volume_of_planes_that_lean_is_that_of_their_line_over_the_cosi
     assert whole.p32_1_per_m == pytest.approx(n / (2 * reach), rel=0.02)
 
 
+@pytest.mark.full
 def test_the_interval_of_area_per_volume_holds_it_in_95_percent() -> None:
     # Planes at random along the normal, at one a metre; known exactly for gaps of a Poisson
     # process (Cox & Lewis 1966).

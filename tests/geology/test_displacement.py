@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.messages import by_code, refused
+from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import GeometryError
 from vomstudio.geology.faults.displacement import (
     DisplacementErrors,
@@ -192,6 +193,7 @@ def test_the_errors_of_many_points_cover_the_truth() -> None:
     assert 0.93 <= cones / 600 <= 0.99
 
 
+@pytest.mark.full
 def test_stated_errors_of_many_points_are_those_of_simulation() -> None:
     chance = np.random.default_rng(6)
     points = np.array([[0, 0, 0], [10, 2, -4], [3, 9, -5.0], [9, 9, -8], [5, 5, -5]]) + AT
@@ -201,7 +203,7 @@ def test_stated_errors_of_many_points_are_those_of_simulation() -> None:
     assert stated.dip_error_deg == pytest.approx(1.96 * np.std(dips), rel=0.06)
 
 
-@pytest.mark.parametrize("beside", [0.01, 0.1, 0.3, 2.0, 20.0])
+@pytest.mark.parametrize("beside", first_in_default_tier([0.01, 0.1, 0.3, 2.0, 20.0]))
 def test_the_errors_of_points_nearly_on_a_line_hold(beside: float) -> None:
     """Of three points known to 5 cm over 200 m: at least 95 % of the dips drawn about the true
     plane, and of those found from what was drawn, lie within what is stated."""
@@ -261,8 +263,8 @@ def test_points_whose_spread_beside_their_line_is_error_alone_tell_no_plane(stat
     assert known / 300 <= 0.08
 
 
-@pytest.mark.parametrize("n", [3, 5, 8])
-@pytest.mark.parametrize("beside", [0.1, 1.0, 10.0])
+@pytest.mark.parametrize("n", first_in_default_tier([3, 5, 8], 2))
+@pytest.mark.parametrize("beside", first_in_default_tier([0.1, 1.0, 10.0], 2))
 def test_dip_directions_hold_where_their_error_is_told(n: int, beside: float) -> None:
     """Of points known to 5 cm along 20 m, the less they lie beside the line the fewer are told."""
     chance = np.random.default_rng(n)

@@ -391,6 +391,7 @@ def test_weights_without_errors_are_refused() -> None:
         table_statistics(table, StatisticsOptions(weights="error"))
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("n", first_in_default_tier([5, 7], 1))
 def test_the_axis_of_a_girdle_of_few_is_held_as_often_as_it_says(n: int) -> None:
     rng = np.random.default_rng(n)
@@ -408,6 +409,7 @@ def test_the_axis_of_a_girdle_of_few_is_held_as_often_as_it_says(n: int) -> None
     assert 0.91 * told <= held <= 0.98 * told
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("n", first_in_default_tier([6, 10, 30, 100], 1))
 def test_axes_that_may_be_any_of_a_plane_have_no_region(n: int) -> None:
     """Round clusters and even girdles: no more are told than chance lets differ (5 %)."""

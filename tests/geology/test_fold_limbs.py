@@ -27,8 +27,8 @@ def fold_of(rng: folded.Rng, dips: np.ndarray, noise: float = 2.0) -> FoldAxis:
     return fold_axis(*planes(folded.strayed(rng, np.cos(t) * up + np.sin(t) * across, noise)))
 
 
-@pytest.mark.parametrize("hinge", [4, 8, 15])
-@pytest.mark.parametrize("half", [70.0, 75.0, 80.0, 84.0, 88.0])
+@pytest.mark.parametrize("hinge", first_in_default_tier([4, 8, 15], 3))
+@pytest.mark.parametrize("half", first_in_default_tier([70.0, 75.0, 80.0, 84.0, 88.0], 3))
 def test_a_tight_fold_with_its_hinge_has_no_wrong_angle(half: float, hinge: int) -> None:
     """The poles of both limbs fall together, as those of one limb at right angles to the hinge."""
     rng = np.random.default_rng(int(half) + hinge)
@@ -79,6 +79,7 @@ def test_a_limb_of_one_plane_proves_no_shape_and_is_named(n: int, apart: float) 
             assert reason.values["plane"] == f"B{n}"
 
 
+@pytest.mark.full
 def test_sound_folds_rest_on_many_planes() -> None:
     rng = np.random.default_rng(4)
     said = 0
@@ -95,8 +96,8 @@ def upright(rng: folded.Rng, dips: np.ndarray, noise_deg: float) -> np.ndarray:
     return folded.strayed(rng, np.stack([np.sin(t), 0 * t, np.cos(t)], axis=1), noise_deg)
 
 
-@pytest.mark.parametrize("n", [9, 19])
-@pytest.mark.parametrize("apart", [40.0, 60.0])
+@pytest.mark.parametrize("n", first_in_default_tier([9, 19]))
+@pytest.mark.parametrize("apart", first_in_default_tier([40.0, 60.0]))
 def test_a_plane_beside_a_widely_spread_limb_does_not_decide(n: int, apart: float) -> None:
     """What is called cylindrical with the plane of the other limb is so without it."""
     rng = np.random.default_rng(int(n + apart))
@@ -155,6 +156,7 @@ def test_a_limb_whose_beds_are_overturned_closes_the_fold() -> None:
     assert "fold.mixed-limbs" in by_code(mixed.reasons)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("few", first_in_default_tier([2, 3, 4], 1))
 def test_few_planes_that_stray_more_than_the_other_limb_are_held(few: int) -> None:
     """Two limbs 70 degrees apart, one of ten planes that stray by 3 degrees, one of a few that

@@ -11,6 +11,7 @@ import pytest
 from tests.geology import folded
 from tests.geology.folded import Rng, planes
 from tests.messages import by_code
+from tests.tiers import first_in_default_tier
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.domains import domain_axes
 from vomstudio.geology.folds import FoldAxis, fold_axis
@@ -99,7 +100,7 @@ def _is(found: FoldAxis, wanted: tuple[str, str | None]) -> bool:
     return found.verdict == wanted[0] and wanted[1] in (None, found.valid)
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", first_in_default_tier(CASES, 6))
 def test_each_case_gets_its_verdict(name: str) -> None:
     make, wanted = CASES[name]
     rng = np.random.default_rng(20)
@@ -141,7 +142,8 @@ def test_turning_the_world_changes_no_verdict() -> None:
 
 
 @pytest.mark.parametrize(
-    ("half_angle_deg", "arc_deg"), [(80, 200), (80, 270), (70, 360), (50, 330)]
+    ("half_angle_deg", "arc_deg"),
+    first_in_default_tier([(80, 200), (80, 270), (70, 360), (50, 330)]),
 )
 def test_exact_cones_around_their_axis_are_found(half_angle_deg: float, arc_deg: float) -> None:
     """Either end of each pole may be given, and the arc may begin anywhere."""
@@ -158,6 +160,7 @@ def test_exact_cones_around_their_axis_are_found(half_angle_deg: float, arc_deg:
     assert conical >= 35
 
 
+@pytest.mark.full
 def test_a_scatter_about_a_great_circle_is_no_cone_beside_it() -> None:
     """Poles that may choose their ends fit a small circle at 0.8 times their scatter."""
     rng = np.random.default_rng(39)

@@ -85,6 +85,7 @@ def test_the_error_of_big_elks_axis_is_that_of_the_bootstrap(
     assert fold.min_confidence95_deg == pytest.approx(spread[1], rel=0.15)
 
 
+@pytest.mark.full
 @given(
     st.floats(0, 360),
     st.floats(0, 90),

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.messages import with_code
+from tests.tiers import first_in_default_tier
 from vomstudio.geology.sets.proposals import propose_sets_of_poles
 
 
@@ -42,7 +43,7 @@ def test_a_split_girdle_is_told(half_deg):
     assert missed <= 0.25 * split
 
 
-@pytest.mark.parametrize("k", [2, 3])
+@pytest.mark.parametrize("k", first_in_default_tier([2, 3]))
 def test_true_sets_on_one_great_circle_are_no_girdle(k):
     false = sum(
         told(sets_on_a_circle(np.random.default_rng(seed), k, 40, 6.0)) for seed in range(6)

@@ -126,7 +126,7 @@ def test_the_truth_lies_within_the_stated_error(smooth: float, least: float) -> 
     assert np.mean(np.array(far) < 0.05) < 0.08
 
 
-@pytest.mark.parametrize("smooth", [0.0, 0.1], ids=["white", "0.1"])
+@pytest.mark.parametrize("smooth", first_in_default_tier([0.0, 0.1]), ids=["white", "0.1"])
 def test_traces_of_one_bed_are_called_two_once_in_twenty(smooth: float) -> None:
     alarms = {"noise alone": 0}
     rounds = 600
@@ -159,6 +159,7 @@ def test_traces_that_are_not_parallel_are_named() -> None:
     assert by_code(found.warnings)["beds.not-parallel"] == {"p": found.p_parallel}
 
 
+@pytest.mark.full
 def test_beds_that_wave_have_their_waves_in_the_error() -> None:
     """Each of eight traces is turned by 2 degrees one way or another: the mean lies within what is
     stated as often as it should."""

@@ -161,6 +161,7 @@ def test_turning_the_world_turns_the_sets() -> None:
     np.testing.assert_array_equal(again.posterior, one.posterior)
 
 
+@pytest.mark.full
 def test_a_number_that_is_asked_for_is_met_as_far_as_sets_can_be_told_apart() -> None:
     from vomstudio.geology.sets.proposals import propose_sets_of_poles
 

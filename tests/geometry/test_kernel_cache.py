@@ -66,6 +66,7 @@ def run(site_packages: Path, **environment: str) -> list[float]:
     return [float(word) for word in done.stdout.split()]
 
 
+@pytest.mark.full
 @pytest.mark.skipif(sys.platform != "linux", reason="the cache folder is named by XDG_CACHE_HOME")
 def test_kernels_are_cached_in_the_users_folder_and_compiled_once(site_packages: Path) -> None:
     before = sorted(site_packages.iterdir())

@@ -55,6 +55,7 @@ def used(folder: Path, text: str = MODULE) -> tuple[float, bool]:
     return float(number), imported == "True"
 
 
+@pytest.mark.full
 def test_kept_code_is_used_without_numba(folder: Path) -> None:
     assert used(folder) == (4.0, True)
     assert used(folder) == (4.0, False)

@@ -307,6 +307,7 @@ def test_the_streamed_cloud_speaks_for_the_whole() -> None:
     assert coarser <= half
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("loaded", ["all", "some"])
 def test_the_surface_of_what_is_there_answers_like_the_cloud_of_it(loaded: str) -> None:
     file = File()

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.messages import refused
+from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import GeometryError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
@@ -63,7 +64,7 @@ def coverage(length: float, repeats: int, seed: int) -> tuple[float, tuple[float
     return held, (float(first), float(second))
 
 
-@pytest.mark.parametrize("length", [0.0, 0.05, 0.1])
+@pytest.mark.parametrize("length", first_in_default_tier([0.0, 0.05, 0.1]))
 def test_the_confidence_of_a_patch_holds_the_true_plane_and_is_not_wider_than_it_must(
     length: float,
 ) -> None:

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from tests.tiers import first_in_default_tier
 from vomstudio.geometry.plane_errors import confidence_axes_rad, joint_quantile
 from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.geometry.planes import fit_plane
@@ -31,8 +32,10 @@ def simulated(sizes: PlaneSizes, size: float, runs: int = 3000) -> np.ndarray:
     return np.degrees(np.arctan(np.hypot(*off.T)))
 
 
-@pytest.mark.parametrize("registration", [0.0, 3.0])
-@pytest.mark.parametrize(("noise", "times"), [(0.1, 12), (0.15, 12), (0.15, 20), (0.4, 30)])
+@pytest.mark.parametrize("registration", first_in_default_tier([0.0, 3.0], 2))
+@pytest.mark.parametrize(
+    ("noise", "times"), first_in_default_tier([(0.1, 12), (0.15, 12), (0.15, 20), (0.4, 30)], 2)
+)
 def test_ninety_five_of_a_hundred_noisy_planes_lie_within_the_expected_error(
     noise, registration, times
 ):

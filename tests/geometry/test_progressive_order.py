@@ -135,6 +135,7 @@ def test_the_finest_spacing_is_that_of_the_cloud() -> None:
     assert arrange(points).spacing.min() == pytest.approx(0.02, rel=0.3)
 
 
+@pytest.mark.full
 def test_points_of_one_level_are_not_drawn_up_in_a_lattice() -> None:
     side = 2000
     x, z = np.meshgrid(np.arange(side), np.arange(side))

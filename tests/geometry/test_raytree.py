@@ -90,6 +90,7 @@ def test_a_model_without_faces_is_never_met() -> None:
     assert RayTree(empty).cast(np.zeros(3), [[1.0, 0, 0]]).index[0] == -1
 
 
+@pytest.mark.full
 def test_of_a_cloud_the_point_nearest_to_the_ray_on_the_first_surface_is_met() -> None:
     x, y = np.meshgrid(np.arange(20) * 0.1, np.arange(20) * 0.1)
     front = np.column_stack([x.ravel(), y.ravel(), np.full(400, 1.0)])

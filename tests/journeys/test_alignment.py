@@ -257,6 +257,7 @@ def test_matches_of_a_pair_are_chosen_and_looked_at(window, made, opened) -> Non
     dialog.close()
 
 
+@pytest.mark.full
 def test_cameras_residuals_and_depths_are_told(window, made, opened) -> None:
     dialog = open_dialog(window)
     show_tab(dialog, dialog.cameras)

@@ -38,6 +38,7 @@ def panel_of(window) -> ComparePanel:
     return panel
 
 
+@pytest.mark.full
 def test_distances_are_figures_and_colours_and_a_file(window, outcrop, higher, tmp_path) -> None:
     id_ = driver.open_outcrop(window, outcrop)
     panel = panel_of(window)

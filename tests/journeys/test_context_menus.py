@@ -62,6 +62,7 @@ def ready(window, outcrop, picks) -> QPoint:
     return pixel(window, np.median(picks["B04"], axis=0))
 
 
+@pytest.mark.full
 def test_the_rock_menu_begins_a_plane_and_moves_the_view(window, outcrop, picks):
     studio, viewport = window.studio, window.viewport
     at = ready(window, outcrop, picks)
@@ -161,6 +162,7 @@ def test_a_feature_has_one_menu_everywhere(window, outcrop, picks):
     net.close()
 
 
+@pytest.mark.full
 def test_a_double_click_edits_a_feature(window, outcrop, picks):
     studio = window.studio
     ready(window, outcrop, picks)

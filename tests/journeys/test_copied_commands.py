@@ -198,6 +198,7 @@ def test_an_orthophoto_of_a_registered_model(window, model_id, told, tmp_path, p
     assert found.get("crs") is None
 
 
+@pytest.mark.full
 def test_fits_and_an_export(window, model_id, told, tmp_path, picks) -> None:
     run = window.actions_table.run
     studio = window.studio

@@ -26,6 +26,7 @@ def picture(window) -> np.ndarray:
     return raw[:, : 3 * image.width()].reshape(image.height(), image.width(), 3).astype(int)
 
 
+@pytest.mark.full
 @pytest.mark.usefixtures("new_window")
 def test_a_field_and_a_clipping_box_outlive_the_window(window, outcrop, tmp_path):
     model_id = driver.open_outcrop(window, outcrop)

@@ -67,6 +67,7 @@ def test_a_fault_parts_beds_and_undo_brings_them_together(window, parted) -> Non
     assert domain_names(studio.session.records) == []
 
 
+@pytest.mark.full
 def test_the_section_and_its_command_project_each_domain_along_its_axis(
     window, parted, tmp_path, capfd
 ) -> None:

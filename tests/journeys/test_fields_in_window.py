@@ -101,6 +101,7 @@ def test_every_field_is_painted_with_its_name_and_unit(window, panel) -> None:
     driver.wait(lambda: shown(window) is None, "the photo texture")
 
 
+@pytest.mark.full
 def test_dip_directions_have_the_colours_of_the_wheel(window, panel) -> None:
     show(window, panel, "dip_direction", "dip direction")
     assert panel.wheel.isVisible()

@@ -233,6 +233,7 @@ def test_a_model_without_north_places_no_other(window, outcrop, moved) -> None:
     dialog.close()
 
 
+@pytest.mark.full
 def test_the_error_of_what_it_was_fitted_to_is_carried_on(window, outcrop, tmp_path) -> None:
     """A reference that may be tilted by a degree tilts what is fitted to it."""
     driver.open_outcrop(window, outcrop)

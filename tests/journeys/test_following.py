@@ -227,6 +227,7 @@ def pending(window) -> list[QPoint]:
     return [pixel(window, place) for place in places]
 
 
+@pytest.mark.full
 def test_waiting_clicks_are_marked_and_a_tool_key_ends_the_queue(following, picks):
     window, studio = following, following.studio
     trace, plane = studio.tool_of(TraceTool), studio.tool_of(PlaneTool)
@@ -262,6 +263,7 @@ def test_waiting_clicks_are_marked_and_a_tool_key_ends_the_queue(following, pick
     assert pending(window) == []
 
 
+@pytest.mark.full
 def test_a_tool_key_keeps_a_trace_that_is_searched_without_enter(following, picks):
     window, studio = following, following.studio
     with slow_search(window):
@@ -273,6 +275,7 @@ def test_a_tool_key_keeps_a_trace_that_is_searched_without_enter(following, pick
     assert studio.tool_name == "line"
 
 
+@pytest.mark.full
 def test_esc_and_backspace_drop_the_waiting_clicks_of_another_tool(following, picks):
     window, studio = following, following.studio
     with slow_search(window):

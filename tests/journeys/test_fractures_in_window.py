@@ -106,6 +106,7 @@ def nearly(value):
     return pytest.approx(value, rel=1e-9, abs=1e-9) if isinstance(value, float) else value
 
 
+@pytest.mark.full
 def test_a_window_on_the_wall_gives_the_closed_form_and_the_figures_of_the_command(
     window, wall, tmp_path, monkeypatch, capfd
 ) -> None:
@@ -201,6 +202,7 @@ def test_the_cells_of_a_grid_that_were_looked_at_are_a_window(
     assert panel.region_box.currentText() == "Window"
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("kind", ["Circle", "Scanline"])
 def test_a_drag_on_the_map_marks_where_is_counted(
     window, wall, kind, tmp_path, monkeypatch, capfd
@@ -233,6 +235,7 @@ def test_a_drag_on_the_map_marks_where_is_counted(
     assert said == nearly(figures_of(found))
 
 
+@pytest.mark.full
 def test_a_window_around_all_traces_cuts_off_none(window, wall) -> None:
     panel = wall
     panel.region_field.clear()
@@ -299,6 +302,7 @@ def cell(panel, column: int) -> str:
     return panel.table.item(0, column).text()
 
 
+@pytest.mark.full
 def test_the_slip_of_a_faulted_bed_is_found_within_its_error(
     window, faulted, tmp_path, monkeypatch, capfd
 ) -> None:

@@ -149,6 +149,7 @@ def test_a_bed_is_seen_in_its_photos_and_another_is_picked_there(traced):
     driver.keep_picture(window, "in-photos-4-made")
 
 
+@pytest.mark.full
 def test_a_click_on_the_outcrop_finds_its_photos_and_a_click_in_a_photo_selects(traced):
     window, studio, panel = traced, traced.studio, traced.in_photos
     canvas = panel.canvas

@@ -192,6 +192,7 @@ def test_lines_place_a_model_as_far_as_they_tell(window, tilted) -> None:
     assert studio.session.of(Model)[0].registration is None
 
 
+@pytest.mark.full
 def test_one_plumb_line_levels_a_model(window, tilted) -> None:
     from vomstudio.ui.panels.tools.control_command import add_known_lines
 
@@ -227,6 +228,7 @@ def test_one_plumb_line_levels_a_model(window, tilted) -> None:
     assert [group.kind for group in model.registration.observations] == ["plumb_lines"]
 
 
+@pytest.mark.full
 def test_the_first_click_can_be_taken_back_and_one_line_tells_too_little(window, tilted) -> None:
     world = np.load(tilted.with_name("world.npy"))
     file = to_file(world, world.mean(axis=0))

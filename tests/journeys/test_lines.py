@@ -120,6 +120,7 @@ def test_a_double_click_ends_a_line_and_a_drag_orbits_while_it_is_picked(picked,
     assert len(made.vertices) >= 2
 
 
+@pytest.mark.full
 def test_distances_and_areas_are_measured_with_the_mouse(picked, picks):
     window, studio, viewport = picked, picked.studio, picked.viewport
     at = spots(window, picks["B01"])

@@ -118,6 +118,7 @@ def test_boundaries_are_clicked_and_the_log_is_written(
     assert (tmp_path / "mine.svg").read_bytes() == Path(found["image"]).read_bytes()
 
 
+@pytest.mark.full
 def test_traces_that_cross_a_line_are_its_boundaries(window, model_id, picks) -> None:
     """A line that runs straight across the middles of three traces meets these, and a later
     deletion of one is noticed."""

@@ -125,6 +125,7 @@ def test_cells_are_marked_by_clicks_and_keys_and_counted(window, laid) -> None:
     wait(lambda: any(key.startswith(grid.id) for key in viewport.features.drawings), "the cells")
 
 
+@pytest.mark.full
 def test_the_command_says_what_the_dock_says(window, laid, tmp_path, capfd) -> None:
     panel, studio = laid, window.studio
     grid = grid_of(window)

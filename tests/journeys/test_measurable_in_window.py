@@ -80,6 +80,7 @@ def test_what_is_no_plane_cannot_be_asked_for(window, panel) -> None:
         assert "315/38" in panel.start.toolTip()
 
 
+@pytest.mark.full
 def test_of_the_selected_feature_and_of_its_set(window, panel, picks) -> None:
     studio, model = window.studio, driver.model(window)
     for i, (name, points) in enumerate(list(picks.items())[:3]):

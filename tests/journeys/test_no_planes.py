@@ -218,6 +218,7 @@ def test_a_rock_area_is_measured_on_the_surface(opened):
     assert made.id not in shown
 
 
+@pytest.mark.full
 def test_what_was_exported_is_imported_from_the_menu_as_one_step(opened, tmp_path):
     from vomstudio.project.exports.export import export_records
     from vomstudio.ui.commands.plane_import import ListedImport

@@ -9,6 +9,7 @@ import pytest
 from PySide6.QtWidgets import QAbstractItemView, QLabel, QTextEdit, QWidget
 
 from tests import driver
+from tests.tiers import first_in_default_tier
 from vomstudio.project import edits
 from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.trace import Trace
@@ -108,7 +109,7 @@ def repeats_of(figures: dict[str, Figures]) -> dict[tuple[str, str], Figures]:
 PAGES = [name for name, region in REGIONS.items() if region not in ("overlay", "beside")]
 
 
-@pytest.mark.parametrize("feature", ["B04", "l1"])
+@pytest.mark.parametrize("feature", first_in_default_tier(["B04", "l1"]))
 def test_no_two_panels_show_the_same_figure(interpreted, feature) -> None:
     interpreted.studio.selection.set([feature])
     figures = figures_of_pages(interpreted, PAGES)
@@ -116,6 +117,7 @@ def test_no_two_panels_show_the_same_figure(interpreted, feature) -> None:
     assert repeats_of(figures) == {}
 
 
+@pytest.mark.full
 def test_unfolded_details_and_all_columns_would_repeat_figures(interpreted) -> None:
     """The test above finds figures that are shown twice."""
     interpreted.studio.selection.set(["B04"])

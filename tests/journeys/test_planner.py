@@ -194,6 +194,7 @@ def test_the_palette_finds_the_planner(window) -> None:
     dialog.close()
 
 
+@pytest.mark.full
 def test_a_drone_is_chosen_from_the_list_and_the_method_follows(planner) -> None:
     retype(planner.camera, "")
     QTest.keyClicks(planner.camera, "dji mini")
@@ -236,6 +237,7 @@ def test_a_sheet_is_replaced_only_when_that_was_asked(planner, tmp_path, monkeyp
     driver.wait(lambda: there.read_text() != "mine", "the sheet")
 
 
+@pytest.mark.full
 def test_an_empty_plan_says_what_draws_it(planner) -> None:
     retype(planner.camera, "")
     settled(planner)

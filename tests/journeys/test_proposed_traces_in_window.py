@@ -65,6 +65,7 @@ def choose(panel, *rows: int) -> None:
         )
 
 
+@pytest.mark.full
 def test_lines_are_found_looked_at_accepted_and_taken_back(window, panel) -> None:
     studio = window.studio
     before = dict(studio.records)

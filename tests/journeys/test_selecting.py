@@ -169,6 +169,7 @@ def wheel(window, at: QPoint, notches: int, modifier) -> None:
     driver.pause(5)
 
 
+@pytest.mark.full
 def test_a_piece_grows_from_a_click_and_follows_the_wheel(window, outcrop, picks):
     viewport, tool = window.viewport, window.studio.tool_of(PlaneTool)
     at = ready(window, outcrop, picks, "plane")

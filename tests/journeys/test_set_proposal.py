@@ -45,6 +45,7 @@ def sets_of(window) -> dict[str, int]:
     return {name: names.count(name) for name in set(names)}
 
 
+@pytest.mark.full
 def test_sets_are_proposed_changed_accepted_and_taken_back_at_once(window, panel) -> None:
     studio = window.studio
     driver.wait(lambda: panel.result is not None, "the proposal", 60.0)

@@ -94,6 +94,7 @@ def click_plane(panel, row: int) -> str:
     return item.data(Qt.ItemDataRole.UserRole)
 
 
+@pytest.mark.full
 def test_the_modes_are_those_of_mplstereonet_and_their_planes_are_selected(window, panel) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

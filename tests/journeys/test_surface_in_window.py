@@ -78,6 +78,7 @@ def dialog(window, kind):
     return found[0]
 
 
+@pytest.mark.full
 def test_a_patch_shows_its_deviations_and_is_trimmed(face) -> None:
     window, studio = face, face.studio
     assert window.actions_table.why_not("patch_surface") == Finding("selection.no-patch")

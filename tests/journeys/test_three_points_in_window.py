@@ -63,6 +63,7 @@ def told(capfd) -> dict:
     return json.loads(said.out)
 
 
+@pytest.mark.full
 def test_bennisons_seam_is_typed_and_added(window, tmp_path, monkeypatch, capfd) -> None:
     panel = panel_of(window)
     assert panel.plane is None

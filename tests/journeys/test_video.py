@@ -94,6 +94,7 @@ def test_it_can_be_stopped_and_leaves_nothing(window, dialog, tmp_path) -> None:
     assert window.survey.folder is None
 
 
+@pytest.mark.full
 def test_a_folder_with_other_files_is_asked_about(window, dialog, tmp_path) -> None:
     (tmp_path / "own").mkdir()
     (tmp_path / "own" / "thesis.txt").write_text("years")

@@ -8,6 +8,8 @@ import sys
 
 import pytest
 
+from tests.tiers import first_in_default_tier
+
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no process signals itself there")
 
 BEGIN = """
@@ -44,8 +46,10 @@ def _hearing() -> None:
         signal.signal(each, signal.SIG_DFL)
 
 
-@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
-@pytest.mark.parametrize("how", [WRAPPED, "Lost()"], ids=["another error", "lost"])
+@pytest.mark.parametrize("name", first_in_default_tier(["SIGINT", "SIGTERM", "SIGHUP"], 2))
+@pytest.mark.parametrize(
+    "how", first_in_default_tier([WRAPPED, "Lost()"], 2), ids=["another error", "lost"]
+)
 def test_an_interruption_that_a_library_swallows(name: str, how: str) -> None:
     script = BEGIN.replace("{how}", how.strip()).replace("{name}", name)
     done = subprocess.run(

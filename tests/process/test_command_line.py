@@ -14,6 +14,8 @@ from typing import Any
 
 import pytest
 
+from tests.tiers import first_in_default_tier
+
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAM = [sys.executable, "-c", "import sys; from vomstudio.cli import main; sys.exit(main())"]
 POINTS = "x,y,z,trace\n" + "".join(
@@ -47,7 +49,7 @@ def points(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("locale", ["C", "C.UTF-8", "de_DE.ISO-8859-1"])
+@pytest.mark.parametrize("locale", first_in_default_tier(["C", "C.UTF-8", "de_DE.ISO-8859-1"]))
 def test_json_is_utf8_whatever_the_locale(points: Path, locale: str) -> None:
     done = run(
         "fit",
@@ -106,7 +108,7 @@ def test_a_full_disk_behind_stdout_is_said(points: Path) -> None:
 
 
 @posix
-@pytest.mark.parametrize("closed", ["1", "2", "0"])
+@pytest.mark.parametrize("closed", first_in_default_tier(["1", "2", "0"]))
 def test_a_closed_descriptor_is_no_crash(points: Path, closed: str) -> None:
     done = subprocess.run(
         ["sh", "-c", f'exec "$@" {closed}>&-', "sh", *PROGRAM, "fit", str(points), "--json"],
@@ -200,7 +202,9 @@ def test_a_file_without_permission_is_refused(points: Path) -> None:
 
 @pytest.mark.parametrize(
     ("content", "words"),
-    [(b"", b"empty"), (b"\x00\xff", b"binary data"), (b"1 2 3\n4 5\n", b"line 2")],
+    first_in_default_tier(
+        [(b"", b"empty"), (b"\x00\xff", b"binary data"), (b"1 2 3\n4 5\n", b"line 2")]
+    ),
 )
 def test_bad_input_is_one_sentence_and_exit_2(tmp_path: Path, content: bytes, words: bytes) -> None:
     path = tmp_path / "bad.txt"
@@ -270,6 +274,7 @@ def processor_seconds(work: Callable[[], object]) -> float:
     return os.times().children_user - before
 
 
+@pytest.mark.full
 @posix
 def test_a_small_fit_uses_half_a_second_of_processor(points: Path) -> None:
     assert min(processor_seconds(lambda: run("fit", points)) for _ in range(3)) < 0.5

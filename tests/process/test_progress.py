@@ -20,6 +20,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.tiers import first_in_default_tier
 from vomstudio.cli.common.reporting import DELAY_VARIABLE
 from vomstudio.core.findings import Finding
 
@@ -107,7 +108,7 @@ def test_a_terminal_shows_one_line_in_place_and_then_the_result(slow: Path) -> N
     assert "\x1b[?25l" not in command.text
 
 
-@pytest.mark.parametrize("how", ["Ctrl+C", "SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize("how", first_in_default_tier(["Ctrl+C", "SIGTERM", "SIGHUP"]))
 def test_a_command_that_is_stopped_leaves_a_clean_terminal(slow: Path, how: str) -> None:
     command = Recording(["fit", str(slow)], 0.0)
     with open(slow, "wb") as writer:  # it has opened the file: from here on it reads

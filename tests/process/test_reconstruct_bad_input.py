@@ -217,6 +217,7 @@ def test_a_disk_that_may_not_be_written_is_said(photos: Path, tmp_path: Path) ->
             assert "read-only" in error.message
 
 
+@pytest.mark.full
 def test_a_photo_that_goes_away_in_mid_run_is_named(photos: Path, tmp_path: Path) -> None:
     folder = only(photos, tmp_path / "going", 1, 2, 3)
 

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.tiers import first_in_default_tier
+
 STOPPED = """
 import os, signal, sys
 import vomstudio.app
@@ -35,9 +37,10 @@ def _hearing() -> None:
 
 
 @pytest.mark.parametrize(
-    "module", ["vomstudio.core.languages", "vomstudio.cli", "vomstudio.cli.info"]
+    "module",
+    first_in_default_tier(["vomstudio.core.languages", "vomstudio.cli", "vomstudio.cli.info"], 3),
 )
-@pytest.mark.parametrize("signal", ["SIGINT", "SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize("signal", first_in_default_tier(["SIGINT", "SIGTERM", "SIGHUP"], 3))
 def test_it_ends_in_a_sentence(module: str, signal: str) -> None:
     words = [sys.executable, "-P", "-c", STOPPED.format(module=module, signal=signal)]
     done = subprocess.run(
@@ -158,17 +161,22 @@ def _as_command() -> str:
     return f"from {module} import {name}; sys.exit({name}())"
 
 
-@pytest.mark.parametrize("begin", [AS_MODULE, _as_command()], ids=["module", "command"])
+@pytest.mark.parametrize(
+    "begin", first_in_default_tier([AS_MODULE, _as_command()], 4), ids=["module", "command"]
+)
 @pytest.mark.parametrize(
     ("module", "words"),
-    [
-        ("vomstudio.app", ["info", "nothing.obj"]),
-        ("vomstudio.core.failures", ["info", "nothing.obj"]),
-        ("vomstudio.app", []),
-        ("vomstudio.ui.shell.window_start", []),
-    ],
+    first_in_default_tier(
+        [
+            ("vomstudio.app", ["info", "nothing.obj"]),
+            ("vomstudio.core.failures", ["info", "nothing.obj"]),
+            ("vomstudio.app", []),
+            ("vomstudio.ui.shell.window_start", []),
+        ],
+        4,
+    ),
 )
-@pytest.mark.parametrize("signal", ["SIGINT", "SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize("signal", first_in_default_tier(["SIGINT", "SIGTERM", "SIGHUP"], 4))
 def test_it_is_heard_from_the_first_module_on(
     begin: str, module: str, words: list[str], signal: str
 ) -> None:

@@ -8,6 +8,7 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay
 
 from tests.messages import refused
+from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import UsageError
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
@@ -160,7 +161,7 @@ def test_holes_are_bridged_up_to_the_limit() -> None:
     assert np.isfinite(closed).all()
 
 
-@pytest.mark.parametrize("lattice", [False, True])
+@pytest.mark.parametrize("lattice", first_in_default_tier([False, True]))
 def test_cells_are_those_of_the_triangulation_of_all_points(lattice: bool) -> None:
     """Qhull's triangles without those that have a side over the limit, across the seams of tiles,
     around a hole and past the edge; on a lattice four points lie on each circle."""

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from tests.messages import refused
+from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.density import DENSITY_METHODS, DENSITY_UNITS, density
@@ -76,10 +77,10 @@ def test_levels_asked_for_are_drawn_and_stand_in_the_bar() -> None:
     draw(replace(NET, contouring=Contouring((5.0,))))
 
 
-@pytest.mark.parametrize("filled", [None, True, False])
-@pytest.mark.parametrize("each", [False, True])
-@pytest.mark.parametrize("dark", [False, True])
-@pytest.mark.parametrize("wide", [False, True])
+@pytest.mark.parametrize("filled", first_in_default_tier([None, True, False], 2))
+@pytest.mark.parametrize("each", first_in_default_tier([False, True], 2))
+@pytest.mark.parametrize("dark", first_in_default_tier([False, True], 2))
+@pytest.mark.parametrize("wide", first_in_default_tier([False, True], 2))
 def test_lines_or_filled_of_all_or_of_each_set_in_its_colour(
     filled: bool | None, each: bool, dark: bool, wide: bool
 ) -> None:

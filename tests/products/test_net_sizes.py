@@ -315,6 +315,7 @@ def test_the_lines_of_a_net_have_their_widths() -> None:
     assert widths == pytest.approx([3.4 * 0.7, 2.0 * 0.7, 1.2 * 0.7])
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("compact", [False, True])
 def test_a_selection_draws_all_anew_only_where_the_legend_changes(compact: bool) -> None:
     net = replace(full(None), selected=frozenset(), ellipses=(), compact=compact)

@@ -70,8 +70,8 @@ def quad(corners: Any, colors: Any = None, material: Material | None = None) -> 
 # Places ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("trend", "plunge"), VIEWS)
-@pytest.mark.parametrize("gsd", [0.0041, 0.0093])
+@pytest.mark.parametrize(("trend", "plunge"), first_in_default_tier(VIEWS, 3))
+@pytest.mark.parametrize("gsd", first_in_default_tier([0.0041, 0.0093], 3))
 def test_dots_of_a_texture_lie_where_the_matrix_says(tmp_path, trend, plunge, gsd) -> None:  # type: ignore[no-untyped-def]
     mesh, places = marked_mesh(tmp_path)
     _, rgba, depth, facts = make(mesh, view_along_line(trend, plunge), tmp_path, gsd)
@@ -521,8 +521,8 @@ def test_the_sheet_says_which_way_is_which_and_how_long_a_metre_is(tmp_path: Pat
 # A part of the view ---------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("kind", ["mesh", "cloud"])
-@pytest.mark.parametrize(("trend", "plunge"), [(0, 90), (305, 62)])
+@pytest.mark.parametrize("kind", first_in_default_tier(["mesh", "cloud"]))
+@pytest.mark.parametrize(("trend", "plunge"), first_in_default_tier([(0, 90), (305, 62)]))
 def test_a_region_shows_what_the_whole_picture_shows_there(tmp_path, kind, trend, plunge) -> None:  # type: ignore[no-untyped-def]
     """The same dots at the same places of the world, from a part of the grid only."""
     data, places = marked_mesh(tmp_path) if kind == "mesh" else marked_cloud()

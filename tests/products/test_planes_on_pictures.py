@@ -146,6 +146,7 @@ def test_cad_shows_ticks_and_texts_that_are_no_traces_when_read(make, tmp_path: 
     assert len(read_lines(path).shapes) == 1
 
 
+@pytest.mark.full
 def test_other_formats_return_without_their_symbols_too(tmp_path: Path) -> None:
     drawing = map_drawing()
     write_gpkg(tmp_path / "d.gpkg", drawing, None, "VOM Studio")

@@ -149,6 +149,7 @@ def test_a_camera_says_what_was_held_what_was_found_and_how_well(page: Pages) ->
     assert text.count("<p>Correlation</p>") == 1
 
 
+@pytest.mark.full
 def test_points_are_listed_with_what_they_miss_by(page: Pages) -> None:
     def point(label: str, role: str, residual: list[float] | None, px: float | None) -> Any:
         return {
@@ -339,6 +340,7 @@ def test_a_page_does_not_grow_with_the_number_of_tie_points(tmp_path: Path) -> N
     assert sizes[1] < sizes[0] + 100_000
 
 
+@pytest.mark.full
 def test_the_section_on_the_registration_says_what_it_is_worth(
     page: Pages, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -14,6 +14,7 @@ import pytest
 from PIL import Image
 
 from tests.messages import refused
+from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.products.ortho.legend_entries import entries_of
@@ -168,13 +169,16 @@ def frame_of(dark: np.ndarray) -> tuple[float, float, float, float]:
 
 @pytest.mark.parametrize(
     ("ending", "width", "height"),
-    [
-        ("png", 20.0, 8.0),
-        ("jpg", 20.0, 8.0),
-        ("jpeg", 3.0, 1.9),
-        ("png", 8.0, 31.0),
-        ("png", 2600.0, 900.0),
-    ],
+    first_in_default_tier(
+        [
+            ("png", 20.0, 8.0),
+            ("jpg", 20.0, 8.0),
+            ("jpeg", 3.0, 1.9),
+            ("png", 8.0, 31.0),
+            ("png", 2600.0, 900.0),
+        ],
+        2,
+    ),
 )
 def test_ticks_of_a_picture_are_to_the_scale_that_it_states(
     tmp_path: Path, ending: str, width: float, height: float
@@ -207,7 +211,7 @@ def test_ticks_of_a_picture_are_to_the_scale_that_it_states(
         assert ticks == pytest.approx(expected * metre, abs=1.5)
 
 
-@pytest.mark.parametrize("ending", ["png", "jpg"])
+@pytest.mark.parametrize("ending", first_in_default_tier(["png", "jpg"]))
 def test_a_picture_has_the_interpretation_where_the_ticks_say(tmp_path: Path, ending: str) -> None:
     output = drawing()
     path = tmp_path / f"s.{ending}"
@@ -234,6 +238,7 @@ def test_a_picture_has_the_interpretation_where_the_ticks_say(tmp_path: Path, en
         assert off(np.array(corner), (120, 110, 90)) < 6
 
 
+@pytest.mark.full
 def test_a_page_of_pixels_is_no_larger_than_paper_however_large_the_picture(
     tmp_path: Path,
 ) -> None:

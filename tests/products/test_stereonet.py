@@ -16,6 +16,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import UsageError
 from vomstudio.geology.density import DENSITY_METHODS, DENSITY_UNITS
 from vomstudio.geology.folds import fold_axis
@@ -87,11 +88,15 @@ def test_the_net_says_what_it_is() -> None:
 
 
 @pytest.mark.parametrize(
-    ("width", "height"), [(360, 360), (300, 420), (520, 360), (1000, 700), (420, 300)]
+    ("width", "height"),
+    first_in_default_tier([(360, 360), (300, 420), (520, 360), (1000, 700), (420, 300)], 6),
 )
 @pytest.mark.parametrize(
     "net",
-    [FULL, replace(FULL, contour="schmidt"), CROWDED, replace(CROWDED, contour="kamb"), EMPTY],
+    first_in_default_tier(
+        [FULL, replace(FULL, contour="schmidt"), CROWDED, replace(CROWDED, contour="kamb"), EMPTY],
+        6,
+    ),
     ids=["full", "contoured", "crowded", "crowded and contoured", "empty"],
 )
 def test_no_text_overlaps_or_is_cut_off(net: NetContents, width: int, height: int) -> None:
@@ -233,7 +238,7 @@ def test_an_unknown_contour_or_format_is_refused(tmp_path: Path) -> None:
         write_stereonet(tmp_path / "net.bmp", FULL, format="bmp")
 
 
-@pytest.mark.parametrize("format", ["svg", "pdf", "png"])
+@pytest.mark.parametrize("format", first_in_default_tier(["svg", "pdf", "png"]))
 def test_figures_are_written_with_text_as_text(tmp_path: Path, format: str) -> None:
     out = tmp_path / f"net.{format}"
     with warnings.catch_warnings():
@@ -274,7 +279,9 @@ def test_a_figure_is_as_large_as_was_asked(tmp_path: Path, size_mm: tuple[float,
 
 @pytest.mark.parametrize(
     ("count", "width_mm"),
-    [(1, 85.0), (4, 85.0), (9, 85.0), (1, 170.0), (4, 170.0), (9, 170.0), (14, 170.0)],
+    first_in_default_tier(
+        [(1, 85.0), (4, 85.0), (9, 85.0), (1, 170.0), (4, 170.0), (9, 170.0), (14, 170.0)], 2
+    ),
 )
 def test_a_figure_is_as_high_as_its_words_need(tmp_path: Path, count: int, width_mm: float) -> None:
     """Nothing is left out, and the net does not shrink for it."""

@@ -10,6 +10,7 @@ import pytest
 
 from tests.extraction.planes_by_construction import angle_deg, axes_of, normal_of
 from tests.messages import by_code, refused
+from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.geology.roughness import increments
 from vomstudio.geology.roughness.planar_part import find_planar_part
@@ -70,7 +71,7 @@ def grooves(n: int, step: float, angle: float, wave: float, height: float) -> Ar
     return height * np.cos(2 * math.pi * phase)
 
 
-@pytest.mark.parametrize("exponent", [0.4, 0.8])
+@pytest.mark.parametrize("exponent", first_in_default_tier([0.4, 0.8]))
 def test_the_exponent_of_a_self_affine_surface(exponent: float) -> None:
     rng = np.random.default_rng(1)
     result, held = [], 0
@@ -111,7 +112,7 @@ def test_no_direction_is_claimed_on_surfaces_without() -> None:
     assert sum(claimed) <= 1
 
 
-@pytest.mark.parametrize("angle", [20.0, 75.0, 170.0])
+@pytest.mark.parametrize("angle", first_in_default_tier([20.0, 75.0, 170.0]))
 def test_grooves_are_the_smoothest_direction_within_the_stated_error(angle: float) -> None:
     rng = np.random.default_rng(4)
     held, off = 0, []
@@ -269,7 +270,7 @@ def test_a_plane_of_the_larger_part_is_no_compromise(share: float, slope: float)
     assert by_code(result.warnings)["patch.two-planes"]["angle_deg"] == pytest.approx(bend, abs=0.3)
 
 
-@pytest.mark.parametrize("exponent", [0.5, 0.8])
+@pytest.mark.parametrize("exponent", first_in_default_tier([0.5, 0.8]))
 def test_rough_and_bent_surfaces_are_not_said_to_be_broken(exponent: float) -> None:
     rng = np.random.default_rng(12)
     for _ in range(8):

@@ -54,6 +54,7 @@ def damage(folder: Path, statement: str) -> None:
 
 
 # --- rows ----------------------------------------------------------------------------------------
+@pytest.mark.full
 def test_another_set_for_ten_thousand_traces_adds_less_than_five_megabytes(
     project: ProjectFolder,
 ) -> None:

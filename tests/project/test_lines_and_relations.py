@@ -236,6 +236,7 @@ def test_a_thickness_is_the_distance_across_the_plane_wherever_its_ends_lie(plan
         assert back["thickness_m"] == pytest.approx(1.8)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("apart", first_in_default_tier([0.0, 6.0], 1))
 def test_the_error_of_a_thickness_holds_the_truth_in_95_of_100(apart):
     """The bed is picked anew in every run, and both ends lie on uneven surfaces."""
@@ -327,6 +328,7 @@ def test_two_picked_planes_meet_where_they_were_made_to():
     assert np.linalg.norm(end - start) == pytest.approx(longest)
 
 
+@pytest.mark.full
 def test_the_region_of_an_intersection_of_picked_planes_holds_it():
     truth = np.cross(FAULT.normal(), BED.normal())
     truth /= np.linalg.norm(truth)

@@ -105,10 +105,10 @@ def ran(program: str, *words: object) -> str:
     return done.stdout
 
 
-@pytest.mark.parametrize("over", first_in_default_tier(["over", "at once"]))
+@pytest.mark.parametrize("over", first_in_default_tier(["over", "at once"], 2))
 @pytest.mark.parametrize("size", first_in_default_tier([0, 1000, 4096, 20_000]))
 @pytest.mark.parametrize(
-    "name", first_in_default_tier(["journal.sqlite", "journal.sqlite-wal", "journal.sqlite-shm"])
+    "name", first_in_default_tier(["journal.sqlite", "journal.sqlite-wal", "journal.sqlite-shm"], 2)
 )
 def test_a_journal_that_shrinks(tmp_path: Path, name: str, size: int, over: str) -> None:
     answer: dict[str, Any] = json.loads(ran(_JOURNAL, tmp_path / "a.vom", name, size, over))
@@ -122,7 +122,10 @@ def test_a_journal_that_shrinks(tmp_path: Path, name: str, size: int, over: str)
     assert answer["kept"] >= (44 if over == "over" or name.endswith("-shm") else 41)
 
 
-@pytest.mark.parametrize("name", ["grey.bmp", "grey.tif", "small.tif", "a.png", "a.jpg", "a.tga"])
+@pytest.mark.parametrize(
+    "name",
+    first_in_default_tier(["grey.bmp", "grey.tif", "small.tif", "a.png", "a.jpg", "a.tga"], 2),
+)
 def test_a_picture_that_shrinks(tmp_path: Path, name: str) -> None:
     pixels = np.random.default_rng(1).integers(0, 255, (700, 900)).astype(np.uint8)
     options = {"compression": "tiff_deflate"} if name == "small.tif" else {}

@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.messages import with_code
+from tests.tiers import first_in_default_tier
 from vomstudio.geology.orientation import Line
 from vomstudio.geology.view_attitudes import camera_rotations
 from vomstudio.geometry.cameras import Intrinsics, View
@@ -52,7 +53,7 @@ def bent(curvature: float, seed: int = 3) -> Evidence:
     )
 
 
-@pytest.mark.parametrize("curvature", [0.0004, -0.0004])
+@pytest.mark.parametrize("curvature", first_in_default_tier([0.0004, -0.0004]))
 def test_a_bent_model_is_named_by_its_gimbals(curvature: float) -> None:
     """2 c r at 71 m, the corner, is 3.2 degrees."""
     bowed = with_code(register(bent(curvature)).warnings, "registration.bowed")
@@ -75,8 +76,10 @@ def bent_points(curvature: float, n: int, turned: np.ndarray) -> Evidence:
     return Evidence(pairs=pairs)
 
 
-@pytest.mark.parametrize("source", ["control", "positions", "verticals"])
-@pytest.mark.parametrize(("curvature", "word"), [(0.0004, "dish"), (-0.0004, "dome")])
+@pytest.mark.parametrize("source", first_in_default_tier(["control", "positions", "verticals"], 2))
+@pytest.mark.parametrize(
+    ("curvature", "word"), first_in_default_tier([(0.0004, "dish"), (-0.0004, "dome")], 2)
+)
 def test_a_dome_is_told_from_a_dish(source: str, curvature: float, word: str) -> None:
     """z = c r^2: the edges of a dome are below its middle."""
     if source == "control":

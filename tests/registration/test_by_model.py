@@ -45,6 +45,7 @@ def test_a_turned_and_shifted_model_comes_back() -> None:
     assert found.placed.known.all
 
 
+@pytest.mark.full
 def test_the_stated_error_holds() -> None:
     """Eight quick ones: chance leaves one of 24 axes outside; the benchmark has hundreds."""
     found = [once(QUICK, seed) for seed in range(200, 208)]
@@ -55,6 +56,7 @@ def test_the_stated_error_holds() -> None:
     assert np.median(stated) < 4.0 * np.sqrt((off**2).mean())
 
 
+@pytest.mark.full
 def test_an_unknown_scale_is_found_with_its_error() -> None:
     found = once(Case(n=(6_000, 8_000), size=12.0, scale=True), 5)
     assert abs(found.off_scale) <= 1.5 * found.stated_scale

@@ -86,6 +86,7 @@ def test_errors_of_points_turn_with_world() -> None:
     np.testing.assert_allclose(np.array(second.covariance)[:3, :3], there, rtol=1e-4, atol=1e-12)
 
 
+@pytest.mark.full
 def test_accuracies_that_are_too_small_make_no_blunders() -> None:
     """The click is four times as bad as stated: right points are not accused, a wrong one is."""
     flagged = found = 0

@@ -51,6 +51,7 @@ def cube() -> Mesh:
 
 
 # --- meshes ---------------------------------------------------------------------------------------
+@pytest.mark.full
 def test_the_distance_of_a_cube_is_that_of_its_formula() -> None:
     box = cube()
     places = np.random.default_rng(1).uniform(-3, 3, (4000, 3))

@@ -88,6 +88,7 @@ def test_the_stated_errors_hold_for_scales_drawn_from_their_error() -> None:
     assert (inside / runs > 0.95 - 0.11).all()
 
 
+@pytest.mark.full
 def test_points_state_the_error_of_the_scale_that_they_were_told_to_keep() -> None:
     """The centre of the model is not that of the points: the kept scale shifts it too."""
     rng = np.random.default_rng(5)

@@ -7,6 +7,7 @@ import numpy.typing as npt
 import pytest
 
 from tests.io.photos.camera_files import ring
+from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.triangulation import triangulate
@@ -40,8 +41,8 @@ def marked(
     return found
 
 
-@pytest.mark.parametrize("noise_px", [1.0, 25.0])
-@pytest.mark.parametrize("photos", [2, 3, 8])
+@pytest.mark.parametrize("noise_px", first_in_default_tier([1.0, 25.0]))
+@pytest.mark.parametrize("photos", first_in_default_tier([2, 3, 8]))
 def test_the_scatter_of_marks_is_that_of_which_they_were_made(noise_px: float, photos: int) -> None:
     assert mark_scatter_px(marked(noise_px, photos)) == pytest.approx(noise_px, rel=0.2)
 

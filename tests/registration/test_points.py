@@ -8,6 +8,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from tests.messages import refused, with_code
+from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import GeometryError
 from vomstudio.geology.orientation import Line
 from vomstudio.registration.placing import register_points
@@ -146,8 +147,8 @@ def _on_a_line(n: int, off: float) -> np.ndarray:
     )
 
 
-@pytest.mark.parametrize("n", [4, 9])
-@pytest.mark.parametrize("stated", [True, False])
+@pytest.mark.parametrize("n", first_in_default_tier([4, 9]))
+@pytest.mark.parametrize("stated", first_in_default_tier([True, False]))
 def test_points_that_are_off_their_line_by_more_than_they_err_place_a_model(
     n: int, stated: bool
 ) -> None:

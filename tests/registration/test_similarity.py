@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.messages import refused
+from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import GeometryError
 from vomstudio.registration import similarity
 from vomstudio.registration.similarity import (
@@ -74,7 +75,7 @@ def test_a_third_of_wrong_points_does_no_harm() -> None:
     assert found.scale == pytest.approx(3.7, rel=0.01)
 
 
-@pytest.mark.parametrize("n", [8, 12, 30])
+@pytest.mark.parametrize("n", first_in_default_tier([8, 12, 30]))
 def test_good_points_are_seldom_left_out(n: int) -> None:
     left = 0
     for seed in range(12):
@@ -175,7 +176,7 @@ def test_five_points_are_all_taken_and_of_six_the_wrong_one_is_left_out() -> Non
     assert found(points) == pytest.approx(truth(points))
 
 
-@pytest.mark.parametrize(("off", "kept"), [(1.7, True), (11.0, False)])
+@pytest.mark.parametrize(("off", "kept"), first_in_default_tier([(1.7, True), (11.0, False)]))
 def test_a_point_is_left_out_where_it_misses_by_some_six_errors(off: float, kept: bool) -> None:
     """Three coordinates at 0.01 %: the square root of 3 F(0.9999; 3, 26) is 5.6."""
     found = []

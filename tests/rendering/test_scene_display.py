@@ -11,6 +11,7 @@ import pytest
 from matplotlib import colormaps
 
 from tests.rendering.test_scene import SIZE, UTM, rest, show, wall
+from tests.tiers import first_in_default_tier
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering.prepare import preparation
@@ -254,9 +255,9 @@ def background(picture: np.ndarray) -> np.ndarray:
     return np.asarray(np.abs(picture - np.round(np.array(BACKGROUND) * 255)).max(axis=2) <= 1)
 
 
-@pytest.mark.parametrize("orthographic", [False, True])
-@pytest.mark.parametrize("kind", ["mesh", "cloud"])
-@pytest.mark.parametrize("located", [False, True])
+@pytest.mark.parametrize("orthographic", first_in_default_tier([False, True], 2))
+@pytest.mark.parametrize("kind", first_in_default_tier(["mesh", "cloud"], 2))
+@pytest.mark.parametrize("located", first_in_default_tier([False, True], 2))
 def test_a_clipped_place_shows_and_gives_what_is_behind(
     scene: Scene, orthographic: bool, kind: str, located: bool
 ) -> None:

@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 from tests.rendering.test_scene import SIZE, UTM, rest, scene, show, wall
+from tests.tiers import first_in_default_tier
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.rendering.scene.appearance import DISPLAY_MODES
 from vomstudio.rendering.scene.canvas import Canvas
@@ -48,7 +49,9 @@ def everything(_: str) -> bool:
     return True
 
 
-@pytest.mark.parametrize("mode", [mode for mode in DISPLAY_MODES if mode != "field"])
+@pytest.mark.parametrize(
+    "mode", first_in_default_tier([mode for mode in DISPLAY_MODES if mode != "field"], 2)
+)
 def test_both_scenes_draw_the_same_picture_in_every_mode(scene, second, tmp_path, mode) -> None:
     show(scene, "m", textured_wall(tmp_path))
     line = UTM + np.array([[1.0, -1.0, 1.0], [5.0, -1.0, 4.0], [9.0, -1.0, 7.0]])

@@ -445,6 +445,7 @@ def test_a_missing_texture_is_told_in_one_sentence(stage: Stage, tmp_path: Path)
     assert stage.problems[0].values["file"].endswith("absent.jpg")
 
 
+@pytest.mark.full
 def test_windows_opened_and_closed_many_times_leave_no_thread(qapp: QApplication) -> None:
     before = set(threading.enumerate())
     for k in range(12):

@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 
 from tests.specimens import figures
+from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import VomError
 from vomstudio.project import codec
 from vomstudio.project.journal.database import read_schema_and_replay
@@ -218,18 +219,21 @@ def test_a_file_that_is_no_journal_is_refused_and_left_as_it_is(specimen: Path) 
 
 @pytest.mark.parametrize(
     "gone",
-    [
-        "project.gpkg",
-        "models/face/face.obj",
-        "models",
-        "models/face/photos",
-        "reconstruction",
-        "reconstruction/photos-preview/model.obj",
-        "reconstruction/photos-preview/reconstruction.json",
-        "photos",
-        "../photos",
-        "../boulder.ply",
-    ],
+    first_in_default_tier(
+        [
+            "project.gpkg",
+            "models/face/face.obj",
+            "models",
+            "models/face/photos",
+            "reconstruction",
+            "reconstruction/photos-preview/model.obj",
+            "reconstruction/photos-preview/reconstruction.json",
+            "photos",
+            "../photos",
+            "../boulder.ply",
+        ],
+        2,
+    ),
 )
 def test_what_is_gone_beside_the_journal_changes_no_figure(
     specimen: Path, recorded: dict[str, Any], gone: str

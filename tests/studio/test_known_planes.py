@@ -213,6 +213,7 @@ def test_points_and_planes_are_fitted_together_and_a_strike_is_named() -> None:
     assert len(line_residuals(lines, found, seen)) == 4
 
 
+@pytest.mark.full
 def test_a_strike_among_planes_alone_is_named_with_what_becomes_without_it() -> None:
     records = project(planes={**PLANES, "B03": (250.0, 55.0), "B04": (80.0, 40.0)})
     said = {**RIGHT, "B03": "160/55", "B04": "080/40"}

@@ -17,6 +17,7 @@ import pytest
 import vomstudio as vs
 from tests.messages import codes, warned
 from tests.registrations import TURN
+from tests.tiers import first_in_default_tier
 from vomstudio.cli import main
 from vomstudio.core.progress import SilentProgress
 from vomstudio.geometry import transform
@@ -264,7 +265,10 @@ def cut(case: Case) -> Path:
     return _cut_model(order, SilentProgress()).path
 
 
-@pytest.mark.parametrize("make", [copied, copied_from_project, converted, labelled, exported, cut])
+@pytest.mark.parametrize(
+    "make",
+    first_in_default_tier([copied, copied_from_project, converted, labelled, exported, cut], 2),
+)
 def test_a_copy_has_the_errors_of_the_original(case: Case, make: Callable[[Case], Path]) -> None:
     wanted, _ = bed_in_new_project(case.folder / "original.vom", case.out, to_world(BED))
     found, added = bed_in_new_project(case.folder / "copy.vom", make(case), to_world(BED))

@@ -13,6 +13,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
 
 from tests import appearance, driver
+from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.ui.base import theme
 from vomstudio.ui.shell.layout import REGIONS, WORKSPACES
@@ -34,7 +35,7 @@ def shown(request, window, studio) -> Iterator[str]:
     theme.use("system")
 
 
-@pytest.mark.parametrize("region", ["inspector", "drawer"])
+@pytest.mark.parametrize("region", first_in_default_tier(["inspector", "drawer"]))
 def test_texts_of_all_pages_are_whole_and_readable(window, shown, region) -> None:
     """In every workspace. The net is a figure, which has tests of its own."""
     window.resize(1280, 720)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.rendering.qt.painting import VERDICT_COLORS
 from vomstudio.ui.base.feature_colors import (
@@ -36,7 +37,7 @@ def net_colors(window) -> dict[str, str]:
     return {id_: s.color for s in window.net.contents().sets for id_ in s.ids}
 
 
-@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("mode", first_in_default_tier(MODES))
 def test_the_net_has_the_colours_of_the_outcrop(window, planes, mode):
     window.actions_table.run(f"color_by_{mode}")
     assert planes.settings.color_by == mode

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.messages import refused, shown_codes
+from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.core.errors import UsageError
 from vomstudio.project import edits
@@ -41,35 +42,38 @@ def found(studio):
 
 @pytest.mark.parametrize(
     ("text", "names"),
-    [
-        ("dip>30", ["east", "crack"]),
-        ("dip>=30", ["north", "east", "crack"]),
-        ("dip=31", ["east"]),
-        ("dip=31.0", []),
-        ("dip:30..40", ["north", "east"]),
-        ("dip<31,2", ["north"]),
-        ("dipdir:340..40", ["north", "crack"]),
-        ("dipdir!=340..40", ["east"]),
-        ("strike:5", ["east"]),
-        ("plunge<20", ["axis"]),
-        ("type:joint", ["crack"]),
-        ("type=joint|bedding dip<31", ["north"]),
-        ("-type:bedding", ["crack", "axis"]),
-        ('set:"west limb"', ["north"]),
-        ("set:limb -wet", ["east"]),
-        ("overturned:yes", ["east"]),
-        ("overturned:no type:bedding", ["north"]),
-        ("kind:reading joint", ["crack"]),
-        # The names of files are understood too, where `kind` is the feature type.
-        ("kind=joint", ["crack"]),
-        ("kind!=reading", []),
-        ("dip_deg>31", ["east", "crack"]),
-        ("pole_trend_deg:180..210", ["crack"]),
-        ("element:line", ["axis"]),
-        ("350/30", ["north"]),
-        ('"west limb"', ["north"]),
-        ("", ["north", "east", "crack", "axis"]),
-    ],
+    first_in_default_tier(
+        [
+            ("dip>30", ["east", "crack"]),
+            ("dip>=30", ["north", "east", "crack"]),
+            ("dip=31", ["east"]),
+            ("dip=31.0", []),
+            ("dip:30..40", ["north", "east"]),
+            ("dip<31,2", ["north"]),
+            ("dipdir:340..40", ["north", "crack"]),
+            ("dipdir!=340..40", ["east"]),
+            ("strike:5", ["east"]),
+            ("plunge<20", ["axis"]),
+            ("type:joint", ["crack"]),
+            ("type=joint|bedding dip<31", ["north"]),
+            ("-type:bedding", ["crack", "axis"]),
+            ('set:"west limb"', ["north"]),
+            ("set:limb -wet", ["east"]),
+            ("overturned:yes", ["east"]),
+            ("overturned:no type:bedding", ["north"]),
+            ("kind:reading joint", ["crack"]),
+            # The names of files are understood too, where `kind` is the feature type.
+            ("kind=joint", ["crack"]),
+            ("kind!=reading", []),
+            ("dip_deg>31", ["east", "crack"]),
+            ("pole_trend_deg:180..210", ["crack"]),
+            ("element:line", ["axis"]),
+            ("350/30", ["north"]),
+            ('"west limb"', ["north"]),
+            ("", ["north", "east", "crack", "axis"]),
+        ],
+        6,
+    ),
 )
 def test_conditions_choose_what_they_say(found, text, names):
     assert found(text) == names

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtWidgets import QFileDialog, QWidget
 
+from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_cliff
 from vomstudio.io.control.registry import find_formats
 from vomstudio.io.models.registry import find_readers
@@ -52,11 +53,13 @@ def test_photos_videos_and_tables_are_offered():
 
 @pytest.mark.parametrize(
     ("action", "offered"),
-    [
-        ("open", file_filters.models),
-        ("locate", file_filters.models),
-        ("import_readings", file_filters.tables),
-    ],
+    first_in_default_tier(
+        [
+            ("open", file_filters.models),
+            ("locate", file_filters.models),
+            ("import_readings", file_filters.tables),
+        ]
+    ),
 )
 def test_the_window_s_dialogs_ask_with_these_filters(window, studio, monkeypatch, action, offered):
     """Qt's own dialog is not opened: what it is given is looked at."""

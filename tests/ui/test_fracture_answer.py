@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.tiers import first_in_default_tier
 from vomstudio.cli.common.entry import main
 from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.orientation import Plane
@@ -79,8 +80,10 @@ def nearly(value):
     return pytest.approx(value, rel=1e-7, abs=1e-7) if isinstance(value, float) else value
 
 
-@pytest.mark.parametrize("face", [WALL, SLOPE, PAVEMENT], ids=["wall", "slope", "pavement"])
-@pytest.mark.parametrize("counted_in", [WINDOW, CIRCLE, SCANLINE])
+@pytest.mark.parametrize(
+    "face", first_in_default_tier([WALL, SLOPE, PAVEMENT], 2), ids=["wall", "slope", "pavement"]
+)
+@pytest.mark.parametrize("counted_in", first_in_default_tier([WINDOW, CIRCLE, SCANLINE], 2))
 def test_the_copied_command_has_the_same_figures(
     face: Plane, counted_in: str, tmp_path: Path, capfd
 ) -> None:

@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from tests import driver
+from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.geology.notation import format_attitude
 from vomstudio.project import edits
@@ -144,7 +145,7 @@ def test_a_changed_type_offers_the_next_name_of_the_type(window, studio):
     assert studio.records["v1"].name == "V01"
 
 
-@pytest.mark.parametrize("name", ["Main fault", "Q07", "J01", "V1a"])
+@pytest.mark.parametrize("name", first_in_default_tier(["Main fault", "Q07", "J01", "V1a"]))
 def test_a_name_of_the_user_is_not_offered_another(window, studio, name):
     add_cliff(studio)
     add_bed(studio, "v1", name, type_id="joint")

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests import driver
+from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.project import edits
 from vomstudio.project.edit import change
@@ -57,7 +58,7 @@ def test_one_that_comes_after_the_bedding_has_changed_is_not_kept(panel):
     driver.wait(lambda: "of 6 bedding planes" in panel._verdict.text(), "the axis of the rest")
 
 
-@pytest.mark.parametrize("many", [3, 100], ids=["in_the_thread", "at_once"])
+@pytest.mark.parametrize("many", first_in_default_tier([3, 100]), ids=["in_the_thread", "at_once"])
 def test_the_net_that_is_drawn_has_the_axis(window, studio, monkeypatch, many):
     """Beds that all strike north to south have a horizontal axis to the north."""
     monkeypatch.setattr(stereonet_panel, "_MAX_DIRECT_FEATURES", many)

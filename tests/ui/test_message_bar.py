@@ -9,6 +9,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QPushButton
 
 from tests import driver
+from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.project.folder import ProjectFolder
 from vomstudio.ui.base.controls import ComboBox
@@ -67,7 +68,7 @@ def test_messages_that_nobody_has_closed_are_counted_and_shown_at_a_click(window
     assert not earlier.isVisible()
 
 
-@pytest.mark.parametrize("box", ["trace", "type_id", "method"])
+@pytest.mark.parametrize("box", first_in_default_tier(["trace", "type_id", "method"]))
 def test_the_wheel_over_a_choice_changes_nothing(window, studio, box):
     add_cliff(studio)
     add_bed(studio)

@@ -126,6 +126,7 @@ def test_roses_stand_in_the_dock_and_a_click_on_a_petal_selects_what_it_counts(
     assert studio.selection.ids == ()
 
 
+@pytest.mark.full
 def test_many_sets_share_one_rose_for_each_type(net, window, studio) -> None:
     read = studio.session.of(Reading)
     joints = [reading.id for reading in read if reading.type_id == "joint"]
@@ -197,6 +198,7 @@ def test_what_the_menu_switches_on_is_drawn_and_kept(net, window, studio) -> Non
     assert len(crossing) > 45 * 44 / 2 - 45
 
 
+@pytest.mark.full
 def test_errors_of_all_and_planes_of_striae(net, window, studio) -> None:
     add_bed(studio, "t1", "bed")
     ask(window, "errors")
@@ -215,6 +217,7 @@ def test_errors_of_all_and_planes_of_striae(net, window, studio) -> None:
     assert angle_between_lines(circle.axis, Plane(90, 60).pole()) < 1e-6
 
 
+@pytest.mark.full
 def test_a_set_that_is_hidden_in_the_menu_leaves_the_net_only(net, window, studio) -> None:
     net.menu_button.menu().aboutToShow.emit()
     action = next(a for a in net.menu_button.sets.actions() if a.text().startswith("Joint"))
@@ -252,6 +255,7 @@ def test_circles_and_lines_that_are_typed_are_drawn_as_one_types(net, window) ->
     dialog.close()
 
 
+@pytest.mark.full
 def test_untilting_by_the_selected_plane_lays_it_flat(net, window, studio) -> None:
     dialog = typed(window)
     assert not dialog.use_plane_button.isEnabled()
@@ -278,6 +282,7 @@ def test_untilting_by_the_selected_plane_lays_it_flat(net, window, studio) -> No
     dialog.close()
 
 
+@pytest.mark.full
 def test_levels_that_are_typed_are_contoured_at(net, window, studio) -> None:
     net.contours.methods["linear_kamb"].trigger()
     dialog = typed(window)
@@ -291,6 +296,7 @@ def test_levels_that_are_typed_are_contoured_at(net, window, studio) -> None:
 
 
 # --- picking ---------------------------------------------------------------------------------
+@pytest.mark.full
 def test_the_pole_and_cone_of_an_open_trace_move_while_it_is_picked(net, window, studio) -> None:
     studio.activate("trace")
     before = net.canvas.grab().toImage()
@@ -312,6 +318,7 @@ def test_the_pole_and_cone_of_an_open_trace_move_while_it_is_picked(net, window,
 
 
 # --- figures and places ----------------------------------------------------------------------
+@pytest.mark.full
 def test_the_style_of_figures_is_chosen_previewed_and_kept(net, window, studio, tmp_path) -> None:
     window.actions_table.all["figure_style"].trigger()
     (dialog,) = window.findChildren(FigureStyleDialog)

@@ -56,6 +56,7 @@ def test_an_edit_finds_everything_in_its_place(window, studio, stored):
     assert first.name not in rows_of(window.tree)
 
 
+@pytest.mark.full
 def test_filter_selection_and_eye_hold_for_those_that_come_later(window, studio, stored, qtbot):
     window.open_path(stored)
     features = studio.session.features()

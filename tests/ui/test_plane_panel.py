@@ -51,6 +51,7 @@ def test_the_page_comes_forward_with_its_tool(window, painting):
     assert window.actions_table.all["plane"].isChecked()
 
 
+@pytest.mark.full
 def test_the_radius_is_typed_shown_and_changed_by_its_commands(window, painting):
     panel, tool = driver.tool_panel(window, PlanePanel), painting.tool_of(PlaneTool)
     panel.radius.setValue(0.8)

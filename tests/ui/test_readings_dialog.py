@@ -206,6 +206,7 @@ def test_the_export_says_what_was_added_and_how_far_the_pick_is(window, studio, 
     assert rows["B01"]["notes"] is None
 
 
+@pytest.mark.full
 def test_a_type_that_may_be_lines_waits_for_the_user_and_is_reported(window, studio, tmp_path):
     path = tmp_path / "faults.csv"
     path.write_text(

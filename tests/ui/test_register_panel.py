@@ -162,6 +162,7 @@ def test_a_click_without_a_table_makes_a_point_whose_coordinates_are_typed(studi
     assert studio.session.of(ControlPoint)[0].position == (398000.0, 4980000.0, 320.5)
 
 
+@pytest.mark.full
 def test_what_keeps_the_button_disabled_is_said(pairs) -> None:
     for row in range(5):
         tick(pairs, row)
@@ -191,6 +192,7 @@ def test_a_file_without_points_changes_nothing(studio, panel, tmp_path, monkeypa
     assert not studio.session.of(ControlPoint)
 
 
+@pytest.mark.full
 def test_many_points_are_placed_beside_the_window(studio, panel, tmp_path, monkeypatch) -> None:
     """Two hundred took a quarter of a second at every tick, a thousand four seconds."""
     rng = np.random.default_rng(3)
@@ -214,6 +216,7 @@ def test_many_points_are_placed_beside_the_window(studio, panel, tmp_path, monke
     assert [p.label for p in studio.records["m9"].registration.control if p.check] == ["P4", "P5"]
 
 
+@pytest.mark.full
 def test_the_scale_of_a_model_is_kept_where_that_is_ticked(studio, pairs) -> None:
     tick(pairs, 4)
     assert pairs.placed is not None
@@ -236,6 +239,7 @@ def test_the_scale_of_a_model_is_kept_where_that_is_ticked(studio, pairs) -> Non
     assert studio.records["m9"].registration is None
 
 
+@pytest.mark.full
 def test_a_typed_click_error_counts_in_the_errors_and_is_stored(studio, pairs) -> None:
     tick(pairs, 4)
     errors = []

@@ -70,6 +70,7 @@ def test_the_ellipse_about_the_selected_pole_grows_with_the_registration(window,
     assert window.net.print_contents().ellipses == ()
 
 
+@pytest.mark.full
 def test_the_panel_of_the_model_says_what_its_registration_is_worth(window, studio, beds):
     register(studio, -0.001)
     studio.selection.set(["m1"])

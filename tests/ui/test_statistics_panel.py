@@ -74,6 +74,7 @@ def test_each_set_has_its_own_verdict(panel) -> None:
     assert "cylindrical" in text
 
 
+@pytest.mark.full
 def test_the_selection_is_followed_and_what_is_pooled_is_said(panel, studio) -> None:
     assert shown_codes(choose(panel, "Selection")) == {"selection.unsuitable"}
     studio.selection.set(["r0", "r12", "r24"])

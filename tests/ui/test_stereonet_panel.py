@@ -436,6 +436,7 @@ def test_the_figure_goes_to_the_clipboard_as_drawing_and_picture(net, window, st
 
 
 # --- export ----------------------------------------------------------------------------------
+@pytest.mark.full
 def test_the_exported_figure_opens_again_and_names_what_it_is(net, window, studio, tmp_path):
     studio.save_as(tmp_path / "cliff.vom")
     studio.selection.set(["N0"])

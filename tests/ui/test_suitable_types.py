@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
+
 from tests.samples import ONE_OF_EACH
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.project import edits
@@ -21,6 +23,7 @@ def add_line(studio) -> str:
     return line.id
 
 
+@pytest.mark.full
 def test_only_beds_can_be_overturned(window, studio):
     add_cliff(studio)
     bed = add_bed(studio, "t1")

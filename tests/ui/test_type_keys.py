@@ -5,11 +5,12 @@ from __future__ import annotations
 import pytest
 
 from tests import driver
+from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_cliff
 from vomstudio.project.records import FeatureType
 
 
-@pytest.mark.parametrize("tool", ["trace", "plane", "contact"])
+@pytest.mark.parametrize("tool", first_in_default_tier(["trace", "plane", "contact"]))
 def test_a_key_chooses_the_type_of_the_active_tool(window, studio, tool):
     add_cliff(studio)
     studio.activate(tool)

@@ -74,6 +74,7 @@ def test_undo_and_redo_name_the_edit_in_menu_and_status_line(window, cliff):
     assert Finding("edit.undone", edit="Delete B01") in [each.message for each in cliff.notices]
 
 
+@pytest.mark.full
 def test_a_measurement_is_named_as_what_it_is(window, cliff):
     cliff.activate("measure")
     for point in ZIGZAG[:2]:
@@ -90,6 +91,7 @@ def test_an_ampersand_in_a_name_is_no_key_of_the_menu(window, cliff):
     assert "Smith & Sons" in action.toolTip()
 
 
+@pytest.mark.full
 def test_points_of_an_open_trace_are_named(window, cliff):
     cliff.activate("trace")
     for point in ZIGZAG[:4]:
@@ -152,6 +154,7 @@ def test_undo_right_after_esc_brings_the_open_picks_back(window, cliff, name, no
     assert cliff.session.features()[-1].vertices == ZIGZAG[:4]
 
 
+@pytest.mark.full
 def test_a_discarded_trace_lies_between_the_edits_before_and_after(window, cliff):
     add_bed(cliff, "t1")
     cliff.activate("trace")
@@ -170,6 +173,7 @@ def test_a_discarded_trace_lies_between_the_edits_before_and_after(window, cliff
     assert not cliff.session.of(Trace)
 
 
+@pytest.mark.full
 def test_undoing_the_only_point_does_not_bring_it_back_again(window, cliff):
     opened, _ = steps(window)
     cliff.activate("trace")
@@ -213,6 +217,7 @@ def test_undo_ends_continuing_before_it_reaches_the_feature_itself(window, cliff
     assert "t1" in cliff.records
 
 
+@pytest.mark.full
 def test_esc_discards_nothing_of_a_continued_trace_that_was_not_changed(window, cliff):
     add_bed(cliff, "t1")
     cliff.activate("trace")
@@ -221,6 +226,7 @@ def test_esc_discards_nothing_of_a_continued_trace_that_was_not_changed(window, 
     assert run(window, "undo") == ("edit.undone", "Bedding trace B01")
 
 
+@pytest.mark.full
 def test_the_tool_comes_back_with_its_feature(window, cliff):
     cliff.activate("line")
     for point in ZIGZAG[:2]:
@@ -243,6 +249,7 @@ def test_another_project_knows_nothing_of_what_was_discarded(window, cliff):
 
 
 # --- planes ----------------------------------------------------------------------------------
+@pytest.mark.full
 def test_undo_after_esc_brings_the_plane_back_into_the_brush(window, cliff):
     cliff.activate("plane")
     tool = cliff.tool_of(PlaneTool)
@@ -277,6 +284,7 @@ def test_a_stroke_that_esc_discarded_is_painted_by_undo(window, cliff):
     assert not tool.open
 
 
+@pytest.mark.full
 def test_what_was_undone_does_not_hide_what_the_next_click_does(window, cliff):
     add_bed(cliff)
     assert run(window, "undo")[0] == "edit.undone"

@@ -489,7 +489,9 @@ def test_what_was_arranged_is_there_after_a_crash(window):
     driver.dismiss(second)
 
 
-@pytest.mark.parametrize("text", ["", "AAAA", "not base64 \N{SNOWMAN}", "////"])
+@pytest.mark.parametrize(
+    "text", first_in_default_tier(["", "AAAA", "not base64 \N{SNOWMAN}", "////"])
+)
 def test_damaged_arrangements_are_left_out(own_folders, qtbot, text):
     settings = read_settings()[0]
     keys = ("geometry", "docks", "pages interpret", "workspace", "net", "net place")
@@ -597,6 +599,7 @@ import os, sys; sys.stdout.flush(); os._exit(0)
 """
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("logical_width", first_in_default_tier([1600, 1280, 960], 1))
 def test_a_first_start_fits_the_screen_at_any_scale(own_folders, monkeypatch, logical_width):
     """A screen of few logical pixels is a large one at 125 or 167 %."""
@@ -705,7 +708,7 @@ def test_an_arrangement_without_a_panel_that_came_since_gives_way(qtbot):
     assert not docks("project", "view", "table").restore(state)
 
 
-@pytest.mark.parametrize("width", [1280, 1100, 960])
+@pytest.mark.parametrize("width", first_in_default_tier([1280, 1100, 960]))
 def test_all_buttons_of_the_bars_are_visible_when_the_window_becomes_narrower(
     window, studio, width
 ) -> None:

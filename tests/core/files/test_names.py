@@ -74,6 +74,7 @@ def test_every_kind_of_model(tmp_path: Path, ending: str) -> None:
     assert len(read_model(odd(path)).data.bounds) == 2
 
 
+@pytest.mark.full
 def test_a_video(tmp_path: Path) -> None:
     path = odd(film(tmp_path / "pan.avi", np.arange(100) * 12.0))
     report = take_frames(path, tmp_path / "out", fps=2)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.tiers import first_in_default_tier
 from vomstudio.core.files.spreadsheet_cells import comment_line, escape_formula, unescape_formula
 from vomstudio.geology.orientation import Plane
 from vomstudio.io.control.control_files import read_control, read_marks
@@ -88,7 +89,10 @@ def is_number(cell: str) -> bool:
 NAME = '=HYPERLINK("http://x")'
 
 
-@pytest.mark.parametrize("form", ["orient", "gems", "gempy", "loopstructural", "stereonet", "csv"])
+@pytest.mark.parametrize(
+    "form",
+    first_in_default_tier(["orient", "gems", "gempy", "loopstructural", "stereonet", "csv"], 2),
+)
 def test_tables_for_other_programs_calculate_nothing(form: str, tmp_path: Path) -> None:
     from tests.specimens.figures import copy_of
     from vomstudio.project import edits

@@ -195,6 +195,7 @@ def busy(native: str) -> subprocess.Popen[str]:
     return process
 
 
+@pytest.mark.full
 @posix
 @pytest.mark.parametrize("native", [HOLDING, RELEASING], ids=["holding", "releasing"])
 def test_a_second_ctrl_c_ends_the_program_inside_native_code(native: str) -> None:
@@ -209,6 +210,7 @@ def test_a_second_ctrl_c_ends_the_program_inside_native_code(native: str) -> Non
         process.communicate()
 
 
+@pytest.mark.full
 @posix
 @pytest.mark.parametrize("name", first_in_default_tier(["SIGINT", "SIGTERM", "SIGHUP"], 1))
 def test_one_signal_ends_native_code_that_lets_others_run(name: str) -> None:

@@ -140,6 +140,7 @@ def test_a_known_sigma_is_found_and_its_interval_holds_it() -> None:
     assert np.mean(shares) == pytest.approx(0.95, abs=0.005)
 
 
+@pytest.mark.full
 def test_errors_that_are_too_small_are_found_as_often_as_is_said() -> None:
     rng = np.random.default_rng(11)
     noticed, k = 0, 20

@@ -154,6 +154,7 @@ def traces_seen(name: str, chance: np.random.Generator, window: object) -> objec
 NOTCHED = shapely.Polygon([(0, 0), (12, 0), (12, 6), (7, 4), (0, 6)])
 
 
+@pytest.mark.full
 def test_a_window_prefers_long_traces_and_the_figures_do_not() -> None:
     chance = np.random.default_rng(8)
     naive, by_chance, fitted, by_ends = [], [], [], []

@@ -197,7 +197,7 @@ def test_style_sheets_without_end(tmp_path: Path, style: str) -> None:
 
 
 # --- GeoJSON ------------------------------------------------------------------------------------
-@pytest.mark.parametrize("read", READERS)
+@pytest.mark.parametrize("read", first_in_default_tier(READERS))
 def test_a_name_of_its_own_for_each_shape(tmp_path: Path, read: Callable[[Path], Any]) -> None:
     """Two megabytes would be a table of 400 million cells."""
     shapes = [

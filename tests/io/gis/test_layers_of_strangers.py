@@ -19,6 +19,7 @@ import shapely
 from tests.drawings import read_area, read_lines
 from tests.frames import convert
 from tests.messages import refused
+from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import InputError
 from vomstudio.geometry.frames import Frame
 from vomstudio.io.gis import vector_layers
@@ -113,7 +114,7 @@ def test_no_virtual_layer_is_opened(
     refused_unasked(tmp_path, asked, read, name)
 
 
-@pytest.mark.parametrize("read", READERS)
+@pytest.mark.parametrize("read", first_in_default_tier(READERS))
 def test_a_view_without_end_is_not_asked(tmp_path: Path, read: Callable[[Path], object]) -> None:
     path = tmp_path / "a.gpkg"
     wkb = np.array([shapely.to_wkb(shapely.Polygon(SQUARE))], object)
@@ -216,7 +217,7 @@ def test_a_table_that_names_no_known_crs_and_odd_areas(tmp_path: Path) -> None:
         assert _listed(path).features[0].area is None
 
 
-@pytest.mark.parametrize("read", READERS)
+@pytest.mark.parametrize("read", first_in_default_tier(READERS))
 def test_more_entries_than_can_be_worked_with_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, read: Callable[[Path], object]
 ) -> None:

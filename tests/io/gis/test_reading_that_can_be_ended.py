@@ -76,6 +76,7 @@ def _written(path: Path, driver: str) -> Path:
     return path
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("name", "driver"),
     first_in_default_tier(

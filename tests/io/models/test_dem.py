@@ -167,6 +167,7 @@ def test_what_is_no_height_model_is_refused_in_one_sentence(
         read_model(path)
 
 
+@pytest.mark.full
 def test_a_grid_cut_anywhere_is_refused_without_noise(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -12,6 +12,7 @@ import pytest
 from pyproj import CRS
 
 from tests.messages import by_code, refused
+from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import Cancelled, InputError
 from vomstudio.core.progress import CancelToken, SilentProgress
 from vomstudio.geometry.cloud import PointCloud
@@ -86,8 +87,8 @@ def test_black_colours_and_no_reference_system(tmp_path: Path) -> None:
     assert loaded.warnings[0].code == "model.colors-black"
 
 
-@pytest.mark.parametrize("share", [0.3, 0.6, 0.95])
-@pytest.mark.parametrize("name", ["cloud.las", "cloud.laz"])
+@pytest.mark.parametrize("share", first_in_default_tier([0.3, 0.6, 0.95], 2))
+@pytest.mark.parametrize("name", first_in_default_tier(["cloud.las", "cloud.laz"], 2))
 def test_a_file_cut_short_gives_sound_points_and_says_so(
     tmp_path: Path, name: str, share: float
 ) -> None:

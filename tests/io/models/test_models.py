@@ -81,6 +81,7 @@ def test_resolution_of_random_points_is_that_of_a_poisson_process() -> None:
     assert point_spacing(PointCloud(points)) == pytest.approx(0.5 / np.sqrt(60.0), rel=0.03)
 
 
+@pytest.mark.full
 def test_points_that_stand_twice_do_not_make_a_model_finer() -> None:
     x, y = np.meshgrid(np.arange(20.0), np.arange(20.0))
     points = np.stack([x, y, 0 * x], -1).reshape(-1, 3)

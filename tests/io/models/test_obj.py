@@ -123,6 +123,7 @@ def obj_texts(draw: st.DrawFn) -> str:
     return draw(st.sampled_from(["\n", "\r\n"])).join(lines) + "\n"
 
 
+@pytest.mark.full
 @settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
 @given(text=obj_texts())
 def test_any_sound_obj_is_what_a_plain_parser_finds(text: str, tmp_path: Path) -> None:

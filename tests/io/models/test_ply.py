@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from tests.messages import by_code, refused
+from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -78,7 +79,7 @@ SQUARE = [
 ]
 
 
-@pytest.mark.parametrize("form", FORMATS)
+@pytest.mark.parametrize("form", first_in_default_tier(FORMATS))
 def test_coordinates_stay_double(tmp_path: Path, form: str) -> None:
     loaded = read_model(save(tmp_path, encode(form, [("vertex", XYZ, SQUARE)])))
     assert isinstance(loaded.data, PointCloud)
@@ -243,7 +244,7 @@ def test_a_list_that_claims_more_than_the_file_holds_stops_there(tmp_path: Path,
     assert loaded.warnings
 
 
-@pytest.mark.parametrize("form", FORMATS)
+@pytest.mark.parametrize("form", first_in_default_tier(FORMATS))
 def test_a_ply_cut_anywhere_gives_a_model_or_one_sentence(tmp_path: Path, form: str) -> None:
     content = encode(
         form,

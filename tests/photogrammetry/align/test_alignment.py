@@ -131,6 +131,7 @@ def test_photos_that_look_one_way_tell_how_the_lens_bends(tmp_path: Path) -> Non
     assert with_code(camera.reasons, "lens.distortion-estimated")
 
 
+@pytest.mark.full
 def test_photos_that_look_one_way_leave_the_focal_the_focal_length_as_exif_has_it(
     tmp_path: Path,
 ) -> None:
@@ -143,6 +144,7 @@ def test_photos_that_look_one_way_leave_the_focal_the_focal_length_as_exif_has_i
     assert finding.values["spread_deg"] == pytest.approx(0.0, abs=0.05)
 
 
+@pytest.mark.full
 def test_an_unknown_focal_length_is_estimated_and_said_to_be(tmp_path: Path) -> None:
     made = make(tmp_path / "photos", around(10), face(), focal_px=None)
     alignment = aligned(made, tmp_path / "work")
@@ -182,6 +184,7 @@ def test_parts_without_connection_are_all_kept_the_larger_first(tmp_path: Path) 
     assert finding.values["sizes"] == (8, 5)
 
 
+@pytest.mark.full
 def test_components_that_share_a_photo_are_aligned_and_the_largest_contains_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -348,6 +351,7 @@ def test_photos_without_overlap_are_refused_with_the_reason(tmp_path: Path) -> N
         align(photos, tmp_path / "work", ONE, Finder([one, two]), SilentProgress())
 
 
+@pytest.mark.full
 def test_photos_of_one_spot_have_no_depth_and_are_refused(tmp_path: Path) -> None:
     view = around()[0]
     same = [replace(view, name=f"{i}.jpg") for i in range(3)]
@@ -356,6 +360,7 @@ def test_photos_of_one_spot_have_no_depth_and_are_refused(tmp_path: Path) -> Non
         aligned(made, tmp_path / "work")
 
 
+@pytest.mark.full
 def test_one_thread_and_one_seed_give_the_same_bits(
     arc: tuple[Made, Alignment, Path], tmp_path: Path
 ) -> None:
@@ -451,6 +456,7 @@ def test_a_damaged_database_is_made_anew(arc: tuple[Made, Alignment, Path], tmp_
     assert np.array_equal(again.parts[0].points, whole.parts[0].points)
 
 
+@pytest.mark.full
 def test_stages_are_told_with_real_counts(
     arc: tuple[Made, Alignment, Path], tmp_path: Path
 ) -> None:

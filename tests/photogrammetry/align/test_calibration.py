@@ -43,6 +43,7 @@ def bow(alignment: Alignment, made: Made) -> float:
     return float(abs(bent) * np.ptp(points[:, 0]) ** 2 / 4)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("focal", first_in_default_tier([1200.0, 1875.0], 1))
 def test_five_photos_contradict_a_focal_length_that_is_a_quarter_off(
     tmp_path: Path, focal: float
@@ -115,6 +116,7 @@ def test_lenses_are_told_apart_where_files_say_nothing(tmp_path: Path) -> None:
     assert not (tmp_path / "work" / "lenses").exists()
 
 
+@pytest.mark.full
 def test_one_lens_is_not_taken_for_several(tmp_path: Path) -> None:
     made = make(tmp_path / "photos", around(8), face(), focal_px=None)
     alignment = aligned(made, tmp_path / "work")

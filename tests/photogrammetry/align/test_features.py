@@ -13,6 +13,7 @@ import pytest
 from PIL import Image
 from scipy.spatial import cKDTree
 
+from tests.tiers import first_in_default_tier
 from vomstudio.core.findings import Finding
 from vomstudio.photogrammetry.align.features import (
     ExtractTask,
@@ -61,6 +62,7 @@ def test_features_are_those_that_colmap_itself_finds(tmp_path: Path) -> None:
     assert np.array_equal(found.descriptors, descriptors)
 
 
+@pytest.mark.full
 def test_places_are_pixels_of_the_photo_as_stored_however_small_it_was_made() -> None:
     pixels = rock(800, 600)
     large = extract(ExtractTask(encoded(pixels)))
@@ -132,7 +134,7 @@ def test_a_photo_without_use_has_the_code_of_the_error_of_its_file() -> None:
     assert problem.values["reason_code"] == "file.picture-too-large"
 
 
-@pytest.mark.parametrize("mode", ["L", "RGBA", "I;16", "P", "CMYK"])
+@pytest.mark.parametrize("mode", first_in_default_tier(["L", "RGBA", "I;16", "P", "CMYK"], 2))
 def test_pictures_of_any_kind_are_read(mode: str) -> None:
     picture = Image.fromarray(rock()).convert("L")
     if mode == "I;16":

@@ -11,6 +11,8 @@ import sys
 
 import pytest
 
+from tests.tiers import first_in_default_tier
+
 LONGEST_S = 120
 OURS = "import vomstudio.photogrammetry"
 PICTURES = """
@@ -42,20 +44,24 @@ assert (pixels.width, pixels.height) == (8, 6)
 
 @pytest.mark.parametrize(
     "parts",
-    [
-        pytest.param((OURS, COLMAP, PICTURES), id="colmap first"),
-        pytest.param((OURS, PICTURES, COLMAP, PICTURES), id="Pillow first"),
-        pytest.param(("from PIL import Image", OURS, COLMAP, PICTURES), id="Pillow before ours"),
-        pytest.param(
-            (
-                "from vomstudio.photogrammetry.base.colmap import colmap",
-                "assert colmap().logging.minloglevel == 3",
-                PICTURES,
-                COLMAP,
+    first_in_default_tier(
+        [
+            pytest.param((OURS, COLMAP, PICTURES), id="colmap first"),
+            pytest.param((OURS, PICTURES, COLMAP, PICTURES), id="Pillow first"),
+            pytest.param(
+                ("from PIL import Image", OURS, COLMAP, PICTURES), id="Pillow before ours"
             ),
-            id="by our own way to colmap",
-        ),
-    ],
+            pytest.param(
+                (
+                    "from vomstudio.photogrammetry.base.colmap import colmap",
+                    "assert colmap().logging.minloglevel == 3",
+                    PICTURES,
+                    COLMAP,
+                ),
+                id="by our own way to colmap",
+            ),
+        ]
+    ),
 )
 def test_pictures_survive_beside_colmap(parts: tuple[str, ...]) -> None:
     ran = subprocess.run(

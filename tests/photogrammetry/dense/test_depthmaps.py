@@ -82,7 +82,7 @@ def front():
     return taken(face, views), tie_points(face, views, 600)
 
 
-@pytest.mark.parametrize("method", ["sgbm", "patchmatch"])
+@pytest.mark.parametrize("method", first_in_default_tier(["sgbm", "patchmatch"]))
 def test_a_plane_at_right_angles_has_its_depth(front, method):
     photos, scene = front
     plan = select_pairs(scene, method=method).plans[1]
@@ -99,6 +99,7 @@ def test_a_plane_at_right_angles_has_its_depth(front, method):
     assert np.degrees(np.arccos(-mean[2] / np.linalg.norm(mean))) < limit
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("method", ["sgbm", "patchmatch"])
 def test_an_oblique_plane_has_its_normal_and_its_depths(method):
     slope = (0.4, -0.25)

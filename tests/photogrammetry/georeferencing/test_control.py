@@ -12,6 +12,7 @@ from tests.messages import refused, with_code
 from tests.photogrammetry.georeferencing.test_georeference import scene_of
 from tests.photogrammetry.georeferencing.test_gps_priors import block
 from tests.photogrammetry.made_photos import LENS, ORIGIN, abreast, around, face
+from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import View
@@ -95,7 +96,9 @@ def test_the_adjustment_mends_a_bent_scene(
     assert np.nanmean(np.linalg.norm(residuals(tied), axis=1)) < 0.45
 
 
-@pytest.mark.parametrize(("row", "slip"), [(2, (0.0, 1.0, 0.0)), (1, (2.0, 0.0, 0.0))])
+@pytest.mark.parametrize(
+    ("row", "slip"), first_in_default_tier([(2, (0.0, 1.0, 0.0)), (1, (2.0, 0.0, 0.0))])
+)
 def test_a_point_with_a_slip_of_the_pen_is_left_out_and_named_and_its_marks_are_not_blamed(
     wall: tuple[list[View], np.ndarray, SparseScene], row: int, slip: tuple[float, float, float]
 ) -> None:
@@ -218,6 +221,7 @@ def test_good_control_of_some_depth_frees_the_focal_length(
     assert {p.role for p in report.points} == {"control"}
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("depth", "sigma"), [(0.0, 0.05), (1.5, 0.1)])
 def test_weak_control_does_not_free_the_focal_length(
     short: tuple[list[View], SparseScene], depth: float, sigma: float

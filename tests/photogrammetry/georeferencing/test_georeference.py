@@ -91,6 +91,7 @@ def test_a_crs_can_be_asked_for() -> None:
         place_by_gps(scene, photos, "EPSG:4326")
 
 
+@pytest.mark.full
 def test_noise_is_estimated_and_its_tilt_is_what_happens() -> None:
     ground = made(flight())
     tilts, stated = [], []

@@ -36,6 +36,7 @@ def photographed():
     return truth, views, taken, cloud, mesh
 
 
+@pytest.mark.full
 def test_the_normals_of_the_cloud_face_the_photos_and_out_of_the_object(photographed):
     _, views, _, cloud, _ = photographed
     # The law that needs no cameras: the block is star-shaped about the origin.

@@ -71,6 +71,7 @@ def test_faces_are_counter_clockwise_from_the_air(base):
     assert length[cross[:, 1] > 0.3 * length].sum() < 0.002 * length.sum()
 
 
+@pytest.mark.full
 def test_a_step_stays_sharp_and_the_surface_on_the_points():
     cloud = patch(noise=0.002)
     sharp = build_surface(cloud, OPTIONS).mesh
@@ -114,6 +115,7 @@ def test_small_holes_are_closed_and_large_ones_are_left():
     assert not covered(build_surface(with_hole(0.2), MeshingOptions(largest_hole_m=0)).mesh, -1, 0)
 
 
+@pytest.mark.full
 def test_islands_are_left_out_but_never_all_of_the_surface():
     cloud = patch()
     blob = patch(300, seed=5).points * 0.05 + [1.0, -1.5, 0.0]
@@ -129,6 +131,7 @@ def test_islands_are_left_out_but_never_all_of_the_surface():
     assert len(whole.mesh.faces) > 100
 
 
+@pytest.mark.full
 def test_far_coordinates_keep_their_millimetres(base):
     far = patch()
     far = PointCloud(far.points + UTM, far.colors, far.normals)
@@ -136,12 +139,14 @@ def test_far_coordinates_keep_their_millimetres(base):
     assert np.median(off_step(b.vertices - UTM)) < 1.5 * np.median(off_step(a.vertices)) + 1e-4
 
 
+@pytest.mark.full
 def test_one_thread_makes_the_same_surface_every_time(base):
     a, b = base.mesh, build_surface(patch(), OPTIONS).mesh
     np.testing.assert_array_equal(a.vertices, b.vertices)
     np.testing.assert_array_equal(a.faces, b.faces)
 
 
+@pytest.mark.full
 def test_a_cloud_that_is_too_large_is_thinned_and_says_so():
     made = build_surface(patch(), MeshingOptions(faces=2000, max_points=8000))
     assert made.facts["points"] == 8000

@@ -94,6 +94,7 @@ def test_a_checker_comes_back_where_it_should_within_a_tenth_of_a_texel(lens):
     assert seen.likeness(1.0) > 0.97
 
 
+@pytest.mark.full
 def test_the_gains_of_the_photos_are_found(rock_wall):
     _, views, gains, taken = rock_wall
     found = make_texture(wall(), taken).report.gains
@@ -127,6 +128,7 @@ def green(seen) -> float:
     return float(excess[seen.covered].max())
 
 
+@pytest.mark.full
 def test_what_stands_before_the_rock_in_one_photo_does_not_print_through(rock_wall):
     face, views, _, _ = rock_wall
     blocked = [None, (180.0, 130.0, 40.0, 55.0), None, None]

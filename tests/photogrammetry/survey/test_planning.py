@@ -10,6 +10,7 @@ import pytest
 
 from tests.io.photos import photo_maker
 from tests.messages import refused, with_code
+from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.photogrammetry.survey.plan_camera import PlanCamera, camera_of
 from vomstudio.photogrammetry.survey.planning import depth_of_field, distance_for, plan_survey
@@ -238,7 +239,7 @@ def test_a_photo_stands_for_its_camera(tmp_path: Path, data_dir: Path) -> None:
 
 
 # -- the sheet -----------------------------------------------------------------------------------
-@pytest.mark.parametrize("ending", ["pdf", "svg", "html"])
+@pytest.mark.parametrize("ending", first_in_default_tier(["pdf", "svg", "html"]))
 def test_the_field_sheet_is_written_and_says_the_numbers(tmp_path: Path, ending: str) -> None:
     plan = plan_survey(APSC, PlanOptions(width_m=30.0, height_m=10.0, distance_m=20.0))
     path = tmp_path / f"sheet.{ending}"

@@ -11,6 +11,7 @@ import pytest
 
 from tests.io.photos import photo_maker
 from tests.photogrammetry.surface import wall_maker as wall
+from tests.tiers import first_in_default_tier
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.geometry.units import length_text
@@ -64,7 +65,7 @@ def edges(sigma: float, noise: float = 0.0) -> np.ndarray:
     return np.clip(np.round(grey), 0, 255).astype(np.uint8)
 
 
-@pytest.mark.parametrize("sigma", [1.0, 1.5, 2.0, 3.0, 4.0, 6.0])
+@pytest.mark.parametrize("sigma", first_in_default_tier([1.0, 1.5, 2.0, 3.0, 4.0, 6.0], 2))
 def test_blur_is_the_sigma_of_an_edge(sigma: float) -> None:
     assert blur(edges(sigma)) == pytest.approx(sigma, rel=0.2)
 
@@ -180,6 +181,7 @@ def test_large_sets_are_compared_with_their_neighbours_only() -> None:
     assert (10, 260) in choose_pairs(500, places)
 
 
+@pytest.mark.full
 def test_parts_of_a_large_set_are_joined_by_a_second_look(monkeypatch, tmp_path: Path) -> None:
     from vomstudio.photogrammetry.survey import overlap
 
@@ -202,6 +204,7 @@ def test_a_good_set_is_left_in_peace(tmp_path: Path) -> None:
     assert all(photo.views >= 3 for photo in report.photos)
 
 
+@pytest.mark.full
 def test_blurred_dark_and_strange_photos_are_named(tmp_path: Path) -> None:
     change = {
         2: lambda p: cv2.GaussianBlur(p, (0, 0), 4),
@@ -219,6 +222,7 @@ def test_blurred_dark_and_strange_photos_are_named(tmp_path: Path) -> None:
     assert ADVICE["blurred"] in report.next_time
 
 
+@pytest.mark.full
 def test_black_photos_are_not_the_measure_of_the_others(tmp_path: Path) -> None:
     dark = {i: (lambda p: np.zeros_like(p) + 3) for i in (1, 2, 3)}
     report = check_photos(read_photos(wall.write_set(tmp_path, few(5), change=dark)))
@@ -237,6 +241,7 @@ def test_photos_of_two_places_are_two_parts(tmp_path: Path) -> None:
     assert len(finding(report, "parts").values["photos"]) == 4
 
 
+@pytest.mark.full
 def test_one_view_direction_is_a_risk_of_doming(tmp_path: Path) -> None:
     stations = [((x, 3, 8), (x, 3, 0)) for x in np.arange(-4, 4.1, 1.2)]
     report = check_photos(read_photos(wall.write_set(tmp_path, stations)))
@@ -253,6 +258,7 @@ def test_several_photos_from_one_position_are_named(tmp_path: Path) -> None:
     assert set(finding(report, "same-position").values["photos"]) == {"w05.jpg", "w06.jpg"}
 
 
+@pytest.mark.full
 def test_little_overlap_is_measured(tmp_path: Path) -> None:
     # 8.9 m are seen; steps of 6 m leave a third.
     stations = [((x, 4, 8), (x, 4, 0)) for x in (-6.0, 0.0, 6.0)]
@@ -313,6 +319,7 @@ def test_one_photo_and_photos_of_nothing_are_answered(tmp_path: Path) -> None:
     assert "unmatched" in codes(check_photos(read_photos(tmp_path)))
 
 
+@pytest.mark.full
 def test_photos_that_a_program_turned_are_told_apart(tmp_path: Path) -> None:
     wall.write_set(tmp_path, few(3), change={1: lambda p: np.rot90(p)})
     report = check_photos(read_photos(tmp_path))
@@ -331,6 +338,7 @@ def test_a_photo_that_cannot_be_decoded_is_a_finding(tmp_path: Path) -> None:
     assert finding(report, "damaged").values["photos"] == ("z.png",)
 
 
+@pytest.mark.full
 def test_pixel_sizes_ten_times_apart_are_flagged(tmp_path: Path) -> None:
     near = photo_maker.drone_xmp(
         GimbalYawDegree="0", GimbalPitchDegree="-90", GimbalRollDegree="0", RelativeAltitude="4"
@@ -352,6 +360,7 @@ def test_pixel_sizes_ten_times_apart_are_flagged(tmp_path: Path) -> None:
 
 
 # -- the real sets -------------------------------------------------------------------------------
+@pytest.mark.full
 def test_the_four_photos_of_saint_martin_are_few_and_nearly_parallel(data_dir: Path) -> None:
     report = check_photos(read_photos(data_dir / "saint_martin"))
     assert codes(report) == {"few-photos", "one-direction"}

@@ -11,6 +11,7 @@ import pytest
 
 from tests.messages import refused, with_code
 from tests.photogrammetry.surface.wall_maker import texture
+from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import Cancelled, TargetError, UsageError
 from vomstudio.core.progress import CancelToken, SilentProgress
 from vomstudio.photogrammetry.survey.survey_options import VideoFrameOptions
@@ -32,6 +33,7 @@ def film(path: Path, offsets, blurs=None, size=(1000, 560)) -> Path:
     return path
 
 
+@pytest.mark.full
 def test_a_smooth_pan_gives_frames_at_the_rate_that_was_asked(tmp_path: Path) -> None:
     video = film(tmp_path / "pan.avi", np.arange(100) * 12.0)
     report = take_frames(video, tmp_path / "out", fps=2)
@@ -157,7 +159,9 @@ def test_lists_and_numbered_names_open_no_other_files(tmp_path: Path) -> None:
         take_frames(tmp_path / "s_01.jpg", tmp_path / "out")
 
 
-@pytest.mark.parametrize("ending", ["avi", "mp4", "mov", "mkv", "webm", "mpg", "ts"])
+@pytest.mark.parametrize(
+    "ending", first_in_default_tier(["avi", "mp4", "mov", "mkv", "webm", "mpg", "ts"], 2)
+)
 def test_films_of_all_kinds_that_are_named_are_known(tmp_path: Path, ending: str) -> None:
     """Written by FFmpeg, where the installed one can."""
     codec = {"avi": "MJPG", "webm": "VP80", "mpg": "PIM1", "ts": "mp4v"}.get(ending, "mp4v")

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 from tests.project.conftest import MODEL
+from tests.tiers import first_in_default_tier
 from vomstudio.geology.slip import CONFIDENCES, SlipConfidence, SlipSense
 from vomstudio.geometry.frames import Frame
 from vomstudio.project.exports.export import export_records
@@ -194,7 +195,7 @@ SHORT = {
 
 
 @pytest.mark.filterwarnings("ignore:'crs' was not provided:UserWarning")
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", first_in_default_tier(CASES, 4))
 def test_a_slip_comes_out_of_every_table_and_layer_as_it_was_worked_out(
     tmp_path: Path, name: str
 ) -> None:
@@ -226,7 +227,7 @@ def agree(file: str, row: dict[str, Any], expected: dict[str, Any]) -> None:
 
 
 @pytest.mark.filterwarnings("ignore:'crs' was not provided:UserWarning")
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", first_in_default_tier(CASES, 4))
 def test_a_slip_does_not_depend_on_how_the_line_was_drawn_and_the_file_stands(
     tmp_path: Path, name: str
 ) -> None:

@@ -271,6 +271,7 @@ def test_a_library_that_ends_the_worker_over_a_full_disk(worker, tmp_path, capfd
     assert capfd.readouterr().err == ""
 
 
+@pytest.mark.full
 def test_an_unknown_task_fails_politely(worker):
     heard = Listener()
     worker.submit(LEVITATE, Nothing(), heard)
@@ -406,6 +407,7 @@ def test_a_line_that_is_no_command_does_not_deafen_the_worker():
         assert process.wait(10) == 0
 
 
+@pytest.mark.full
 def test_a_model_crosses_by_the_cache(tmp_path):
     from vomstudio.io.models import model_cache
 

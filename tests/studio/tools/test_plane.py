@@ -646,6 +646,7 @@ def test_points_of_a_cloud_are_painted_like_faces():
     assert area.corners.shape == (patch.n, 3)
 
 
+@pytest.mark.full
 def test_a_plane_grows_over_the_points_of_a_cloud():
     cloud, wall = corner_cloud()
     tool, context = of_cloud(cloud)
