@@ -241,3 +241,30 @@ def test_tooltips_are_within_their_length() -> None:
                         if word_count(text) > MAX_TOOLTIP_WORDS:
                             wrong.append(f"{call.place}: {text}")
     assert not wrong, "\n".join(wrong)
+
+
+MAX_LABEL_WORDS = 3
+LABELS = {
+    *("QPushButton", "QCheckBox", "QRadioButton", "QGroupBox"),
+    *("addRow", "addTab", "addAction", "addMenu"),
+}
+LONGER_LABELS = {
+    "vomstudio/ui/commands/survey.py": "the first entry of the menu File",
+    "vomstudio/ui/dialogs/frame_dialog.py": "choices with their explanation",
+}
+"""Files with longer labels, with the reason."""
+
+
+def test_labels_are_within_their_length() -> None:
+    wrong = []
+    for call in calls():
+        if not call.file.startswith("vomstudio/ui/") or call.file in LONGER_LABELS:
+            continue
+        arguments = call.node.args[:1] if call.name in LABELS else []
+        arguments += call.node.args[1:2] if call.name == "Command" else []
+        for label in arguments:
+            if isinstance(label, ast.Call) and getattr(label.func, "id", "") in MARKERS:
+                for text in texts(label.args[0]) or []:
+                    if word_count(text) > MAX_LABEL_WORDS:
+                        wrong.append(f"{call.place}: {text}")
+    assert not wrong, "\n".join(wrong)

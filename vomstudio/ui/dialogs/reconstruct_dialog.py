@@ -115,7 +115,7 @@ class ReconstructDialog(QDialog):
         return form
 
     def _make_registration(self) -> QGroupBox:
-        box = QGroupBox(tr("Registration: position, scale and orientation"))
+        box = QGroupBox(tr("Registration"))
         self.gps_button = QRadioButton()
         self.control_button = QRadioButton(tr("Ground control points"))
         self.control, control_row = file_field("control_file", tr("Choose…"), self._browse_control)
