@@ -303,9 +303,15 @@ def test_a_number_takes_digits_and_leaves_letters_to_the_outcrop(opened):
     assert radius.value() == pytest.approx(0.25)
     assert on_outcrop(opened)
     radius.setFocus()
+    radius.selectAll()
+    QTest.keyClicks(radius, "30 cm")
+    key(opened, Qt.Key.Key_Return)
+    assert radius.value() == pytest.approx(0.3)
+    assert on_outcrop(opened)
+    radius.setFocus()
     QTest.keyClicks(radius, "]")
     assert on_outcrop(opened)
-    assert radius.value() > 0.25
+    assert radius.value() > 0.3
 
 
 @pytest.mark.full

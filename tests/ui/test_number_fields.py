@@ -8,7 +8,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolTip
 
 from vomstudio.ui.base.controls import DoubleSpinBox, SpinBox
-from vomstudio.ui.base.numbers import parse_numbers, parse_quantity
+from vomstudio.ui.base.numbers import is_begun_quantity, parse_numbers, parse_quantity
 
 REFUSED = ("-1e999", "-3", "1e9", "nan", "abc", "30 kg", "1..5", "400/95 ± ∞", "9" * 500)
 
@@ -103,6 +103,7 @@ def test_an_automatic_number_can_be_typed_again(qtbot, kind) -> None:
         ("30", "", 30.0),
         ("30 cm", "mm", 300.0),
         ("30 ft", "ft", 30.0),
+        ("30 ft", "m", None),
         ("12,5°", "°", 12.5),
         ("30 cm", "°", None),
         ("30 cm", "", None),
@@ -112,6 +113,22 @@ def test_an_automatic_number_can_be_typed_again(qtbot, kind) -> None:
 )
 def test_quantities_are_converted_to_the_unit_of_the_field(text, unit, value) -> None:
     assert parse_quantity(text, unit) == (None if value is None else pytest.approx(value))
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "is_begun"),
+    [
+        ("30 c", "m", True),
+        ("0,5k", "m", True),
+        ("30 cm", "m", True),
+        ("30 t", "m", False),
+        ("30 c", "°", False),
+        ("c", "m", False),
+        ("", "m", False),
+    ],
+)
+def test_letters_belong_to_a_length_only_after_its_number(text, unit, is_begun) -> None:
+    assert is_begun_quantity(text, unit) == is_begun
 
 
 @pytest.mark.parametrize(

@@ -35,7 +35,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.ui.base.numbers import parse_quantity
+from vomstudio.ui.base.numbers import is_begun_quantity, parse_quantity
 
 # Height of a few rows of a panel and of the arrows of the scroll bar.
 _MIN_HEIGHT = 100
@@ -170,6 +170,14 @@ def _typed_number(box: SpinBox | DoubleSpinBox, text: str) -> float | None:
 def _bare_text(box: SpinBox | DoubleSpinBox, text: str) -> str:
     """Return the text without prefix and suffix, which Qt adds to everything that is typed."""
     return text.removeprefix(box.prefix()).removesuffix(box.suffix()).strip()
+
+
+def continues_unit(box: SpinBox | DoubleSpinBox, letter: str) -> bool:
+    """Return whether a letter continues the unit of the length that is being typed."""
+    line = box.lineEdit()
+    start = line.selectionStart() if line.hasSelectedText() else line.cursorPosition()
+    text = line.text()[:start].removeprefix(box.prefix())
+    return is_begun_quantity(text + letter, box.suffix().strip())
 
 
 def _explain_range(box: SpinBox | DoubleSpinBox, text: str) -> None:

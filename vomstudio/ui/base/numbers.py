@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from math import isfinite
 
-_METRES = {"mm": 0.001, "cm": 0.01, "m": 1.0, "km": 1000.0, "ft": 0.3048}
+_METRES = {"mm": 0.001, "cm": 0.01, "m": 1.0, "km": 1000.0}
 """Lengths in metres of the units that a field for a length converts."""
 _WITH_UNIT = re.compile(r"(.*[\d.,])\s*([^\d\s.,]+)")
 
@@ -49,6 +49,17 @@ def parse_quantity(text: str, unit: str) -> float | None:
     if typed_unit in _METRES and unit in _METRES:
         return number * _METRES[typed_unit] / _METRES[unit]
     return None
+
+
+def is_begun_quantity(text: str, unit: str) -> bool:
+    """Return whether text is a number and the beginning of another unit of length."""
+    match = _WITH_UNIT.fullmatch(text.strip())
+    return (
+        match is not None
+        and unit in _METRES
+        and parse_number(match[1]) is not None
+        and any(name.startswith(match[2]) for name in _METRES)
+    )
 
 
 def parse_numbers(text: str) -> list[float] | None:

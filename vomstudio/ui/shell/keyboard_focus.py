@@ -13,6 +13,8 @@ rules apply to all docks of the window, and to the widgets around an open photo:
   previous text of the field and has no other effect.
 - A letter that is pressed in a combo box, a list or on a button is passed to the outcrop. Arrow
   keys open a combo box instead of changing its hidden selection.
+- A number field keeps digits, and the letters of a unit after a length ("30 cm"); other letters
+  are passed to the outcrop.
 - In an editable table, typed text goes into the current cell; a number cell accepts
   only numeric characters.
   Enter in a cell returns the focus.
@@ -44,6 +46,8 @@ from PySide6.QtWidgets import (
     QTextEdit,
     QWidget,
 )
+
+from vomstudio.ui.base.controls import DoubleSpinBox, SpinBox, continues_unit
 
 _ENTER = (Qt.Key.Key_Return, Qt.Key.Key_Enter)
 _STEPS = (
@@ -238,6 +242,8 @@ class KeyboardFocus(QObject):
         letter = event.text() if event.text().isprintable() else ""
         if isinstance(widget, QAbstractSpinBox):
             allowed_values = _IN_NUMBERS + widget.locale().decimalPoint() + _around(widget)
+            if isinstance(widget, SpinBox | DoubleSpinBox) and continues_unit(widget, letter):
+                return False
             return bool(letter) and letter not in allowed_values
         if _is_text(widget):
             return False
