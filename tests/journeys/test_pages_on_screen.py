@@ -18,7 +18,9 @@ pytestmark = pytest.mark.full
         (960, 540, 2.0, "dark"),
         pytest.param(960, 540, 1.0, "light", marks=pytest.mark.slow),
         pytest.param(1280, 720, 1.25, "light", marks=pytest.mark.slow),
+        pytest.param(1280, 720, 1.0, "light", marks=pytest.mark.slow),
         pytest.param(1600, 1000, 1.0, "dark", marks=pytest.mark.slow),
+        pytest.param(1600, 1000, 1.0, "light", marks=pytest.mark.slow),
     ],
 )
 def test_texts_are_whole_and_readable(

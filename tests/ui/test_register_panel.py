@@ -154,12 +154,16 @@ def test_a_click_without_a_table_makes_a_point_whose_coordinates_are_typed(studi
         (tuple(MODEL[0]),),
         (tuple(MODEL[2]),),
     ]
-    for column, text in enumerate(("398000", "4980000", "no"), 2):
-        panel.table.item(0, column).setText(text)
-    assert studio.session.of(ControlPoint)[0].position is None
-    for column, text in enumerate(("398000", "4980000", "320.5"), 2):
-        panel.table.item(0, column).setText(text)
+    for column, text in enumerate(("398000", "4980000", "no", "nan", "1e30"), 2):
+        panel.table.item(0, min(column, 4)).setText(text)
+        assert studio.session.of(ControlPoint)[0].position is None
+    assert panel.table.coordinates(0) == ["398000", "4980000", ""]
+    panel.table.item(0, 4).setText("320,5")
     assert studio.session.of(ControlPoint)[0].position == (398000.0, 4980000.0, 320.5)
+    for text in ("nan", "1e30", "x"):
+        panel.table.item(0, 4).setText(text)
+        assert studio.session.of(ControlPoint)[0].position == (398000.0, 4980000.0, 320.5)
+        assert panel.table.coordinates(0)[2] != text
 
 
 @pytest.mark.full

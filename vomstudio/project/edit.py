@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, MutableMapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from vomstudio.core.errors import DocumentError
 from vomstudio.core.findings import Finding
@@ -72,7 +73,7 @@ def change(records: Mapping[str, Record], label: str, after: Changes) -> Edit:
 
 
 def _with_plain_names(record: Record | None) -> Record | None:
-    plain = {
+    plain: dict[str, Any] = {
         name: _join_lines(value)
         for name in _NAME_FIELDS
         if isinstance(value := getattr(record, name, None), str) and not value.isprintable()

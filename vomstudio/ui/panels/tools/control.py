@@ -524,18 +524,23 @@ class ControlPanel(QWidget):
                 return
             x, y, z = (parse_number(cell) for cell in cells)
             if x is None or y is None or z is None:
-                self._refuse_cell(Finding("number.invalid", text=item.text()))
+                self._refuse_cell(item, Finding("number.invalid", text=item.text()))
                 return
             if (problem := check_coordinates((x, y, z))) is not None:
-                self._refuse_cell(problem)
+                self._refuse_cell(item, problem)
                 return
             new_point = replace(point, position=(x, y, z))
         if new_point != point:
             self._studio.attempt(edits.change_feature, new_point)
 
-    def _refuse_cell(self, reason: Finding) -> None:
+    def _refuse_cell(self, item: QTableWidgetItem, reason: Finding) -> None:
         """Report an invalid coordinate, and show the previous one."""
         self._studio.warn(reason)
+        if self._points[item.row()].position is None:
+            # The other coordinates, which have been typed before, remain.
+            with QSignalBlocker(self.table):
+                item.setText("")
+            return
         self.table.show_points(self._points)
         self.table.show_residuals(self._points, self.placed)
 
