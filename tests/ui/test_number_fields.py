@@ -8,7 +8,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolTip
 
 from vomstudio.ui.base.controls import DoubleSpinBox, SpinBox
-from vomstudio.ui.base.numbers import is_begun_quantity, parse_numbers, parse_quantity
+from vomstudio.ui.base.numbers import is_partial_quantity, parse_numbers, parse_quantity
 
 REFUSED = ("-1e999", "-3", "1e9", "nan", "abc", "30 kg", "1..5", "400/95 ± ∞", "9" * 500)
 
@@ -116,7 +116,7 @@ def test_quantities_are_converted_to_the_unit_of_the_field(text, unit, value) ->
 
 
 @pytest.mark.parametrize(
-    ("text", "unit", "is_begun"),
+    ("text", "unit", "is_partial"),
     [
         ("30 c", "m", True),
         ("0,5k", "m", True),
@@ -127,8 +127,8 @@ def test_quantities_are_converted_to_the_unit_of_the_field(text, unit, value) ->
         ("", "m", False),
     ],
 )
-def test_letters_belong_to_a_length_only_after_its_number(text, unit, is_begun) -> None:
-    assert is_begun_quantity(text, unit) == is_begun
+def test_letters_belong_to_a_length_only_after_its_number(text, unit, is_partial) -> None:
+    assert is_partial_quantity(text, unit) == is_partial
 
 
 @pytest.mark.parametrize(

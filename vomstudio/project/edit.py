@@ -68,11 +68,11 @@ def change(records: Mapping[str, Record], label: str, after: Changes) -> Edit:
 
     Line breaks in names, which come from pasted text and from tables, become spaces.
     """
-    after = {id_: _with_plain_names(record) for id_, record in after.items()}
+    after = {id_: _join_name_lines(record) for id_, record in after.items()}
     return Edit(_join_lines(label), {id_: records.get(id_) for id_ in after}, after)
 
 
-def _with_plain_names(record: Record | None) -> Record | None:
+def _join_name_lines(record: Record | None) -> Record | None:
     plain: dict[str, Any] = {
         name: _join_lines(value)
         for name in _NAME_FIELDS

@@ -35,7 +35,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.ui.base.numbers import is_begun_quantity, parse_quantity
+from vomstudio.ui.base.numbers import is_partial_quantity, parse_quantity
 
 # Height of a few rows of a panel and of the arrows of the scroll bar.
 _MIN_HEIGHT = 100
@@ -108,14 +108,14 @@ class SpinBox(QSpinBox):
         _prepare(self)
 
     def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
-        return _state(_typed_number(self, text)), text, position
+        return _state(_parse_box_text(self, text)), text, position
 
     def valueFromText(self, text: str) -> int:  # noqa: N802
-        number = _typed_number(self, text)
+        number = _parse_box_text(self, text)
         return self.value() if number is None else round(number)
 
     def fixup(self, text: str) -> str:
-        _explain_range(self, text)
+        _show_limits(self, text)
         return text
 
     def wheelEvent(self, event: QWheelEvent) -> None:  # noqa: N802
@@ -130,14 +130,14 @@ class DoubleSpinBox(QDoubleSpinBox):
         _prepare(self)
 
     def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
-        return _state(_typed_number(self, text)), text, position
+        return _state(_parse_box_text(self, text)), text, position
 
     def valueFromText(self, text: str) -> float:  # noqa: N802
-        number = _typed_number(self, text)
+        number = _parse_box_text(self, text)
         return self.value() if number is None else number
 
     def fixup(self, text: str) -> str:
-        _explain_range(self, text)
+        _show_limits(self, text)
         return text
 
     def wheelEvent(self, event: QWheelEvent) -> None:  # noqa: N802
@@ -155,19 +155,19 @@ def _state(number: float | None) -> QValidator.State:
     return QValidator.State.Intermediate if number is None else QValidator.State.Acceptable
 
 
-def _typed_number(box: SpinBox | DoubleSpinBox, text: str) -> float | None:
+def _parse_box_text(box: SpinBox | DoubleSpinBox, text: str) -> float | None:
     """Return the number in the text of a field, or None if it is invalid or out of range."""
-    special, bare_text = box.specialValueText(), _bare_text(box, text)
-    if special and special in (text, bare_text):
+    special, number_text = box.specialValueText(), _number_text(box, text)
+    if special and special in (text, number_text):
         return box.minimum()
-    number = parse_quantity(bare_text, box.suffix().strip())
+    number = parse_quantity(number_text, box.suffix().strip())
     if number is None or (isinstance(box, SpinBox) and not number.is_integer()):
         return None
     rounded = round(number, box.decimals()) if isinstance(box, DoubleSpinBox) else number
     return number if box.minimum() <= rounded <= box.maximum() else None
 
 
-def _bare_text(box: SpinBox | DoubleSpinBox, text: str) -> str:
+def _number_text(box: SpinBox | DoubleSpinBox, text: str) -> str:
     """Return the text without prefix and suffix, which Qt adds to everything that is typed."""
     return text.removeprefix(box.prefix()).removesuffix(box.suffix()).strip()
 
@@ -177,12 +177,12 @@ def continues_unit(box: SpinBox | DoubleSpinBox, letter: str) -> bool:
     line = box.lineEdit()
     start = line.selectionStart() if line.hasSelectedText() else line.cursorPosition()
     text = line.text()[:start].removeprefix(box.prefix())
-    return is_begun_quantity(text + letter, box.suffix().strip())
+    return is_partial_quantity(text + letter, box.suffix().strip())
 
 
-def _explain_range(box: SpinBox | DoubleSpinBox, text: str) -> None:
+def _show_limits(box: SpinBox | DoubleSpinBox, text: str) -> None:
     """Show below a field which numbers it accepts, because Qt restores the previous one."""
-    if not box.isVisible() or not _bare_text(box, text):
+    if not box.isVisible() or not _number_text(box, text):
         return
     message = tr(
         "Enter a number from {low} to {high}.",

@@ -7,7 +7,7 @@ from math import isfinite
 
 _METRES = {"mm": 0.001, "cm": 0.01, "m": 1.0, "km": 1000.0}
 """Lengths in metres of the units that a field for a length converts."""
-_WITH_UNIT = re.compile(r"(.*[\d.,])\s*([^\d\s.,]+)")
+_QUANTITY = re.compile(r"(.*[\d.,])\s*([^\d\s.,]+)")
 
 
 def parse_number(text: str) -> float | None:
@@ -40,7 +40,7 @@ def parse_quantity(text: str, unit: str) -> float | None:
     unit : str
         Unit of the returned number. Lengths in other units are converted to it.
     """
-    match = _WITH_UNIT.fullmatch(text.strip())
+    match = _QUANTITY.fullmatch(text.strip())
     if match is None or not unit:
         return parse_number(text)
     number, typed_unit = parse_number(match[1]), match[2]
@@ -51,9 +51,9 @@ def parse_quantity(text: str, unit: str) -> float | None:
     return None
 
 
-def is_begun_quantity(text: str, unit: str) -> bool:
+def is_partial_quantity(text: str, unit: str) -> bool:
     """Return whether text is a number and the beginning of another unit of length."""
-    match = _WITH_UNIT.fullmatch(text.strip())
+    match = _QUANTITY.fullmatch(text.strip())
     return (
         match is not None
         and unit in _METRES
