@@ -163,8 +163,9 @@ def _parse_box_text(box: SpinBox | DoubleSpinBox, text: str) -> float | None:
     number = parse_quantity(number_text, box.suffix().strip())
     if number is None or (isinstance(box, SpinBox) and not number.is_integer()):
         return None
-    rounded = round(number, box.decimals()) if isinstance(box, DoubleSpinBox) else number
-    return number if box.minimum() <= rounded <= box.maximum() else None
+    if isinstance(box, DoubleSpinBox):
+        number = round(number, box.decimals())
+    return number if box.minimum() <= number <= box.maximum() else None
 
 
 def _number_text(box: SpinBox | DoubleSpinBox, text: str) -> str:
