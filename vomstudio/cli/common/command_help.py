@@ -103,7 +103,7 @@ def examples_text(program: str) -> str:
     if not examples:
         return ""
     lines = [tr("examples, in the folder of the program:"), *(f"  {each}" for each in examples)]
-    outputs = {name for each in examples for name in re.findall(r" -o (\S+)", each)}
+    outputs = {name for each in examples for name in re.findall(r" (?:-o|--labels) (\S+)", each)}
     words = {word for each in examples for word in each.split()[1:]}
     for name, source in SOURCES.items():
         is_read = any(word == name or word.startswith(f"{name}/") for word in words)
@@ -116,27 +116,34 @@ def examples_text(program: str) -> str:
 _SAMPLE = "resources/sample/sample.obj"
 _PROJECT = "vomstudio project results/sample.vom"
 
+_TIE_COLUMNS = "label,model_x,model_y,model_z,x,y,z"
+_TABLES = {
+    "seam.csv": "x,y,z 393,2374,550 1891,2738,650 2191,1037,450",
+    "boundaries.csv": "x,y,z,lithology 0,0,0,sandstone 3,0,0,claystone 10,0,0,limestone",
+    "faults.csv": "strike,dip,rake,sense 20,60,80,N 195,55,100,N 15,62,85,N",
+    "pairs.csv": "hanging_x,hanging_y,hanging_z,footwall_x,footwall_y,footwall_z 5,0,-8.66,0,0,0",
+    "repeated.csv": "strike,dip,bed 20,60,1 22,63,1 195,55,2 194,54,2",
+    "points.csv": f"{_TIE_COLUMNS} A,0,0,0,500,100,20 B,9,0,0,500,118,20 C,0,8,1,484,100,22",
+    "tie.csv": f"{_TIE_COLUMNS} A,364521,4721864,850,364521.1,4721864.3,850"
+    " B,364547,4721855,848,364547.1,4721855.2,848 C,364534,4721860,858,364534.1,4721860.3,858",
+    "way_points.csv": "x,y,z 364520.62,4721864.22,850.17 364522.57,4721864.28,851.22",
+    "stations.csv": "name,x,y,z ST1,364521.66,4721864.89,850.38",
+}
+"""Small tables that examples read, their lines separated by spaces."""
+
 SOURCES = {
+    **{
+        name: "printf '{}' >{}".format("".join(rf"{row}\n" for row in rows.split()), name)
+        for name, rows in _TABLES.items()
+    },
     "planes.csv": "vomstudio fit resources/sample/picks.csv --by pick -o planes.csv",
-    "facets.csv": f"vomstudio facets {_SAMPLE} --labels facets.ply -o facets.csv",
-    "facets.ply": f"vomstudio facets {_SAMPLE} --labels facets.ply -o facets.csv",
+    "facets.csv": f"vomstudio facets {_SAMPLE} -o facets.csv",
     "results": "vomstudio demo --without-photos -o results",
-    "model": "vomstudio reconstruct resources/sample/photos -o model",
+    "model": "vomstudio reconstruct resources/sample/photos --quality preview -o model",
 }
 """Files that examples read, with the command that writes them."""
 
-OWN_FILES = {
-    "walk.mp4": to_translate("a film of the outcrop"),
-    "cliff.ply": to_translate("a model of yours"),
-    "seam.csv": to_translate("a table with x, y, z"),
-    "boundaries.csv": to_translate("a table with x, y, z, lithology"),
-    "faults.csv": to_translate("a table with strike, dip, rake, sense"),
-    "pairs.csv": to_translate("a table with hanging_x, _y, _z and footwall_x, _y, _z"),
-    "repeated.csv": to_translate("a table with strike, dip, bed"),
-    "points.csv": to_translate("a table with label, model_x, model_y, model_z, x, y, z"),
-    "way_points.csv": to_translate("a table with x, y, z along a contact"),
-    "stations.csv": to_translate("a table with name, x, y, z"),
-}
+OWN_FILES = {"walk.mp4": to_translate("a film of the outcrop")}
 """Files that the user of an example brings."""
 
 EXAMPLES: dict[str, tuple[str, str]] = {
@@ -150,7 +157,7 @@ EXAMPLES: dict[str, tuple[str, str]] = {
     ),
     "convert": (
         f"vomstudio convert {_SAMPLE} cliff.glb",
-        f"vomstudio convert {_SAMPLE} cliff.ply --to-crs EPSG:25833",
+        f"vomstudio convert {_SAMPLE} sample.ply --to-crs EPSG:25833",
     ),
     "fit": (
         "vomstudio fit resources/sample/picks.csv --by pick -o planes.csv",
@@ -233,7 +240,7 @@ EXAMPLES: dict[str, tuple[str, str]] = {
     ),
     "facets": (
         f"vomstudio facets {_SAMPLE} -o facets.csv",
-        f"vomstudio facets {_SAMPLE} --propose-sets --labels facets.ply -o facets.csv",
+        f"vomstudio facets {_SAMPLE} --propose-sets --labels facets.ply -o facet_sets.csv",
     ),
     "trace": (
         "vomstudio trace resources/outcrop/outcrop.obj --propose -o proposals.csv",
@@ -250,15 +257,16 @@ EXAMPLES: dict[str, tuple[str, str]] = {
     ),
     "frames": (
         "vomstudio frames walk.mp4 -o frames",
-        "vomstudio frames walk.mp4 --fps 1 -o frames",
+        "vomstudio frames walk.mp4 --fps 1 -o one_per_second",
     ),
     "reconstruct": (
         "vomstudio reconstruct resources/sample/photos --quality preview -o model",
-        "vomstudio reconstruct resources/sample/photos --gcp resources/sample/control.csv -o model",
+        "vomstudio reconstruct resources/sample/photos --gcp resources/sample/control.csv"
+        " -o placed_model",
     ),
     "register": (
         "vomstudio register - --pairs points.csv",
-        "vomstudio register cliff.ply --pairs points.csv --crs EPSG:32633 -o placed.ply",
+        f"vomstudio register {_SAMPLE} --pairs tie.csv --crs EPSG:32633 -o placed.ply",
     ),
     "compare": (
         f"vomstudio compare model/model.obj {_SAMPLE}",
@@ -271,7 +279,7 @@ EXAMPLES: dict[str, tuple[str, str]] = {
     "project": (f"{_PROJECT} list", f"{_PROJECT} fit --json"),
     "project create": (
         "vomstudio project ridge.vom create",
-        "vomstudio project ridge.vom create --json",
+        "vomstudio project cliff.vom create --json",
     ),
     "project list": (f"{_PROJECT} list", f"{_PROJECT} list --json"),
     "project add-model": (
@@ -279,8 +287,8 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         f"{_PROJECT} add-model resources/outcrop/outcrop.obj --crs EPSG:32633",
     ),
     "project register": (
-        f"{_PROJECT} register points.csv --model sample --crs EPSG:32633",
-        f"{_PROJECT} register points.csv --model sample --crs EPSG:32633 --click-sigma 0.01",
+        f"{_PROJECT} register tie.csv --model sample --crs EPSG:32633",
+        f"{_PROJECT} register tie.csv --model sample --crs EPSG:32633 --click-sigma 0.01",
     ),
     "project add-picks": (
         f"{_PROJECT} add-picks resources/sample/picks.csv --by pick --type joint --model sample",
