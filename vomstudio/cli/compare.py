@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``compare`` command."""
     parser = add_command(
-        subparsers, "compare", run, help_=tr("Signed distances of a model from a benchmark")
+        subparsers, "compare", run, help_=tr("Compute signed distances of a model from a benchmark")
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh or point cloud"))
     parser.add_argument(

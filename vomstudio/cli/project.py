@@ -101,7 +101,11 @@ def add_parser(subparsers: Subparsers) -> None:
         choices=["error", "textbook"],
         help=tr("error: by their 95 %% error; textbook: by the shape of their points"),
     )
-    add("update", _update, tr("Measure the surroundings of earlier features by the current rule"))
+    add(
+        "update",
+        _update,
+        tr("Measure the surroundings of earlier features again by the current method"),
+    )
     add("undo", _undo, tr("Undo the last step"))
     add("redo", _redo, tr("Redo the last undone step"))
     add("verify", _verify, tr("Verify every journal row and file of the project"))

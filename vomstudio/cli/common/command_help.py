@@ -143,7 +143,7 @@ SOURCES = {
 }
 """Files that examples read, with the command that writes them."""
 
-OWN_FILES = {"walk.mp4": to_translate("a film of the outcrop")}
+OWN_FILES = {"walk.mp4": to_translate("a video of the outcrop")}
 """Files that the user of an example brings."""
 
 EXAMPLES: dict[str, tuple[str, str]] = {

@@ -49,16 +49,16 @@ _EXPORT_AS_CSV = to_translate(
 _LINES_AS_CSV = to_translate("Save its points as CSV with columns x, y and z.")
 _SPREADSHEET_REMEDY = to_translate("Save the sheet as CSV.")
 _MODEL = to_translate("It is a model: open it as one, or convert it to points with 'convert'.")
-_CAMERAS = to_translate("Give it with --model-cameras.")
+_CAMERAS = to_translate("Specify it with --model-cameras.")
 _OTHER_CAMERAS = to_translate(
     "Export the cameras as COLMAP text, Agisoft XML or a table of photo, x, y and z."
 )
 _CONTROL = to_translate(
     "Write the points as gcp_list.txt (x y z pixel_x pixel_y photo, CRS in the first line)."
 )
-_PICTURE = to_translate("Name the table that belongs to the picture.")
+_PICTURE = to_translate("Specify the table that belongs to the picture.")
 _DOCUMENT = to_translate("Copy its table into a text file (CSV).")
-_UNPACK = to_translate("Unpack it and name a file in it.")
+_UNPACK = to_translate("Unpack it and specify a file in it.")
 _TABLE = to_translate("Export it as a table in CSV.")
 
 _KINDS = (
@@ -66,26 +66,26 @@ _KINDS = (
     FileKind("topojson", "TopoJSON", _EXPORT_AS_CSV),
     FileKind("esri-json", "Esri JSON", _EXPORT_AS_CSV),
     FileKind("cityjson", "CityJSON", _LINES_AS_CSV),
-    FileKind("opensfm-gcp", to_translate("ground control points of OpenSfM (JSON)"), _CONTROL),
-    FileKind("opensfm", to_translate("reconstruction of OpenSfM (JSON)"), _CAMERAS),
-    FileKind("openmvg", to_translate("cameras of OpenMVG (sfm_data.json)"), _CAMERAS),
-    FileKind("alicevision", to_translate("cameras of AliceVision or Meshroom (JSON)"), _CAMERAS),
-    FileKind("nerf", to_translate("cameras of NeRF programs (transforms.json)"), _CAMERAS),
+    FileKind("opensfm-gcp", to_translate("OpenSfM ground control points (JSON)"), _CONTROL),
+    FileKind("opensfm", to_translate("OpenSfM reconstruction (JSON)"), _CAMERAS),
+    FileKind("openmvg", to_translate("OpenMVG cameras (sfm_data.json)"), _CAMERAS),
+    FileKind("alicevision", to_translate("AliceVision or Meshroom cameras (JSON)"), _CAMERAS),
+    FileKind("nerf", to_translate("NeRF cameras (transforms.json)"), _CAMERAS),
     FileKind("gltf-json", "glTF", _MODEL),
     FileKind("json", "JSON", _TABLE),
-    FileKind("bundler", to_translate("cameras of Bundler (bundle.out)"), _CAMERAS),
-    FileKind("nvm", to_translate("cameras of VisualSFM (NVM)"), _OTHER_CAMERAS),
+    FileKind("bundler", to_translate("Bundler cameras (bundle.out)"), _CAMERAS),
+    FileKind("nvm", to_translate("VisualSFM cameras (NVM)"), _OTHER_CAMERAS),
     FileKind(
         "colmap",
-        to_translate("cameras or points of COLMAP (text)"),
-        to_translate("Give its folder with --model-cameras."),
+        to_translate("COLMAP cameras or points (text)"),
+        to_translate("Specify its folder with --model-cameras."),
     ),
     FileKind(
         "metashape-xml",
-        to_translate("cameras or markers of Metashape (XML)"),
-        to_translate("Give it with --model-cameras or --gcp."),
+        to_translate("Metashape cameras or markers (XML)"),
+        to_translate("Specify it with --model-cameras or --gcp."),
     ),
-    FileKind("blocks-exchange", to_translate("cameras of iTwin Capture (XML)"), _OTHER_CAMERAS),
+    FileKind("blocks-exchange", to_translate("iTwin Capture cameras (XML)"), _OTHER_CAMERAS),
     FileKind("kml", "KML", _EXPORT_AS_CSV),
     FileKind("gpx", "GPX", _EXPORT_AS_CSV),
     FileKind("gml", "GML", _EXPORT_AS_CSV),
@@ -94,25 +94,25 @@ _KINDS = (
     FileKind("html", to_translate("web page (HTML)"), _DOCUMENT),
     FileKind("qgis", to_translate("QGIS project or style"), _EXPORT_AS_CSV),
     FileKind("collada", "COLLADA", _MODEL),
-    FileKind("vtk", to_translate("data of VTK"), _MODEL),
+    FileKind("vtk", to_translate("VTK data"), _MODEL),
     FileKind("xml", "XML", _TABLE),
     FileKind("dxf", to_translate("DXF drawing"), _LINES_AS_CSV),
     FileKind("dwg", to_translate("DWG drawing"), _LINES_AS_CSV),
     FileKind("geopackage", "GeoPackage", _EXPORT_AS_CSV),
     FileKind("sqlite", to_translate("SQLite database"), _TABLE),
     FileKind("shapefile", "shapefile", _EXPORT_AS_CSV),
-    FileKind("dbase", to_translate("attribute table of a shapefile (dBASE)"), _SPREADSHEET_REMEDY),
+    FileKind("dbase", to_translate("shapefile attribute table (dBASE)"), _SPREADSHEET_REMEDY),
     FileKind("mapinfo", "MapInfo MIF", _EXPORT_AS_CSV),
     FileKind(
         "esri-grid",
-        to_translate("grid of heights (Esri ASCII)"),
+        to_translate("height grid (Esri ASCII)"),
         to_translate(
             "Convert it to GeoTIFF, for example with gdal_translate, and open it as a model."
         ),
     ),
     FileKind(
         "surfer-grid",
-        to_translate("grid of heights (Surfer)"),
+        to_translate("height grid (Surfer)"),
         to_translate(
             "Convert it to GeoTIFF, for example with gdal_translate, and open it as a model."
         ),
@@ -126,7 +126,7 @@ _KINDS = (
     FileKind("glb", "glTF (GLB)", _MODEL),
     FileKind(
         "pcd",
-        to_translate("point cloud of PCL (PCD)"),
+        to_translate("PCL point cloud (PCD)"),
         to_translate("Convert it to PLY or LAS, for example in CloudCompare."),
     ),
     FileKind("xlsx", to_translate("Excel workbook"), _SPREADSHEET_REMEDY),
@@ -141,7 +141,7 @@ _KINDS = (
     FileKind("archive", to_translate("compressed archive"), _UNPACK),
     FileKind("parquet", "Parquet", _TABLE),
     FileKind("hdf5", "HDF5", _TABLE),
-    FileKind("numpy", to_translate("array of NumPy"), _TABLE),
+    FileKind("numpy", to_translate("NumPy array"), _TABLE),
     FileKind("tiff", "TIFF", _PICTURE),
     FileKind("jpeg", "JPEG", _PICTURE),
     FileKind("png", "PNG", _PICTURE),

@@ -202,7 +202,7 @@ def read_json(path: str | Path, limit: int = JSON_BYTES) -> Any:
     except InputError as error:
         raise ValueError(error.message) from error
     except RecursionError as error:
-        raise ValueError(tr("values nested without end")) from error
+        raise ValueError(tr("endlessly nested values")) from error
 
 
 def read_small_text(path: str | Path, limit: int = SIDECAR_BYTES) -> str:

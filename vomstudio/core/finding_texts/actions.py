@@ -90,7 +90,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.no-refused-model": (
         "info",
-        to_translate("No model was refused because of its CRS."),
+        to_translate("No model was rejected because of its CRS."),
     ),
     "action.no-row": (
         "info",

@@ -237,29 +237,29 @@ TEXTS: dict[str, Entry] = {
     "control.all-check": (
         "error",
         to_translate(
-            "All {count} points are check points, so none places the model. Use at least 3 as"
+            "All {count} points are check points, so none registers the model. Use at least 3 as"
             " control points."
         ),
     ),
     "control.one-place": (
         "error",
         to_translate(
-            "All points have the same position, so they cannot place the model. Correct their"
+            "All points have the same position, so they cannot register the model. Correct their"
             " coordinates."
         ),
     ),
     "control.apart": (
         "warning",
         to_translate(
-            "{first} are {distance_m:,.0f} m away from {second}: their zones or units may differ."
-            " Convert all to one CRS. --crs shows which are right."
+            "{first} are {distance_m:,.0f} m away from {second}: their zones or units may"
+            " differ. Convert all to one CRS. Specify --crs to find the wrong ones."
         ),
     ),
     "control.group-swapped": (
         "warning",
         to_translate(
             "x and y appear to be swapped, either for {first} or for {second}. Correct the wrong"
-            " ones. --crs shows which."
+            " ones. Specify --crs to find them."
         ),
     ),
     "control.constant-heights": (

@@ -25,7 +25,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "drawing.unchanged": (
         "info",
-        to_translate("Features that are the same in drawing and project: {count}."),
+        to_translate("Features that are identical in drawing and project: {count}."),
     ),
     "drawing.edited": (
         "warning",

@@ -157,7 +157,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "surroundings.up-to-date": (
         "error",
-        to_translate("All features were measured by the current rule."),
+        to_translate("All features were measured by the current method."),
     ),
     "feature.has-plane": (
         "error",

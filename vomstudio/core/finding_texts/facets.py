@@ -163,7 +163,7 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "{share_percent:.0f} % of the exposed rock dips less than {limit_deg:g}°. If this is"
-            " ground, exclude it: {rest_percent:.0f} % of the rest is nearly planar."
+            " ground, exclude it: {rest_percent:.0f} % of the remaining rock is nearly planar."
         ),
     ),
 }

@@ -34,8 +34,8 @@ TEXTS: dict[str, Entry] = {
     "file.memory-exceeded": (
         "error",
         to_translate(
-            "Reading was stopped, because it needs more memory than a file of this size should."
-            " Export the file again."
+            "Reading was stopped, because it needs more memory than expected for a file of this"
+            " size. Export the file again."
         ),
     ),
     "file.missing": (

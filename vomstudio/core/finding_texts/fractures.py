@@ -69,8 +69,8 @@ TEXTS: dict[str, Entry] = {
     "fractures.one-face": (
         "info",
         to_translate(
-            "All figures describe one face: fractures nearly parallel to it are missed, and"
-            " lengths belong to traces, not planes."
+            "All values refer to one face: fractures nearly parallel to it are missed, and"
+            " lengths are those of traces, not planes."
         ),
     ),
     "fractures.area-beyond-traces": (

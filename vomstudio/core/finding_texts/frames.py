@@ -13,7 +13,8 @@ TEXTS: dict[str, Entry] = {
     "coordinate.far-from-model": (
         "error",
         to_translate(
-            "The point is {times:.0f} times the model's size away from it. Check the coordinates."
+            "The distance of the point from the model is {times:.0f} times the model's size."
+            " Check the coordinates."
         ),
     ),
     "coordinate.latitude": (
@@ -83,8 +84,8 @@ TEXTS: dict[str, Entry] = {
     "frame.maybe-degrees": (
         "warning",
         to_translate(
-            "x and y may be degrees: they are within 180 and 90, and span {span:.2g} for"
-            " {height:.2g} of height. Specify --crs and convert with --to-crs."
+            "x and y may be degrees: they are within 180 and 90, and their range is {span:.2g},"
+            " that of heights {height:.2g}. Specify --crs and convert with --to-crs."
         ),
     ),
     "frame.crs-replaced": (

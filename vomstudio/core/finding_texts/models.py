@@ -103,8 +103,8 @@ TEXTS: dict[str, Entry] = {
     "model.maybe-cut-short": (
         "warning",
         to_translate(
-            "The file does not end with {end}, so it may be truncated. Compare its number of"
-            " faces with the program that wrote it."
+            "The file does not end with {end}, so it may be truncated. Check its number of faces"
+            " in the program that wrote it."
         ),
     ),
     "model.trailing-bytes": (

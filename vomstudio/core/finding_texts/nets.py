@@ -30,7 +30,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "net.nowhere-dense": (
         "info",
-        to_translate("The density reaches no contour level."),
+        to_translate("The density is below all contour levels."),
     ),
     "net.no-girdle": ("info", to_translate("Not a girdle (K above 1): {sets}")),
     "rose.several-sets": (

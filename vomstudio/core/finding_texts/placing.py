@@ -41,7 +41,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "option.not-with-project": (
         "error",
-        to_translate("The project places its own models. Omit this option."),
+        to_translate("The project already defines the positions of its models. Omit this option."),
     ),
     "registration.undetermined": (
         "error",

@@ -240,7 +240,7 @@ TEXTS: dict[str, Entry] = {
     "plane.earlier-rule": (
         "info",
         to_translate(
-            "Resolution and outcrop face were measured by an earlier rule. Update earlier"
+            "Resolution and outcrop face were measured by an earlier method. Update earlier"
             " features to measure them again."
         ),
     ),
@@ -267,15 +267,15 @@ TEXTS: dict[str, Entry] = {
     "line.registration": (
         "warning",
         to_translate(
-            "The line is uncertain by {error_deg:.2g}° (limit {limit_deg:g}°), mostly due to the"
-            " registration. Improve the registration."
+            "The line is uncertain by {error_deg:.2g}° (limit {limit_deg:g}°), mainly because of"
+            " the registration. Improve the registration."
         ),
     ),
     "line.uncertain-plane": (
         "warning",
         to_translate(
-            "The line is uncertain by {error_deg:.2g}° (limit {limit_deg:g}°), mostly due to its"
-            " planes. Measure them better."
+            "The line is uncertain by {error_deg:.2g}° (limit {limit_deg:g}°), mainly because of"
+            " its planes. Measure them better."
         ),
     ),
     "line.uncertain": (

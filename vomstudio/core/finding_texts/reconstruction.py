@@ -53,7 +53,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "reconstruction.memory": (
         "info",
-        to_translate("Depth maps and point cloud need up to {needed} of {free} of free memory."),
+        to_translate(
+            "Depth maps and point cloud need up to {needed} of memory ({free} available)."
+        ),
     ),
     "reconstruction.reduced-depth-maps": (
         "warning",

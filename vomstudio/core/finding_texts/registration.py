@@ -147,7 +147,10 @@ TEXTS: dict[str, Entry] = {
     ),
     "registration.no-observations": (
         "error",
-        to_translate("Nothing places the model. Add points, directions, lengths or a reference."),
+        to_translate(
+            "There are no observations to register the model. Add points, directions,"
+            " lengths or a reference."
+        ),
     ),
     "registration.too-few-points": (
         "error",
@@ -907,7 +910,7 @@ TEXTS: dict[str, Entry] = {
         "info",
         to_translate(
             "Read control points from a file, or click a point and enter its coordinates. Known"
-            " lines and compass readings place the model only in part."
+            " lines and compass readings register the model only in part."
         ),
     ),
     "control.coordinates-missing": (

@@ -279,7 +279,7 @@ TEXTS: dict[str, Entry] = {
     "fold.scattered": (
         "warning",
         to_translate(
-            "90 % of the poles lie only within {within_deg:.0f}° of the girdle ({limit_deg:.0f}°"
+            "90 % of the poles lie within {within_deg:.0f}° of the girdle ({limit_deg:.0f}°"
             " required), and neither a cone nor two axes fit."
         ),
     ),

@@ -362,15 +362,15 @@ TEXTS: dict[str, Entry] = {
     "plan.rotation": (
         "warning",
         to_translate(
-            "Registered by camera positions alone, known to {sigma_m:.2g} m, the model may be"
+            "Registered by camera positions alone, accurate to {sigma_m:.2g} m, the model may be"
             " rotated by {rotation95_deg:.2g}° (95 %)."
         ),
     ),
     "plan.rotation-by-control": (
         "info",
         to_translate(
-            "Registered by the planned control points, known to {sigma_m:.2g} m, the model may be"
-            " rotated by {rotation95_deg:.2g}° (95 %)."
+            "Registered by the planned control points, accurate to {sigma_m:.2g} m, the model"
+            " may be rotated by {rotation95_deg:.2g}° (95 %)."
         ),
     ),
     "plan.nearly-in-line": (

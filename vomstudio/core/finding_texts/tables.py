@@ -355,8 +355,8 @@ TEXTS: dict[str, Entry] = {
     "repeats.errors-hold": (
         "info",
         to_translate(
-            "The stated errors agree with the repeats: picks differ {factor:.2f} times as much as"
-            " predicted. Errors too small by {noticeable:.1f} times would be detected."
+            "The stated errors agree with the repeats: picks differ {factor:.2f} times as much"
+            " as predicted. Errors too small by a factor of {noticeable:.1f} would be detected."
         ),
     ),
     "stats.unnamed-set": (

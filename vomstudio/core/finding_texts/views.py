@@ -85,9 +85,9 @@ TEXTS: dict[str, Entry] = {
     "view.off-axis-cost": (
         "warning",
         to_translate(
-            "A direction wrong by {error_deg:.0f}° shortens lengths in the tilt direction by"
-            " {share_percent:.1f} % and displaces points by up to {displacement:.3g} {unit}"
-            " (depth {depth:.3g} {unit})."
+            "An error of {error_deg:.0f}° in the direction shortens lengths in the tilt"
+            " direction by {share_percent:.1f} % and displaces points by up to {displacement:.3g}"
+            " {unit} (depth {depth:.3g} {unit})."
         ),
     ),
     "view.chosen": (

@@ -193,11 +193,11 @@ TEXTS: dict[str, Entry] = {
         "info",
         to_translate(
             "The resolution and outcrop face of {count} feature were measured by an earlier"
-            " rule. Interpret > Update earlier features measures them again."
+            " method. Interpret > Update earlier features measures them again."
         ),
         to_translate(
-            "The resolution and outcrop face of {count} features were measured by an "
-            "earlier rule. Interpret > Update earlier features measures them again."
+            "The resolution and outcrop face of {count} features were measured by an earlier"
+            " method. Interpret > Update earlier features measures them again."
         ),
     ),
     "surroundings.updated": (

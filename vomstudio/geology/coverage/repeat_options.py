@@ -22,5 +22,5 @@ class RepeatOptions(Options):
         None,
         metavar="COLUMN",
         help=to_translate("column with the interpreter"),
-        automatic_text=to_translate("interpreter, if there is one"),
+        automatic_text=to_translate("interpreter, if present"),
     )

@@ -53,7 +53,7 @@ class FractureOptions(Options):
         None,
         metavar="COLUMN",
         help=to_translate("attribute that names the sets"),
-        automatic_text=to_translate("set, if there is one"),
+        automatic_text=to_translate("set, if present"),
     )
     strikes: str | None = option(
         None,

@@ -279,7 +279,7 @@ class CopcFile:
         if len(page) * _ENTRY.itemsize != size or not ((level >= 0) & (level <= MAX_LEVEL)).all():
             raise self._damaged(tr("the hierarchy of nodes is not valid"))
         if (page["key"][:, 1:] < 0).any() or (page["key"][:, 1:] >> level[:, None]).any():
-            raise self._damaged(tr("the hierarchy has nodes outside of the bounding cube"))
+            raise self._damaged(tr("the hierarchy has nodes outside the bounding cube"))
         has_points = page["points"] > 0
         end = page["offset"].astype(np.float64) + page["bytes"]
         if (
@@ -287,7 +287,7 @@ class CopcFile:
             or (end[has_points] > self.top.size).any()
             or (page["points"][has_points] > MAX_CHUNK_POINTS).any()
         ):
-            raise self._damaged(tr("the hierarchy of nodes points outside of the file"))
+            raise self._damaged(tr("the hierarchy of nodes refers to data outside the file"))
         for key, node_offset, length, points in page.tolist():
             node = (int(key[0]), int(key[1]), int(key[2]), int(key[3]))
             if points == -1:

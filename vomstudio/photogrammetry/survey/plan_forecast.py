@@ -145,7 +145,7 @@ def forecast_in_short(result: Forecast) -> str:
     if result.why_not is not None:
         return tr("cannot be registered")
     return tr(
-        "{worst} (95 %), if known to {sigma:.2g} m",
+        "{worst} (95 %), if accurate to {sigma:.2g} m",
         worst=_degrees(result.worst_95_deg),
         sigma=result.sigma_m[0],
     )

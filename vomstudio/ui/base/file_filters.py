@@ -57,7 +57,7 @@ def drawings() -> str:
 
 def sidecars() -> str:
     """Return the filter for sidecar files of orthophotos."""
-    return _and_all(tr("Sidecars of orthophotos ({patterns})", patterns=_patterns([".json"])))
+    return _and_all(tr("Orthophoto sidecars ({patterns})", patterns=_patterns([".json"])))
 
 
 def cameras() -> str:

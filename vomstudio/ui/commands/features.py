@@ -85,7 +85,7 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
             "update_surroundings",
             tr("&Update earlier features"),
             surroundings.update,
-            tip=tr("Measure resolution and outcrop face again by the current rule."),
+            tip=tr("Measure resolution and outcrop face again by the current method."),
             why_not=surroundings.why_not,
         ),
         Command(

@@ -34,7 +34,7 @@ def copy_into_project(parent: QWidget, studio: Studio, links: PhotoLinks, model:
         box.setInformativeText(
             tr(
                 "Size: {size:,.0f} MB. With the photos, the project folder works on other"
-                " computers. Without them, the project refers to their present location.",
+                " computers. Without them, the project refers to their current location.",
                 size=size_bytes / 1e6,
             )
         )

@@ -140,7 +140,7 @@ def commands(
             lambda: fill_middle("stereonet"),
             icon="fit-to-page-outline",
             shortcut="Shift+F9",
-            tip=tr("Show the stereonet in place of the outcrop, or return it."),
+            tip=tr("Show the stereonet in place of the outcrop, or put it back."),
         ),
         Command(
             "import_readings",

@@ -53,7 +53,7 @@ def commands(workspaces: Workspaces, docks: WindowDocks) -> list[Command]:
             enlarge,
             "arrow-expand",
             "F12",
-            tr("Show the active page in the centre, or return it."),
+            tr("Show the active page in the centre, or put it back."),
         ),
         Command(
             "dock_net",

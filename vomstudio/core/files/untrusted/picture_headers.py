@@ -151,7 +151,7 @@ def _jpeg_size(file: BinaryIO, head: bytes) -> PictureSize | None:
         if marker == 0xE1 and file.read(6) == b"Exif\0\0":
             exif += file.read(length - 6)
             if len(exif) > _MAX_EXIF_BYTES:
-                raise HeaderError(tr("its EXIF is larger than any camera writes"))
+                raise HeaderError(tr("its EXIF data are implausibly large"))
         elif marker in _FRAMES:
             precision, height, width, components = struct.unpack(">BHHB", file.read(6))
             size = PictureSize(width, height, components * (1 if precision <= 8 else 2))
@@ -188,7 +188,7 @@ def _segments(file: BinaryIO) -> Iterator[tuple[int, int, int]]:
             step = match.start() if match else max(1, len(block) - 1)
             offset, skipped_count = offset + step, skipped_count + step
             if skipped_count > _MAX_SKIPPED_BYTES:
-                raise HeaderError(tr("its header is filled with bytes that mean nothing"))
+                raise HeaderError(tr("its header contains meaningless bytes"))
             continue
         marker = header[1]
         if marker in (0x01, 0xD8, 0xD9) or 0xD0 <= marker <= 0xD7:
@@ -213,7 +213,7 @@ def _check_scans(file: BinaryIO, start: int) -> None:
             return
         scans += marker == _SCAN
         if scans > _MAX_SCANS:
-            raise HeaderError(tr("it has more scans than any program writes"))
+            raise HeaderError(tr("it has an implausible number of scans"))
         file.seek(place + 2)
         offset = place + 2 + max(2, int.from_bytes(file.read(2), "big"))
     raise HeaderError(_too_many_parts())
@@ -349,7 +349,7 @@ def _check_tags(file: BinaryIO) -> None:
             if claimed_count > 2 * size + (1 << 16) or (
                 kind not in _BYTES and count > _MAX_TAG_VALUES
             ):
-                raise HeaderError(tr("its tags claim more than the file holds"))
+                raise HeaderError(tr("its tags describe more data than the file contains"))
 
 
 def _directories(file: BinaryIO) -> Iterator[_Directory]:
@@ -443,7 +443,7 @@ def _numbers(
 
 
 def _too_many_parts() -> str:
-    return tr("its header has more parts than any program writes")
+    return tr("its header has an implausible number of parts")
 
 
 _READERS: dict[bytes, Callable[[BinaryIO, bytes], PictureSize | None]] = {

@@ -109,7 +109,7 @@ def own_window_command(page: QWidget, change_place: Callable[[], object]) -> Com
         change_place,
         "open-in-new",
         (),
-        tr("Show the photo in its own window, or return it."),
+        tr("Show the photo in its own window, or put it back."),
         is_checked=page.isWindow,
     )
 

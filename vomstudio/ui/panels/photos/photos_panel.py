@@ -51,7 +51,7 @@ _COLUMNS = (
     (to_translate("Camera"), ""),
     (to_translate("Focal length"), ""),
     (to_translate("Size"), to_translate("Width × height in pixels.")),
-    (to_translate("GPS"), to_translate("The photo states its position.")),
+    (to_translate("GPS"), to_translate("The photo contains its GPS position.")),
 )
 """Titles and tooltips of the columns."""
 _GSD_COLUMN, _MASK_COLUMN, _FINDING_COLUMN = 1, 3, 4
