@@ -40,7 +40,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
     """Panel that requests a second pick of features and shows the repeatability."""
 
     def __init__(self, studio: Studio, view: OutcropView) -> None:
-        super().__init__(studio, "repeats", "fractures.md#picked-again", tr("Counting…"))
+        super().__init__(studio, "repeats", "fractures.md#repeated-picks", tr("Counting…"))
         self._view = view
         self._round = studio.workspace.repeats
         self.interpreter = QLineEdit()
