@@ -31,7 +31,7 @@ CODE = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 OPTION = re.compile(r"(?<![\w-])--?[a-z][\w-]*")
 LARGEST_PICTURE_BYTES = 150_000
 FIGURE_COLUMNS = re.compile(
-    r"columns of the orientation table,\nin this order:\n\n(.*?)\.\n", re.DOTALL
+    r"columns of the orientation table,\s+in\s+this\s+order:\n\n(.*?)\.\n", re.DOTALL
 )
 
 each_document = pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)

@@ -15,6 +15,14 @@ def parse_number(text: str) -> float | None:
 
     Spaces, apostrophes or the other mark may separate thousands. A single mark is the decimal
     mark.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    float or None
     """
     digits = re.sub(r"[\s'’]", "", text).replace("−", "-")
     marks = re.sub(r"[^.,]", "", digits)
@@ -37,8 +45,15 @@ def parse_quantity(text: str, unit: str) -> float | None:
 
     Parameters
     ----------
+    text : str
+        For example ``30`` or ``30 cm``.
     unit : str
         Unit of the returned number. Lengths in other units are converted to it.
+
+    Returns
+    -------
+    float or None
+        The number in `unit`; None if the text is not a number with such a unit.
     """
     match = _QUANTITY.fullmatch(text.strip())
     if match is None or not unit:
@@ -52,7 +67,18 @@ def parse_quantity(text: str, unit: str) -> float | None:
 
 
 def is_partial_quantity(text: str, unit: str) -> bool:
-    """Return whether text is a number and the beginning of another unit of length."""
+    """Return whether text is a number and the beginning of another unit of length.
+
+    Parameters
+    ----------
+    text : str
+    unit : str
+        Unit of the field.
+
+    Returns
+    -------
+    bool
+    """
     match = _QUANTITY.fullmatch(text.strip())
     return (
         match is not None
