@@ -324,6 +324,7 @@ def test_stderr_is_all_json_lines_where_progress_is_wanted_so(run, write, comman
 
 
 # An unknown name is compared with those of all systems, which takes seconds.
+@pytest.mark.full
 @pytest.mark.parametrize("crs", first_in_default_tier(["EPSG:4326", "no such place"]))
 @pytest.mark.parametrize(
     "words",

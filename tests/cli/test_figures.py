@@ -47,6 +47,7 @@ def check(run, *words: object) -> None:
     assert [fault for page in pages for fault in page.faults()] == []
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("width", first_in_default_tier(SIZES_MM, 2))
 @pytest.mark.parametrize("of", first_in_default_tier(["strike", "dip"]))
 def test_roses(run, planes, tmp_path, width, of) -> None:
@@ -55,6 +56,7 @@ def test_roses(run, planes, tmp_path, width, of) -> None:
     )
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("friction", first_in_default_tier([35, 10, 80]))
 def test_slopes(run, planes, tmp_path, friction) -> None:
     words = ("slope", planes, "--face", "310/75", "--friction", friction)
@@ -95,6 +97,7 @@ def traces(path: Path, count: int, sets: int, size: float) -> Path:
     return path
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("count", "sets", "size"),
     first_in_default_tier([(60, 9, 20.0), (3, 1, 0.05), (300, 40, 900.0), (40, 2, 7e4)]),
@@ -106,6 +109,7 @@ def test_fractures(run, tmp_path, count, sets, size, window) -> None:
     check(run, "fractures", layer, *circle, "--plot", tmp_path / "f.svg")
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("scanline", [True])
 def test_fractures_of_which_all_are_cut_have_no_empty_panel(run, tmp_path, scanline) -> None:
     """A small circle inside long traces: no length is known."""

@@ -197,6 +197,7 @@ def test_feet_become_metres(run, tmp_path: Path) -> None:
     assert (finding["code"], finding["unit"]) == ("frame.unit-converted", "US survey feet")
 
 
+@pytest.mark.full
 def test_what_cannot_be_counted_is_left_out_and_said(run, tmp_path: Path) -> None:
     with np.errstate(invalid="ignore"):
         lost = shapely.LineString([(0, 0), (math.nan, 1), (2, 2)])

@@ -40,6 +40,7 @@ def test_check_says_all_that_is_promised(run, tmp_path: Path) -> None:
     assert "broken.jpg" in plain.err
 
 
+@pytest.mark.full
 def test_check_looks_at_an_alignment_too(run, tmp_path: Path) -> None:
     from tests.photogrammetry.align.test_scene_check import scene, view
 

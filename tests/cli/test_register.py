@@ -603,6 +603,7 @@ def test_a_reference_places_a_model_with_its_error(run, tmp_path: Path) -> None:
     assert abs(compared["mean_m"]) < 0.01
 
 
+@pytest.mark.full
 def test_points_bring_a_model_near_which_is_then_fitted(run, write: Write, tmp_path: Path) -> None:
     from vomstudio.geometry.cloud import PointCloud
     from vomstudio.io.models.writing import write_model

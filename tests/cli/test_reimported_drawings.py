@@ -195,6 +195,7 @@ def test_new_and_edited_lines_are_one_step(drawing: Drawing) -> None:
     assert drawing.features() == before
 
 
+@pytest.mark.full
 def test_a_copy_with_the_same_id_is_a_new_trace_of_its_kind_and_set(drawing: Drawing) -> None:
     rows = drawing.rows()
     words, shape = rows[0]

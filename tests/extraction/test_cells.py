@@ -104,6 +104,7 @@ def test_small_planes_beside_large_ones_are_found_in_a_dense_cloud() -> None:
         assert angle_deg(facet.fit.normal, normal_of(40.0, 70.0)) < 1.0
 
 
+@pytest.mark.full
 def test_a_dense_cloud_with_twins_far_places_and_given_normals_tells_the_same() -> None:
     rng = np.random.default_rng(6)
     parts = [

@@ -130,6 +130,7 @@ def test_the_treads_and_risers_of_a_staircase_are_facets_of_their_own() -> None:
     assert np.allclose(np.diff(levels), high, atol=1e-6)
 
 
+@pytest.mark.full
 def test_a_curved_surface_is_said_to_be_one() -> None:
     angle, along = np.meshgrid(np.arange(0.0, np.pi, 0.01), np.arange(0.0, 3.0, 0.02))
     cylinder = np.stack([2.0 * np.cos(angle), along, 2.0 * np.sin(angle)], axis=-1)

@@ -52,6 +52,7 @@ def test_level_ground_is_told_beside_the_share(seed: int) -> None:
     assert not steep.warnings
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("colour", [(60, 255, 30), (115, 118, 110), (130, 110, 90)])
 def test_greenish_rock_and_drawn_scales_are_no_grass(colour: tuple[int, int, int]) -> None:
     result = scene(746, 14.0, colour, 75.0)

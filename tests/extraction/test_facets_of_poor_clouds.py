@@ -74,6 +74,7 @@ def test_what_fills_a_volume_has_no_facet_and_is_said_to(number: int) -> None:
         assert result.warnings == (VOLUME,)
 
 
+@pytest.mark.full
 def test_a_volume_beside_a_quiet_square_has_no_facet() -> None:
     rng = np.random.default_rng(4)
     quiet = squares(rng, 1, 2.5, 0.03, 0.003)[0]

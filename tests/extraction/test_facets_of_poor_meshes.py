@@ -61,6 +61,7 @@ def test_faces_on_each_other_are_one_piece_of_surface(turned: bool) -> None:
     assert not whole.warnings
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.4])
 def test_normals_of_a_file_that_are_wrong_in_part_are_used_where_they_are_right(
     share: float,

@@ -92,6 +92,7 @@ def test_at_a_right_angled_corner_the_line_has_two_arms(away: float) -> None:
     assert QUALITY_CLASSES[result.classes[row]] == "good"
 
 
+@pytest.mark.full
 def test_around_a_pillar_the_line_is_an_arc() -> None:
     radius, turn = 1.0, np.linspace(0, 2 * np.pi, 241)[:-1]
     ring = radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)

@@ -156,6 +156,7 @@ def test_the_other_photos_agree_and_are_named(scene: tuple[Wall, Path]) -> None:
     assert (2 * path.agreeing >= path.seen).mean() > 0.9
 
 
+@pytest.mark.full
 def test_what_only_one_photo_shows_is_not_confirmed_and_loses(scene: tuple[Wall, Path]) -> None:
     """A cable before the lens: a dark line in one photo that is on no rock, and shorter."""
     output = scene[0]
@@ -190,6 +191,7 @@ class _Painted(CalibratedPhotos):
         return self.picture if view == self.view_row else super().pixels(view)  # type: ignore[attr-defined]
 
 
+@pytest.mark.full
 def test_a_long_line_is_found_in_smaller_pictures_first(
     scene: tuple[Wall, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:

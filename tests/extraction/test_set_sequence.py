@@ -51,6 +51,7 @@ def turned(seed: int) -> Array:
     return q * np.sign(np.linalg.det(q))
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_cube_has_three_sets_of_two_planes_a_side_apart(seed: int) -> None:
     turn = turned(seed)

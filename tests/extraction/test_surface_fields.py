@@ -85,6 +85,7 @@ def test_a_cylinder_bends_half_as_much_as_a_ball() -> None:
     assert np.median(kept) == pytest.approx(0.25, rel=0.02)
 
 
+@pytest.mark.full
 def test_roughness_is_the_noise_that_was_put_in() -> None:
     rng = np.random.default_rng(2)
     points = sheet(rng, (200.0, 40.0), (0.0, 0.0, 0.0), size=4.0, count=40_000, noise=0.01)

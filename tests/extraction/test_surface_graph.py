@@ -84,6 +84,7 @@ def test_long_ways_follow_the_colour_of_their_own_ends() -> None:
         assert np.abs(shortest[:, 1] - y - 0.15 * np.sin(shortest[:, 0])).max() < 0.06
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("count", [500, 130_000])
 def test_smoothing_is_the_mean_of_each_point_and_its_neighbours(count: int) -> None:
     """Of few in one piece, of many in one on each processor."""

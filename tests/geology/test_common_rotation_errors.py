@@ -105,6 +105,7 @@ def test_readings_of_a_compass_hold_the_mean_still() -> None:
     assert found.covariance()[0] == pytest.approx(direction_covariance(TILTED, pole)[0] / 16)
 
 
+@pytest.mark.full
 def test_the_axis_of_beds_of_two_models_strays_as_when_both_are_turned() -> None:
     """3,000 pairs of turns drawn, against the first order."""
     poles = girdle(24, 0.05)

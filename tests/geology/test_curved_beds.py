@@ -53,6 +53,7 @@ def test_local_dips_of_a_fold_are_those_of_its_tangent_planes() -> None:
         assert away == pytest.approx(RADIUS, abs=0.02)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("noise", [0.01, 0.02, 0.05, 0.2])
 def test_the_stated_error_of_local_dips_holds(noise: float) -> None:
     rng = np.random.default_rng(2)

@@ -199,6 +199,7 @@ def test_few_beds_of_a_cone_are_not_called_valid(n: int) -> None:
     assert yes <= 1
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("along", [0.0, 0.2, 0.6, 1.0])
 def test_two_dips_that_stray_along_one_direction_only_are_two_dip_domains(along: float) -> None:
     """Two groups of poles always lie on a great circle, in whatever direction they stray."""

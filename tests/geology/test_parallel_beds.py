@@ -126,6 +126,7 @@ def test_the_truth_lies_within_the_stated_error(smooth: float, least: float) -> 
     assert np.mean(np.array(far) < 0.05) < 0.08
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("smooth", first_in_default_tier([0.0, 0.1]), ids=["white", "0.1"])
 def test_traces_of_one_bed_are_called_two_once_in_twenty(smooth: float) -> None:
     alarms = {"noise alone": 0}
@@ -203,6 +204,7 @@ def unlike(seed: int, counts: list[int], noises: list[float]) -> tuple[list[str]
     return [str(i) for i in range(len(parts))], np.concatenate(parts), [0, *np.cumsum(counts)]
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("counts", "noises"), first_in_default_tier(UNLIKE.values(), 1), ids=UNLIKE
 )

@@ -127,6 +127,7 @@ def test_a_turned_world_turns_the_band() -> None:
     assert there.dips_deg() == pytest.approx(here.dips_deg(), abs=1e-6)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("bend", first_in_default_tier([0.0, 0.01, 0.02], 1))
 def test_the_true_plane_is_in_the_band_as_often_as_it_says(bend: float) -> None:
     rng = np.random.default_rng(4)

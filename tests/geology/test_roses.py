@@ -158,6 +158,7 @@ def test_rayleighs_p_is_the_published_one() -> None:
     assert wheel.preferred
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("count", [4, 6, 10, 30, 49, 50, 300])
 def test_five_of_a_hundred_scatters_without_direction_are_taken_for_one(count: int) -> None:
     """And one of ten has p below 0.1: resultants are drawn here, without the code under test."""

@@ -116,6 +116,7 @@ def test_the_cone_of_a_set_among_clutter_holds_its_mean() -> None:
     assert np.mean(held) == pytest.approx(0.95, abs=0.03)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("shape", ["disc", "heavy tails"])
 def test_a_wide_set_of_another_shape_is_not_split(shape: str) -> None:
     for seed in range(3):

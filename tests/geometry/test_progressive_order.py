@@ -64,6 +64,7 @@ def test_nodes_lie_in_their_boxes_and_below_their_parents(
             assert ((own >= low - reach) & (own <= high + reach)).mean() > 0.99
 
 
+@pytest.mark.full
 def test_every_beginning_covers_the_whole_evenly(
     found: ProgressiveOrder, points: np.ndarray
 ) -> None:

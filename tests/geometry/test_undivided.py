@@ -62,6 +62,7 @@ def near(mesh: Mesh) -> float:
 DOORS = pytest.mark.parametrize("door", [resolution, typical_resolution, near])
 
 
+@pytest.mark.full
 @DOORS
 @pytest.mark.parametrize("times", [1, 2, 3])
 def test_dividing_the_faces_of_a_rough_wall_leaves_its_resolution(

@@ -29,6 +29,7 @@ def window(tmp_path: Path, **extra: str | None) -> subprocess.CompletedProcess[s
     )
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("display", [None, "", ":7777"])
 def test_no_screen(tmp_path: Path, display: str | None) -> None:
     done = window(tmp_path, DISPLAY=display, WAYLAND_DISPLAY=None, QT_QPA_PLATFORM=None)

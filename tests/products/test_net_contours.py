@@ -228,6 +228,7 @@ def test_levels_and_sigmas_that_cannot_be_are_refused(
         StereonetOptions(**options)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("method", DENSITY_METHODS)
 @pytest.mark.parametrize("n", [1, 2, 5])
 def test_even_a_few_can_be_contoured(method: str, n: int) -> None:

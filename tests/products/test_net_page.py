@@ -148,6 +148,7 @@ def test_means_are_open_symbols_at_their_places() -> None:
         assert line.get_markeredgecolor() == STYLE.outline(STYLE.color(mean.color))
 
 
+@pytest.mark.full
 def test_great_circles_are_those_of_the_planes_and_many_are_pale() -> None:
     for n, steps in ((5, 61), (100, 61), (101, 31)):
         sets = make_sets({"a": planes(n)})

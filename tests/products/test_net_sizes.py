@@ -102,6 +102,7 @@ def drawn(artists: NetArtists) -> list[Any]:
     return [artist for artist in kept if not getattr(artist, "filled", False)]
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("contour", "width", "height"), [(None, 480, 326), ("kamb", 480, 326), ("kamb", 260, 520)]
 )
@@ -137,6 +138,7 @@ def page(net: NetContents, width: float, height: float) -> NetPage:
     return NetPage(Figure(figsize=(width / 72, height / 72), dpi=72), net, ONE)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("title", ["", "Limb"])
 @pytest.mark.parametrize("contour", [None, "kamb"])
 @pytest.mark.parametrize(("width", "height"), [(480, 326), (260, 520), (900, 300), (300, 300)])

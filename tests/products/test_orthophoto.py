@@ -285,6 +285,7 @@ def test_an_unreadable_texture_is_named_and_the_rest_drawn(tmp_path: Path) -> No
     assert (rgba[..., 3] == 255).all()
 
 
+@pytest.mark.full
 def test_edges_are_smoothed_and_tiles_fit(tmp_path: Path, monkeypatch: Any) -> None:
     mesh, _ = marked_mesh(tmp_path)
     cloud, _ = marked_cloud(40_000)
@@ -614,6 +615,7 @@ def test_the_picture_of_a_sheet_is_the_mean_of_what_is_seen(
             assert not result[i, j].any()
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("side", [40, 64, 90])
 def test_holes_of_a_cloud_are_closed_across_the_edges_of_tiles(
     tmp_path: Path, monkeypatch: Any, side: int

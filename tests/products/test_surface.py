@@ -101,6 +101,7 @@ def test_the_stated_error_holds_and_no_direction_is_claimed_falsely(exponent: fl
     assert claimed / runs <= 0.03
 
 
+@pytest.mark.full
 def test_no_direction_is_claimed_on_surfaces_without() -> None:
     rng = np.random.default_rng(3)
     claimed = [

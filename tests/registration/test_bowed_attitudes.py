@@ -53,6 +53,7 @@ def bent(curvature: float, seed: int = 3) -> Evidence:
     )
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("curvature", first_in_default_tier([0.0004, -0.0004]))
 def test_a_bent_model_is_named_by_its_gimbals(curvature: float) -> None:
     """2 c r at 71 m, the corner, is 3.2 degrees."""

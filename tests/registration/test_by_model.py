@@ -111,6 +111,7 @@ def test_what_has_moved_is_left_out_by_the_mask() -> None:
     assert masked.overlap < 0.6
 
 
+@pytest.mark.full
 def test_a_bent_model_is_told_of() -> None:
     rng = np.random.default_rng(7)
     reference, model = (sampled(6_000, rng, 0.005, 12.0) for _ in range(2))
@@ -189,6 +190,7 @@ def clustered(seed: int, blocks: int = 16, each: int = 4) -> tuple[Refinement, A
     )
 
 
+@pytest.mark.full
 def test_errors_that_blocks_share_are_in_the_stated_one() -> None:
     """Least squares, where the truth is 0: the share within 95 %, of turns and of the shift."""
     inside, naive = [], []

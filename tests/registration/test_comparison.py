@@ -233,6 +233,7 @@ def test_m3c2_is_that_of_the_py4dgeo_that_is_installed() -> None:
     assert found.lod95 == pytest.approx(told["lodetection"], abs=1e-9)
 
 
+@pytest.mark.full
 def test_the_level_of_detection_of_two_planes_is_that_of_the_formula() -> None:
     """Regular points, so that their number in a cylinder is known; noise of one size."""
     rng = np.random.default_rng(5)

@@ -46,6 +46,7 @@ def test_with_the_scale_kept_it_is_the_rigid_transform_of_kabsch() -> None:
     assert free.scale_error_95 > 20 * 1.96e-4
 
 
+@pytest.mark.full
 def test_the_true_turn_lies_within_the_stated_error_with_the_scale_kept() -> None:
     rng = np.random.default_rng(2)
     runs, inside = 60, np.zeros(3)

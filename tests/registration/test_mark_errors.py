@@ -47,6 +47,7 @@ def test_the_scatter_of_marks_is_that_of_which_they_were_made(noise_px: float, p
     assert mark_scatter_px(marked(noise_px, photos)) == pytest.approx(noise_px, rel=0.2)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("photos", "wrong", "each"), [(2, 1, 3), (5, 2, 1), (8, 3, 1)])
 def test_wrong_marks_do_not_change_the_scatter_much(photos: int, wrong: int, each: int) -> None:
     marks = marked(5.0, photos, points=20, wrong=wrong, each=each)

@@ -97,6 +97,7 @@ def test_both_ends_at_one_place_are_refused() -> None:
 
 
 # --- nearly parallel level lines ------------------------------------------------------------------
+@pytest.mark.full
 @pytest.mark.parametrize("apart_deg", [0.0, 2.0, 14.0])
 @pytest.mark.parametrize("dip_deg", [-1.0, 1.0])
 @pytest.mark.parametrize("has_photos", [True, False])

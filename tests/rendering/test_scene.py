@@ -207,6 +207,7 @@ def test_one_feature_changed_among_many_is_that_of_a_full_redraw(
     assert min(drawn) < 0.5 * lines_drawn(scene)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("orthographic", [True, False])
 def test_many_features_drawn_in_bands_are_those_drawn_in_one(
     scene: Scene, orthographic: bool, monkeypatch: pytest.MonkeyPatch

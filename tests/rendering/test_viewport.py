@@ -620,6 +620,7 @@ def test_many_features_are_labelled_if_selected_or_asked_for(stage: Stage) -> No
     assert len(labelled(40, "all")) > 5
 
 
+@pytest.mark.full
 def test_labels_do_not_come_and_go_while_the_view_turns(stage: Stage) -> None:
     stage.view.set_label_mode("all")
     stage.show("w", wall())

@@ -171,6 +171,7 @@ def test_a_command_is_found_by_its_words_and_run_by_return(window, studio, qtbot
     assert studio.settings.notation == "strike/dip"
 
 
+@pytest.mark.full
 def test_a_disabled_command_is_listed_with_its_reason_and_does_not_run(window, qtbot):
     palette = CommandPalette(window, window.actions_table)
     qtbot.addWidget(palette)

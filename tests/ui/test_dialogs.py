@@ -47,6 +47,7 @@ def test_a_dialog_that_is_closed_hears_no_more_of_jobs_and_is_let_go(window, stu
     assert gone() is None
 
 
+@pytest.mark.full
 def test_the_frame_dialog_squeezes_nothing_below_its_texts(studio, window):
     from PySide6.QtWidgets import QApplication, QComboBox
 

@@ -131,6 +131,7 @@ def test_the_field_panel_goes_back_to_the_colours_of_a_cloud(window, studio):
     assert not panel.off_button.isEnabled()
 
 
+@pytest.mark.full
 def test_actions_say_why_they_cannot_be(window, studio):
     attach(studio, cloud())
     actions = window.actions_table.all

@@ -112,6 +112,7 @@ def test_what_cannot_be_read_is_said_with_what_is_wanted(text, code, values):
         parse_filter(text)
 
 
+@pytest.mark.full
 def test_the_line_keeps_the_last_filter_while_a_condition_is_unfinished(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1", "flat", dip=0.2)

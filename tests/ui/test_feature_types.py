@@ -99,6 +99,7 @@ def test_a_type_in_use_is_kept_and_the_dialog_says_why(studio, dialog):
     assert "Fault" not in kinds(studio)
 
 
+@pytest.mark.full
 def test_a_name_that_is_taken_is_refused_and_the_old_one_stays(studio, dialog):
     dialog.select("joint")
     type_name(dialog, "fault")

@@ -54,6 +54,7 @@ def test_details_are_folded_until_asked_for_and_stay_unfolded(window, studio, po
     assert not any(value.isVisible() for value in fit._values)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", ["light", "dark"])
 def test_the_buttons_that_unfold_are_readable_in_both_themes(window, studio, poor, name):
     try:

@@ -64,6 +64,7 @@ def test_only_types_that_are_lines_are_offered(window, planes):
     assert box.currentText() == "Lineation"
 
 
+@pytest.mark.full
 def test_slip_waits_for_a_plane_and_says_so(window, planes):
     panel = driver.tool_panel(window, LinePanel)
     assert not panel.slip_box.isEnabled()
@@ -91,6 +92,7 @@ def test_slip_waits_for_a_plane_and_says_so(window, planes):
     assert planes.tool_of(LineTool).next.slip == ""
 
 
+@pytest.mark.full
 def test_the_selected_plane_is_followed_and_stays_when_a_line_is_made(window, planes):
     panel = driver.tool_panel(window, LinePanel)
     planes.selection.set(["f1"])
@@ -272,6 +274,7 @@ def test_parallel_planes_have_no_line_to_keep(window, planes):
     assert not window.actions_table.all["keep_intersection"].isEnabled()
 
 
+@pytest.mark.full
 def test_sets_are_chosen_in_a_dialog_bedding_and_fault_first(window, planes):
     action = window.actions_table.all["intersection_of_sets"]
     assert action.isEnabled()

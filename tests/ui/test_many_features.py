@@ -47,6 +47,7 @@ def test_the_table_reports_one_range_and_keeps_selection_and_order(window, studi
     assert studio.selection.ids == tuple(ids[::2])
 
 
+@pytest.mark.full
 def test_a_new_order_of_many_rows_keeps_the_selection(window, studio, ids, monkeypatch):
     from vomstudio.ui.panels.features import sorted_rows
 
@@ -58,6 +59,7 @@ def test_a_new_order_of_many_rows_keeps_the_selection(window, studio, ids, monke
     assert studio.selection.ids == tuple(ids[:30])
 
 
+@pytest.mark.full
 def test_the_tree_computes_only_the_rows_in_sight(window, studio, ids, monkeypatch):
     window.resize(1000, 500)
     QApplication.processEvents()

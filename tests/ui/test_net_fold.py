@@ -127,6 +127,7 @@ def test_net_statistics_and_view_have_one_axis_whatever_is_chosen(window, studio
     assert f"{bad} not good" in text.figures.toPlainText()
 
 
+@pytest.mark.full
 def test_it_may_be_that_of_the_selected_planes(window, studio, beds) -> None:
     studio.selection.set(["t0", "t1", "t2"])
     studio.fold.choose(FoldFilter(), is_selected=True)
@@ -136,6 +137,7 @@ def test_it_may_be_that_of_the_selected_planes(window, studio, beds) -> None:
     assert [each[2] for each in axes(window, studio)] == [4, 4, 4]
 
 
+@pytest.mark.full
 def test_the_lists_choose_once_for_all(window, studio, beds) -> None:
     first = window.view_panel.fold_box
     second = window.findChild(StatisticsPanel).fold_box

@@ -78,6 +78,7 @@ def test_the_arrow_points_where_the_hanging_wall_moves(
     assert SYMBOLS["slip"] in legend(net)
 
 
+@pytest.mark.full
 def test_without_poles_there_are_no_arrows(net, studio) -> None:
     add_striae(studio, "s", EAST, "normal")
     add_striae(studio, "t", EAST)

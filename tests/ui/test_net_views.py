@@ -232,6 +232,7 @@ def test_a_set_that_is_hidden_in_the_menu_leaves_the_net_only(net, window, studi
 
 
 # --- typing ----------------------------------------------------------------------------------
+@pytest.mark.full
 def test_circles_and_lines_that_are_typed_are_drawn_as_one_types(net, window) -> None:
     window.docks.take_center("stereonet")
     dialog = typed(window)

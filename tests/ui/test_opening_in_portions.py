@@ -46,6 +46,7 @@ def test_they_come_a_portion_after_the_other(window, studio, stored):
     assert f"({COUNT})" in window.tree._items["bedding"].text(0)
 
 
+@pytest.mark.full
 def test_an_edit_finds_everything_in_its_place(window, studio, stored):
     window.open_path(stored)
     first, *_, last = studio.session.features()

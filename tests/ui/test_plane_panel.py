@@ -82,6 +82,7 @@ def test_the_page_shows_the_fit_while_the_stroke_is_made(window, painting):
     assert panel.fit_view._reasons.text()
 
 
+@pytest.mark.full
 def test_type_and_set_of_what_is_made_next(window, painting):
     panel = driver.tool_panel(window, PlanePanel)
     panel.type_box.setCurrentIndex(panel.type_box.findData("joint"))
@@ -166,6 +167,7 @@ def test_an_incomplete_trace_is_discarded_for_the_plane_and_undo_restores_it(win
     trace.cancel()
 
 
+@pytest.mark.full
 def test_only_an_open_model_lets_a_plane_be_changed(window, painting):
     bed = add_bed(painting, "t1")
     dab(painting, 900)
@@ -179,6 +181,7 @@ def test_only_an_open_model_lets_a_plane_be_changed(window, painting):
     assert edit.isEnabled()
 
 
+@pytest.mark.full
 def test_an_area_goes_to_the_selection_and_back(window, painting):
     plane, select = painting.tool_of(PlaneTool), painting.tool_of(SelectTool)
     dab(painting, 900)
@@ -209,6 +212,7 @@ def test_a_mode_is_chosen_from_anywhere(window, painting):
     assert painting.tool_of(PlaneTool).mode == "pick"
 
 
+@pytest.mark.full
 def test_a_plane_of_a_hidden_type_shows_the_type_again(window, painting):
     painting.set_visible(["bedding"], False)
     dab(painting, 900)
@@ -219,6 +223,7 @@ def test_a_plane_of_a_hidden_type_shows_the_type_again(window, painting):
     assert "type.shown-again" in said
 
 
+@pytest.mark.full
 def test_the_table_and_the_tree_have_the_plane(window, painting):
     dab(painting, 900)
     painting.finish_tool()

@@ -125,6 +125,7 @@ def test_an_import_is_one_edit_turned_to_grid_north_and_compared_with_the_picks(
     assert len(studio.session.of(Reading)) == 3
 
 
+@pytest.mark.full
 def test_the_difference_follows_the_pick(window, studio, book):
     add_cliff(studio, UTM)
     dialog = ask(window, book)
@@ -140,6 +141,7 @@ def test_the_difference_follows_the_pick(window, studio, book):
     assert model.index(model.find_source_row(first.id), column("Nearest pick")).data() == "–"
 
 
+@pytest.mark.full
 def test_without_a_crs_no_convergence_is_applied_and_that_is_said(window, studio, book):
     add_cliff(studio)
     dialog = ask(window, book)
@@ -158,6 +160,7 @@ def test_an_unknown_type_can_be_one_that_is_there(window, studio, book):
     assert [r.type_id for r in studio.session.of(Reading)] == ["bedding", "vein", "bedding"]
 
 
+@pytest.mark.full
 def test_an_azimuth_that_can_be_either_waits_for_the_user(window, studio, tmp_path):
     path = tmp_path / "two.txt"
     path.write_text("40 50\n42 52\n")

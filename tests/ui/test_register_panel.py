@@ -128,6 +128,7 @@ def test_points_are_clicked_in_their_order_and_the_next_is_foretold(
     assert studio.session.of(ControlPoint)[6].vertices == (tuple(MODEL[6]),)
 
 
+@pytest.mark.full
 def test_the_same_table_again_brings_other_coordinates_and_leaves_places(
     studio, panel, tmp_path, monkeypatch
 ) -> None:
@@ -178,6 +179,7 @@ def test_what_keeps_the_button_disabled_is_said(pairs) -> None:
     assert not pairs.register.isEnabled()
 
 
+@pytest.mark.full
 def test_coordinates_outside_the_area_of_their_crs_are_told(pairs) -> None:
     pairs.crs_field.setText("EPSG:32633")
     inside = pairs.summary.text()

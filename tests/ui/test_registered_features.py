@@ -81,6 +81,7 @@ def test_the_panel_of_the_model_says_what_its_registration_is_worth(window, stud
     assert "registration.bowed" in shown_codes(text)
 
 
+@pytest.mark.full
 def test_an_axis_no_stronger_than_the_bowing_is_warned_of(window, studio):
     add_cliff(studio)
     for i, dip in enumerate((0.30, 0.31, 0.32)):

@@ -58,6 +58,7 @@ def test_four_planes_of_no_set_are_no_set(window, studio, panel) -> None:
     assert not panel.accept.isEnabled()
 
 
+@pytest.mark.full
 def test_parallel_planes_without_places_are_one_set(window, studio, panel) -> None:
     read(studio, [(90, 45)] * 10)
     codes = shown_codes(proposed(window, panel))
@@ -76,6 +77,7 @@ def test_parallel_planes_without_places_are_one_set(window, studio, panel) -> No
     assert "sets.too-few-without-set" in shown_codes(proposed(window, panel))
 
 
+@pytest.mark.full
 def test_what_a_selection_is_not_is_left_alone(window, studio, panel) -> None:
     read(studio, [(90 + i % 2, 45) for i in range(12)])
     studio.selection.set([f"r{i}" for i in range(6)])
@@ -134,6 +136,7 @@ def test_the_preview_ends_where_nobody_can_decide_on_it(window, studio, panel) -
     assert seen[-1] is not None
 
 
+@pytest.mark.full
 def test_a_set_never_contains_several_types(window, studio, panel) -> None:
     for i in range(16):
         add_bed(studio, f"b{i}", dip=0.5 + 0.01 * i, type_id="bedding" if i % 2 else "joint")

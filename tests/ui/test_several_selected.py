@@ -76,6 +76,7 @@ def test_a_change_goes_to_all_and_is_one_step(window, studio, beds):
     assert [studio.records[i].notes for i in ("t1", "t2", "t3")] == ["wet", "dry", ""]
 
 
+@pytest.mark.full
 def test_leaving_a_field_of_several_values_changes_nothing(window, studio, beds):
     studio.selection.set(["t1", "t2"])
     label = studio.undo_label
@@ -86,6 +87,7 @@ def test_leaving_a_field_of_several_values_changes_nothing(window, studio, beds)
     assert [studio.records[i].notes for i in ("t1", "t2")] == ["wet", "dry"]
 
 
+@pytest.mark.full
 def test_a_click_into_a_flag_of_several_values_sets_it_in_all(window, studio, beds):
     studio.selection.set(["t1", "t2"])
     beds["overturned"].click()

@@ -92,6 +92,7 @@ def test_the_figures_are_copied_as_text(panel) -> None:
     assert "Verdict\t" in QGuiApplication.clipboard().text()
 
 
+@pytest.mark.full
 def test_what_is_deleted_leaves_the_list(panel, studio) -> None:
     studio.selection.set([f"r{i}" for i in range(12, 24)])
     assert studio.attempt(edits.delete, list(studio.selection.ids))

@@ -217,6 +217,7 @@ def test_no_selected_circle_crosses_out_the_name_of_the_fold_axis(net, window, s
     assert len(before - ink()) < 0.05 * len(before)
 
 
+@pytest.mark.full
 def test_great_circles_are_left_out_of_a_crowd_and_the_net_says_so(net, window, studio):
     net.set_overlay(False)
     drawn(window)
@@ -264,6 +265,7 @@ def test_the_net_keeps_its_shape_until_it_is_drawn_for_another_size(net, window)
     window.docks["stereonet"].setFloating(False)
 
 
+@pytest.mark.full
 def test_the_net_takes_the_colours_of_another_theme(net, window):
     def lightness() -> int:
         drawn(window)
@@ -410,6 +412,7 @@ def test_the_space_bar_opens_the_menu_of_contours(net, window):
     assert not net.contours.isChecked()
 
 
+@pytest.mark.full
 def test_contours_of_many_are_drawn_by_the_thread_and_are_the_same(
     net, window, studio, monkeypatch
 ):
@@ -426,6 +429,7 @@ def test_contours_of_many_are_drawn_by_the_thread_and_are_the_same(
     assert net.canvas.grab().toImage() == shown
 
 
+@pytest.mark.full
 def test_the_figure_goes_to_the_clipboard_as_drawing_and_picture(net, window, studio):
     window.actions_table.all["copy_net"].trigger()
     mime = QApplication.clipboard().mimeData()
@@ -469,6 +473,7 @@ def test_a_target_that_cannot_be_written_is_said_and_leaves_nothing(net, window,
     assert [p.name for p in tmp_path.iterdir() if "net" in p.name] == ["net.png"]
 
 
+@pytest.mark.full
 def test_north_is_not_drawn_where_nobody_knows_it(net, window, studio, tmp_path):
     """A model without north has a y axis; compass readings know theirs."""
     undeclared = Model("m2", "rock", "rock.obj", "mesh", "1" * 64, Frame("undeclared"))

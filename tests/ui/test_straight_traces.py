@@ -70,6 +70,7 @@ def test_a_reading_has_an_ellipse_or_nothing_and_no_band(beds, studio):
     assert "straight" not in beds.properties._about.text()
 
 
+@pytest.mark.full
 def test_a_bed_that_bends_keeps_its_ellipse(beds, studio):
     add_bed(studio, "t3")
     studio.selection.set(["t3"])

@@ -120,6 +120,7 @@ def test_the_theme_is_kept_and_marked_in_its_menu(window, studio, shown):
     assert ticked == [shown]
 
 
+@pytest.mark.full
 def test_icons_of_a_window_follow_a_theme_that_is_chosen_later(window, studio):
     add_cliff(studio)
     driver.pause(50)
@@ -150,6 +151,7 @@ def frame_and_ground(widget: QWidget, box: QRect) -> float:
     return max(contrast(row[0], each) for each in row)
 
 
+@pytest.mark.full
 def test_boxes_that_are_not_ticked_are_seen(window, studio, shown):
     add_bed(studio)
     studio.selection.set([])

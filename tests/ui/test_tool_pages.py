@@ -66,6 +66,7 @@ def test_every_tool_page_has_few_controls(window, cliff):
         assert 0 < len(controls(page)) <= MAX_CONTROLS, (entry.name, controls(page))
 
 
+@pytest.mark.full
 def test_the_states_of_a_page_with_most_controls_have_few_too(window, cliff):
     cliff.activate("select")
     cliff.tool_of(SelectTool).set_target("surface")

@@ -238,6 +238,7 @@ def test_the_tool_comes_back_with_its_feature(window, cliff):
     assert cliff.tool.vertices == ZIGZAG[:2]
 
 
+@pytest.mark.full
 def test_another_project_knows_nothing_of_what_was_discarded(window, cliff):
     cliff.activate("trace")
     click(cliff, ZIGZAG[0])

@@ -71,6 +71,7 @@ def test_displacement_is_told_in_units_of_the_model(window, studio) -> None:
     assert " m " not in panel.message.text()
 
 
+@pytest.mark.full
 def test_points_that_are_taken_do_not_make_their_misfit_a_known_error(window, studio) -> None:
     """The misfit of a few points is known as well as so few can tell it: Student and Fisher."""
     add_cliff(studio)

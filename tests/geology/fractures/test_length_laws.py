@@ -58,6 +58,7 @@ def cut_off(name: str, n: int, share: float, chance: np.random.Generator) -> tup
     return np.minimum(lengths, stops), (stops < lengths).astype(np.int64)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", ["exponential", "lognormal", "weibull"])
 def test_censored_fits_are_those_of_scipy(name: str) -> None:
     lengths, cut = cut_off(name, 400, 0.3, np.random.default_rng(1))

@@ -166,6 +166,7 @@ def test_figures_turn_and_grow_with_the_world() -> None:
     assert two.length.fits[0].distribution == law
 
 
+@pytest.mark.full
 def test_fifty_thousand_traces() -> None:
     chance = np.random.default_rng(4)
     start = chance.uniform(0, 1000, (50_000, 2))

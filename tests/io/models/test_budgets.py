@@ -63,6 +63,7 @@ def measured(monkeypatch: pytest.MonkeyPatch) -> Any:
     tracemalloc.stop()
 
 
+@pytest.mark.full
 def test_one_mesh_in_thousands_of_places(tmp_path: Path, measured: Any) -> None:
     made, binary = scene(20_000, 20_000)
     made["nodes"] = [{"mesh": 0}] * 3_000

@@ -213,6 +213,7 @@ def test_a_hostile_chunk_size_is_refused_before_memory_is_asked_for(
         read_model(path)
 
 
+@pytest.mark.full
 def test_damaged_laz_files_bring_points_or_one_sentence(tmp_path: Path) -> None:
     content = make(tmp_path, n=40).read_bytes()
     path = tmp_path / "bad.laz"
