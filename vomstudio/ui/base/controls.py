@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
     QLabel,
+    QLayout,
     QLineEdit,
     QPushButton,
     QScrollArea,
@@ -39,6 +40,8 @@ from vomstudio.ui.base.numbers import is_partial_quantity, parse_quantity
 
 # Height of a few rows of a panel and of the arrows of the scroll bar.
 _MIN_HEIGHT = 100
+MAX_FORM_WIDTH_PX = 560
+"""Maximum width of a form in a page as wide as the window, in logical pixels."""
 
 
 class Label(QLabel):
@@ -377,6 +380,17 @@ def create_row(*widgets: QWidget) -> QWidget:
     line.setSpacing(4)
     for widget in widgets:
         line.addWidget(widget, 1 if isinstance(widget, QLineEdit) else 0)
+    return row
+
+
+def limit_width(layout: QLayout) -> QHBoxLayout:
+    """Arrange a form at the left, at most `MAX_FORM_WIDTH_PX` wide, in a page of the drawer."""
+    form = QWidget()
+    form.setLayout(layout)
+    form.setMaximumWidth(MAX_FORM_WIDTH_PX)
+    row = QHBoxLayout()
+    row.addWidget(form, 1)
+    row.addStretch()
     return row
 
 

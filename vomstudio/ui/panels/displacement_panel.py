@@ -35,7 +35,7 @@ from vomstudio.project.kinds import has_plane
 from vomstudio.project.measurement import Measurement, common_error_deg, pick_scatter_m
 from vomstudio.project.records import Picked, get_feature
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import CompactTable, allow, button_row, narrow_form
+from vomstudio.ui.base.controls import CompactTable, allow, button_row, limit_width, narrow_form
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.numbers import parse_number
 from vomstudio.ui.base.qt_owner import connect_until_deleted
@@ -132,7 +132,7 @@ class DisplacementPanel(LazyPanel):
         self.options.add_rows(form)
         buttons = button_row(self.add, self.remove, self.copy)
         column = narrow_column(self)
-        column.addLayout(form)
+        column.addLayout(limit_width(form))
         column.addLayout(buttons)
         column.addWidget(self.table, 1)
         column.addWidget(self.message)

@@ -69,10 +69,9 @@ class DrawingView(QWidget):
     def sizeHint(self) -> QSize:  # noqa: N802
         return QSize(360, 220)
 
-    def show_drawing(self, drawing: Drawing | None, message: str = "") -> None:
-        """Show a drawing, or a text if no drawing is given."""
+    def show_drawing(self, drawing: Drawing | None) -> None:
+        """Show a drawing, or the text of the empty view if no drawing is given."""
         self.drawing = drawing
-        self._message = message or self._empty
         self.update()
 
     def show_mark(self, mark: DrawingMark | None) -> None:
@@ -154,8 +153,7 @@ class DrawingView(QWidget):
             painter.fillRect(self.rect(), self.palette().color(QPalette.ColorRole.Base))
             painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
             flags = int(Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap)
-            text = getattr(self, "_message", self._empty)
-            painter.drawText(self.rect().adjusted(12, 12, -12, -12), flags, text)
+            painter.drawText(self.rect().adjusted(12, 12, -12, -12), flags, self._empty)
             return
         painter.fillRect(self.rect(), _PAPER)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)

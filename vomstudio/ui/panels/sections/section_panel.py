@@ -336,7 +336,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
 
     def _draw(self) -> None:
         drawing = None if self.result is None else self.result.drawing
-        self.picture.show_drawing(drawing, self.message.text())
+        self.picture.show_drawing(drawing)
 
     def _refresh(self) -> None:
         has_domains = self._studio.has_project and bool(domain_names(self._studio.session.records))

@@ -28,7 +28,7 @@ from vomstudio.project import edits
 from vomstudio.project.edit import Edit
 from vomstudio.project.records import FeatureType, Typed
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import ComboBox, allow, narrow_form
+from vomstudio.ui.base.controls import ComboBox, allow, limit_width, narrow_form
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.number_formatting import length, number
 from vomstudio.ui.base.qt_background import NewestResult
@@ -145,10 +145,10 @@ class SetsPanel(QWidget):
         buttons = QHBoxLayout()
         for button in (self.start, self.accept, self.reject, self.copy):
             buttons.addWidget(button)
+        form.addRow(self.assigned_box)
+        form.addRow(buttons)
         column = narrow_column(self)
-        column.addLayout(form)
-        column.addWidget(self.assigned_box)
-        column.addLayout(buttons)
+        column.addLayout(limit_width(form))
         column.addWidget(self.message)
         column.addWidget(self.table, 1)
         column.addStretch()

@@ -28,7 +28,7 @@ from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Model, Typed
 from vomstudio.studio.display import usual_look
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import ComboBox, allow
+from vomstudio.ui.base.controls import ComboBox, allow, limit_width
 from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
@@ -132,7 +132,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         )
         form.addRow(labels["friction_deg"], angles)
         column = narrow_column(self)
-        column.addLayout(form)
+        column.addLayout(limit_width(form))
         column.addWidget(self.message)
         column.addWidget(self.results, 1)
         column.addWidget(self.facets, 1)
