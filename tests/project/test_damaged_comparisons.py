@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from tests.samples import HASH
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.matrices import IDENTITY
@@ -86,6 +87,19 @@ def test_whatever_one_of_its_values_is(made: Path, tmp_path: Path) -> None:
                 assert kept.made[:10]
                 shown += 1
     assert shown, "some of these values are as good as others"
+
+
+def test_warnings_are_findings(made: Path, tmp_path: Path) -> None:
+    stored = json.loads(made.read_text())
+    finding = Finding("comparison.outdated", benchmark="scan", day="2026-01-01")
+    stored["figures"]["warnings"] = [finding.to_dict()]
+    made.write_text(json.dumps(stored))
+    (kept,) = stored_comparisons(tmp_path, "m1")
+    assert [Finding.from_dict(row) for row in kept.figures["warnings"]] == [finding]
+    for odd in ("a sentence", {"code": "no-such-code"}, {"code": finding.code, "severity": "info"}):
+        stored["figures"]["warnings"] = [odd]
+        made.write_text(json.dumps(stored))
+        assert stored_comparisons(tmp_path, "m1") == []
 
 
 def test_one_that_is_odd_hides_no_other(made: Path, tmp_path: Path) -> None:

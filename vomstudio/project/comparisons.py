@@ -20,6 +20,7 @@ import numpy as np
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.files.regular import is_regular, read_json
+from vomstudio.core.findings import Finding
 from vomstudio.project.records import Model
 
 Rows = tuple[tuple[float, ...], ...]
@@ -136,6 +137,7 @@ def _is_valid(values: Mapping[str, Any]) -> bool:
         all(isinstance(values[name], str) for name in text_fields)
         and isinstance(figures, dict)
         and isinstance(figures["warnings"], list)
+        and all(_is_finding(item) for item in figures["warnings"])
         and all(_is_number(figures[name]) for name in _REQUIRED)
         and all(figures[name] is None or _is_number(figures[name]) for name in _OPTIONAL)
         and _is_direction_or_none(figures["positive_toward"])
@@ -147,6 +149,10 @@ def _is_valid(values: Mapping[str, Any]) -> bool:
 def _is_direction_or_none(value: object) -> bool:
     is_direction = isinstance(value, dict) and all(_is_number(value[name]) for name in _DIRECTION)
     return value is None or is_direction
+
+
+def _is_finding(value: object) -> bool:
+    return isinstance(value, dict) and bool(Finding.from_dict(value).message)
 
 
 def _is_number(value: object) -> bool:

@@ -236,11 +236,8 @@ def _compare(request: ComparisonRequest, progress: Progress) -> ComparedModels:
     arrays: dict[str, Any] = comparison.as_fields()
     with atomic_write(request.out, True) as temporary, temporary.open("wb") as file:
         np.savez(file, **arrays)
-    figures = comparison.to_dict()
-    return ComparedModels(
-        figures | {"warnings": [str(item) for item in (*warnings, *comparison.warnings)]},
-        request.out,
-    )
+    findings = [item.to_dict() for item in (*warnings, *comparison.warnings)]
+    return ComparedModels(comparison.to_dict() | {"warnings": findings}, request.out)
 
 
 COMPARE_MODELS = Job(

@@ -349,7 +349,7 @@ class ComparePanel(QWidget):
         self._show()
         self.histogram.show_counts(counts, limit_m, comparison.figures["median_m"])
         loaded_model = self._studio.models.get(model_id)
-        messages = [str(warning) for warning in comparison.figures["warnings"]]
+        messages = [Finding.from_dict(row).message for row in comparison.figures["warnings"]]
         if loaded_model is not None and loaded_model.give_fields(fields):
             self._studio.display.show_field(model_id, FieldStyle(FIELD, -limit_m, limit_m))
         else:
