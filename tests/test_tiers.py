@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from tests import tiers
+
 pytest_plugins = ["pytester"]
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -56,6 +58,25 @@ EXPENSIVE = """
     def test_expensive_in_child():
         code = "import time\\nwhile time.process_time() < 0.4: pass"
         subprocess.run([sys.executable, "-c", code], check=True)
+"""
+WINDOW = """
+    @pytest.fixture
+    def window():
+        pass
+
+    @pytest.fixture
+    def studio(window):
+        pass
+
+    def test_window(window):
+        pass
+
+    def test_studio(studio):
+        pass
+
+    @pytest.mark.full
+    def test_window_of_full_tier(window):
+        pass
 """
 ALLOWED = """
     names = ("test_expensive_in_fixture", "test_expensive_in_child")
@@ -108,6 +129,25 @@ def check_failure(done: pytest.RunResult) -> None:
 def test_expensive_tests_with_a_reason_are_allowed(pytester: pytest.Pytester) -> None:
     done = run(pytester, more=EXPENSIVE, conftest=CONFTEST + ALLOWED)
     assert done.ret == pytest.ExitCode.OK
+
+
+def test_more_windows_than_allowed_fail_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tiers, "MAX_WINDOW_TESTS", 1)
+    costs = tiers.Costs()
+    for number in range(2):
+        assert not costs.has_too_many_windows()
+        costs.add(f"full {number}", 1.0, is_default=False, has_window=True)
+        costs.add(f"default {number}", 1.0, is_default=True, has_window=True)
+        costs.add(f"other {number}", 1.0, is_default=True)
+    assert costs.has_too_many_windows()
+    assert costs.default_total() == 4.0
+
+
+@pytest.mark.full
+def test_tests_with_a_window_are_counted(pytester: pytest.Pytester) -> None:
+    done = run(pytester, more=WINDOW, conftest=CONFTEST + "    tiers.MAX_WINDOW_TESTS = 1\n")
+    assert done.ret == pytest.ExitCode.TESTS_FAILED
+    done.stdout.fnmatch_lines(["ERROR 2 tests of the default tier use a window*"])
 
 
 def test_every_reason_belongs_to_a_test() -> None:

@@ -27,6 +27,12 @@ REPORT_CPU_S = 3.0
 """A default-tier test above this processor time is reported."""
 MAX_CPU_S = 15.0
 """A default-tier test above this processor time fails the run, unless it is in `EXPENSIVE`."""
+BUDGET_CPU_S = 1000.0
+"""A default tier above this processor time is reported: two cores would need over 9 minutes."""
+MAX_WINDOW_TESTS = 400
+"""More default-tier tests with a window fail the run. Windows are a third of its processor time,
+and their number, unlike a time, is the same on every machine."""
+WINDOW_FIXTURES = frozenset(["window", "new_window"])
 SLOWEST_COUNT = 30
 COSTLIEST_COUNT = 20
 
@@ -47,12 +53,17 @@ class Costs:
 
     seconds: dict[str, float] = field(default_factory=dict)
     default_tier: set[str] = field(default_factory=set)
+    window_tests: set[str] = field(default_factory=set)
 
-    def add(self, node_id: str, seconds: float, *, is_default: bool) -> None:
+    def add(
+        self, node_id: str, seconds: float, *, is_default: bool, has_window: bool = False
+    ) -> None:
         """Store the processor time of one test."""
         self.seconds[node_id] = seconds
         if is_default:
             self.default_tier.add(node_id)
+            if has_window:
+                self.window_tests.add(node_id)
 
     def slowest(self) -> list[tuple[str, float]]:
         """Return the `SLOWEST_COUNT` most expensive tests, the most expensive first."""
@@ -71,6 +82,14 @@ class Costs:
             totals[node_id.partition("::")[0].rpartition("/")[0]] += self.seconds[node_id]
         ranked = sorted(totals.items(), key=lambda item: -item[1])
         return ranked[:COSTLIEST_COUNT]
+
+    def default_total(self) -> float:
+        """Return the processor seconds of all default-tier tests."""
+        return sum(self.seconds[node_id] for node_id in self.default_tier)
+
+    def has_too_many_windows(self) -> bool:
+        """Return whether more than `MAX_WINDOW_TESTS` default-tier tests use a window."""
+        return len(self.window_tests) > MAX_WINDOW_TESTS
 
     def over_limit(self) -> list[str]:
         """Return the default-tier tests that fail the run."""
@@ -109,6 +128,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
         # Attributes of a report travel from the processes of pytest-xdist to the controller.
         report.cpu_s = cpu_seconds() - item.stash[_ITEM_START_S]
         report.is_default_tier = is_default_tier(item)
+        report.has_window = not WINDOW_FIXTURES.isdisjoint(getattr(item, "fixturenames", ()))
     return report
 
 
@@ -120,7 +140,12 @@ class Collector:
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         if hasattr(report, "cpu_s"):
-            self._costs.add(report.nodeid, report.cpu_s, is_default=report.is_default_tier)
+            self._costs.add(
+                report.nodeid,
+                report.cpu_s,
+                is_default=report.is_default_tier,
+                has_window=report.has_window,
+            )
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -131,7 +156,9 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    if session.config.stash[_COSTS].over_limit() and session.exitstatus == pytest.ExitCode.OK:
+    costs = session.config.stash[_COSTS]
+    failed = costs.over_limit() or costs.has_too_many_windows()
+    if failed and session.exitstatus == pytest.ExitCode.OK:
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
@@ -156,6 +183,18 @@ def pytest_terminal_summary(
             write(f"{seconds:8.0f}  {folder}")
         total = sum(costs.seconds.values())
         write(f"{len(costs.seconds)} tests took {total:.0f} processor seconds")
+        total = costs.default_total()
+        write(
+            f"default tier: {total:.0f} of at most {BUDGET_CPU_S:.0f} processor seconds, "
+            f"{len(costs.window_tests)} of at most {MAX_WINDOW_TESTS} tests with a window",
+            yellow=total > BUDGET_CPU_S,
+        )
+    if costs.has_too_many_windows():
+        write(
+            f"ERROR {len(costs.window_tests)} tests of the default tier use a window; at most"
+            f" {MAX_WINDOW_TESTS} may. Mark the costliest `full`.",
+            red=True,
+        )
     for node_id in costs.over_limit():
         write(
             f"ERROR {node_id} took {costs.seconds[node_id]:.1f} processor seconds; the default tier"

@@ -81,9 +81,9 @@ def nearly(value):
 
 
 @pytest.mark.parametrize(
-    "face", first_in_default_tier([WALL, SLOPE, PAVEMENT], 2), ids=["wall", "slope", "pavement"]
+    "face", first_in_default_tier([WALL, SLOPE, PAVEMENT]), ids=["wall", "slope", "pavement"]
 )
-@pytest.mark.parametrize("counted_in", first_in_default_tier([WINDOW, CIRCLE, SCANLINE], 2))
+@pytest.mark.parametrize("counted_in", first_in_default_tier([WINDOW, CIRCLE, SCANLINE]))
 def test_the_copied_command_has_the_same_figures(
     face: Plane, counted_in: str, tmp_path: Path, capfd
 ) -> None:
