@@ -169,3 +169,29 @@ def test_a_model_cannot_be_changed_and_shows_itself(cliff: vs.Mesh) -> None:
         cliff._data = None  # type: ignore[misc]
     assert "99451" in repr(cliff)
     assert "EPSG:32633" in cliff._repr_html_()
+
+
+def test_a_mesh_of_arrays_is_a_model_for_every_function() -> None:
+    points = np.array([[0, 0, 0], [4, 0, 0], [4, 3, 3], [0, 3, 3]])
+    face = vs.Mesh.from_arrays(points, [[0, 1, 2], [0, 2, 3]], crs="EPSG:32633")
+    assert face.crs == "EPSG:32633"
+    assert vs.dem(face, gsd_m=0.5).heights.max() == pytest.approx(2.75)
+    with refused("array.no-such-point", count=1, first_row=1):
+        vs.Mesh.from_arrays(points, [[0, 1, 2], [0, 2, 4]])
+    with refused("array.shape"):
+        vs.Mesh.from_arrays(points, [0, 1, 2])
+
+
+def test_a_data_set_of_pyvista_comes_back_as_the_same_mesh(cliff: vs.Mesh) -> None:
+    again = vs.Mesh.from_pyvista(cliff.to_pyvista())
+    assert len(again.faces) == len(cliff.faces)
+    assert np.allclose(again.points[again.faces[-1]], cliff.points[cliff.faces[-1]])
+
+
+def test_points_are_a_cloud_for_every_function() -> None:
+    x, y = np.meshgrid(np.arange(5.0), np.arange(4.0))
+    points = np.column_stack([x.ravel(), y.ravel(), 2 * x.ravel()])
+    of_array = vs.dem(points, gsd_m=0.5).heights
+    pyvista = pytest.importorskip("pyvista")
+    assert np.array_equal(vs.dem(pyvista.PolyData(points), gsd_m=0.5).heights, of_array, True)
+    assert np.nanmax(of_array) == pytest.approx(7.5)

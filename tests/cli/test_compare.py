@@ -123,7 +123,7 @@ def test_what_lies_elsewhere_is_refused_with_the_distance(run, write: Write) -> 
     ("words", "code"),
     [
         (("--m3c2", "0"), "option.not-a-length"),
-        (("--m3c2", "much"), "command.invalid"),
+        (("--m3c2", "much"), "number.invalid"),
         (("--registration-error", "-1"), "option.too-small"),
     ],
 )

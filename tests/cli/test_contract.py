@@ -46,6 +46,8 @@ def test_the_program_explains_itself_and_its_version(run) -> None:
             (["fit", "a", "--wrong"], "command.unknown-argument", "--wrong"),
             (["fold", "a", "--azimuth", "north"], "option.not-a-choice", "--azimuth"),
             (["export", "a", "-o", "b"], "command.arguments-missing", "--to"),
+            (["threepoint", "a", "--sigma", "large"], "number.invalid", "--sigma"),
+            (["sets", "a", "-o", "b", "--exactly", "2.5"], "number.not-whole", "--exactly"),
         ],
         3,
     ),

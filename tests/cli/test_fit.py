@@ -51,6 +51,17 @@ def test_the_published_traces_give_the_published_planes_and_errors(
     assert ran.json["skipped"] == []
 
 
+@pytest.mark.parametrize("name", ["planes.xlsx", "planes.gpkg", "planes.JSON"])
+def test_a_table_does_not_get_the_extension_of_another_format(
+    run, write, tmp_path: Path, name: str
+) -> None:
+    points = write("x,y,z\n0,0,0\n1,0,0\n0,1,0\n1,1,1\n")
+    out = tmp_path / name
+    error = run("fit", points, "-o", out, "--json").json["error"]
+    assert (error["code"], error["field"]) == ("output.unknown-format", "--output")
+    assert not out.exists()
+
+
 def test_people_read_strike_dip_errors_and_verdict(run, data_dir: Path) -> None:
     ran = run("fit", data_dir / "planes" / "well_defined.txt")
     assert ran.code == 0

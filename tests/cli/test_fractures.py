@@ -240,7 +240,7 @@ def test_empty_layers_wrong_kinds_and_missing_files(run, tmp_path: Path) -> None
         ((traces, "--area", traces), "drawing.no-polygons"),
         ((gone,), "file.missing"),
         ((traces, "--area", gone), "file.missing"),
-        ((tmp_path,), "file.missing"),
+        ((tmp_path,), "file.is-folder"),
     ):
         assert run("fractures", *words, "--json").json["error"]["code"] == code
     empty = geojson(tmp_path / "e.geojson", [], "urn:ogc:def:crs:EPSG::32633")
@@ -253,7 +253,9 @@ def test_one_of_several_layers_is_named(run, tmp_path: Path) -> None:
     save(path, ladder()[:3], layer="west")
     assert "east, west" in run("fractures", path).said
     assert run("fractures", path, "--layer", "west", "--json").json["traces"] == 3
-    assert run("fractures", path, "--layer", "north").code == 2
+    error = run("fractures", path, "--layer", "north", "--json").json["error"]
+    assert (error["code"], error["field"]) == ("drawing.unknown-layer", "--layer")
+    assert error["layers"] == ["east", "west"]
 
 
 @pytest.mark.parametrize(

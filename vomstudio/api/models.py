@@ -13,11 +13,15 @@ import numpy as np
 from vomstudio.api.checking import (
     check_flag,
     is_path,
+    numbers,
     optional_path,
+    refuse_rows,
     to_path,
     warn,
+    wrong_shape,
     wrong_type,
 )
+from vomstudio.api.checking import points as to_points
 from vomstudio.api.frame_arguments import frame_options, name_frame_arguments_in_errors
 from vomstudio.api.reporting import ProgressArgument, to_progress
 from vomstudio.core.arrays import ByteArray, Float32Array, FloatArray, GenericArray, Int32Array
@@ -260,6 +264,77 @@ class Mesh(_Model):
     0.12
     """
 
+    @classmethod
+    def from_arrays(cls, points: Any, faces: Any, *, crs: str | None = None) -> Mesh:
+        """Create a mesh from arrays of its vertices and triangles.
+
+        Parameters
+        ----------
+        points : (n, 3) array_like or DataFrame
+            Vertices in the World frame, metres.
+        faces : (m, 3) array_like of int
+            Row indices into `points`, counter-clockwise seen from outside.
+        crs : str, optional
+            Projected CRS of x and y in metres, such as "EPSG:32633" (default: local).
+
+        Returns
+        -------
+        Mesh
+
+        Raises
+        ------
+        vs.errors.InputError
+            If an array has another shape, or a face a point that does not exist.
+
+        Examples
+        --------
+        >>> import vomstudio as vs
+        >>> face = vs.Mesh.from_arrays([[0, 0, 0], [4, 0, 0], [0, 0, 3]], [[0, 1, 2]])
+        >>> face.bounds.tolist()
+        [[0.0, 0.0, 0.0], [4.0, 0.0, 3.0]]
+        """
+        vertices, rows = to_points(points), numbers(faces, "faces")
+        if rows.ndim != 2 or rows.shape[1] != 3:
+            raise wrong_shape(rows, "(m, 3)", "faces")
+        is_invalid = (rows < 0) | (rows >= len(vertices)) | (rows != np.floor(rows))
+        refuse_rows(np.asarray(is_invalid.any(axis=1)), "faces", "array.no-such-point")
+        return cls(meshes.Mesh(vertices, rows.astype(np.int32)), _source_in_memory(crs))
+
+    @classmethod
+    def from_pyvista(cls, mesh: Any, *, crs: str | None = None) -> Mesh:
+        """Create a mesh from a PyVista data set or its blocks, without textures.
+
+        Parameters
+        ----------
+        mesh : pyvista.DataSet or pyvista.MultiBlock
+            Faces are divided into triangles. ``field_data["origin"]``, as `to_pyvista` writes it,
+            is added to the points.
+        crs : str, optional
+            Projected CRS of x and y in metres, such as "EPSG:32633" (default: local).
+
+        Returns
+        -------
+        Mesh
+
+        Raises
+        ------
+        vs.errors.InputError
+            If the data set has no faces.
+
+        Examples
+        --------
+        >>> import pyvista
+        >>> import vomstudio as vs
+        >>> len(vs.Mesh.from_pyvista(pyvista.Plane(i_resolution=2, j_resolution=2)).faces)
+        8
+        """
+        from vomstudio.rendering.plots.datasets import dataset_triangles
+
+        points, faces = dataset_triangles(mesh)
+        if not len(faces):
+            raise wrong_type(mesh, "pyvista.PolyData", "mesh")
+        return cls.from_arrays(points, faces, crs=crs)
+
     @property
     def points(self) -> FloatArray:
         """Vertices (n, 3) float64 in the World frame, metres."""
@@ -441,11 +516,12 @@ def read(
 
 
 def to_model(value: Any, name: str = "model") -> Mesh | PointCloud:
-    """Return a model, reading it from a project model or a path if necessary.
+    """Return a model, reading or converting it if necessary.
 
     Parameters
     ----------
     value : object
+        Model, model of a project, path, (n, 3) array, DataFrame or data set of PyVista.
     name : str, optional
         Name of the argument.
 
@@ -459,14 +535,32 @@ def to_model(value: Any, name: str = "model") -> Mesh | PointCloud:
     """
     if isinstance(value, Mesh | PointCloud):
         return value
+    if isinstance(value, np.ndarray) or hasattr(value, "columns"):
+        return PointCloud(clouds.PointCloud(to_points(value, name)), _source_in_memory(None))
+    if hasattr(value, "field_data"):
+        from vomstudio.rendering.plots.datasets import dataset_triangles
+
+        points, faces = dataset_triangles(value)
+        return Mesh.from_arrays(points, faces) if len(faces) else to_model(points, name)
     if hasattr(value, "read") and hasattr(value, "id"):
         model: Mesh | PointCloud = value.read()
         return model
     if not is_path(value):
-        raise wrong_type(value, "Mesh, PointCloud, str, pathlib.Path", name)
+        raise wrong_type(
+            value, "Mesh, PointCloud, numpy.ndarray, pyvista.PolyData, str, pathlib.Path", name
+        )
     model = _read(to_path(value, name), DEFAULT_FRAME, None)
     warn(model.warnings, 4, notes=True)
     return model
+
+
+def _source_in_memory(crs: str | None) -> Source:
+    """Return the source of a model that was not read from a file."""
+    if crs is not None:
+        from vomstudio.io.gis.crs import metric_crs
+
+        crs = metric_crs(crs, "crs")
+    return Source(Path("in memory"), crs)
 
 
 def _read(path: Path, options: FrameOptions, progress: Progress | None) -> Mesh | PointCloud:

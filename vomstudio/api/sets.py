@@ -7,11 +7,9 @@ from typing import Any, Literal
 
 from vomstudio.api.checking import (
     column_name,
-    is_path,
     name_argument_in_errors,
     optional_text,
     to_list,
-    to_path,
     to_plane,
     warn,
 )
@@ -27,8 +25,6 @@ from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.geology.table_folds import TableFold, table_fold
 from vomstudio.geology.table_slopes import TableSlope, slope_face, table_slope
 from vomstudio.io.text.slip_reading import extract_slips
-from vomstudio.project.folder import is_project
-from vomstudio.project.repeated_picks import read_repeated_picks
 
 
 def stats(
@@ -313,10 +309,7 @@ def repeats(
     >>> found.repeats, round(found.spread.sigma_deg, 2), found.stated_errors_hold
     (2, 1.27, 'undetermined')
     """
-    if is_path(table) and is_project(to_path(table, "table")):
-        rows = read_repeated_picks(to_path(table, "table"))
-    else:
-        rows = to_orientation_table(table, azimuth, repeats=True)
+    rows = to_orientation_table(table, azimuth, repeats=True)
     options = options_from_arguments(
         RepeatOptions, by=column_name(by), interpreter=optional_text(interpreter, "interpreter")
     )

@@ -28,6 +28,7 @@ from vomstudio.io.text.orientation_reading import OrientationTable, extract_orie
 from vomstudio.io.text.registration_comments import stated_registrations
 from vomstudio.io.text.tables import TextTable, read_table, table_from_cells
 from vomstudio.project import catalogue
+from vomstudio.project.picks import read_picks
 from vomstudio.project.tables.orientation_table import COLUMNS, Row, line_row, orientation_row
 from vomstudio.project.tables.registration_comments import registration_lines
 
@@ -157,8 +158,7 @@ def to_orientation_table(
     """
     azimuth = check_azimuth(azimuth)
     if is_path(table):
-        path = to_path(table, name)
-        rows = orientation_reading.read_orientations(path, azimuth, repeats=repeats)
+        rows = read_picks(to_path(table, name), azimuth, repeats=repeats)
     elif hasattr(table, "columns") and hasattr(table, "itertuples"):
         names, cells = _cells_of(_drop_stated_angles(table), name)
         registrations = registration_lines(getattr(table, "attrs", {}).get("registrations", ()))

@@ -11,6 +11,8 @@ from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, progress_reporter
 from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.output import Output
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import is_folder
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.photogrammetry.survey.survey_options import CheckOptions, CheckScene
@@ -43,6 +45,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     options, scene = parse_options(args, CheckOptions), None
     if args.scene is not None:
+        if not is_folder(args.scene):
+            raise InputError(Finding("folder.missing"), file=args.scene, field="--scene")
         from vomstudio.photogrammetry.base.scene import SparseScene
         from vomstudio.photogrammetry.base.stage_folders import stage_folder
 

@@ -61,6 +61,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     UsageError, InputError, GeometryError, TargetError
     """
     from vomstudio.core.files.atomic import check_target
+    from vomstudio.core.files.extensions import check_table_target
     from vomstudio.extraction.facet_search import search_facets
     from vomstudio.geology.profiles import DEFAULT_THRESHOLDS
     from vomstudio.io.models.writing import choose_writer
@@ -68,7 +69,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.studio.world_models import read_in_world
 
     options = parse_options(args, FacetOptions)
-    check_target(args.output, force=args.force, inputs=[args.model])
+    check_table_target(args.output, force=args.force, inputs=[args.model])
     if args.labels is not None:
         choose_writer(Path(args.labels))
         check_target(args.labels, force=args.force, inputs=[args.model, args.output])

@@ -56,7 +56,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     GeometryError
         If no plane can be fitted.
     """
-    from vomstudio.core.files.atomic import check_target
+    from vomstudio.core.files.extensions import check_table_target
     from vomstudio.geology.profiles import PROFILES_BY_NAME
     from vomstudio.io.gate.point_tables import read_points
     from vomstudio.project.tables.fitted_planes import fitted_planes
@@ -64,7 +64,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     options, together = parse_options(args, FitOptions), parse_options(args, FitTogether)
     if args.output is not None:
-        check_target(args.output, force=args.force, inputs=[args.points])
+        check_table_target(args.output, force=args.force, inputs=[args.points])
     plot_format = None if args.plot is None else _plot_format(args)
     priors = straight_traces.read_sets(args)
     limits = PROFILES_BY_NAME[options.profile]

@@ -31,7 +31,7 @@ def add_parser(subparsers: Subparsers) -> None:
         run,
         help_=tr("Compute the pi-plane and the fold axis beta, with a verdict"),
     )
-    parser.add_argument("table", metavar="TABLE", help=tr("table of planes"))
+    parser.add_argument("table", metavar="TABLE", help=tr("table of planes, or a project"))
     add_options(parser, FoldOptions)
     add_azimuth(parser)
 
@@ -47,15 +47,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Object that receives the results, warnings and progress.
     """
     from vomstudio.geology.table_folds import table_fold
-    from vomstudio.io.text.orientation_reading import read_orientations
+    from vomstudio.project.picks import read_picks
 
     options = parse_options(args, FoldOptions)
     progress = report_reading(args, args.table)
-    table = read_orientations(args.table, args.azimuth)
+    table = read_picks(args.table, args.azimuth)
     progress.stage(tr("Finding the fold axis"))
     fold_result = table_fold(table, options)
     out.result(fold_result.to_dict())
-    out.note(tr("read as {convention}", convention=fold_result.convention))
+    out.note(tr("read {convention}", convention=fold_result.convention))
     out.warn(fold_result.warnings)
     out.text(_result_text(fold_result))
 

@@ -56,6 +56,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Object that receives the results, warnings and progress.
     """
     from vomstudio.core.files.atomic import atomic_write, check_target
+    from vomstudio.core.files.extensions import check_table_target
     from vomstudio.geology.notation import plane_option
     from vomstudio.products.net.figure import picture_format
     from vomstudio.products.section.decimals import format_with_error
@@ -67,7 +68,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     bed = None if args.bed is None else plane_option(args.bed, "--bed")
     inputs = [] if is_project else [args.table]
     if args.output is not None:
-        check_target(args.output, force=args.force, inputs=inputs)
+        check_table_target(args.output, force=args.force, inputs=inputs)
     if args.plot is not None:
         format_ = picture_format(args.plot, "--plot")
         check_target(args.plot, force=args.force, inputs=[*inputs, *filter(None, [args.output])])

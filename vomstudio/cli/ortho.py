@@ -196,9 +196,9 @@ def _place_model(args: argparse.Namespace, loaded_model: LoadedModel) -> _Placem
 
 def _fold(table: str, azimuth: Any) -> TableFold:
     from vomstudio.geology.table_folds import table_fold
-    from vomstudio.io.text.orientation_reading import read_orientations
+    from vomstudio.project.picks import read_picks
 
-    return table_fold(read_orientations(table, azimuth))
+    return table_fold(read_picks(table, azimuth))
 
 
 def _result_text(result: dict[str, Any], unit: str) -> str:

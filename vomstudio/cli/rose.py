@@ -32,7 +32,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
         subparsers, "rose", run, help_=tr("Draw rose diagrams and histograms of dip")
     )
-    parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines"))
+    parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines, or a project"))
     add_output(parser, tr("output figure (.svg, .pdf or .png)"), is_required=True)
     for options in OPTION_CLASSES:
         add_options(parser, options)
@@ -50,18 +50,18 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Object that receives the results, warnings and progress.
     """
     from vomstudio.core.files.atomic import atomic_write, check_target
-    from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.products.net.figure import picture_format
     from vomstudio.products.net.figure_style import FigureStyle
     from vomstudio.products.net.rose import mean_words
     from vomstudio.products.net.rose_contents import check_roses, roses_of_table
+    from vomstudio.project.picks import read_picks
 
     format_ = picture_format(args.output, "--output")
     options, figure = parse_options(args, RoseOptions), parse_options(args, RoseFigure)
     style, colors = FigureStyle.from_options(figure), parse_options(args, SetColors).colors_by_set
     check_target(args.output, force=args.force, inputs=[args.table])
     progress = report_reading(args, args.table)
-    table = read_orientations(args.table, args.azimuth)
+    table = read_picks(args.table, args.azimuth)
     progress.stage(tr("Drawing the rose diagram"))
     of = options.of or ("strike" if table.is_plane.any() else "trend")
     roses = roses_of_table(
@@ -92,7 +92,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     warnings += [Finding("rose.no-azimuth", set=name) for name in roses.empty]
     result = _result_without_warnings(args, options, of, roses, table.convention, table.dropped)
     out.result({**result, "warnings": warnings})
-    out.note(tr("read as {convention}", convention=table.convention))
+    out.note(tr("read {convention}", convention=table.convention))
     out.warn(warnings)
     for name, rose in roses.roses.items():
         out.text(tr("{set} (n = {count:,}): {mean}", set=name, count=rose.n, mean=mean_words(rose)))

@@ -113,7 +113,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result = {**written.to_dict(), "convention": section_features.convention or None}
     out.result(add_unitless_names(result, is_metric=model.has_metric_unit))
     if section_features.convention:
-        out.note(tr("read as {convention}", convention=section_features.convention))
+        out.note(tr("read {convention}", convention=section_features.convention))
     out.warn(written.warnings)
     words = writing.projection_words(figures)
     out.text(_result_text(written.to_dict(), unit_of(model.has_metric_unit), words))

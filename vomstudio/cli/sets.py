@@ -42,14 +42,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out : Output
         Object that receives the results, warnings and progress.
     """
-    from vomstudio.core.files.atomic import check_target, write_bytes
+    from vomstudio.core.files.atomic import write_bytes
+    from vomstudio.core.files.extensions import check_table_target
     from vomstudio.geology.sets.proposals import propose_sets
     from vomstudio.io.gate.point_tables import read_places
     from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.io.text.set_columns import pieces_of, table_with_sets
 
     options = parse_options(args, SetOptions)
-    check_target(args.output, force=args.force, inputs=[args.table])
+    check_table_target(args.output, force=args.force, inputs=[args.table])
     progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
     positions = read_places(table, frame_options(args))
@@ -71,7 +72,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     warnings = [*(() if positions is None else positions.findings), *proposal.warnings]
     result = {**proposal.to_dict(), "table": args.output, "warnings": warnings}
     out.result(result)
-    out.note(tr("read as {convention}", convention=proposal.convention))
+    out.note(tr("read {convention}", convention=proposal.convention))
     out.warn(warnings)
     out.text(_result_text(result))
 

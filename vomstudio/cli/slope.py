@@ -36,7 +36,7 @@ def add_parser(subparsers: Subparsers) -> None:
         run,
         help_=tr("Analyse the kinematics of a rock slope: sliding and toppling"),
     )
-    parser.add_argument("table", metavar="TABLE", help=tr("table of planes"))
+    parser.add_argument("table", metavar="TABLE", help=tr("table of planes, or a project"))
     add_options(parser, SlopeFaces)
     add_output(parser, tr("output table with the shares of each facet"))
     add_options(parser, SlopeOptions)
@@ -71,15 +71,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
 def _run_face(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.geology.table_slopes import slope_face, table_slope
-    from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.products.net.figure import picture_format
+    from vomstudio.project.picks import read_picks
 
     face = slope_face(args.face, parse_options(args, SlopeOptions))
     if args.plot is not None:
         format_ = picture_format(args.plot, "--plot")
         check_target(args.plot, force=args.force, inputs=[args.table])
     progress = report_reading(args, args.table)
-    table = read_orientations(args.table, args.azimuth)
+    table = read_picks(args.table, args.azimuth)
     slope = table_slope(table, face, progress)
     if args.plot is not None:
         progress.stage(tr("Drawing the stereonets"))
@@ -88,7 +88,7 @@ def _run_face(args: argparse.Namespace, out: Output) -> None:
         with atomic_write(args.plot, args.force) as temporary:
             write_slope_figure(temporary, table, face, slope, format=format_)
     out.result({**slope.to_dict(), "image": args.plot})
-    out.note(tr("read as {convention}", convention=slope.convention))
+    out.note(tr("read {convention}", convention=slope.convention))
     out.warn(slope.warnings)
     out.text(_result_text(slope))
 
@@ -96,28 +96,29 @@ def _run_face(args: argparse.Namespace, out: Output) -> None:
 def _run_facets(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.cli.common.labelled_models import write_labelled
     from vomstudio.core.files.atomic import check_target
+    from vomstudio.core.files.extensions import check_table_target
     from vomstudio.geology.fractures.facet_slopes import facet_slopes
     from vomstudio.io.models.writing import choose_writer
-    from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.products.surface.slope_facets import (
         read_facet_labels,
         read_facet_slopes,
         slope_fields,
         write_facet_slopes,
     )
+    from vomstudio.project.picks import read_picks
     from vomstudio.studio.world_models import read_in_world
 
     options = parse_options(args, SlopeOptions)
     inputs = [path for path in (args.table, args.facets, args.labelled_model) if path is not None]
     if args.paint is not None:
         choose_writer(Path(args.paint))
-    for target in (args.output, args.paint):
-        if target is not None:
-            check_target(target, force=args.force, inputs=inputs)
+        check_target(args.paint, force=args.force, inputs=inputs)
+    if args.output is not None:
+        check_table_target(args.output, force=args.force, inputs=inputs)
     progress = report_reading(args, args.table)
-    table = read_orientations(args.table, args.azimuth)
+    table = read_picks(args.table, args.azimuth)
     report_reading(args, args.facets)
-    facets = read_orientations(args.facets, args.azimuth)
+    facets = read_picks(args.facets, args.azimuth)
     model = None if args.labelled_model is None else read_in_world(args.labelled_model, progress)
     faces = read_facet_slopes(facets, None if model is None else model.data)
     slopes = facet_slopes(table, faces, options, progress)
@@ -131,7 +132,7 @@ def _run_facets(args: argparse.Namespace, out: Output) -> None:
     out.result(
         {**slopes.to_dict(), "table": args.output, "model": args.paint, "warnings": warnings}
     )
-    out.note(tr("read as {convention}", convention=slopes.convention))
+    out.note(tr("read {convention}", convention=slopes.convention))
     out.warn(warnings)
     out.text(_facets_text(slopes))
 

@@ -26,7 +26,7 @@ def add_parser(subparsers: Subparsers) -> None:
         run,
         help_=tr("Compute orientation tensor, Fisher mean and shape of each set"),
     )
-    parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines"))
+    parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines, or a project"))
     add_options(parser, StatisticsOptions)
     add_azimuth(parser)
 
@@ -42,16 +42,16 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Object that receives the results, warnings and progress.
     """
     from vomstudio.geology.populations.table_statistics import table_statistics
-    from vomstudio.io.text.orientation_reading import read_orientations
+    from vomstudio.project.picks import read_picks
 
     options = parse_options(args, StatisticsOptions)
     progress = report_reading(args, args.table)
-    table = read_orientations(args.table, args.azimuth)
+    table = read_picks(args.table, args.azimuth)
     progress.stage(tr("Computing statistics"))
     statistics = table_statistics(table, options)
     result = statistics.to_dict()
     out.result(result)
-    out.note(tr("read as {convention}", convention=statistics.convention))
+    out.note(tr("read {convention}", convention=statistics.convention))
     out.warn(statistics.warnings)
     out.text("\n\n".join(_result_text(name, figures) for name, figures in result["sets"].items()))
 

@@ -35,7 +35,7 @@ def add_parser(subparsers: Subparsers) -> None:
         run,
         help_=tr("Draw a lower-hemisphere stereonet as SVG, PDF or PNG"),
     )
-    parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines"))
+    parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines, or a project"))
     add_output(parser, tr("output figure (.svg, .pdf or .png)"), is_required=True)
     for options in OPTION_CLASSES:
         add_options(parser, options)
@@ -53,11 +53,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Object that receives the results, warnings and progress.
     """
     from vomstudio.core.files.atomic import atomic_write, check_target
-    from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.products.net.figure import picture_format
     from vomstudio.products.net.figure_style import FigureStyle
     from vomstudio.products.net.preparation import contouring_of, read_wishes
     from vomstudio.products.net.table_net import net_of_table, replace_colors
+    from vomstudio.project.picks import read_picks
 
     format_ = picture_format(args.output, "--output")
     options = parse_options(args, StereonetOptions)
@@ -66,7 +66,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     colors = parse_options(args, SetColors).colors_by_set
     check_target(args.output, force=args.force, inputs=[args.table])
     progress = report_reading(args, args.table)
-    table = read_orientations(args.table, args.azimuth)
+    table = read_picks(args.table, args.azimuth)
     progress.stage(tr("Drawing the stereonet"))
     net = net_of_table(
         table,
@@ -140,7 +140,7 @@ def _report(
             "warnings": warnings,
         }
     )
-    out.note(tr("read as {convention}", convention=table.convention))
+    out.note(tr("read {convention}", convention=table.convention))
     out.warn(warnings)
     sets = ", ".join(f"{s.name} (n = {len(s)})" for s in net.sets)
     out.text(

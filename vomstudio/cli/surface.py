@@ -57,6 +57,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     UsageError, InputError, GeometryError, TargetError
     """
     from vomstudio.core.files.atomic import check_target
+    from vomstudio.core.files.extensions import check_table_target
     from vomstudio.products.surface.analysis import analyse
     from vomstudio.products.surface.patch import parse_around
     from vomstudio.products.surface.writing import format_of, write_deviations, write_profiles
@@ -71,7 +72,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     place = None if options.around is None else parse_around(options.around)
     check_target(args.output, force=args.force, inputs=[args.model])
     if args.profiles is not None:
-        check_target(args.profiles, force=args.force, inputs=[args.model, args.output])
+        check_table_target(
+            args.profiles,
+            force=args.force,
+            inputs=[args.model, args.output],
+            field="--profiles",
+        )
     progress = progress_reporter(args)
     model = read_in_world(args.model, progress, frame_options(args))
     try:

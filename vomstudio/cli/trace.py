@@ -102,7 +102,7 @@ def _missing_option_error(option: str, other: str) -> UsageError:
 
 def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> None:
     """Follow a contact. Raises UsageError, InputError, GeometryError or TargetError."""
-    from vomstudio.core.files.atomic import check_target
+    from vomstudio.core.files.extensions import check_table_target
     from vomstudio.extraction.followed_trace import write_path
     from vomstudio.extraction.proposals.edge_pictures import colour_by_edges
     from vomstudio.extraction.surface_graph import SurfaceGraph
@@ -111,7 +111,7 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
     from vomstudio.studio.world_models import read_in_world
 
     inputs = [args.model, args.through, options.photo, options.cameras, options.onnx_model]
-    check_target(args.output, force=args.force, inputs=[i for i in inputs if i is not None])
+    check_table_target(args.output, force=args.force, inputs=[i for i in inputs if i is not None])
     model = read_in_world(args.model, progress_reporter(args), frame_options(args), args.project)
     way_points, findings = _way_points(args, model)
     if len(way_points) < 2:

@@ -291,7 +291,7 @@ OPERATIONS: tuple[Operation, ...] = (
         command_options=(SetColors,),
         function="stereonet",
         window="panels.net.stereonet_panel.StereonetPanel",
-        missing=_OF_TABLES,
+        missing=_OF_TABLES | {"project command": "`stereonet` reads a project"},
     ),
     Operation(
         "rose",
@@ -299,7 +299,7 @@ OPERATIONS: tuple[Operation, ...] = (
         command_options=(RoseFigure, SetColors),
         function="rose",
         window="panels.net.stereonet_panel.StereonetPanel",
-        missing=_OF_TABLES,
+        missing=_OF_TABLES | {"project command": "`rose` reads a project"},
     ),
     Operation(
         "info",

@@ -607,6 +607,8 @@ def test_the_cameras_of_the_textbook_are_in_the_table() -> None:
         assert found is not None
         assert found.width_px == width
     assert "NIKON D90" in similar_cameras("D90")
+    assert all(name.startswith("DJI") for name in similar_cameras("DJI"))
+    assert len(similar_cameras("DJI")) == 5
 
 
 def test_every_row_of_the_table_describes_a_possible_camera() -> None:

@@ -27,6 +27,10 @@ class HelpRequested(Exception):
     """Raised by --help and --version; contains the text to show."""
 
 
+_NUMBERS: dict[Any, str] = {float: "number.invalid", int: "number.not-whole"}
+"""Codes of the errors that a word is not a number, by its type."""
+
+
 class Parser(argparse.ArgumentParser):
     """Parser that raises errors instead of printing a message and exiting."""
 
@@ -61,8 +65,14 @@ class Parser(argparse.ArgumentParser):
         return super()._get_values(action, arg_strings)
 
     def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
+        try:
+            value = super()._get_value(action, arg_string)
+        except argparse.ArgumentError:
+            if action.type not in _NUMBERS:
+                raise
+            finding = Finding(_NUMBERS[action.type], text=arg_string)
+            raise UsageError(finding, field=_name_of(action)) from None
         # Choices never differ only in case, so PCA is pca.
-        value = super()._get_value(action, arg_string)
         if isinstance(action, argparse._SubParsersAction) or action.choices is None:
             return value
         matches = [c for c in action.choices if isinstance(c, str) and c == str(value).casefold()]
@@ -125,7 +135,9 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         if missing := re.search(r"arguments are required: (.+)$", message):
             names = [_long_name(name) for name in missing[1].split(", ")]
-            finding = Finding("command.arguments-missing", names=names, program=self.prog)
+            finding = Finding(
+                "command.arguments-missing", names=names, count=len(names), program=self.prog
+            )
             raise UsageError(finding, field=names[0])
         match = re.match(r"argument ([^:]+): (.*)", message, re.DOTALL)
         field, problem = match.groups() if match else (_alternatives(message), message)

@@ -63,7 +63,7 @@ def check_first_word(words: Sequence[str]) -> None:
         raise UsageError(Finding("command.window-options"), field=option)
     if missing != words[0] or _is_path_like(missing):
         raise _missing_file_error(missing)
-    nearest = nearest_word(missing.casefold(), COMMANDS)
+    nearest = nearest_word(missing.casefold(), [*COMMANDS, "--help", "--version"])
     finding = Finding(
         "command.unknown", value=missing, nearest=nearest, commands=", ".join(COMMANDS)
     )

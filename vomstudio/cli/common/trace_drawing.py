@@ -35,7 +35,7 @@ def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> No
     ------
     UsageError, InputError, GeometryError, TargetError
     """
-    from vomstudio.core.files.atomic import check_target
+    from vomstudio.core.files.extensions import check_table_target
     from vomstudio.products.ortho import back_projection
     from vomstudio.project.tables.line_table import write_line_table
     from vomstudio.studio.world_models import read_in_world
@@ -45,7 +45,7 @@ def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> No
             Finding("option.requires", option="--from-ortho", other="--sidecar"),
             field="--sidecar",
         )
-    check_target(
+    check_table_target(
         args.output, force=args.force, inputs=[args.model, args.from_ortho, options.sidecar]
     )
     sidecar = back_projection.read_sidecar(options.sidecar)

@@ -30,7 +30,7 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
     ------
     UsageError, InputError, GeometryError, TargetError
     """
-    from vomstudio.core.files.atomic import check_target
+    from vomstudio.core.files.extensions import check_table_target
     from vomstudio.extraction.proposals.edge_pictures import colour_by_edges
     from vomstudio.extraction.proposals.traces import propose_traces
     from vomstudio.extraction.surface_graph import SurfaceGraph
@@ -39,7 +39,7 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
     from vomstudio.studio.jobs.edge_detection import open_edge_finder
     from vomstudio.studio.world_models import read_in_world
 
-    check_target(args.output, force=args.force, inputs=[args.model])
+    check_table_target(args.output, force=args.force, inputs=[args.model])
     progress = progress_reporter(args)
     model = read_in_world(args.model, progress, frame_options(args), args.project)
     data, spacing = model.data, resolution(model.data)

@@ -124,10 +124,10 @@ def _plane(target: MeasurableTarget, azimuth: Any) -> tuple[Plane, tuple[Finding
 
         return plane_option(target.plane), ()
     from vomstudio.geology.populations.table_means import mean_plane
-    from vomstudio.io.text.orientation_reading import read_orientations
+    from vomstudio.project.picks import read_picks
 
     assert target.mean is not None
-    table = read_orientations(target.mean, azimuth)
+    table = read_picks(target.mean, azimuth)
     return mean_plane(table, target.set), tuple(table.warnings)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vomstudio.cli.common import text_tables
@@ -51,15 +50,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Object that receives the results, warnings and progress.
     """
     from vomstudio.geology.coverage.table_repeats import table_repeats
-    from vomstudio.project.repeated_picks import read_repeated_picks
+    from vomstudio.project.picks import read_picks
 
     progress = report_reading(args, args.table)
-    table = read_repeated_picks(Path(args.table), args.azimuth)
+    table = read_picks(args.table, args.azimuth, repeats=True)
     progress.stage(tr("Comparing repeated picks"))
     options = parse_options(args, RepeatOptions)
     repeats = table_repeats(table, options.by, options.interpreter)
     out.result(repeats.to_dict())
-    out.note(tr("read as {convention}", convention=repeats.convention))
+    out.note(tr("read {convention}", convention=repeats.convention))
     out.warn(repeats.warnings)
     out.text(_result_text(repeats))
 

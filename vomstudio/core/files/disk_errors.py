@@ -102,6 +102,13 @@ def failure_reason(folder: Path, error: BaseException) -> str:
     return str(getattr(error, "strerror", None) or error)
 
 
+def damage_reason(error: BaseException) -> str:
+    """Return what is wrong with the content of a file, to be shown in brackets in a sentence."""
+    if isinstance(error, KeyError) and error.args:
+        return tr("{name} is missing", name=error.args[0])
+    return str(getattr(error, "strerror", None) or error)
+
+
 def write_error(path: str | Path, error: BaseException) -> TargetError:
     """Return the error for an output that could not be written, with its cause."""
     shown = Path(path)

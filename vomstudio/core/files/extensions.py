@@ -6,7 +6,14 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from vomstudio.core.errors import UsageError
+from vomstudio.core.files.atomic import check_target
 from vomstudio.core.findings import Finding
+
+_OTHER_PROGRAMS = frozenset(
+    (".xlsx", ".xls", ".ods", ".gpkg", ".shp", ".geojson", ".json", ".kml", ".dxf", ".tif", ".tiff")
+    + (".png", ".jpg", ".jpeg", ".svg", ".pdf", ".html", ".obj", ".ply", ".glb", ".las", ".laz")
+)
+"""Extensions that promise another format than a table of text."""
 
 
 def check_extension(
@@ -25,3 +32,26 @@ def check_extension(
         cause = Finding("output.unknown-format", suffix=suffix, formats=formats)
         raise UsageError(cause, file=path, field=field)
     return suffix
+
+
+def check_table_target(
+    path: str | Path,
+    *,
+    force: bool = False,
+    inputs: Iterable[str | Path] = (),
+    field: str = "--output",
+) -> None:
+    """Check that a table of text can be written to a path, as `check_target` does.
+
+    Raises
+    ------
+    UsageError
+        If the extension promises another format, such as .xlsx.
+    TargetError
+        As for `check_target`.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix in _OTHER_PROGRAMS:
+        cause = Finding("output.unknown-format", suffix=suffix, formats=(".csv", ".txt"))
+        raise UsageError(cause, file=path, field=field)
+    check_target(path, force=force, inputs=inputs)

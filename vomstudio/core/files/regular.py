@@ -35,6 +35,11 @@ def is_regular(path: str | Path) -> bool:
         return False
 
 
+def folder_finding(path: Path) -> Finding:
+    """Return the finding that a folder was given instead of a file."""
+    return Finding("file.is-project" if path.suffix == ".vom" else "file.is-folder")
+
+
 def is_folder(path: str | Path) -> bool:
     """Return whether the path is a folder; return False if `Path.is_dir` would raise an error."""
     try:

@@ -59,6 +59,15 @@ TEXTS: dict[str, Entry] = {
             " counted from 0). Correct or remove them.",
         ),
     ),
+    "array.no-such-point": (
+        "error",
+        *to_translate_n(
+            "{count} face has a point that does not exist (row {first_row}, counted from 0)."
+            " Correct or remove it.",
+            "{count} faces have points that do not exist (first: row {first_row}, counted from 0)."
+            " Correct or remove them.",
+        ),
+    ),
     "array.not-positive": (
         "error",
         *to_translate_n(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vomstudio.core.finding_texts.entry import Entry
-from vomstudio.core.words import to_translate
+from vomstudio.core.words import to_translate, to_translate_n
 
 TEXTS: dict[str, Entry] = {
     "command.missing": (

@@ -94,6 +94,10 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("The file has several layers: {layers}. Specify one of them."),
     ),
+    "drawing.unknown-layer": (
+        "error",
+        to_translate("The file has no layer “{layer}”. Choose one of: {layers}."),
+    ),
     "drawing.paper-space": (
         "warning",
         *to_translate_n(

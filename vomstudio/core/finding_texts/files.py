@@ -50,6 +50,12 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("This is a folder. Specify a file in it."),
     ),
+    "file.is-project": (
+        "error",
+        to_translate(
+            "This is a project. Specify a file instead, such as one that vomstudio export writes."
+        ),
+    ),
     "file.empty": (
         "error",
         to_translate("The file is empty. Export or copy it again."),

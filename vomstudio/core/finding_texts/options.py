@@ -51,4 +51,8 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("“{text}” is not a number. Correct it."),
     ),
+    "number.not-whole": (
+        "error",
+        to_translate("“{text}” is not a whole number. Correct it."),
+    ),
 }

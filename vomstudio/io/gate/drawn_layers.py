@@ -16,7 +16,7 @@ import numpy as np
 
 from vomstudio.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ObjectArray
 from vomstudio.core.errors import InputError, UsageError
-from vomstudio.core.files.regular import is_folder, path_exists
+from vomstudio.core.files.regular import folder_finding, is_folder, path_exists
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.geometry.outlines.self_crossing import resolve_crossings
@@ -262,12 +262,23 @@ def _read(
 ) -> RawLayer:
     import shapely
 
-    if not path_exists(path) or is_folder(path):
+    if is_folder(path):
+        raise InputError(folder_finding(path), file=path)
+    if not path_exists(path):
         raise InputError(Finding("file.missing"), file=path)
-    layer = layer or _find_layer(path, kinds, progress)
+    given_layer, layer = layer, layer or _find_layer(path, kinds, progress)
     names = {name.casefold() for name in (*attributes, *ENTITY_COLUMNS, "layer")}
     read = next(
-        iter(read_layers(path, [layer], names, lambda: _unreadable(path), progress, is_flat=False)),
+        iter(
+            read_layers(
+                path,
+                [layer],
+                names,
+                lambda: _unreadable(path, given_layer, progress),
+                progress,
+                is_flat=False,
+            )
+        ),
         VectorLayer("", None),
     )
     # A table without geometry is not a layer of shapes.
@@ -308,7 +319,14 @@ def _no_shapes_error(raw_layer: RawLayer, kinds: tuple[str, ...]) -> InputError:
     return InputError(Finding(code), file=raw_layer.path)
 
 
-def _unreadable(path: Path) -> InputError:
+def _unreadable(
+    path: Path, layer: str | None = None, progress: Progress | None = None
+) -> InputError:
+    if layer is not None:
+        layers = [each.name for each in list_layers(path, lambda: _unreadable(path), progress)]
+        if layer not in layers:
+            finding = Finding("drawing.unknown-layer", layer=layer, layers=layers)
+            return UsageError(finding, file=path, field="--layer")
     return InputError(
         unreadable_reason(path) or Finding("drawing.unreadable"),
         file=path,

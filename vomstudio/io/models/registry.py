@@ -11,7 +11,7 @@ import importlib
 from pathlib import Path
 
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.regular import folder_finding, open_regular
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.io.models.reader import HEAD_BYTES, Reader
@@ -56,7 +56,7 @@ def read_head(path: Path) -> bytes:
     """Return the first bytes of a file. Raises InputError if the file is not readable."""
     try:
         if path.is_dir():
-            raise InputError(Finding("file.is-folder"), file=path)
+            raise InputError(folder_finding(path), file=path)
         with open_regular(path) as file:
             return file.read(HEAD_BYTES)
     except FileNotFoundError:

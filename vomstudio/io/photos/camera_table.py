@@ -122,12 +122,13 @@ def search_cameras(text: str) -> list[CameraModel]:
 
 
 def similar_cameras(name: str, limit: int = 5) -> list[str]:
-    """Return similar names from the table as suggestions."""
+    """Return names from the table that contain the words of a name, or else are similar to it."""
     import difflib
 
     normalized = _normalize(name)
     names = {_normalize(n): camera_label(m.make, n) or n for m in camera_models() for n in m.names}
     containing = [names[key] for key in names if normalized and normalized in key]
+    containing += [model.common_label for model in search_cameras(name) if normalized]
     close = [names[key] for key in difflib.get_close_matches(normalized, names, limit, 0.6)]
     return list(dict.fromkeys(containing + close))[:limit]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.file_kinds import refuse_other_kind, require_text
-from vomstudio.core.files.regular import is_regular, read_pipe, read_whole
+from vomstudio.core.files.regular import folder_finding, is_regular, read_pipe, read_whole
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
@@ -30,7 +30,7 @@ def require_file(path: Path) -> int:
     except (OSError, ValueError) as error:
         raise _unreadable(path, error) from error
     if stat.S_ISDIR(status.st_mode):
-        raise InputError(Finding("file.is-folder"), file=path)
+        raise InputError(folder_finding(path), file=path)
     if not (stat.S_ISREG(status.st_mode) or stat.S_ISFIFO(status.st_mode)):
         raise InputError(Finding("file.not-regular"), file=path)
     return status.st_size

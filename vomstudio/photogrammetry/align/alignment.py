@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.core.errors import InputError
+from vomstudio.core.files.disk_errors import damage_reason
 from vomstudio.core.files.regular import read_json, read_whole
 from vomstudio.core.findings import Finding, plain
 from vomstudio.core.progress import Executor, Progress
@@ -136,7 +137,7 @@ class Alignment:
             )
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise InputError(
-                Finding("alignment.damaged", reason=type(error).__name__),
+                Finding("alignment.damaged", reason=damage_reason(error)),
                 file=folder,
             ) from error
 

@@ -12,6 +12,7 @@ import numpy as np
 from vomstudio.core.arrays import ByteArray, Float32Array, FloatArray, Int32Array, IntArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.arrays import open_arrays
+from vomstudio.core.files.disk_errors import damage_reason
 from vomstudio.core.files.regular import read_json
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import View
@@ -143,6 +144,6 @@ class SparseScene:
                 )
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise InputError(
-                Finding("alignment.damaged", reason=type(error).__name__),
+                Finding("alignment.damaged", reason=damage_reason(error)),
                 file=folder,
             ) from error

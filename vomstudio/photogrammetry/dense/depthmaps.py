@@ -11,6 +11,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from vomstudio.core.errors import GeometryError, InputError
 from vomstudio.core.files.arrays import open_arrays
+from vomstudio.core.files.disk_errors import damage_reason
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.kernels.jit import to_kernel_array
@@ -126,7 +127,7 @@ class DepthMap:
                 )
         except (OSError, ValueError, KeyError, TypeError, EOFError) as error:
             raise InputError(
-                Finding("reconstruct.damaged", reason=type(error).__name__),
+                Finding("reconstruct.damaged", reason=damage_reason(error)),
                 file=path,
             ) from error
 

@@ -16,6 +16,7 @@ import numpy as np
 from vomstudio.core.arrays import ByteArray, Float32Array, FloatingArray, IntArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.arrays import open_arrays
+from vomstudio.core.files.disk_errors import damage_reason
 from vomstudio.core.files.regular import read_json
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
@@ -50,7 +51,7 @@ def _aligned_names(folder: Path) -> list[tuple[str, int, int]]:
         return [(str(row[0]), int(row[1]), int(row[2])) for row in rows]
     except (OSError, ValueError, TypeError, IndexError) as error:
         raise InputError(
-            Finding("alignment.damaged", reason=type(error).__name__),
+            Finding("alignment.damaged", reason=damage_reason(error)),
             file=folder,
         ) from error
 

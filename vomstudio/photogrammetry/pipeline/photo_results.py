@@ -11,6 +11,7 @@ import numpy as np
 
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.arrays import open_arrays
+from vomstudio.core.files.disk_errors import damage_reason
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
@@ -78,7 +79,7 @@ def load_result(load: Callable[[Path], Result], path: Path) -> Result:
         return load(path)
     except (OSError, ValueError, KeyError, TypeError, EOFError) as error:
         raise InputError(
-            Finding("reconstruct.damaged", reason=type(error).__name__),
+            Finding("reconstruct.damaged", reason=damage_reason(error)),
             file=path,
         ) from error
 

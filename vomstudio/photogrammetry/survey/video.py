@@ -18,7 +18,7 @@ from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.files.containment import check_in_project
 from vomstudio.core.files.disk_errors import failure_reason
 from vomstudio.core.files.names import decode_name, utf8_name
-from vomstudio.core.files.regular import open_regular, read_json
+from vomstudio.core.files.regular import folder_finding, open_regular, read_json
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.results import HIDDEN_IN_JSON, Result
@@ -199,7 +199,7 @@ class _Video:
         import cv2
 
         if path.is_dir():
-            raise InputError(Finding("file.is-folder"), file=path)
+            raise InputError(folder_finding(path), file=path)
         if not path.is_file():
             raise InputError(Finding("file.missing"), file=path)
         if path.stat().st_size == 0:

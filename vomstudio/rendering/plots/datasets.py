@@ -105,6 +105,32 @@ def dataset_blocks(data: Any) -> Sequence[Any]:
     return list(data) if isinstance(data, pyvista.MultiBlock) else [data]
 
 
+def dataset_triangles(data: Any) -> tuple[FloatArray, IntArray]:
+    """Return the points and triangles of a data set or of all its blocks.
+
+    Parameters
+    ----------
+    data : DataSet or MultiBlock
+        ``field_data["origin"]`` (3,) is added to its points, if present.
+
+    Returns
+    -------
+    points : (n, 3) float64
+    faces : (m, 3) int64
+        Empty for points alone.
+    """
+    points, faces, count = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], 0
+    for block in dataset_blocks(data):
+        surface = block.extract_surface() if not hasattr(block, "is_all_triangles") else block
+        surface = surface.triangulate()
+        origin = np.asarray(block.field_data.get("origin", 0.0))
+        points.append(np.asarray(surface.points, np.float64) + origin)
+        if surface.faces.size:
+            faces.append(surface.faces.reshape(-1, 4)[:, 1:] + count)
+        count += surface.n_points
+    return np.vstack(points), np.vstack(faces)
+
+
 def texture_file(block: Any) -> Path | None:
     """Return the texture file of a block, or None if the file does not exist."""
     if "texture" not in block.field_data or block.active_texture_coordinates is None:

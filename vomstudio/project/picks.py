@@ -1,0 +1,51 @@
+"""Reading of planes and lines from a table or from a project."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vomstudio.io.text.orientation_columns import Azimuth
+from vomstudio.io.text.orientation_reading import OrientationTable, read_orientations
+from vomstudio.project.folder import is_project
+
+
+def read_picks(
+    path: str | Path, azimuth: Azimuth | None = None, *, repeats: bool = False
+) -> OrientationTable:
+    """Read the planes and lines of a table or of a project, which may be open in a window.
+
+    Parameters
+    ----------
+    path : str or Path
+        Table, or project folder.
+    azimuth : {"strike", "dipdir"}, optional
+        Meaning of a column named only ``azimuth``.
+    repeats : bool, optional
+        Whether to include rows that repeat another pick.
+
+    Returns
+    -------
+    OrientationTable
+
+    Raises
+    ------
+    InputError, UsageError
+        As `read_orientations`, or if the project has no features.
+    """
+    path = Path(path)
+    if not is_project(path):
+        return read_orientations(path, azimuth, repeats=repeats)
+    # Tables are read without the libraries of projects.
+    from vomstudio.project.exports.export import refuse_empty, thresholds_of
+    from vomstudio.project.exports.feature_table import feature_table
+    from vomstudio.project.journal.database import read_replay
+    from vomstudio.project.measurement_cache import Measurements
+    from vomstudio.project.records import Feature
+
+    replay = read_replay(path)
+    refuse_empty(replay.records, path)
+    features = [r for r in replay.records.values() if isinstance(r, Feature)]
+    measurements = Measurements(thresholds_of(replay.settings)).of(
+        replay.records, [f.id for f in features]
+    )
+    return feature_table(replay.records, features, measurements, repeats=repeats)
