@@ -135,9 +135,7 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         if missing := re.search(r"arguments are required: (.+)$", message):
             names = [_long_name(name) for name in missing[1].split(", ")]
-            finding = Finding(
-                "command.arguments-missing", names=names, count=len(names), program=self.prog
-            )
+            finding = Finding("command.arguments-missing", names=names, program=self.prog)
             raise UsageError(finding, field=names[0])
         match = re.match(r"argument ([^:]+): (.*)", message, re.DOTALL)
         field, problem = match.groups() if match else (_alternatives(message), message)

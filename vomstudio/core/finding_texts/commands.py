@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vomstudio.core.finding_texts.entry import Entry
-from vomstudio.core.words import to_translate, to_translate_n
+from vomstudio.core.words import to_translate
 
 TEXTS: dict[str, Entry] = {
     "command.missing": (
