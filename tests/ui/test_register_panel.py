@@ -227,7 +227,7 @@ def test_the_scale_of_a_model_is_kept_where_that_is_ticked(studio, pairs) -> Non
     tick(pairs, 4)
     assert pairs.placed is not None
     assert pairs.placed.scale == pytest.approx(2.0)
-    box = pairs.keep_scale
+    box = pairs.options.fields["keep_scale"]
     QTest.mouseClick(box, Qt.MouseButton.LeftButton, pos=QPoint(8, box.height() // 2))
     assert box.isChecked()
     assert pairs.placed.scale == pytest.approx(1.0, abs=1e-3)
@@ -248,11 +248,11 @@ def test_the_scale_of_a_model_is_kept_where_that_is_ticked(studio, pairs) -> Non
 @pytest.mark.full
 def test_a_typed_click_error_counts_in_the_errors_and_is_stored(studio, pairs) -> None:
     tick(pairs, 4)
-    errors = []
+    errors, field = [], pairs.options.fields["click_sigma_m"]
     for typed in ("0.01", "0,2"):
-        pairs.click_error.clear()
-        QTest.keyClicks(pairs.click_error, typed)
-        QTest.keyClick(pairs.click_error, Qt.Key.Key_Return)
+        field.selectAll()
+        QTest.keyClicks(field, typed)
+        QTest.keyClick(field, Qt.Key.Key_Return)
         QTest.mouseClick(pairs.register, Qt.MouseButton.LeftButton)
         registration = studio.records["m9"].registration
         assert registration.click_sigma_m == pytest.approx(float(typed.replace(",", ".")))

@@ -50,6 +50,8 @@ class Declaration:
         of its area".
     choices : tuple of str, optional
         Allowed values.
+    titles : tuple of str
+        Names of the choices in a form, in the same order. If empty, a form shows the values.
     minimum, maximum : float, optional
         Bounds, both inclusive.
     metavar : str, optional
@@ -74,6 +76,7 @@ class Declaration:
     label: str = ""
     automatic: str = ""
     choices: tuple[str, ...] | None = None
+    titles: tuple[str, ...] = ()
     minimum: float | None = None
     maximum: float | None = None
     metavar: str | None = None
@@ -131,6 +134,7 @@ def option(
     label: str = "",
     automatic_text: str = "",
     choices: tuple[str, ...] | None = None,
+    titles: tuple[str, ...] = (),
     minimum: float | None = None,
     maximum: float | None = None,
     metavar: str | None = None,
@@ -148,6 +152,7 @@ def option(
         "label": label,
         "automatic": automatic_text,
         "choices": choices,
+        "titles": titles,
         "minimum": minimum,
         "maximum": maximum,
         "metavar": metavar,

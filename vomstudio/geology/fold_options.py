@@ -39,7 +39,12 @@ class FoldOptions(Options):
         None, metavar="SET", help=to_translate("use only planes of this set")
     )
     quality: Literal["good", "doubtful"] | None = option(
-        None, help=to_translate("use only planes with at least this verdict (column quality)")
+        None,
+        label=to_translate("Quality"),
+        titles=(to_translate("Good only"), to_translate("Good, doubtful")),
+        empty_text=to_translate("Any quality"),
+        help=to_translate("use only planes with at least this verdict (column quality)"),
+        tip=to_translate("Use planes with this verdict for the fold axis"),
     )
     by: str | None = option(
         None,

@@ -158,6 +158,9 @@ class RegisterOptions(Options):
         None,
         minimum=0.0,
         maximum=MAX_LENGTH_M,
+        decimals=4,
+        label=to_translate("Click error"),
+        tip=to_translate("Error of a click on the model (1σ)"),
         help=to_translate(
             "standard deviation of each coordinate of a point picked on the model, in addition to"
             " the control accuracy, m"
@@ -195,7 +198,10 @@ class RegisterOptions(Options):
         False, help=to_translate("leave out and report outliers among the observations")
     )
     keep_scale: bool = option(
-        False, help=to_translate("keep the scale of the model: rotate and shift only")
+        False,
+        label=to_translate("Keep model scale"),
+        tip=to_translate("Only rotate and shift the model, as for laser scans"),
+        help=to_translate("keep the scale of the model: rotate and shift only"),
     )
 
     def __post_init__(self) -> None:

@@ -9,13 +9,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from vomstudio.core.arrays import FloatArray
-from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.words import tr, tr_n
 from vomstudio.geology.statistics import orientation_tensor
 from vomstudio.geometry import transform
-from vomstudio.geometry.coordinate_limits import check_error
 from vomstudio.geometry.matrices import Matrix, Point
 from vomstudio.geometry.registrations import Method, ReadNorth, Registration, RegistrationPoint
 from vomstudio.io.control.observation_tables import CompassTable, Pairs
@@ -44,25 +42,6 @@ from vomstudio.studio.placing.known_lines import (
 
 MAX_SETS_REPORTED = 5
 Z_95 = 1.959963984540054
-
-
-def parse_click_sigma(text: str, field: str) -> float:
-    """Parse the standard deviation of a click on the model, metres.
-
-    Raises
-    ------
-    UsageError
-        If it is not a number, negative or not plausible; the error names `field`.
-    """
-    try:
-        value = float(text.strip().removesuffix("m").replace(",", "."))
-    except ValueError:
-        value = np.nan
-    if np.isnan(value):
-        raise UsageError(Finding("number.not-a-length", text=text[:40]), field=field)
-    if value != 0.0 and (problem := check_error(value)) is not None:
-        raise UsageError(problem, field=field)
-    return value
 
 
 def import_control_points(

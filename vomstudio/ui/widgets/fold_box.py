@@ -6,10 +6,12 @@ from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from vomstudio.core.words import tr
+from vomstudio.geology.fold_options import FoldOptions
 from vomstudio.geology.fold_planes import FoldFilter
 from vomstudio.ui.base.controls import ComboBox
 from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.widgets.options_form import OptionFields
 
 
 class FoldBox(QWidget):
@@ -18,20 +20,21 @@ class FoldBox(QWidget):
     def __init__(self, studio: Studio) -> None:
         super().__init__()
         self._studio = studio
-        self.quality, self.set = ComboBox(), ComboBox()
-        for box, name, tip in (
-            (self.quality, "fold_quality", tr("Use planes with this verdict for the fold axis.")),
-            (self.set, "fold_set", tr("Use planes of this set for the fold axis.")),
-        ):
-            box.setObjectName(name)
-            box.setToolTip(tip)
-            box.setAccessibleName(tip)
+        self.options = OptionFields(FoldOptions, "fold")
+        self.options.changed.connect(self._apply)
+        # The lists stand side by side without labels.
+        self.options.labels.clear()
+        quality, self.set = self.options.fields["quality"], ComboBox()
+        assert isinstance(quality, ComboBox)
+        self.quality = quality
+        tip = tr("Use planes of this set for the fold axis.")
+        self.set.setObjectName("fold_set")
+        self.set.setToolTip(tip)
+        self.set.setAccessibleName(tip)
+        self.set.activated.connect(self._apply)
+        for box in (self.quality, self.set):
             box.keep_narrow()
             box.setMinimumContentsLength(6)
-            box.activated.connect(lambda _: self._apply())
-        self.quality.addItem(tr("Any quality"), None)
-        self.quality.addItem(tr("Good, doubtful"), "doubtful")
-        self.quality.addItem(tr("Good only"), "good")
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(4)
@@ -55,9 +58,9 @@ class FoldBox(QWidget):
             for name in names:
                 self.set.addItem(name, name)
             self.set.setCurrentIndex(self.set.findData(set_name) if set_name is not None else 0)
-        self.quality.setCurrentIndex(max(0, self.quality.findData(fold.which.min_quality)))
+        self.options.show_value("quality", fold.which.min_quality)
 
-    def _apply(self) -> None:
+    def _apply(self, *_: object) -> None:
         fold = self._studio.fold
-        fold_filter = FoldFilter(self.quality.currentData(), self.set.currentData())
+        fold_filter = FoldFilter(self.options.options().quality, self.set.currentData())
         fold.choose(fold_filter, is_selected=fold.selected)

@@ -126,8 +126,12 @@ class OptionFields(QObject, Generic[Options]):
             choice = ComboBox()
             if _is_automatic(declaration):
                 choice.addItem(tr(declaration.empty), None)
-            for item in declaration.choices:
-                choice.addItem(item, item)
+            for item, title in zip(
+                declaration.choices,
+                map(tr, declaration.titles or declaration.choices),
+                strict=True,
+            ):
+                choice.addItem(title, item)
             choice.activated.connect(lambda _: self.changed.emit())
             return choice
         if declaration.kind is str:

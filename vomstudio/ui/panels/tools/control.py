@@ -14,11 +14,9 @@ import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
-    QCheckBox,
     QFileDialog,
     QFormLayout,
     QHBoxLayout,
-    QLineEdit,
     QPushButton,
     QTableWidgetItem,
     QWidget,
@@ -34,6 +32,7 @@ from vomstudio.project import edits
 from vomstudio.project.kinds.control_point import ControlPoint
 from vomstudio.project.kinds.known_line import CLICKED, KINDS, KnownKind, KnownLine
 from vomstudio.project.records import Compass, Model
+from vomstudio.registration.register_options import RegisterOptions
 from vomstudio.studio.tools.control import ControlTool
 from vomstudio.studio.tools.known_line import KnownLineTool
 from vomstudio.ui.base import file_filters, theme
@@ -63,6 +62,7 @@ from vomstudio.ui.panels.tools.readings import (
 from vomstudio.ui.widgets.copied_command import CopyCommandButton
 from vomstudio.ui.widgets.crs_field import CrsField
 from vomstudio.ui.widgets.more_section import MoreSection
+from vomstudio.ui.widgets.options_form import OptionFields
 
 if TYPE_CHECKING:
     from vomstudio.registration.north import North
@@ -124,10 +124,8 @@ class ControlPanel(QWidget):
         self.crs_field = CrsField()
         self.crs_field.setPlaceholderText(tr("none: local metres, x east, y north"))
         self.crs_field.textChanged.connect(self._solve)
-        self.click_error = _click_error_field()
-        self.click_error.editingFinished.connect(self._solve)
-        self.keep_scale = _keep_scale_box()
-        self.keep_scale.toggled.connect(self._solve)
+        self.options = OptionFields(RegisterOptions, "register")
+        self.options.changed.connect(self._solve)
         self.compass = CompassBox(studio, self._list_labels, self._find_north_inputs)
         self.map = ControlMap()
         self.summary = hint_label()
@@ -144,8 +142,8 @@ class ControlPanel(QWidget):
         form.addRow(tr("Click"), self.click_box)
         form.addRow(tr("CRS"), self.crs_field)
         details = narrow_form()
-        details.addRow(tr("Click error"), self.click_error)
-        details.addRow(self.keep_scale)
+        self.options.add_rows(details)
+        details.addRow(self.options.fields["keep_scale"])
         details.addRow(self.copy)
         column = narrow_column(self)
         column.addLayout(row)
@@ -185,10 +183,9 @@ class ControlPanel(QWidget):
         ]
         if model is None or self.model is None or model.id != self.model.id:
             self.crs_field.preferred = self._studio.crs_codes()
-            with QSignalBlocker(self.crs_field), QSignalBlocker(self.keep_scale):
+            with QSignalBlocker(self.crs_field), QSignalBlocker(self.options):
                 self.crs_field.setText("" if model is None else model.frame.crs or "")
-                self.keep_scale.setChecked(False)
-                self.click_error.clear()
+                self.options.reset()
         if lines != self._lines:
             self.lines.show_lines(lines, self._studio.settings.notation)
         if points != self._points:
@@ -239,7 +236,7 @@ class ControlPanel(QWidget):
         self._pair_count = len(pairs.labels)
         self._extent = float(np.ptp(pairs.model, axis=0).max()) if self._pair_count > 1 else 0.0
         table = compass_table(lines, self.readings.directions)
-        keep_scale = self.keep_scale.isChecked()
+        options = self.options.options()
         resolution = None if open_model is None else open_model.resolution
         photo_up = self._photo_up(model)
 
@@ -259,15 +256,14 @@ class ControlPanel(QWidget):
                 turned_deg=north.turned_deg,
                 north_sigma_stated=is_sigma_stated,
                 photo_up=photo_up,
-                keep_scale=keep_scale,
-                click_sigma_m=click_sigma_m,
+                keep_scale=options.keep_scale,
+                click_sigma_m=options.click_sigma_m,
                 resolution=resolution,
             )
 
         self.north, self._north_text = None, ""
         try:
             self.crs = self._parse_crs()
-            click_sigma_m = self._parse_click_error()
             if has_azimuths(lines):
                 self.north, self._north_text = self.readings.resolve_north(self._find_north_inputs)
         except VomError as error:
@@ -302,7 +298,8 @@ class ControlPanel(QWidget):
         self.summary.setText(tr("Placing the model by {count} observations…", count=f"{count:,}"))
 
     def _show_result(self, placed: Placed) -> None:
-        self._show_default_click_error(placed)
+        if placed.click_sigma_m and self.options.options().click_sigma_m is None:
+            self.options.show_automatic("click_sigma_m", placed.click_sigma_m)
         text = format_placement(placed, self.model, self.crs)
         self._show_placement(placed, "\n".join(filter(None, [text, self._north_text])))
         self._allow_buttons(None)
@@ -373,19 +370,6 @@ class ControlPanel(QWidget):
         text = self.crs_field.text().strip()
         return metric_crs(text, tr("CRS")) if text else None
 
-    def _parse_click_error(self) -> float | None:
-        from vomstudio.studio.placing.registering import parse_click_sigma
-
-        text = self.click_error.text().strip()
-        return parse_click_sigma(text, tr("Click error (m)")) if text else None
-
-    def _show_default_click_error(self, placed: Placed) -> None:
-        """Show the default click error in the empty field."""
-        default = tr("half the model resolution, m")
-        if placed.click_sigma_m and not self.click_error.text().strip():
-            default = tr("{error:.2g} m: half the model resolution", error=placed.click_sigma_m)
-        self.click_error.setPlaceholderText(default)
-
     def _list_labels(self) -> list[str]:
         return [item.name for item in (*self._points, *self._lines)]
 
@@ -439,6 +423,7 @@ class ControlPanel(QWidget):
         studio, model = self._studio, self.model
         path = None if model is None else studio.project.find_model(model)
         if path is not None:
+            options = self.options.options()
             copy_register(
                 parent=self,
                 studio=studio,
@@ -448,8 +433,8 @@ class ControlPanel(QWidget):
                 crs=self.crs,
                 readings=self.readings,
                 north=self.north,
-                fixed_scale=self._metres_per_unit() if self.keep_scale.isChecked() else None,
-                click_sigma_m=self._parse_click_error(),
+                fixed_scale=self._metres_per_unit() if options.keep_scale else None,
+                click_sigma_m=options.click_sigma_m,
             )
 
     # --- actions -----------------------------------------------------------------------------
@@ -587,21 +572,6 @@ class ControlPanel(QWidget):
         )
         if finding is not None:
             studio.info(finding)
-
-
-def _click_error_field() -> QLineEdit:
-    field = QLineEdit()
-    field.setObjectName("click_error")
-    field.setPlaceholderText(tr("half the model resolution"))
-    field.setToolTip(tr("Error of a click on the model (1σ)."))
-    return field
-
-
-def _keep_scale_box() -> QCheckBox:
-    box = QCheckBox(tr("Keep model scale"))
-    box.setObjectName("keep_scale")
-    box.setToolTip(tr("Only rotate and shift the model, as for laser scans."))
-    return box
 
 
 PANEL = ControlPanel
