@@ -157,7 +157,7 @@ def _parallel(path: str, same_bed_pairs: Sequence[str], groups: PointGroups) -> 
 def _parallel_text(parallel_beds: ParallelBeds) -> str:
     summary = tr(
         "Joint fit of parallel planes: {plane} (dip direction/dip, 95 %; at least {smallest}"
-        " deg), RMS {rms} m, p of being parallel {p}",
+        " deg), RMS {rms} m, p if parallel {p}",
         plane=text_tables.plane_with_error(vars(parallel_beds), "max_confidence95_deg"),
         smallest=text_tables.figures(parallel_beds.min_confidence95_deg),
         rms=text_tables.figures(parallel_beds.rms_m),

@@ -164,7 +164,8 @@ def _result_text(measurable: MeasurableMap) -> str:
     if measurable.best is not None:
         lines.append(
             tr(
-                "The best position for a trace is {x:.2f}, {y:.2f}, {z:.2f}: within {error} deg.",
+                "The best position for a trace is {x:.2f}, {y:.2f}, {z:.2f} (95 % error"
+                " {error} deg).",
                 x=measurable.best["x"],
                 y=measurable.best["y"],
                 z=measurable.best["z"],

@@ -217,8 +217,8 @@ TEXTS: dict[str, Entry] = {
     "output.folder-in-use": (
         "error",
         to_translate(
-            "Another reconstruction is running in this folder ({holder}). Wait for it, or use"
-            " another folder."
+            "Another reconstruction is running in this folder ({holder}). Wait until it"
+            " finishes, or use another folder."
         ),
     ),
     "output.outside-folder": (

@@ -213,7 +213,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "frame.no-crs": (
         "error",
-        to_translate("The file specifies no CRS to convert from. Specify it with --crs."),
+        to_translate(
+            "The CRS of the file is unknown, so it cannot be converted. Specify it with --crs."
+        ),
     ),
     "frame.unit-contradiction": (
         "error",

@@ -9,7 +9,7 @@ TEXTS: dict[str, Entry] = {
     "trace.beside": (
         "warning",
         to_translate(
-            "Points {start} to {end} are {offset_m:.2g} m off the plane of the others, behind"
+            "Points {start} to {end} are {offset_m:.2g} m off the plane of the others, beyond"
             " rock without a contact. Add a way-point there on the correct contact."
         ),
     ),

@@ -175,15 +175,15 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "All {readings} are rotated by {turn_deg:+.0f}° ± {error95_deg:.0f}° (95 %), a"
-            " quarter or half turn. Check the columns, then add {correction_deg:+.0f}°. Their"
-            " north was not used."
+            " quarter or half turn, so their north was not used. Check the columns, then add"
+            " {correction_deg:+.0f}°."
         ),
     ),
     "registration.north-turned": (
         "warning",
         to_translate(
-            "All {readings} are rotated by {turn_deg:+.1f}° ± {error95_deg:.1f}° (95 %). Check"
-            " --declination, or specify --north-sigma. Their north was not used."
+            "All {readings} are rotated by {turn_deg:+.1f}° ± {error95_deg:.1f}° (95 %), so"
+            " their north was not used. Check --declination, or specify --north-sigma."
         ),
     ),
     "registration.unknown-label": (
@@ -249,8 +249,8 @@ TEXTS: dict[str, Entry] = {
     "registration.residuals-large": (
         "warning",
         to_translate(
-            "The residuals are {times:.1f} times larger than the stated accuracies allow. Check"
-            " values and accuracies. All errors were increased by this factor."
+            "The residuals are {times:.1f} times larger than the stated accuracies allow, so all"
+            " errors were increased by this factor. Check values and accuracies."
         ),
     ),
     "registration.residuals-small": (
@@ -601,12 +601,12 @@ TEXTS: dict[str, Entry] = {
     "cameras.look-up": (
         "warning",
         to_translate(
-            "{count} camera looks up to the sky after registration, so the model may be upside"
-            " down. Check swapped x and y, and level lines."
+            "{count} camera points to the sky after registration, so the model may be upside"
+            " down. Check for swapped x and y, and check level lines."
         ),
         to_translate(
-            "All {count} cameras look up to the sky after registration, so the model may be"
-            " upside down. Check swapped x and y, and level lines."
+            "All {count} cameras point to the sky after registration, so the model may be upside"
+            " down. Check for swapped x and y, and check level lines."
         ),
     ),
     "cameras.noise": (

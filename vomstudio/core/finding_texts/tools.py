@@ -140,7 +140,7 @@ TEXTS: dict[str, Entry] = {
     "neighbours.pending": (
         "info",
         to_translate(
-            "The neighbour graph is being built. The selection will follow when it is ready."
+            "The neighbour graph is being built. The selection will appear when it is ready."
         ),
     ),
     "selection.no-model": (

@@ -51,7 +51,7 @@ class ValueSelectionBox(QWidget):
         self._to_label = Label(tr("to"))
         self.take_button = QPushButton(tr("Select"))
         self.take_button.setObjectName("by_value_take")
-        self.take_button.setToolTip(tr("Select elements in this range by the active mode."))
+        self.take_button.setToolTip(tr("Select elements within this range, using the active mode."))
         self.take_button.clicked.connect(self._select)
         first, second = QHBoxLayout(), QHBoxLayout()
         first.addWidget(self.field_box, 1)
