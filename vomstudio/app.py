@@ -19,13 +19,17 @@ _STOPPING = [
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command of `vomstudio`, or open the window if no command is given."""
     words = list(sys.argv[1:] if argv is None else argv)
-    before = _hear_stop_signals()
+    previous_handlers = _hear_stop_signals()
     try:
         try:
-            return _run(words, before, ours=argv is None)
+            return _run(words, previous_handlers, stopped_by_us=argv is None)
         finally:
             # The process that has nothing left but its exit code is not asked any more.
-            _leave(dict.fromkeys(before, signal.SIG_IGN) if argv is None else before)
+            _leave(
+                dict.fromkeys(previous_handlers, signal.SIG_IGN)
+                if argv is None
+                else previous_handlers
+            )
     except KeyboardInterrupt:
         # The command has not started to report errors, or has finished.
         print("vomstudio: Cancelled.", file=sys.stderr)
@@ -52,11 +56,13 @@ def _hear_stop_signals() -> dict[int, Any]:
     if threading.current_thread() is not threading.main_thread():
         return {}
     stop_requests.forget()
-    usual = (signal.SIG_DFL, signal.default_int_handler, stop_early)
-    before = {n: signal.getsignal(n) for n in _STOPPING if signal.getsignal(n) in usual}
-    for number in before:
+    default_handlers = (signal.SIG_DFL, signal.default_int_handler, stop_early)
+    previous_handlers = {
+        n: signal.getsignal(n) for n in _STOPPING if signal.getsignal(n) in default_handlers
+    }
+    for number in previous_handlers:
         stop_requests.listen(number)
-    return before
+    return previous_handlers
 
 
 def _leave(handlers: dict[int, Any]) -> None:
@@ -64,7 +70,7 @@ def _leave(handlers: dict[int, Any]) -> None:
         signal.signal(number, handler)
 
 
-def _run(words: list[str], before: dict[int, Any], *, ours: bool) -> int:
+def _run(words: list[str], before: dict[int, Any], *, stopped_by_us: bool) -> int:
     """Run the command line, a worker, the graphics check or the window.
 
     Parameters
@@ -73,7 +79,7 @@ def _run(words: list[str], before: dict[int, Any], *, ours: bool) -> int:
         Arguments of the command line.
     before : dict
         Previous handlers of the signals that the window and the workers handle themselves.
-    ours : bool
+    stopped_by_us : bool
         Whether the process belongs to the program and ends with the exit code.
 
     Returns
@@ -106,7 +112,7 @@ def _run(words: list[str], before: dict[int, Any], *, ours: bool) -> int:
         from vomstudio.core.failures import log
 
         log.start("command")
-        if ours:
+        if stopped_by_us:
             stop_requests.watch()
         return command_line(words)
     _leave(before)
@@ -122,7 +128,7 @@ def _run(words: list[str], before: dict[int, Any], *, ours: bool) -> int:
         raise
     finally:
         exception_hooks.uninstall()
-    if ours:
+    if stopped_by_us:
         from vomstudio.core.failures.quick_exit import exit_without_finalising
 
         exit_without_finalising(code)

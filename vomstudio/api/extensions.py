@@ -107,5 +107,7 @@ def _plane_estimate(of: Any, options: ExtendOptions) -> PlaneEstimate:
         with name_argument_in_errors("of"):
             return plane_estimate_from_fit(fit_plane(array))
     assert options.error_deg is not None
-    plane, through = plane_option(str(options.plane)), parse_through(str(options.through))
-    return plane_estimate_from_attitude(plane, through, options.error_deg, options.through_error_m)
+    plane, passing_point = plane_option(str(options.plane)), parse_through(str(options.through))
+    return plane_estimate_from_attitude(
+        plane, passing_point, options.error_deg, options.through_error_m
+    )

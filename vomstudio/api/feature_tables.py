@@ -117,8 +117,8 @@ def drawings(records: Records, measurements: Measurements) -> list[DrawnFeature]
     list of DrawnFeature
     """
     features = [r for r in records.values() if isinstance(r, Feature)]
-    measured = measurements.of(records, [feature.id for feature in features])
-    drawn_features = [_drawing(feature, records, measured) for feature in features]
+    measurements_by_id = measurements.of(records, [feature.id for feature in features])
+    drawn_features = [_drawing(feature, records, measurements_by_id) for feature in features]
     return [drawn_feature for drawn_feature in drawn_features if drawn_feature is not None]
 
 

@@ -115,7 +115,7 @@ class Orthophoto(OrthophotoFigures):
         """
         file, sheet_path = to_path(path, "path"), optional_path(sheet, "sheet")
         with name_argument_in_errors("path", "--output"):
-            written = write_orthophoto(
+            result = write_orthophoto(
                 self._model._data,
                 self._request.plan,
                 file,
@@ -126,7 +126,7 @@ class Orthophoto(OrthophotoFigures):
                 force=check_flag(force, "force"),
                 drawn=self._picture,
             )
-        files = (written.image, written.depth, written.sidecar, written.world_file, written.sheet)
+        files = (result.image, result.depth, result.sidecar, result.world_file, result.sheet)
         return tuple(file for file in files if file is not None)
 
     def _named(self) -> dict[str, Any]:

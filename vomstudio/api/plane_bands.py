@@ -116,10 +116,10 @@ def plane_of_crossing(
     for name, band in zip(("first", "second"), bands, strict=True):
         if band is None:
             raise GeometryError(Finding("trace.not-straight", trace=name), field=name)
-    one, other = bands
-    assert one is not None
-    assert other is not None
-    return crossing_plane(one, other)
+    first_band, second_band = bands
+    assert first_band is not None
+    assert second_band is not None
+    return crossing_plane(first_band, second_band)
 
 
 def _band(points: Any, resolution_m: float | None, name: str) -> PlaneBand | None:

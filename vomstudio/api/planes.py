@@ -576,22 +576,24 @@ def to_groups(value: Any, by: Any) -> _Groups:
     )
     array = placed_points.points
     names = value[by]
-    keep = np.isfinite(array).all(axis=1) & ~np.asarray(names.isna(), bool)
-    if not keep.any():
+    is_valid = np.isfinite(array).all(axis=1) & ~np.asarray(names.isna(), bool)
+    if not is_valid.any():
         raise InputError(
             Finding("table.no-valid-rows", count=len(value), needed=tr("coordinates")),
             field="groups",
         )
-    codes, ids = names[keep].factorize()
+    codes, ids = names[is_valid].factorize()
     counts = np.bincount(codes, minlength=len(ids))
     order = np.argsort(codes, kind="stable")
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
     attributes = {
         c: value[c].fillna("").astype(str).tolist() for c in COLUMNS if c != by and c in columns
     }
-    words, word_messages = group_words(attributes, names.tolist(), keep.tolist())
+    words, word_messages = group_words(attributes, names.tolist(), is_valid.tolist())
     findings: list[Finding] = [*placed_points.findings, *word_messages]
-    return _Groups(list(ids), array[keep][order], offsets, int((~keep).sum()), words, findings)
+    return _Groups(
+        list(ids), array[is_valid][order], offsets, int((~is_valid).sum()), words, findings
+    )
 
 
 def plane_text(value: Any) -> str | None:

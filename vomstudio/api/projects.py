@@ -185,9 +185,9 @@ class Project:
             If the target exists or cannot be written; the project is then unchanged.
         """
         project = self._open_desk()
-        left_out = project.save_as(to_path(path, "path"))
+        skipped_files = project.save_as(to_path(path, "path"))
         self._folder = project.project.folder
-        warn(left_out)
+        warn(skipped_files)
 
     # --- queries ------------------------------------------------------------------------------
     @property
@@ -405,8 +405,8 @@ class Project:
             feature_type = project.find_type(required_text(type, "type"))
             group = optional_text(set, "set") or ""
         with name_argument_in_errors("model", "--model"):
-            on = project.find_model(model_name)
-        added_picks = project.add_picks([picks], on, feature_type, group)
+            target_model = project.find_model(model_name)
+        added_picks = project.add_picks([picks], target_model, feature_type, group)
         warn(added_picks.warnings)
         return added_picks.traces[0].id
 

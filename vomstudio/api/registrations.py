@@ -279,8 +279,8 @@ def _sigma(sigma: Any, n: int) -> Any:
     array = numbers(sigma, "sigma_m")
     if array.shape != (n, 3):
         raise wrong_shape(array, f"({n}, 3)", "sigma_m")
-    bad_values = np.asarray(~((array > 0) & np.isfinite(array)).all(axis=1))
-    refuse_rows(bad_values, "sigma_m", "array.not-positive")
+    is_invalid = np.asarray(~((array > 0) & np.isfinite(array)).all(axis=1))
+    refuse_rows(is_invalid, "sigma_m", "array.not-positive")
     for value in (float(array.min()), float(array.max())) if array.size else ():
         _require_error(value, "sigma_m")
     return array

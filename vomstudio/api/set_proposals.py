@@ -107,14 +107,14 @@ def sets(
     # A DataFrame keeps its columns.
     own_frame = hasattr(table, "columns") and hasattr(table, "itertuples")
     frame = table.copy() if own_frame else frame_of_table(rows, rows.warnings)
-    where = np.asarray(proposal.rows, np.int64)
-    where = rows.row_indices[where] if own_frame else where
+    row_indices = np.asarray(proposal.rows, np.int64)
+    row_indices = rows.row_indices[row_indices] if own_frame else row_indices
     names, fractions = np.full(len(frame), "", dtype=object), np.full(len(frame), np.nan)
-    names[where], fractions[where] = proposal.assignment, proposal.probability
+    names[row_indices], fractions[row_indices] = proposal.assignment, proposal.probability
     frame[SET], frame[PROBABILITY] = names, fractions
     if proposal.discontinuity:
         ids = np.full(len(frame), "", dtype=object)
-        ids[where] = proposal.discontinuity
+        ids[row_indices] = proposal.discontinuity
         frame[DISCONTINUITY] = ids
     findings = () if placed is None else placed.findings
     warn([*findings, *proposal.warnings[len(rows.warnings) :]])

@@ -59,8 +59,10 @@ def read_photos(folder: str | Path, *, progress: ProgressArgument = None) -> Pho
     from vomstudio.io.photos import reading
 
     survey = reading.read_photos(to_path(folder, "folder"), to_progress(progress))
-    left_out = [Finding("photo.left-out", photo=name, reason=why) for name, why in survey.skipped]
-    warn([*survey.warnings, *left_out])
+    skipped_photos = [
+        Finding("photo.left-out", photo=name, reason=reason) for name, reason in survey.skipped
+    ]
+    warn([*survey.warnings, *skipped_photos])
     return survey
 
 

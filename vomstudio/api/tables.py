@@ -334,9 +334,9 @@ def frame_of_table(table: OrientationTable, warnings: Sequence[Finding]) -> Any:
     table_cells, other_cells = _other_cells(table)
     rows = [_row(table, i, table_cells) for i in range(len(table))]
     dataframe = frame(rows)
-    extra = {name: _to_numbers(cells) for name, cells in other_cells.items()}
-    if extra:
-        dataframe = pandas.concat([dataframe, pandas.DataFrame(extra)], axis=1)
+    other_columns = {name: _to_numbers(cells) for name, cells in other_cells.items()}
+    if other_columns:
+        dataframe = pandas.concat([dataframe, pandas.DataFrame(other_columns)], axis=1)
     dataframe.attrs["convention"] = table.convention
     dataframe.attrs["dropped_lines"] = list(table.dropped)
     dataframe.attrs["warnings"] = list(warnings)

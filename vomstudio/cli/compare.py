@@ -91,8 +91,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     warnings: list[Finding] = [
         *(
             warning.with_file(name)
-            for name, one in zip(names, (model, benchmark), strict=True)
-            for warning in one.warnings
+            for name, input_model in zip(names, (model, benchmark), strict=True)
+            for warning in input_model.warnings
         ),
         *crs_findings(model.crs, benchmark.crs, names),
     ]

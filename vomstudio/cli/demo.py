@@ -273,13 +273,13 @@ def _add_picks(project: ProjectFolder, model: Model, mesh: Mesh, picks: SamplePi
 
     surface = create_surface(mesh)
     surface.build()
-    added_items: dict[str, Feature] = {}
+    new_features: dict[str, Feature] = {}
     for i, (name, kind) in enumerate(zip(picks.names, picks.kinds, strict=True)):
         points = picks.of(i)
         spacing = surface.resolution_near(points)
         if kind == "joint":
             patch = _patch(model, mesh, points, spacing)
-            added_items[patch.id] = replace(patch, name=name, type_id=kind, set_name=picks.sets[i])
+            new_features[patch.id] = replace(patch, name=name, type_id=kind, set_name=picks.sets[i])
             continue
         face = surface.outcrop_normal(points)
         trace = Trace(
@@ -296,9 +296,9 @@ def _add_picks(project: ProjectFolder, model: Model, mesh: Mesh, picks: SamplePi
             rule=SURROUNDINGS_RULE,
             axis="auto",
         )
-        added_items[trace.id] = trace
+        new_features[trace.id] = trace
     edit = change(
-        project.session.records, f"Add the {len(added_items)} picks of the sample", added_items
+        project.session.records, f"Add the {len(new_features)} picks of the sample", new_features
     )
     project.session.apply(edit)
 

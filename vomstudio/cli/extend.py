@@ -120,9 +120,9 @@ def _plane_estimate(
         with name_input_in_errors(points):
             return plane_estimate_from_fit(fit_plane(groups.points)), groups.warnings
     assert options.error_deg is not None
-    plane, through = plane_option(str(options.plane)), parse_through(str(options.through))
+    plane, passing_point = plane_option(str(options.plane)), parse_through(str(options.through))
     return plane_estimate_from_attitude(
-        plane, through, options.error_deg, options.through_error_m
+        plane, passing_point, options.error_deg, options.through_error_m
     ), ()
 
 

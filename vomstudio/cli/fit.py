@@ -81,7 +81,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         metadata=groups.words,
         progress=progress,
     )
-    rows, skipped = fitted.rows, fitted.skipped
+    rows, skipped_groups = fitted.rows, fitted.skipped
     if together.parallel or together.curved:
         progress.stage(tr("Fitting all traces together"))
     parallel = _parallel(args.points, together.same, groups) if together.parallel else None
@@ -89,11 +89,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
     bands = straight_traces.figures_by_trace(fitted.bands, priors)
     crossing = straight_traces.crossings(together.crossing, groups.ids, fitted.bands)
     if not rows and parallel is None and curved_bed is None:
-        raise _no_fit_error(args.points, options.by, skipped)
+        raise _no_fit_error(args.points, options.by, skipped_groups)
     progress.stage(tr("Writing the results"))
     result: dict[str, Any] = {
         "planes": rows,
-        "skipped": skipped,
+        "skipped": skipped_groups,
         "bands": [{"id": name, **band.to_dict()} for name, band in bands.items()],
         "crossings": crossing,
         "dropped_lines": list(groups.dropped),
@@ -121,15 +121,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.warn(
         [
             Finding("feature.left-out", feature=str(item["id"]), reason=item["reason"])
-            for item in skipped
+            for item in skipped_groups
         ]
     )
     if rows:
         out.text(f"{_result_text(rows)}\n{limits.description}")
     for name, band in bands.items():
         out.text("\n".join(f"{name}: {line}" for line in straight_traces.band_lines(band)))
-    for each in crossing:
-        out.text(straight_traces.crossing_text(each))
+    for group_fit in crossing:
+        out.text(straight_traces.crossing_text(group_fit))
     if parallel is not None:
         out.text(f"\n{_parallel_text(parallel)}")
     if curved_bed is not None:

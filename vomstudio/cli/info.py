@@ -88,11 +88,11 @@ def _describe_path(path: Path, progress: Progress) -> dict[str, Any]:
     """Describe the contents of a file or folder. Raises InputError."""
     if path.is_dir():
         return _folder(path, progress)
-    ending = path.suffix.lower()
+    suffix = path.suffix.lower()
     readers: dict[bool, Callable[[Path], dict[str, Any]]] = {
-        ending in TABLE_SUFFIXES: lambda path: _table(path, progress),
-        ending in PICTURE_SUFFIXES: _picture,
-        ending in RASTER_SUFFIXES: lambda path: _grid(path, progress),
+        suffix in TABLE_SUFFIXES: lambda path: _table(path, progress),
+        suffix in PICTURE_SUFFIXES: _picture,
+        suffix in RASTER_SUFFIXES: lambda path: _grid(path, progress),
     }
     if True in readers:
         return readers[True](path)
@@ -193,14 +193,14 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
     }
     if bounds is None:
         return result
-    stated, findings = table_crs(path, table.comments)
+    stated_crs, findings = table_crs(path, table.comments)
     try:
         warnings += points_to_world(points, file=path, comments=table.comments).findings
     except InputError as error:
         if not error.code.startswith("frame."):
             raise
         warnings += [*findings, Finding(error.code, **error.values)]
-    return result if stated.text is None else result | _describe_points(path, progress)
+    return result if stated_crs.text is None else result | _describe_points(path, progress)
 
 
 def _describe_points(path: Path, progress: Progress) -> dict[str, Any]:

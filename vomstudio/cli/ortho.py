@@ -93,14 +93,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
             check_target(target, force=args.force)
     fold = None if options.fold is None else _fold(options.fold, args.azimuth)
     items = () if drawing.draw is None else read_items(Path(drawing.draw))
-    only = None if drawing.domain is None else territory(items, drawing.domain)
+    drawn_domain = None if drawing.domain is None else territory(items, drawing.domain)
     direction = (
         requests.axis_of_domain(items, str(drawing.domain))
         if own_axis
         else requests.direction_of(options, fold)
     )
-    shown_items = items if only is None else only.features(items)
-    features = None if drawing.draw is None else select_items(shown_items, parts)
+    drawn_items = items if drawn_domain is None else drawn_domain.features(items)
+    features = None if drawing.draw is None else select_items(drawn_items, parts)
     progress = report_reading(args, args.model)
     check_place(frame_options(args), args.project)
     loaded_model = read_model(args.model, progress, frame_options(args))
@@ -129,7 +129,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         progress=progress,
         features=features,
         legend=LEGEND in parts,
-        only=None if only is None else only.seen_in(items, request.plan),
+        only=None if drawn_domain is None else drawn_domain.seen_in(items, request.plan),
     )
     result = requests.collect_result(
         picture_files,

@@ -144,9 +144,9 @@ def _create(args: argparse.Namespace, out: Output) -> None:
 def _set(args: argparse.Namespace, out: Output) -> None:
     values = parse_options(args, FeatureValues)
     with _edited_project(args, out) as project:
-        changed = project.set_values(args.ids, values)
-    text = tr_n("{count} feature was changed.", "{count} features were changed.", len(changed))
-    _report(args, out, {"changed": _id_and_name_rows(changed)}, text)
+        changed_ids = project.set_values(args.ids, values)
+    text = tr_n("{count} feature was changed.", "{count} features were changed.", len(changed_ids))
+    _report(args, out, {"changed": _id_and_name_rows(changed_ids)}, text)
 
 
 def _delete(args: argparse.Namespace, out: Output) -> None:
@@ -229,12 +229,12 @@ def _add_model(args: argparse.Namespace, out: Output) -> None:
     with _edited_project(args, out) as project:
         added_model = project.add_model(Path(args.file), frame_options(args))
     out.warn(added_model.warnings)
-    what = {
+    summary = {
         "model": added_model.model.id,
         "added": added_model.new,
         "warnings": list(added_model.warnings),
     }
-    _report(args, out, what, f"{added_model.model.name}: {added_model.model.frame.name()}")
+    _report(args, out, summary, f"{added_model.model.name}: {added_model.model.frame.name()}")
 
 
 def _register(args: argparse.Namespace, out: Output) -> None:
@@ -291,8 +291,8 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
         names = groups.ids if options.by is not None else ("",)
         ends = zip(groups.offsets, groups.offsets[1:], strict=False)
         picks = [
-            Picks(name, groups.points[first:last], domain=options.domain or "")
-            for name, (first, last) in zip(names, ends, strict=True)
+            Picks(name, groups.points[first:stop], domain=options.domain or "")
+            for name, (first, stop) in zip(names, ends, strict=True)
         ]
         added_picks = project.add_picks(picks, model, kind, options.set or "")
     text = tr_n(
@@ -331,18 +331,18 @@ def _accept(args: argparse.Namespace, out: Output) -> None:
     options = parse_options(args, AcceptOptions)
     search = parse_options(args, PROPOSALS[args.proposals].options)
     with _edited_project(args, out) as project:
-        accepted = accept_proposals(project, search, options, progress_reporter(args))
-    out.warn(accepted.warnings)
+        acceptance = accept_proposals(project, search, options, progress_reporter(args))
+    out.warn(acceptance.warnings)
     text = tr_n(
         "{count} of {proposed} proposals was added.",
         "{count} of {proposed} proposals were added.",
-        len(accepted.features),
-        proposed=accepted.proposed,
+        len(acceptance.features),
+        proposed=acceptance.proposed,
     )
     result = {
-        "added": _id_and_name_rows(accepted.features),
-        "proposed": accepted.proposed,
-        "warnings": list(accepted.warnings),
+        "added": _id_and_name_rows(acceptance.features),
+        "proposed": acceptance.proposed,
+        "warnings": list(acceptance.warnings),
     }
     _report(args, out, result, text)
 
@@ -377,9 +377,9 @@ def _repair(args: argparse.Namespace, out: Output) -> None:
     with _edited_project(args, out) as project:
         copy = project.project.repair()
     out.warn(copy.lost)
-    what = {"kept": str(copy.backup), "lost": list(copy.lost)}
+    summary = {"kept": str(copy.backup), "lost": list(copy.lost)}
     _report(
-        args, out, what, tr("repaired; the damaged journal is kept as {file}", file=copy.backup)
+        args, out, summary, tr("repaired; the damaged journal is kept as {file}", file=copy.backup)
     )
 
 
@@ -391,7 +391,7 @@ def _compact(args: argparse.Namespace, out: Output) -> None:
         plan = project.project.compaction()
         if not (dry_run or plan.nothing):
             project.project.compact()
-    what = {
+    summary = {
         "compacted": not (dry_run or plan.nothing),
         "rows": plan.rows,
         "of_rows": plan.total_rows,
@@ -408,7 +408,7 @@ def _compact(args: argparse.Namespace, out: Output) -> None:
         if dry_run
         else tr("removed: {rows} of {all_rows} rows, {files}", **counts)
     )
-    _report(args, out, what, text)
+    _report(args, out, summary, text)
 
 
 @contextmanager
@@ -440,16 +440,16 @@ def _report_added(
     warnings: Sequence[Finding],
     text: str,
 ) -> None:
-    left_out = [
+    skipped_files = [
         Finding("feature.left-out", feature=name, reason=item) for name, item in skipped_pairs
     ]
-    out.warn([*warnings, *left_out])
-    what = {
+    out.warn([*warnings, *skipped_files])
+    summary = {
         "added": _id_and_name_rows(features),
         "skipped": [{"id": name, "reason": reason} for name, reason in skipped_pairs],
         "warnings": list(warnings),
     }
-    _report(args, out, what, text)
+    _report(args, out, summary, text)
 
 
 # --- text -------------------------------------------------------------------------------------

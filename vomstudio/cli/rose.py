@@ -63,10 +63,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress = report_reading(args, args.table)
     table = read_picks(args.table, args.azimuth)
     progress.stage(tr("Drawing the rose diagram"))
-    of = options.of or ("strike" if table.is_plane.any() else "trend")
+    angle_kind = options.of or ("strike" if table.is_plane.any() else "trend")
     roses = roses_of_table(
         table,
-        of,
+        angle_kind,
         options.by,
         bin_deg=options.bin_deg,
         weight=options.weight,
@@ -90,7 +90,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
         if rose.left_out:
             warnings.append(Finding("rose.rows-left-out", set=name, count=rose.left_out))
     warnings += [Finding("rose.no-azimuth", set=name) for name in roses.empty]
-    result = _result_without_warnings(args, options, of, roses, table.convention, table.dropped)
+    result = _result_without_warnings(
+        args, options, angle_kind, roses, table.convention, table.dropped
+    )
     out.result({**result, "warnings": warnings})
     out.note(tr("read {convention}", convention=table.convention))
     out.warn(warnings)

@@ -75,7 +75,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         else read_profile_line(options.section_line, progress_reporter(args))
     )
     is_by_domain = features.along == DOMAINS
-    along_component = None if is_by_domain else _direction(features.along)
+    line_direction = None if is_by_domain else _direction(features.along)
     writing.check_targets(args.output, features.features is not None, force=args.force)
     model = read_in_world(args.model, progress_reporter(args), frame_options(args), args.project)
     section_features = ReadFeatures()
@@ -84,20 +84,20 @@ def run(args: argparse.Namespace, out: Output) -> None:
     directions = (
         assign_domain_axes(section_features.items, "--along")
         if is_by_domain
-        else ProjectionDirections(along_component)
+        else ProjectionDirections(line_direction)
     )
     curtain, warnings = _curtain(place, model, options.flip)
     grazing = directions.check(curtain)
     progress_reporter(args).stage(tr("Intersecting the model"))
     model_cut = cut_model(model.data, curtain, options.slab_m)
-    flats, left_out = writing.project_items(
+    flats, n_skipped = writing.project_items(
         section_features.items, curtain, directions, features.within_m
     )
     try:
-        figures = writing.figures_of(model_cut, curtain, flats, left_out, directions)
+        figures = writing.figures_of(model_cut, curtain, flats, n_skipped, directions)
     except InputError as error:
         raise error.with_file(args.model) from error
-    written = writing.write_section(
+    files = writing.write_section(
         args.output,
         model_cut,
         curtain,
@@ -110,13 +110,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
         warnings=(*model.warnings, *section_features.warnings, *warnings, *grazing),
         force=args.force,
     )
-    result = {**written.to_dict(), "convention": section_features.convention or None}
+    result = {**files.to_dict(), "convention": section_features.convention or None}
     out.result(add_unitless_names(result, is_metric=model.has_metric_unit))
     if section_features.convention:
         out.note(tr("read {convention}", convention=section_features.convention))
-    out.warn(written.warnings)
+    out.warn(files.warnings)
     words = writing.projection_words(figures)
-    out.text(_result_text(written.to_dict(), unit_of(model.has_metric_unit), words))
+    out.text(_result_text(files.to_dict(), unit_of(model.has_metric_unit), words))
 
 
 def _curtain(

@@ -149,7 +149,7 @@ def _facets_text(slopes: FacetSlopes) -> str:
     )
     modes = ("planar", "wedge", "flexural_toppling", "direct_toppling")
     fractions = [[getattr(f, mode).share or 0.0 for mode in modes] for f in slopes.facets]
-    worst = sorted(range(len(fractions)), key=lambda i: -max(fractions[i]))[:MAX_SHOWN]
+    worst_facets = sorted(range(len(fractions)), key=lambda i: -max(fractions[i]))[:MAX_SHOWN]
     rows = [
         [
             slopes.facets[i].id,
@@ -157,7 +157,7 @@ def _facets_text(slopes: FacetSlopes) -> str:
             text_tables.inclination(slopes.facets[i].face.dip_deg, 0),
             *(text_tables.number(100.0 * fraction, 1) for fraction in fractions[i]),
         ]
-        for i in worst
+        for i in worst_facets
     ]
     heads = [
         tr("facet"),
@@ -198,7 +198,7 @@ def _result_text(slope: TableSlope) -> str:
 
 
 def _row(name: str, of: str, mode: Mode) -> list[str]:
-    fraction, expected = (
+    fraction, expected_share = (
         None if value is None else 100.0 * value for value in (mode.share, mode.probability)
     )
     return [
@@ -207,5 +207,5 @@ def _row(name: str, of: str, mode: Mode) -> list[str]:
         str(mode.critical),
         str(mode.of),
         text_tables.number(fraction, 1),
-        text_tables.number(expected, 1),
+        text_tables.number(expected_share, 1),
     ]

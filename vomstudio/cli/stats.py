@@ -126,8 +126,8 @@ def _bingham_text(statistics: dict[str, Any]) -> str:
         return tr("none: {reason}", reason=statistics["bingham_reason"]["message"])
     text = f"k1 {bingham['k1']:.2f}, k2 {bingham['k2']:.2f}"
     regions = [
-        "-" if of is None else f"{of['max_deg']:.1f} x {of['min_deg']:.1f}"
-        for of in bingham["confidence95"]
+        "-" if confidence is None else f"{confidence['max_deg']:.1f} x {confidence['min_deg']:.1f}"
+        for confidence in bingham["confidence95"]
     ]
     text = tr(
         "{text}; axes within {regions} deg (joint 95 %)", text=text, regions=", ".join(regions)

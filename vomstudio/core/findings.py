@@ -144,8 +144,8 @@ def cause_of(error: VomError) -> Finding:
     # An error from another process states its location only once, even if its text contains it.
     location = _location(error)
     missing_keys = placeholders(error.code) - error.values.keys()
-    stated = {name: location[name] for name in missing_keys & location.keys()}
-    return Finding(error.code, **error.values | stated)
+    stated_values = {name: location[name] for name in missing_keys & location.keys()}
+    return Finding(error.code, **error.values | stated_values)
 
 
 def finding_of(error: VomError) -> Finding:

@@ -239,12 +239,12 @@ def check_alternatives(options: Any, *names: str) -> None:
         raise UsageError(Finding("option.none-given", options=flags), field=flags[0])
 
 
-def check_requires(options: Any, name: str, other: str) -> None:
+def check_requires(options: Any, name: str, required_name: str) -> None:
     """Raise UsageError if an option is given without the other option on which it depends."""
     options_by_name = {item.name: item for item in declarations(type(options))}
     is_given = getattr(options, name) != options_by_name[name].default
-    if is_given and getattr(options, other) == options_by_name[other].default:
-        flag, needed_options = options_by_name[name].flag, options_by_name[other].flag
+    if is_given and getattr(options, required_name) == options_by_name[required_name].default:
+        flag, needed_options = options_by_name[name].flag, options_by_name[required_name].flag
         raise UsageError(Finding("option.requires", option=flag, other=needed_options), field=flag)
 
 

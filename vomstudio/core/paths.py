@@ -75,6 +75,6 @@ def import_folders() -> list[str]:
 
     The child process imports the same package as this process, whatever its current folder is.
     """
-    here = Path.cwd()
-    others = [p for p in sys.path if p and Path(p) not in (here, _PACKAGE.parent)]
-    return [str(_PACKAGE.parent), *others]
+    working_folder = Path.cwd()
+    search_paths = [p for p in sys.path if p and Path(p) not in (working_folder, _PACKAGE.parent)]
+    return [str(_PACKAGE.parent), *search_paths]

@@ -76,32 +76,32 @@ def decode_fields(cls: type, values: Mapping[str, Any], nested_fields: NestedFie
     DocumentError
         If a value does not have the type of its field; the message names the field.
     """
-    decoded_items: PlainValues = {}
-    simple, readers = field_types(cls)
+    decoded_values: PlainValues = {}
+    types_by_field, readers = field_types(cls)
     for name, value in values.items():
-        permitted = simple.get(name)
+        permitted = types_by_field.get(name)
         if permitted is not None:
             if type(value) not in permitted:
                 raise wrong_value(name)
-            decoded_items[name] = value
+            decoded_values[name] = value
         elif name in readers:
-            decoded_items[name] = _read_field(readers[name], name, value)
+            decoded_values[name] = _read_field(readers[name], name, value)
         elif value is None and name in _optional_fields(cls):
-            decoded_items[name] = None
+            decoded_values[name] = None
         elif name in nested_fields.parts and value is not None:
-            decoded_items[name] = _decode_object(
+            decoded_values[name] = _decode_object(
                 nested_fields.parts[name], name, value, nested_fields
             )
         elif name in nested_fields.lists and isinstance(value, list):
             item = nested_fields.lists[name]
-            decoded_items[name] = tuple(
-                _decode_object(item, name, each, nested_fields) for each in value
+            decoded_values[name] = tuple(
+                _decode_object(item, name, item_value, nested_fields) for item_value in value
             )
         elif name in nested_fields.parts or name in nested_fields.lists:
             raise wrong_value(name)
         else:
-            decoded_items[name] = _to_tuples(value)
-    return decoded_items
+            decoded_values[name] = _to_tuples(value)
+    return decoded_values
 
 
 def known_fields(cls: type, values: Mapping[str, Any], kind: str) -> PlainValues:
@@ -112,9 +112,11 @@ def known_fields(cls: type, values: Mapping[str, Any], kind: str) -> PlainValues
     DocumentError
         With the code ``record.unknown-field``.
     """
-    unknown = values.keys() - _fields(cls)
-    if unknown:
-        raise DocumentError(Finding("record.unknown-field", kind=kind), field=sorted(unknown)[0])
+    unknown_names = values.keys() - _fields(cls)
+    if unknown_names:
+        raise DocumentError(
+            Finding("record.unknown-field", kind=kind), field=sorted(unknown_names)[0]
+        )
     return dict(values)
 
 
@@ -126,18 +128,18 @@ def wrong_value(name: str) -> DocumentError:
 @lru_cache(maxsize=64)
 def field_types(cls: type) -> FieldTypes:
     """Return the readers of the fields of a class according to their annotations."""
-    simple: dict[str, frozenset[type]] = {}
+    types_by_field: dict[str, frozenset[type]] = {}
     readers: dict[str, Reader] = {}
     for name, annotation in typing.get_type_hints(cls).items():
         is_union = isinstance(annotation, types.UnionType)
         options = typing.get_args(annotation) if is_union else (annotation,)
         if set(options) <= {str, bool, types.NoneType}:
-            simple[name] = frozenset(options)
+            types_by_field[name] = frozenset(options)
         else:
             reader = _union_reader(options)
             if reader is not None:
                 readers[name] = reader
-    return FieldTypes(simple, readers)
+    return FieldTypes(types_by_field, readers)
 
 
 @lru_cache(maxsize=64)

@@ -135,15 +135,15 @@ def map_unordered(
     numbered = enumerate(items)
     pool = thread_pool(threads)
     try:
-        running = {pool.submit(function, item): n for n, item in islice(numbered, threads)}
-        while running:
-            finished, _ = wait_for(running, CHECK_PERIOD_S, FIRST_COMPLETED)
+        running_tasks = {pool.submit(function, item): n for n, item in islice(numbered, threads)}
+        while running_tasks:
+            finished_tasks, _ = wait_for(running_tasks, CHECK_PERIOD_S, FIRST_COMPLETED)
             check()
-            for future in finished:
-                number = running.pop(future)
+            for future in finished_tasks:
+                number = running_tasks.pop(future)
                 result = future.result()
                 for n, item in islice(numbered, 1):
-                    running[pool.submit(function, item)] = n
+                    running_tasks[pool.submit(function, item)] = n
                 yield number, result
     finally:
         pool.shutdown(wait=wait, cancel_futures=True)

@@ -175,8 +175,8 @@ def select_best_path(
         )
         # Among equally confirmed paths, the first one stays first.
         candidates.insert(0, candidates.pop(int(np.argmax(fractions))))
-    _, _, path, best = candidates[0]
-    return path, best.cost, tuple(trial for *_, trial in candidates)
+    _, _, path, best_trial = candidates[0]
+    return path, best_trial.cost, tuple(trial for *_, trial in candidates)
 
 
 def _confirmed_shares(
@@ -191,10 +191,10 @@ def _confirmed_shares(
     trees = [cKDTree(points) for points in paths]
     fractions = np.zeros((len(paths), len(paths)))
     for i, points in enumerate(paths):
-        near = _MAX_DISTANCE_RESOLUTIONS * (resolution_near(points) or 0.0)
+        max_distance = _MAX_DISTANCE_RESOLUTIONS * (resolution_near(points) or 0.0)
         for j in range(len(paths)):
             if i != j:
-                fractions[i, j] = np.mean(trees[j].query(points)[0] <= near)
+                fractions[i, j] = np.mean(trees[j].query(points)[0] <= max_distance)
     return np.asarray(np.minimum(fractions, fractions.T).sum(axis=1))
 
 

@@ -96,8 +96,8 @@ def _merge_isolated(
     is_isolated[is_merged] = True
     is_isolated[remaining_faces.ravel()] = False
     neighbour_faces = faces[is_isolated[faces].any(axis=1)]
-    for one, other in ((0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2)):
-        a, b = neighbour_faces[:, one], neighbour_faces[:, other]
+    for first_corner, second_corner in ((0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2)):
+        a, b = neighbour_faces[:, first_corner], neighbour_faces[:, second_corner]
         joins = is_isolated[a] & ~is_isolated[b]
         root[a[joins]] = root[b[joins]]
 

@@ -214,37 +214,39 @@ def _cloud_elements(
     progress: Progress,
     begin: PlaneFinder | None,
 ) -> Elements:
-    grid, begun, finite_rows, origin = _build_grid(points, begin)
+    grid, cell_planes, finite_indices, origin = _build_grid(points, begin)
     positions = grid.places
     if len(positions) < 4:
         raise GeometryError(Finding("cloud.too-few-points", n=len(positions), minimum=4))
     rows, row_of = grid.rows, grid.row_of
-    if finite_rows is not None:
-        rows, row_of = finite_rows[rows], np.full(len(points), -1, np.int64)
-        row_of[finite_rows] = grid.row_of
-    open_values = np.arange(len(positions)) if begun is None else np.flatnonzero(begun.open)
-    point_count = None if begun is None else _required_neighbours(begun, angle_deg)
-    is_sparse, scattered_rows, scattered_area = None, open_values[:0], 0.0
+    if finite_indices is not None:
+        rows, row_of = finite_indices[rows], np.full(len(points), -1, np.int64)
+        row_of[finite_indices] = grid.row_of
+    open_indices = (
+        np.arange(len(positions)) if cell_planes is None else np.flatnonzero(cell_planes.open)
+    )
+    point_count = None if cell_planes is None else _required_neighbours(cell_planes, angle_deg)
+    is_sparse, scattered_rows, scattered_area = None, open_indices[:0], 0.0
     if len(positions) >= MIN_CELL_CLOUD:
         is_sparse = grid.count_around() < MIN_POINTS_AROUND
-        open_values, scattered_rows, scattered_area = _separate_scattered(
-            grid, open_values, is_sparse
+        open_indices, scattered_rows, scattered_area = _separate_scattered(
+            grid, open_indices, is_sparse
         )
-    around, surroundings = find_surroundings(
-        grid, open_values, is_sparse, point_count, angle_deg, progress
+    neighbour_count_around, surroundings = find_surroundings(
+        grid, open_indices, is_sparse, point_count, angle_deg, progress
     )
     neighbour_count = np.zeros(len(positions) + 1, np.int64)
-    neighbour_count[open_values + 1] = surroundings.near.shape[1]
+    neighbour_count[open_indices + 1] = surroundings.near.shape[1]
     warnings: list[Finding] = []
-    if begun is not None and begun.wide:
-        around = 0
-        values = begun.normals, begun.variation, begun.areas, begun.noise
-        if np.isfinite(begun.wide):
-            warnings.append(_noise_warning(begun))
+    if cell_planes is not None and cell_planes.wide:
+        neighbour_count_around = 0
+        values = cell_planes.normals, cell_planes.variation, cell_planes.areas, cell_planes.noise
+        if np.isfinite(cell_planes.wide):
+            warnings.append(_noise_warning(cell_planes))
     else:
-        values = _surroundings(open_values, surroundings, begun, len(positions))
+        values = _surroundings(open_indices, surroundings, cell_planes, len(positions))
     normals, variation, areas, noise = values
-    if around:
+    if neighbour_count_around:
         (
             normals[scattered_rows],
             variation[scattered_rows],
@@ -256,9 +258,9 @@ def _cloud_elements(
             np.asarray(file_normals, np.float64)[rows], normals, variation, warnings
         )
     fewer = None
-    if around and (surroundings.around < around).any():
+    if neighbour_count_around and (surroundings.around < neighbour_count_around).any():
         fewer = np.zeros(len(positions), np.bool_)
-        fewer[open_values[surroundings.around < around]] = True
+        fewer[open_indices[surroundings.around < neighbour_count_around]] = True
     return Elements(
         "point",
         origin,
@@ -274,8 +276,8 @@ def _cloud_elements(
         rows,
         row_of,
         tuple(warnings),
-        None if begun is None else begun.labels,
-        around,
+        None if cell_planes is None else cell_planes.labels,
+        neighbour_count_around,
         fewer,
     )
 
@@ -293,17 +295,17 @@ def _build_grid(
     invalid = find_bounds(coordinates, low, high)
     if len(points) - invalid < 4:
         raise GeometryError(Finding("cloud.too-few-points", n=len(points) - invalid, minimum=4))
-    finite_rows = np.flatnonzero(np.isfinite(points).all(axis=1)) if invalid else None
+    finite_indices = np.flatnonzero(np.isfinite(points).all(axis=1)) if invalid else None
     origin = np.floor(low)
-    local_points = (coordinates if finite_rows is None else coordinates[finite_rows]) - origin
+    local_points = (coordinates if finite_indices is None else coordinates[finite_indices]) - origin
     noisy = (
         begin is not None
         and len(local_points) < MIN_CELL_CLOUD
         and is_noise_dominated(local_points)
     )
     if begin is not None and (noisy or len(local_points) >= MIN_CELL_CLOUD):
-        return *begin(local_points, noisy), finite_rows, origin
-    return create_cell_grid(local_points, _POINTS_PER_CELL), None, finite_rows, origin
+        return *begin(local_points, noisy), finite_indices, origin
+    return create_cell_grid(local_points, _POINTS_PER_CELL), None, finite_indices, origin
 
 
 def _separate_scattered(
@@ -336,16 +338,20 @@ def _surroundings(
             cell_planes.noise,
         )
     normals[open_rows], variation[open_rows] = surroundings.normals, surroundings.variation
-    far = surroundings.far
-    areas[open_rows] = np.pi * far**2 / neighbour_count
+    farthest_distance = surroundings.far
+    areas[open_rows] = np.pi * farthest_distance**2 / neighbour_count
     neighbour_areas = np.sort(areas[surroundings.near], axis=1)
-    typical = (
+    typical_spacing = (
         np.sqrt(neighbour_areas[:, (neighbour_count - 1) // 2])
         + np.sqrt(neighbour_areas[:, neighbour_count // 2])
     ) / 2.0
-    typical *= np.sqrt(neighbour_count / np.pi)
-    isolated_rows = open_rows[far > 2.0 * _MAX_DISTANCE_RATIO * typical]
-    areas[open_rows] = np.pi * np.minimum(far, _MAX_DISTANCE_RATIO * typical) ** 2 / neighbour_count
+    typical_spacing *= np.sqrt(neighbour_count / np.pi)
+    isolated_rows = open_rows[farthest_distance > 2.0 * _MAX_DISTANCE_RATIO * typical_spacing]
+    areas[open_rows] = (
+        np.pi
+        * np.minimum(farthest_distance, _MAX_DISTANCE_RATIO * typical_spacing) ** 2
+        / neighbour_count
+    )
     # In a disc of area A, the variance along each diameter is A / (4 pi).
     variance = np.maximum(surroundings.variation, 0.0) * surroundings.around * areas[open_rows]
     noise[open_rows] = np.sqrt(variance / (2.0 * np.pi))
@@ -379,13 +385,13 @@ def _required_neighbours(cell_planes: CellPlanes, angle_deg: float) -> int | Non
     )
     # With k points and this noise, the error of a normal is 2 sqrt(pi) noise / (spacing k). The
     # normals of neighbours, which share points, have about the same median difference.
-    required_values = 2.0 * np.sqrt(np.pi) * noise / np.radians(MAX_ANGLE_SHARE * angle_deg)
-    return next((count for count in NORMAL_COUNTS if count >= required_values), NORMAL_COUNTS[-1])
+    min_neighbours = 2.0 * np.sqrt(np.pi) * noise / np.radians(MAX_ANGLE_SHARE * angle_deg)
+    return next((count for count in NORMAL_COUNTS if count >= min_neighbours), NORMAL_COUNTS[-1])
 
 
 def _merge_normals(
     file_normals: FloatArray,
-    fitted_values: FloatArray,
+    fitted_normals: FloatArray,
     variation: FloatArray,
     warnings: list[Finding],
 ) -> FloatArray:
@@ -396,7 +402,7 @@ def _merge_normals(
 
     Parameters
     ----------
-    file_normals, fitted_values : (n, 3) arrays
+    file_normals, fitted_normals : (n, 3) arrays
         NaN or zero if unknown; the fitted normals are unit vectors.
     variation : (n,) array
         Surface variation; it is large near edges, where fitted normals lie between those of two
@@ -406,15 +412,15 @@ def _merge_normals(
     size = np.linalg.norm(file_normals, axis=1)
     is_known = np.isfinite(size) & (size > 1e-6)
     unit = file_normals / np.where(is_known, size, 1.0)[:, None]
-    cosine = np.abs((unit * fitted_values).sum(axis=1))
-    both = is_known & np.isfinite(cosine)
-    if not both.any():
-        return fitted_values
-    angle = float(np.degrees(np.arccos(min(float(np.median(cosine[both])), 1.0))))
+    cosine = np.abs((unit * fitted_normals).sum(axis=1))
+    has_both_normals = is_known & np.isfinite(cosine)
+    if not has_both_normals.any():
+        return fitted_normals
+    angle = float(np.degrees(np.arccos(min(float(np.median(cosine[has_both_normals])), 1.0))))
     if angle > _MAX_NORMAL_ERROR_DEG:
         warnings.append(Finding("cloud.normals-unused", angle_deg=angle))
-        return fitted_values
-    is_flat = both & (variation < _MAX_FLAT_VARIATION)
+        return fitted_normals
+    is_flat = has_both_normals & (variation < _MAX_FLAT_VARIATION)
     is_wrong = is_flat & (cosine < np.cos(np.radians(_MAX_NORMAL_ERROR_DEG)))
     fraction = float(is_wrong.sum()) / max(int(is_flat.sum()), 1)
     if fraction > _MAX_WRONG_SHARE:
@@ -427,27 +433,27 @@ def _merge_normals(
         )
         # Near an edge just as many may be wrong, but the points do not reveal which ones.
         is_known &= is_flat
-    return np.where((is_known & ~is_wrong)[:, None], unit, fitted_values)
+    return np.where((is_known & ~is_wrong)[:, None], unit, fitted_normals)
 
 
 # --- meshes -----------------------------------------------------------------------------------
 def _mesh_elements(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
     vertices = np.asarray(mesh.vertices, np.float64)
-    finite_values = np.asarray(np.isfinite(vertices).all(axis=1))
+    is_finite_vertex = np.asarray(np.isfinite(vertices).all(axis=1))
     faces = np.asarray(mesh.faces, np.int64)
-    is_finite_face = finite_values[faces].all(axis=1)
+    is_finite_face = is_finite_vertex[faces].all(axis=1)
     if not is_finite_face.any():
         raise GeometryError(Finding("model.no-faces"))
-    origin = np.floor(vertices[finite_values].min(axis=0))
-    local_points = np.where(finite_values[:, None], vertices, 0.0) - origin
+    origin = np.floor(vertices[is_finite_vertex].min(axis=0))
+    local_points = np.where(is_finite_vertex[:, None], vertices, 0.0) - origin
     local_points = snap_corners(local_points, faces[is_finite_face])
     corners = local_points[faces]
     edge_a, edge_b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    cross = np.cross(edge_a, edge_b)
-    double = np.linalg.norm(cross, axis=1)
+    cross_products = np.cross(edge_a, edge_b)
+    doubled_areas = np.linalg.norm(cross_products, axis=1)
     # Slivers do not have reliable normals.
-    longest_values = np.maximum((edge_a**2).sum(axis=1), (edge_b**2).sum(axis=1))
-    rows = np.flatnonzero(is_finite_face & (double > 1e-9 * longest_values))
+    longest_edges = np.maximum((edge_a**2).sum(axis=1), (edge_b**2).sum(axis=1))
+    rows = np.flatnonzero(is_finite_face & (doubled_areas > 1e-9 * longest_edges))
     if not len(rows):
         raise GeometryError(Finding("mesh.no-area"))
     progress.stage(tr("Finding neighbours"), None)
@@ -459,10 +465,10 @@ def _mesh_elements(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements
     row_of = np.full(len(faces), -1, np.int64)
     row_of[rows] = np.arange(len(rows))
     used_corners = corners[rows]
-    starts, near = _face_neighbours(nodes, used_corners)
+    starts, neighbours = _face_neighbours(nodes, used_corners)
     positions = used_corners.mean(axis=1)
-    areas = double[rows] / 2.0
-    normals = cross[rows] / double[rows, None]
+    areas = doubled_areas[rows] / 2.0
+    normals = cross_products[rows] / doubled_areas[rows, None]
     offsets = used_corners - positions[:, None]
     pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
     inner_values = np.stack(
@@ -474,7 +480,7 @@ def _mesh_elements(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements
         to_kernel_array(normals, np.float64),
         to_kernel_array(areas, np.float64),
         starts,
-        near,
+        neighbours,
         angle_deg,
         progress,
     )
@@ -494,7 +500,7 @@ def _mesh_elements(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements
         spacing,
         spacing * np.sqrt(np.maximum(np.nan_to_num(variation), 0.0)),
         starts,
-        near,
+        neighbours,
         rows,
         row_of,
         tuple(warnings),
@@ -513,9 +519,9 @@ def _face_neighbours(nodes: IntArray, corners: FloatArray) -> tuple[IntArray, In
     order = np.argsort(key, kind="stable")
     is_same = np.diff(key[order]) == 0
     first, second = order[:-1][is_same] // 3, order[1:][is_same] // 3
-    before, _, beyond = neighbours_across_gaps(nodes, corners)
-    source = np.concatenate([first, second, before, beyond])
-    target = np.concatenate([second, first, beyond, before])
+    before, _, next_faces = neighbours_across_gaps(nodes, corners)
+    source = np.concatenate([first, second, before, next_faces])
+    target = np.concatenate([second, first, next_faces, before])
     source_order = np.argsort(source, kind="stable")
     starts = np.concatenate([[0], np.cumsum(np.bincount(source, minlength=k))]).astype(np.int64)
     return starts, to_kernel_array(target[source_order], np.int32)

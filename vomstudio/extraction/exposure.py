@@ -87,7 +87,7 @@ class Exposure:
 def measure_exposure(
     elements: Elements,
     labels: Int32Array,
-    is_large: BoolArray,
+    is_large_face: BoolArray,
     level: BoolArray,
     colors: FloatArray | None,
 ) -> Exposure:
@@ -98,7 +98,7 @@ def measure_exposure(
     elements : Elements
     labels : (n,) int32 array
         Facet of each element; -1 if it belongs to none.
-    is_large : (n,) bool array
+    is_large_face : (n,) bool array
         Whether the facet of each element is large enough for a reliable error; any surface is
         planar at the scale of its points.
     level : (n,) bool array
@@ -128,11 +128,11 @@ def measure_exposure(
     rubble = _find_jumbled_areas(elements, ~(is_inside | plants))
     covers = np.where(is_inside, 0, 1).astype(np.int32)
     covers[plants], covers[rubble] = 2, 3
-    areas = np.bincount(covers + 4 * is_inside + 8 * is_large, area, 16).reshape(2, 2, 4)
+    areas = np.bincount(covers + 4 * is_inside + 8 * is_large_face, area, 16).reshape(2, 2, 4)
     total, exposed_value = float(areas.sum()), float(areas[..., :2].sum())
     count = max(int(labels.max(initial=-1)) + 1, 0)
-    large_labels = np.where(is_large & (covers == 0), labels, -1)
-    level_area = float(area[is_large & level & (covers == 0)].sum())
+    large_labels = np.where(is_large_face & (covers == 0), labels, -1)
+    level_area = float(area[is_large_face & level & (covers == 0)].sum())
     return Exposure(
         total,
         float(areas[:, 1].sum()) / total if total > 0.0 else None,
@@ -169,8 +169,10 @@ def fills_volume(
         limit = np.where(elements.fewer, _VOLUME_VARIATION[1][0], limit)
     limit = (_BORDER_FACTOR if includes_surface else 1.0) * limit
     is_isolated = ~(elements.variation < NO_SURFACE)
-    loose = np.flatnonzero((variation > _MIN_LOOSE_VARIATION) & ~is_isolated)
-    is_isolated[loose] |= elements.areas[loose] > _MAX_AREA_RATIO * elements.typical_area
+    loose_points = np.flatnonzero((variation > _MIN_LOOSE_VARIATION) & ~is_isolated)
+    is_isolated[loose_points] |= (
+        elements.areas[loose_points] > _MAX_AREA_RATIO * elements.typical_area
+    )
     return np.asarray(is_isolated | (variation > limit))
 
 

@@ -331,7 +331,7 @@ def _fit_facets(
     progress.stage(tr("Fitting planes"), count)
     starts, order = np.zeros(count + 1, np.int64), np.empty(len(labels), np.int64)
     sort_by_label(to_kernel_array(labels, np.int32), starts, order)
-    accepted_items: list[tuple[Facet, IntArray]] = []
+    accepted_facets: list[tuple[Facet, IntArray]] = []
     min_coplanarity = options.min_coplanarity
     min_coplanarity = thresholds.least_coplanarity if min_coplanarity is None else min_coplanarity
     pieces: list[IntArray] = [order[starts[i] : starts[i + 1]] for i in range(count)]
@@ -353,12 +353,12 @@ def _fit_facets(
             continue
         if facet.fit.coplanarity is not None and facet.fit.coplanarity < min_coplanarity:
             continue
-        accepted_items.append((facet, rows))
-    accepted_items.sort(key=lambda pair: -pair[0].area)
+        accepted_facets.append((facet, rows))
+    accepted_facets.sort(key=lambda pair: -pair[0].area)
     new_labels = np.full(len(labels), -1, np.int32)
-    for number, (_, rows) in enumerate(accepted_items):
+    for number, (_, rows) in enumerate(accepted_facets):
         new_labels[rows] = number
-    return [facet for facet, _ in accepted_items], new_labels
+    return [facet for facet, _ in accepted_facets], new_labels
 
 
 def _fit_facet(
@@ -437,8 +437,8 @@ def _is_slice(fit: FittedPlane) -> bool:
     The width of such a slice is a few times its scatter, so its plane could as well be
     perpendicular.
     """
-    _, across_component, scatter = fit.eigenvalues
-    return bool(across_component < _MIN_WIDTH_DEVIATIONS**2 * scatter)
+    _, middle_eigenvalue, scatter = fit.eigenvalues
+    return bool(middle_eigenvalue < _MIN_WIDTH_DEVIATIONS**2 * scatter)
 
 
 def _has_reliable_error(facet: Facet, thresholds: Thresholds) -> bool:

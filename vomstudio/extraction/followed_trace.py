@@ -227,10 +227,10 @@ def index_vertices(surface: SurfaceGraph) -> VertexSurface:
     VertexSurface
     """
     data = surface.data
-    undivided = None
+    undivided_vertices = None
     if isinstance(data, Mesh) and data.undivided is not data:
-        undivided = data.undivided.vertices
-    vertices = VertexSurface(surface.places + surface.origin, undivided)
+        undivided_vertices = data.undivided.vertices
+    vertices = VertexSurface(surface.places + surface.origin, undivided_vertices)
     vertices.build()
     return vertices
 
@@ -252,7 +252,7 @@ def require_on_model(surface: SurfaceGraph, way_points: FloatArray, resolution: 
 
 def fit_trace_plane(
     points: FloatArray,
-    near: VertexSurface,
+    vertex_surface: VertexSurface,
     *,
     model: str,
     frame: str,
@@ -267,7 +267,7 @@ def fit_trace_plane(
     ----------
     points : (n, 3) array
         Points of the trace in the World frame, m.
-    near : VertexSurface
+    vertex_surface : VertexSurface
         Vertices of the model.
     model, frame, notes : str
         Values used in the orientation table.
@@ -290,7 +290,10 @@ def fit_trace_plane(
         fit = fit_plane(points)
     except GeometryError as error:
         return None, None, (cause_of(error), *findings)
-    resolution, outcrop_normal = near.resolution_near(points), near.outcrop_normal(points)
+    resolution, outcrop_normal = (
+        vertex_surface.resolution_near(points),
+        vertex_surface.outcrop_normal(points),
+    )
     stretch = (
         None
         if reliable_trace is None

@@ -169,9 +169,9 @@ class Follower:
         positions = len(self.surface.places)
         if positions > _MAX_WHOLE_NODES or self.surface.refines:
             return False
-        far = float(np.linalg.norm(goal - start))
-        span = CORRIDOR_STRETCH_FACTOR * far + _MARGIN_SPACINGS * spacing
-        area = 0.25 * np.pi * span * np.sqrt(span**2 - far**2)
+        distance = float(np.linalg.norm(goal - start))
+        span = CORRIDOR_STRETCH_FACTOR * distance + _MARGIN_SPACINGS * spacing
+        area = 0.25 * np.pi * span * np.sqrt(span**2 - distance**2)
         return bool(
             area > _MAX_CORRIDOR_SHARE * positions * spacing**2
             and area > _MIN_CORRIDOR_NODES * spacing**2
@@ -182,11 +182,11 @@ class Follower:
     ) -> PathLeg:
         graph = self.surface.whole
         ends = np.asarray(self.surface.tree.query(np.stack([start, goal]))[1], np.int64)
-        costs, typical = self._whole_costs(tints)
+        costs, typical_cost = self._whole_costs(tints)
         path = straightest_path(graph, int(ends[0]), int(ends[1]), costs)
         if path is None:
             raise _separate_parts_error(number)
-        return self.surface.world(graph, path), costs[path] / typical
+        return self.surface.world(graph, path), costs[path] / typical_cost
 
     def _whole_costs(self, tints: FloatArray | None) -> tuple[FloatArray, float]:
         """Return the cached cost per metre (n,) on the whole surface, and its median."""
@@ -203,13 +203,13 @@ class Follower:
     ) -> list[PathLeg]:
         """Follow the best path through all way-points, leg by leg."""
         nodes = np.asarray(self.surface.tree.query(local_points)[1], np.int64)
-        costs, typical_values = self._whole_costs(tints)
+        costs, typical_cost = self._whole_costs(tints)
         legs = []
         for i in range(len(nodes) - 1):
             path = shortest_path(graph, int(nodes[i]), int(nodes[i + 1]), costs)
             if path is None:
                 raise _separate_parts_error(i)
-            legs.append((self.surface.world(graph, path), costs[path] / typical_values))
+            legs.append((self.surface.world(graph, path), costs[path] / typical_cost))
         return legs
 
     def _spacing(self, start: FloatArray, goal: FloatArray) -> float:

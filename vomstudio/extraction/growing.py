@@ -101,8 +101,8 @@ def element_tolerances(elements: Elements, max_distance: float | None) -> FloatA
     # noise. Only elements with a normal count, because there may be many cells with a few scattered
     # points.
     planar_noise = noise[np.isfinite(elements.normals[:, 0])]
-    typical = approximate_median(planar_noise) if len(planar_noise) else 0.0
-    tolerance = np.minimum(noise, 2.0 * typical)
+    typical_noise = approximate_median(planar_noise) if len(planar_noise) else 0.0
+    tolerance = np.minimum(noise, 2.0 * typical_noise)
     tolerance *= _MAX_DISTANCE_NOISE
     np.maximum(tolerance, _MAX_DISTANCE_SPACINGS * elements.spacing, out=tolerance)
     if elements.of == "face":
@@ -171,11 +171,11 @@ def grow_facets(
     progress.stage(tr("Growing facets"), len(order))
     label = _count(labels)
     for first in range(0, len(order), _SEEDS_PER_STEP):
-        last = min(first + _SEEDS_PER_STEP, len(order))
+        last_seed = min(first + _SEEDS_PER_STEP, len(order))
         label = grow_regions(
             order,
             first,
-            last,
+            last_seed,
             elements.places,
             elements.normals,
             elements.areas,
@@ -191,7 +191,7 @@ def grow_facets(
             label,
             sums,
         )
-        progress.step(last)
+        progress.step(last_seed)
     progress.stage(tr("Merging facets"), None)
     for _ in range(2):
         labels = _reassign(elements, rows, inner_sums, reach, typical_tolerance, cosine, labels)
@@ -219,12 +219,12 @@ class _FacetSums:
 
     def extended(self, f: int) -> _FacetSums:
         """Return a copy extended to `f` facets."""
-        added_values = f - len(self.known)
+        n_added = f - len(self.known)
         return _FacetSums(
-            np.concatenate([self.about, np.zeros((added_values, 3))]),
-            np.concatenate([self.known, np.zeros(added_values, np.bool_)]),
-            np.concatenate([self.sums, np.zeros((added_values, 11))]),
-            np.concatenate([self.count, np.zeros(added_values, np.int64)]),
+            np.concatenate([self.about, np.zeros((n_added, 3))]),
+            np.concatenate([self.known, np.zeros(n_added, np.bool_)]),
+            np.concatenate([self.sums, np.zeros((n_added, 11))]),
+            np.concatenate([self.count, np.zeros(n_added, np.int64)]),
         )
 
     def merged(self, number: IntArray) -> _FacetSums:
@@ -394,8 +394,8 @@ def _merge_coplanar(
     scatter = planes.scatter.copy()
     limit = np.sqrt(planes.squares / np.maximum(planes.count, 1))
     cosine = np.abs((normal[pairs[:, 0]] * normal[pairs[:, 1]]).sum(axis=1))
-    likely = cosine >= np.cos(np.radians(angle_deg))
-    pairs = pairs[likely][np.argsort(-cosine[likely], kind="stable")]
+    is_parallel = cosine >= np.cos(np.radians(angle_deg))
+    pairs = pairs[is_parallel][np.argsort(-cosine[is_parallel], kind="stable")]
     for first, second in pairs.tolist():
         a, b = _root(owner, first), _root(owner, second)
         if a == b or weight[a] <= 0.0 or weight[b] <= 0.0:
@@ -409,19 +409,19 @@ def _merge_coplanar(
         ) / total
         values, vectors = np.linalg.eigh(joint)
         common_value = float(np.sqrt(max(values[0], 0.0)))
-        separate_values = np.sqrt((weight[a] * rms[a] ** 2 + weight[b] * rms[b] ** 2) / total)
-        max_scatter = max(_MAX_SCATTER_RATIO * separate_values, 0.1 * min(limit[a], limit[b]))
+        separate_rms = np.sqrt((weight[a] * rms[a] ** 2 + weight[b] * rms[b] ** 2) / total)
+        max_scatter = max(_MAX_SCATTER_RATIO * separate_rms, 0.1 * min(limit[a], limit[b]))
         if common_value > max_scatter:
             continue
         # The common scatter is not a suitable test for a small facet beside a large one: the small
         # facet must lie in the plane of the large one.
-        small, large = (a, b) if weight[a] < weight[b] else (b, a)
-        distance = abs(float((mean[small] - mean[large]) @ normal[large]))
-        tilt = abs(float(normal[small] @ vectors[:, 0]))
-        width = np.sqrt(max(float(np.trace(scatter[small])), 0.0))
+        smaller, larger = (a, b) if weight[a] < weight[b] else (b, a)
+        distance = abs(float((mean[smaller] - mean[larger]) @ normal[larger]))
+        tilt = abs(float(normal[smaller] @ vectors[:, 0]))
+        width = np.sqrt(max(float(np.trace(scatter[smaller])), 0.0))
         rise = width * np.sqrt(max(1.0 - tilt * tilt, 0.0))
-        if distance > 2.0 * max(rms[large], 0.05 * limit[large]) or rise > 2.0 * max(
-            rms[small], 0.05 * limit[small]
+        if distance > 2.0 * max(rms[larger], 0.05 * limit[larger]) or rise > 2.0 * max(
+            rms[smaller], 0.05 * limit[smaller]
         ):
             continue
         owner[b] = a
@@ -553,15 +553,15 @@ def _rotation_to_neighbour(
     It is the rotation from the middle to the outer third of the facet, as a share of the rotation
     between the facets. Normals are not used, because they are averages over wide neighbourhoods.
     """
-    normal, other = planes.normal[first], planes.normal[second]
+    normal, other_normal = planes.normal[first], planes.normal[second]
     # Perpendicular to the intersection of the two planes; the centre of a long facet would not be.
-    towards = other - (other @ normal) * normal
+    towards = other_normal - (other_normal @ normal) * normal
     if towards @ (planes.centre[second] - planes.centre[first]) < 0.0:
         towards = -towards
-    size, tan_between = float(np.linalg.norm(towards)), -float(other @ towards)
+    size, tan_between = float(np.linalg.norm(towards)), -float(other_normal @ towards)
     if len(rows) < _MIN_TURNING_POINTS or size <= 0.0 or tan_between == 0.0:
         return np.zeros(2)
-    tan_between /= float(other @ normal) * size
+    tan_between /= float(other_normal @ normal) * size
     offset = elements.places[rows] - planes.centre[first]
     place, height = offset @ (towards / size), offset @ normal
     inner, middle, end = np.sort(place)[(np.array(_PIECE_QUANTILES) * len(place)).astype(np.int64)]
@@ -579,12 +579,12 @@ def _rotation_to_neighbour(
 
 def _slope(position: FloatArray, height: FloatArray) -> tuple[float, float]:
     """Fit a slope to heights as a function of position; return it and its variance."""
-    across_component = position - position.mean() if len(position) else position
-    square = float(across_component @ across_component)
+    centred_position = position - position.mean() if len(position) else position
+    square = float(centred_position @ centred_position)
     if len(position) < 4 or square <= 0.0:
         return 0.0, np.inf
-    slope = float(across_component @ height) / square
-    residuals = height - height.mean() - slope * across_component
+    slope = float(centred_position @ height) / square
+    residuals = height - height.mean() - slope * centred_position
     return slope, float(residuals @ residuals) / (len(position) - 2) / square
 
 

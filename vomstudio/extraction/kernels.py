@@ -225,13 +225,13 @@ def assign_nearest_planes(  # type: ignore[no-untyped-def]
     changed_count = 0
     for i in range(len(rows)):
         e = rows[i]
-        best, min_value = -1, math.inf
+        best_plane, min_value = -1, math.inf
         if labels[e] == -2:
             out[i] = -2
             continue
         for turn in range(starts[e] - 1, starts[e + 1]):
             f = labels[e] if turn < starts[e] else labels[neighbours[turn]]
-            if f < 0 or f == best:
+            if f < 0 or f == best_plane:
                 continue
             distance = abs(
                 (positions[e, 0] - centres[f, 0]) * facing_normals[f, 0]
@@ -249,9 +249,9 @@ def assign_nearest_planes(  # type: ignore[no-untyped-def]
                 if not c >= 0.5:
                     continue
             if distance <= limit and distance < min_value:
-                best, min_value = f, distance
-        out[i] = best
-        if best != labels[e]:
+                best_plane, min_value = f, distance
+        out[i] = best_plane
+        if best_plane != labels[e]:
             changed_count += 1
     return changed_count
 

@@ -79,9 +79,11 @@ def _find_point_in_view(points: FloatArray, eye: FloatArray, view_target: FloatA
     if size > 0.0:
         depth = offsets @ (direction / size)
         distance = np.sqrt(np.maximum((offsets**2).sum(axis=1) - depth**2, 0.0))
-        near = np.flatnonzero((depth > 0.0) & (distance < _RAY_HALF_WIDTH * depth))
-        if len(near):
+        rows_near_ray = np.flatnonzero((depth > 0.0) & (distance < _RAY_HALF_WIDTH * depth))
+        if len(rows_near_ray):
             # Among the nearest points, select the one closest to the line.
-            first = near[depth[near] <= (1.0 + _RAY_HALF_WIDTH) * depth[near].min()]
+            first = rows_near_ray[
+                depth[rows_near_ray] <= (1.0 + _RAY_HALF_WIDTH) * depth[rows_near_ray].min()
+            ]
             return np.asarray(points[first[np.argmin(distance[first])]])
     return np.asarray(points[np.nanargmin(((points - view_target) ** 2).sum(axis=1))])

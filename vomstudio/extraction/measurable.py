@@ -231,11 +231,11 @@ def _surface(
         return _ShortPieces(elements, np.asarray(elements.rows))
     vertices = np.asarray(data.vertices, np.float64)
     faces = np.asarray(data.faces, np.int64)
-    finite_values = np.asarray(np.isfinite(vertices).all(axis=1))
+    is_finite_vertex = np.asarray(np.isfinite(vertices).all(axis=1))
     rows = (
         np.arange(len(faces))
-        if finite_values.all()
-        else np.flatnonzero(finite_values[faces].all(axis=1))
+        if is_finite_vertex.all()
+        else np.flatnonzero(is_finite_vertex[faces].all(axis=1))
     )
     if not len(rows):
         raise GeometryError(Finding("model.no-faces"))
@@ -251,16 +251,16 @@ def _surface(
     if max_side < typical_side:
         # Reject a length that is much too short before the mesh is divided into millions of pieces.
         _require_min_length(length, resolution or _MIN_RESOLUTION_RATIO * typical_resolution(data))
-    fine = CELL_STRIPS * step > _MIN_CELL_RATIO * typical_side
-    if not fine and float(square.max()) <= max_side**2:
+    is_fine = CELL_STRIPS * step > _MIN_CELL_RATIO * typical_side
+    if not is_fine and float(square.max()) <= max_side**2:
         elements = build_elements(data, _NORMAL_ANGLE_DEG, progress)
         return _ShortPieces(elements, np.asarray(elements.rows))
     node_of = weld_points(vertices)
     places = np.zeros((int(node_of.max()) + 1, 3))
-    origin = vertices[finite_values].min(axis=0)
-    places[node_of] = np.where(finite_values[:, None], vertices, origin) - origin
+    origin = vertices[is_finite_vertex].min(axis=0)
+    places[node_of] = np.where(is_finite_vertex[:, None], vertices, origin) - origin
     used_faces, nodes, areas = node_of[used_faces], None, None
-    if fine:
+    if is_fine:
         thinned_thin_mesh = thin_mesh(places, used_faces, CELL_STRIPS * step)
         places, used_faces, areas = (
             thinned_thin_mesh.vertices,
@@ -294,21 +294,22 @@ def _resolutions(points: FloatArray, elements: Elements) -> FloatArray:
     total = np.cumsum(weight)
     sample_area = (np.arange(_RESOLUTION_SAMPLES) + 0.5) / _RESOLUTION_SAMPLES * total[-1]
     rows = np.unique(np.minimum(np.searchsorted(total, sample_area), len(weight) - 1))
-    nearest = finite_points[tree.query(elements.places[rows])[1]]
-    near = tree.query(nearest, k=min(NEIGHBOUR_COUNTS[0], len(finite_points)))[1].reshape(
-        len(rows), -1
-    )
-    area, _ = neighbour_statistics(finite_points[near])
+    nearest_points = finite_points[tree.query(elements.places[rows])[1]]
+    neighbour_rows = tree.query(nearest_points, k=min(NEIGHBOUR_COUNTS[0], len(finite_points)))[
+        1
+    ].reshape(len(rows), -1)
+    area, _ = neighbour_statistics(finite_points[neighbour_rows])
     spacing = np.sqrt(np.where(np.isfinite(area) & (area > 0.0), area, np.nan))
-    typical_value = float(np.nanmedian(spacing)) if np.isfinite(spacing).any() else np.nan
+    typical_spacing = float(np.nanmedian(spacing)) if np.isfinite(spacing).any() else np.nan
     overall = effective_resolution(
-        finite_points, tree, nearest[:: max(1, len(nearest) // _NOISE_SAMPLES)]
+        finite_points, tree, nearest_points[:: max(1, len(nearest_points) // _NOISE_SAMPLES)]
     )
-    if overall is None or not typical_value > 0.0:
+    if overall is None or not typical_spacing > 0.0:
         return np.asarray(elements.spacing)
     # If the noise exceeds the spacing, it is assumed to do so everywhere.
     spacing = np.maximum(
-        np.nan_to_num(spacing, nan=typical_value), overall if overall > 1.5 * typical_value else 0.0
+        np.nan_to_num(spacing, nan=typical_spacing),
+        overall if overall > 1.5 * typical_spacing else 0.0,
     )
     return np.asarray(spacing[cKDTree(elements.places[rows]).query(elements.places)[1]])
 
@@ -425,20 +426,20 @@ def _errors(
     """
     length, resolution, larger, smaller, count = moments.T
     relief, extent = np.sqrt(12.0 * smaller), np.sqrt(12.0 * larger)
-    free_values = length / resolution - 3.0
+    degrees_of_freedom = length / resolution - 3.0
     if options.points is not None:
-        free_values = np.minimum(free_values, options.points - 3.0)
+        degrees_of_freedom = np.minimum(degrees_of_freedom, options.points - 3.0)
     square = noise**2
     values = np.stack([larger + square, smaller + square, np.full(len(larger), square)], axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
-        is_determined = (free_values > 0.0) & (count >= _MIN_PIECES) & (smaller > 0.0)
-        quantile = joint_quantile(np.where(is_determined, free_values, 1.0))
+        is_determined = (degrees_of_freedom > 0.0) & (count >= _MIN_PIECES) & (smaller > 0.0)
+        quantile = joint_quantile(np.where(is_determined, degrees_of_freedom, 1.0))
         fit = np.degrees(confidence_axes_rad(np.nan_to_num(values), quantile, quantile)[0])
         # As for a trace, see quality.resolution_tilt_deg.
-        unseen_values = POINT_OVER_RESOLUTION * np.sqrt(
-            12.0 * CHI2_TWO / np.maximum(free_values + 3.0, 1.0)
+        hidden_errors = POINT_OVER_RESOLUTION * np.sqrt(
+            12.0 * CHI2_TWO / np.maximum(degrees_of_freedom + 3.0, 1.0)
         )
-        tilt = np.degrees(np.arctan2(np.minimum(0.5, unseen_values) * resolution, relief))
+        tilt = np.degrees(np.arctan2(np.minimum(0.5, hidden_errors) * resolution, relief))
         error = np.minimum(
             np.hypot(np.maximum(fit, tilt), options.used_registration_error_deg), 90.0
         )

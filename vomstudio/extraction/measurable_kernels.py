@@ -10,7 +10,7 @@ from vomstudio.geometry.kernels.jit import kernel
     "f8, f8, f8[:,::1])"
 )
 def line_moments(  # type: ignore[no-untyped-def]
-    rows, coordinates, slopes, steepness, areas, resolution, first, last, half, width, out
+    rows, coordinates, slopes, steepnesses, areas, resolution, first, last, half, width, out
 ):
     """Compute the moments of the lines along which planes through pieces cut the surface.
 
@@ -26,7 +26,7 @@ def line_moments(  # type: ignore[no-untyped-def]
         Offset along the normal, two coordinates in the plane, and the sort coordinate.
     slopes : (n, 2) array
         Shift of a piece within the plane per unit of offset along the surface.
-    steepness : (n,) array
+    steepnesses : (n,) array
         Sine of the angle between the surface and the plane.
     areas, resolution : (n,) arrays
     first, last : (n,) arrays
@@ -41,7 +41,7 @@ def line_moments(  # type: ignore[no-untyped-def]
         s, u, v, t = coordinates[i, 0], coordinates[i, 1], coordinates[i, 2], coordinates[i, 3]
         w, wl, wu, wv = 0.0, 0.0, 0.0, 0.0
         uu, vv, uv = 0.0, 0.0, 0.0
-        number, largest = 0.0, 0.0
+        number, largest_projection = 0.0, 0.0
         for side in range(2):
             step = 1 if side == 0 else -1
             j = i if side == 0 else i - 1
@@ -49,7 +49,7 @@ def line_moments(  # type: ignore[no-untyped-def]
                 if abs(coordinates[j, 3] - t) > half + width:
                     break
                 offset = coordinates[j, 0] - s
-                if abs(offset) <= width * steepness[j]:
+                if abs(offset) <= width * steepnesses[j]:
                     x = coordinates[j, 1] - u - offset * slopes[j, 0]
                     y = coordinates[j, 2] - v - offset * slopes[j, 1]
                     if x * x + y * y <= half * half:
@@ -62,7 +62,7 @@ def line_moments(  # type: ignore[no-untyped-def]
                         vv += a * y * y
                         uv += a * x * y
                         number += 1.0
-                        largest = max(largest, a)
+                        largest_projection = max(largest_projection, a)
                 j += step
         out[k, 0] = w
         if w > 0.0:
@@ -70,7 +70,7 @@ def line_moments(  # type: ignore[no-untyped-def]
             out[k, 1] = wl / w
             out[k, 2], out[k, 3] = x, y
             out[k, 4], out[k, 5], out[k, 6] = uu / w - x * x, vv / w - y * y, uv / w - x * y
-            out[k, 7], out[k, 8] = number, largest / w
+            out[k, 7], out[k, 8] = number, largest_projection / w
 
 
 @kernel("void(f8[:,::1], i8[:,::1], f8[::1])")

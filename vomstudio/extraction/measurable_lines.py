@@ -60,8 +60,8 @@ def connected_pieces(elements: Elements, band: IntArray) -> IntArray:
     n = len(band)
     source = np.repeat(np.arange(n, dtype=np.int32), np.diff(elements.starts))
     is_same = (band[source] == band[elements.near]) & (band[source] >= 0)
-    source, near = source[is_same], elements.near[is_same]
-    graph = coo_matrix((np.ones(len(source), np.int8), (source, near)), shape=(n, n)).tocsr()
+    source, neighbours = source[is_same], elements.near[is_same]
+    graph = coo_matrix((np.ones(len(source), np.int8), (source, neighbours)), shape=(n, n)).tocsr()
     components = np.asarray(connected_components(graph, directed=False)[1], np.int64)
     return np.where(band < 0, -1, components)
 
@@ -114,13 +114,10 @@ def intersection_moments(
     )
     first, second = _plane_axes(normal)
     slope = np.einsum("ij,j->i", np.nan_to_num(elements.normals[representatives]), normal)
-    steep_values = np.sqrt(np.maximum(1.0 - slope**2, 1e-12))
+    sine = np.sqrt(np.maximum(1.0 - slope**2, 1e-12))
     # The line of steepest ascent of the surface leaves the plane by this sine.
     slopes = np.stack(
-        [
-            -slope * (elements.normals[representatives] @ axis) / steep_values**2
-            for axis in (first, second)
-        ],
+        [-slope * (elements.normals[representatives] @ axis) / sine**2 for axis in (first, second)],
         axis=1,
     )
     coordinates = np.stack(
@@ -133,13 +130,13 @@ def intersection_moments(
     )
     sums = np.full((len(representatives), 9), np.nan)
     quarter = offset / (4.0 * width)
-    shifted_values = quarter + 0.5
+    shifted_angle = quarter + 0.5
     fraction = quarter[representatives] - np.floor(quarter[representatives])
     # Use two overlapping sets of bands, so that every piece is well inside one of them.
     middle = (fraction >= 0.25) & (fraction < 0.75)
     progress.stage(tr("Measuring patches"), len(representatives))
-    before = 0
-    for bands, is_inside in ((quarter, middle), (shifted_values, ~middle)):
+    processed_count = 0
+    for bands, is_inside in ((quarter, middle), (shifted_angle, ~middle)):
         band = np.where(is_cut | is_exposed, np.floor(bands).astype(np.int64), -1)
         label = connected_pieces(elements, np.where(band < 0, -1, band))[representatives]
         rows = np.flatnonzero(is_inside)
@@ -149,15 +146,15 @@ def intersection_moments(
                 rows,
                 coordinates,
                 slopes,
-                steep_values,
+                sine,
                 weight,
                 resolution[representatives],
                 length / 2.0,
                 width,
                 progress,
-                before,
+                processed_count,
             )
-            before += len(rows)
+            processed_count += len(rows)
     trace = 0.5 * (sums[:, 4] + sums[:, 5])
     root = np.hypot(0.5 * (sums[:, 4] - sums[:, 5]), sums[:, 6])
     results = np.stack(
@@ -192,8 +189,8 @@ def _select_representatives(
     """
     rows = np.flatnonzero(is_cut)
     areas = elements.areas[rows]
-    typical_value = float(np.median(areas))
-    if typical_value > 0.3 * width**2:
+    typical_area = float(np.median(areas))
+    if typical_area > 0.3 * width**2:
         return rows, np.arange(len(rows)), np.asarray(areas)
     cell = np.floor(elements.places[rows] / (CELL_STRIPS * width)).astype(np.int64)
     cell -= cell.min(axis=0)
@@ -206,9 +203,9 @@ def _select_representatives(
     key = key * 4 + np.floor((turn + np.pi) / (np.pi / 2.0)).astype(np.int64) % 4
     _, cell_of = np.unique(key, return_inverse=True)
     order = np.lexsort((areas, cell_of))
-    last = np.flatnonzero(np.append(np.diff(cell_of[order]) != 0, True))
+    last_in_cell = np.flatnonzero(np.append(np.diff(cell_of[order]) != 0, True))
     return (
-        np.asarray(rows[order[last]], np.int64),
+        np.asarray(rows[order[last_in_cell]], np.int64),
         np.asarray(cell_of, np.int64),
         np.array(np.bincount(cell_of, areas), np.float64),
     )
@@ -238,15 +235,15 @@ def _moments(
         for a, b in ((offset[0], offset[0]), (offset[1], offset[1]), (offset[0], offset[1]))
     )
     angle = 0.5 * np.arctan2(2.0 * uv, uu - vv)
-    along_component = np.cos(angle)[label] * offset[0] + np.sin(angle)[label] * offset[1]
-    order = np.lexsort((along_component, label))
+    line_distance = np.cos(angle)[label] * offset[0] + np.sin(angle)[label] * offset[1]
+    order = np.lexsort((line_distance, label))
     ends = np.cumsum(np.bincount(label, minlength=count))
     place = np.empty(len(order), np.int64)
     place[order] = np.arange(len(order))
     sorted_coordinates = to_kernel_array(
-        np.column_stack([coordinates, along_component])[order], np.float64
+        np.column_stack([coordinates, line_distance])[order], np.float64
     )
-    last = to_kernel_array(ends[label[order]], np.int64)
+    last_piece = to_kernel_array(ends[label[order]], np.int64)
     first = to_kernel_array(np.concatenate([[0], ends[:-1]])[label[order]], np.int64)
     arrays = [
         to_kernel_array(values[order], np.float64)
@@ -257,7 +254,9 @@ def _moments(
     def work(block: slice) -> None:
         out = np.full((len(rows[block]), 9), np.nan)
         position = to_kernel_array(place[rows[block]], np.int64)
-        line_moments(position, sorted_coordinates, *arrays, first, last, half_length, width, out)
+        line_moments(
+            position, sorted_coordinates, *arrays, first, last_piece, half_length, width, out
+        )
         moments[block] = out
 
     run_in_blocks(work, len(rows), _OffsetProgress(progress, before), _BLOCK_PIECES)

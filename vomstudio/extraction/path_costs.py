@@ -82,10 +82,10 @@ def node_costs(graph: Graph, cost: str, tints: FloatArray | None = None) -> Floa
         value = contact_values(graph, cost)
         is_finite = np.isfinite(value)
         is_complete = bool(is_finite.all())
-        finite_values = value if is_complete else value[is_finite]
+        finite_costs = value if is_complete else value[is_finite]
         low, high = (
-            np.percentile(finite_values, [_LOW_PERCENTILE, _HIGH_PERCENTILE])
-            if len(finite_values)
+            np.percentile(finite_costs, [_LOW_PERCENTILE, _HIGH_PERCENTILE])
+            if len(finite_costs)
             else (0.0, 0.0)
         )
         value = (value - low) / max(high - low, 1e-12)
@@ -108,8 +108,8 @@ def smooth_opponent_colours(graph: Graph) -> FloatArray:
     name = "smooth opponent colours"
     if name not in graph.cached:
         assert graph.colours is not None
-        smooth = np.stack([smooth_values(graph, c) for c in graph.colours.T], axis=1)
-        graph.cached[name] = np.ascontiguousarray(opponent_colours(smooth).T)
+        smooth_colours = np.stack([smooth_values(graph, c) for c in graph.colours.T], axis=1)
+        graph.cached[name] = np.ascontiguousarray(opponent_colours(smooth_colours).T)
     return graph.cached[name]
 
 
@@ -129,11 +129,11 @@ def smooth_values(graph: Graph, values: FloatArray, n_passes: int = 1) -> FloatA
     """
     from vomstudio.extraction.path_kernels import average_neighbours
 
-    current, following = np.array(values, np.float64), np.empty(len(values))
+    current, smoothed = np.array(values, np.float64), np.empty(len(values))
     with split_work(len(values)) as run:
         for _ in range(n_passes):
-            run(partial(average_neighbours, graph.starts, graph.near, current, following))
-            current, following = following, current
+            run(partial(average_neighbours, graph.starts, graph.near, current, smoothed))
+            current, smoothed = smoothed, current
     return current
 
 
@@ -175,10 +175,10 @@ def _smoothed_lows(graph: Graph, value: FloatArray) -> FloatArray:
     Within a bed of uniform colour, the shortest path cuts corners from side to side. This tilts the
     plane systematically without being visible in the residuals.
     """
-    total, last = value.copy(), value
+    total, previous = value.copy(), value
     for times in _VALLEY_SMOOTHINGS:
-        last = smooth_values(graph, last, times)
-        total += last
+        previous = smooth_values(graph, previous, times)
+        total += previous
     total /= len(_VALLEY_SMOOTHINGS) + 1
     return total
 

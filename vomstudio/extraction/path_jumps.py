@@ -61,28 +61,29 @@ def find_jumps(
         starts = np.arange(0, len(points), step)
         sizes = np.diff(np.append(starts, len(points)))
         means = np.add.reduceat(np.column_stack([points, costs]), starts, axis=0) / sizes[:, None]
-        coarse = find_jumps(means[:, :3], means[:, 3], index // step, resolution)
-        return tuple((a * step, min((b + 1) * step, len(points)) - 1) for a, b in coarse)
+        coarse_jumps = find_jumps(means[:, :3], means[:, 3], index // step, resolution)
+        return tuple((a * step, min((b + 1) * step, len(points)) - 1) for a, b in coarse_jumps)
     legs = _candidates(points, costs, index, resolution)
     is_used = np.ones(len(points), np.bool_)
-    excluded_items: list[Range] = []
-    while (best := _find_best_stretch(points, is_used, legs)) is not None:
-        leg, stretch = best
-        excluded_items.append(stretch)
+    excluded_ranges: list[Range] = []
+    while (best_stretch := _find_best_stretch(points, is_used, legs)) is not None:
+        leg, stretch = best_stretch
+        excluded_ranges.append(stretch)
         is_used[_rows(stretch)] = False
         legs[leg] = []
-    while excluded_items:
+    while excluded_ranges:
         fit = _fit_masked(points, [is_used])[0]
         ratios = [
-            0.0 if fit is None else _ratio(points, item, fit, resolution) for item in excluded_items
+            0.0 if fit is None else _ratio(points, item, fit, resolution)
+            for item in excluded_ranges
         ]
         weakest = int(np.argmin(ratios))
         if ratios[weakest] >= MIN_RATIO:
             break
-        is_used[_rows(excluded_items.pop(weakest))] = True
-        for stretch in excluded_items:
+        is_used[_rows(excluded_ranges.pop(weakest))] = True
+        for stretch in excluded_ranges:
             is_used[_rows(stretch)] = False
-    return tuple(sorted(excluded_items))
+    return tuple(sorted(excluded_ranges))
 
 
 def _rows(stretch: Range) -> slice:
@@ -98,19 +99,21 @@ def _candidates(
 
     level = float(np.quantile(costs, CONTACT_QUANTILE))
     min_height = level + MIN_PEAK * max(1.0 - level, 0.0)
-    smooth = uniform_filter1d(costs, 3, mode="nearest")
+    smoothed_costs = uniform_filter1d(costs, 3, mode="nearest")
     distances = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
     legs = []
     for first, last in pairwise(index.tolist()):
         # A peak can be located at the way-point itself.
-        peaks, properties = find_peaks(np.pad(smooth[first : last + 1], 1), height=min_height)
-        highest_values = (
+        peaks, properties = find_peaks(
+            np.pad(smoothed_costs[first : last + 1], 1), height=min_height
+        )
+        highest_costs = (
             np.sort(peaks[np.argsort(properties["peak_heights"])[-MAX_PEAKS:]]) + first - 1
         )
         legs.append(
             [
                 (a + 1, b - 1)
-                for a, b in combinations(highest_values.tolist(), 2)
+                for a, b in combinations(highest_costs.tolist(), 2)
                 if b - a > MIN_VERTICES
                 and distances[b - 1] - distances[a + 1] >= MIN_LENGTH * resolution
             ]
@@ -131,27 +134,27 @@ def _find_best_stretch(
         mask = is_used.copy()
         mask[_rows(stretch)] = False
         masks.append(mask)
-    best, lowest_values = None, np.inf
+    best_stretch, lowest_ratio = None, np.inf
     for choice, fit in zip(choices, _fit_masked(points, masks), strict=True):
         if fit is None or fit.rms is None:
             continue
         (a, b) = choice[1]
         offsets = (points[a : b + 1] - fit.centroid) @ fit.normal
         total = fit.n * fit.rms**2 + float(((offsets - offsets.mean()) ** 2).sum())
-        if (score := total / (fit.n + len(offsets))) < lowest_values:
-            best, lowest_values = choice, score
-    return best
+        if (score := total / (fit.n + len(offsets))) < lowest_ratio:
+            best_stretch, lowest_ratio = choice, score
+    return best_stretch
 
 
 def _fit_masked(points: FloatArray, masks: Sequence[BoolArray]) -> list[FittedPlane | None]:
     """Fit a plane to the points of each mask (n,); None if there are too few points."""
-    enough = [i for i, mask in enumerate(masks) if mask.sum() >= MIN_POINTS]
+    usable_masks = [i for i, mask in enumerate(masks) if mask.sum() >= MIN_POINTS]
     fits: list[FittedPlane | None] = [None] * len(masks)
-    if not enough:
+    if not usable_masks:
         return fits
-    groups = [points[masks[i]] for i in enough]
+    groups = [points[masks[i]] for i in usable_masks]
     batch = fit_planes(np.concatenate(groups), np.cumsum([0, *map(len, groups)]))
-    for i, fit in zip(enough, batch.rows(), strict=True):
+    for i, fit in zip(usable_masks, batch.rows(), strict=True):
         fits[i] = None if fit.error is not None else fit
     return fits
 
@@ -163,5 +166,5 @@ def _ratio(points: FloatArray, stretch: Range, fit: FittedPlane, resolution: flo
     centre = points[stretch[0] : stretch[1] + 1].mean(axis=0) - fit.centroid
     angles = np.radians(np.minimum([fit.min_confidence95_deg, fit.max_confidence95_deg], 89.9))
     lever = np.tan(angles) * (fit.axes[:2] @ centre)
-    allowed_values = np.sqrt((lever**2).sum() + (2.0 * fit.rms) ** 2 + resolution**2)
-    return abs(offset(points, stretch, fit)) / float(max(allowed_values, 1e-300))
+    allowed_distance = np.sqrt((lever**2).sum() + (2.0 * fit.rms) ** 2 + resolution**2)
+    return abs(offset(points, stretch, fit)) / float(max(allowed_distance, 1e-300))

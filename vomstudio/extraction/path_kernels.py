@@ -38,18 +38,18 @@ def remove_duplicates(starts, neighbours):  # type: ignore[no-untyped-def]
     for node in range(len(starts) - 1):
         end = starts[node + 1]
         for k in range(begin + 1, end):
-            value, to = neighbours[k], k
-            while to > begin and neighbours[to - 1] > value:
-                neighbours[to] = neighbours[to - 1]
-                to -= 1
-            neighbours[to] = value
+            value, slot = neighbours[k], k
+            while slot > begin and neighbours[slot - 1] > value:
+                neighbours[slot] = neighbours[slot - 1]
+                slot -= 1
+            neighbours[slot] = value
         starts[node] = count
         # The write position never passes the read position.
-        last = -1
+        previous_neighbour = -1
         for k in range(begin, end):
             value = neighbours[k]
-            if value != last:
-                neighbours[count], last = value, value
+            if value != previous_neighbour:
+                neighbours[count], previous_neighbour = value, value
                 count += 1
         begin = end
     starts[len(starts) - 1] = count
@@ -60,8 +60,8 @@ def remove_duplicates(starts, neighbours):  # type: ignore[no-untyped-def]
 def _detour(positions, node, one, other):  # type: ignore[no-untyped-def]
     """Return the distance from one position to another through a node."""
     x, y, z = positions[node, 0], positions[node, 1], positions[node, 2]
-    far = math.sqrt((x - one[0]) ** 2 + (y - one[1]) ** 2 + (z - one[2]) ** 2)
-    return far + math.sqrt((x - other[0]) ** 2 + (y - other[1]) ** 2 + (z - other[2]) ** 2)
+    distance = math.sqrt((x - one[0]) ** 2 + (y - one[1]) ** 2 + (z - one[2]) ** 2)
+    return distance + math.sqrt((x - other[0]) ** 2 + (y - other[1]) ** 2 + (z - other[2]) ** 2)
 
 
 @kernel("i8(f8[:,::1], i8[::1], i4[::1], i8, f8[::1], f8[::1], f8, i8[::1], i8[::1])")
@@ -77,23 +77,23 @@ def list_component_in_ellipsoid(  # type: ignore[no-untyped-def]
     """
     rows[0] = first
     mark[first] = 0
-    count, done = 1, 0
-    while 0 <= done < count:
-        node = rows[done]
-        done += 1
+    count, done_count = 1, 0
+    while 0 <= done_count < count:
+        node = rows[done_count]
+        done_count += 1
         for k in range(starts[node], starts[node + 1]):
-            to = neighbours[k]
-            if mark[to] >= 0 or _detour(positions, to, one, other) > reach:
+            neighbour = neighbours[k]
+            if mark[neighbour] >= 0 or _detour(positions, neighbour, one, other) > reach:
                 continue
             if count == len(rows):
-                done = -1
+                done_count = -1
                 break
-            mark[to] = 0
-            rows[count] = to
+            mark[neighbour] = 0
+            rows[count] = neighbour
             count += 1
     for k in range(count):
         mark[rows[k]] = -1
-    return count if done >= 0 else -1
+    return count if done_count >= 0 else -1
 
 
 @kernel("i8(f8[:,::1], f8[::1], f8[::1], f8, i8[::1])")
@@ -120,10 +120,10 @@ def list_nodes_in_ellipsoid(positions, one, other, reach, rows):  # type: ignore
 def mark_component(starts, neighbours, first, is_connected, rows):  # type: ignore[no-untyped-def]
     """Mark the nodes connected to `first` in met (n,), and return their number."""
     rows[0], is_connected[first] = first, True
-    count, done = 1, 0
-    while done < count:
-        node = rows[done]
-        done += 1
+    count, done_count = 1, 0
+    while done_count < count:
+        node = rows[done_count]
+        done_count += 1
         for k in range(starts[node], starts[node + 1]):
             if not is_connected[neighbours[k]]:
                 is_connected[neighbours[k]] = True
@@ -142,9 +142,9 @@ def extract_subgraph(starts, neighbours, rows, number, new_starts, new_neighbour
     for i in range(len(rows)):
         new_starts[i] = count
         for k in range(starts[rows[i]], starts[rows[i] + 1]):
-            to = number[neighbours[k]]
-            if to >= 0:
-                new_neighbours[count] = to
+            neighbour_number = number[neighbours[k]]
+            if neighbour_number >= 0:
+                new_neighbours[count] = neighbour_number
                 count += 1
     new_starts[len(rows)] = count
     return count
@@ -179,12 +179,12 @@ def compute_gradients(positions, starts, neighbours, values, out):  # type: igno
     for node in range(len(values)):
         x, y, z = 0.0, 0.0, 0.0
         for k in range(starts[node], starts[node + 1]):
-            to = neighbours[k]
-            far = max(_distance(positions, node, to), 1e-12)
-            change = (values[to] - values[node]) / (far * far)
-            x += change * (positions[to, 0] - positions[node, 0])
-            y += change * (positions[to, 1] - positions[node, 1])
-            z += change * (positions[to, 2] - positions[node, 2])
+            neighbour = neighbours[k]
+            distance = max(_distance(positions, node, neighbour), 1e-12)
+            change = (values[neighbour] - values[node]) / (distance * distance)
+            x += change * (positions[neighbour, 0] - positions[node, 0])
+            y += change * (positions[neighbour, 1] - positions[node, 1])
+            z += change * (positions[neighbour, 2] - positions[node, 2])
         count = max(starts[node + 1] - starts[node], 1)
         out[node, 0], out[node, 1], out[node, 2] = x / count, y / count, z / count
 
@@ -214,15 +214,15 @@ def _remove_root(keys, heap, place, size):  # type: ignore[no-untyped-def]
         first = 4 * position + 1
         if first >= size:
             break
-        smallest = first
-        for other in range(first + 1, min(first + 4, size)):
-            if keys[other] < keys[smallest]:
-                smallest = other
-        if keys[smallest] >= key:
+        smallest_child = first
+        for child in range(first + 1, min(first + 4, size)):
+            if keys[child] < keys[smallest_child]:
+                smallest_child = child
+        if keys[smallest_child] >= key:
             break
-        heap[position], keys[position] = heap[smallest], keys[smallest]
+        heap[position], keys[position] = heap[smallest_child], keys[smallest_child]
         place[heap[position]] = position
-        position = smallest
+        position = smallest_child
     if size > 0:
         heap[position], keys[position], place[node] = node, key, position
     return size
@@ -263,15 +263,20 @@ def search_least_cost(  # type: ignore[no-untyped-def]
         size = _remove_root(keys, heap, place, size)
         base = distance[node]
         for k in range(starts[node], starts[node + 1]):
-            to = neighbours[k]
+            neighbour = neighbours[k]
             # Coincident nodes are also connected by an arc.
-            step = max(_distance(positions, node, to) * 0.5 * (costs[node] + costs[to]), 1e-15)
+            step = max(
+                _distance(positions, node, neighbour) * 0.5 * (costs[node] + costs[neighbour]),
+                1e-15,
+            )
             total = base + step
-            if total < distance[to]:
-                distance[to] = total
-                before[to] = node
-                forward = min_cost * _distance(positions, to, other) if min_cost > 0.0 else 0.0
-                size = _insert_node(keys, heap, place, size, to, total + forward)
+            if total < distance[neighbour]:
+                distance[neighbour] = total
+                before[neighbour] = node
+                forward = (
+                    min_cost * _distance(positions, neighbour, other) if min_cost > 0.0 else 0.0
+                )
+                size = _insert_node(keys, heap, place, size, neighbour, total + forward)
     return False
 
 
@@ -334,11 +339,13 @@ def search_least_turning(  # type: ignore[no-untyped-def]
         size = _remove_root(keys, heap, place, size)
         base = distance[state]
         for side in (1, headings - 1):
-            to = slot * headings + (h + side) % headings
-            if base + turn_cost < distance[to]:
-                distance[to] = base + turn_cost
-                before[to] = state
-                size = _insert_node(keys, heap, place, size, to, base + turn_cost + remaining[node])
+            next_state = slot * headings + (h + side) % headings
+            if base + turn_cost < distance[next_state]:
+                distance[next_state] = base + turn_cost
+                before[next_state] = state
+                size = _insert_node(
+                    keys, heap, place, size, next_state, base + turn_cost + remaining[node]
+                )
         angle = 2.0 * math.pi * h / headings
         x, y = math.cos(angle), math.sin(angle)
         for k in range(starts[node], starts[node + 1]):
@@ -352,9 +359,11 @@ def search_least_turning(  # type: ignore[no-untyped-def]
             if end_slot < 0:
                 return -2
             count = max(count, end_slot + 1)
-            to = end_slot * headings + h
-            if base + step < distance[to]:
-                distance[to] = base + step
-                before[to] = state
-                size = _insert_node(keys, heap, place, size, to, base + step + remaining[end])
+            next_state = end_slot * headings + h
+            if base + step < distance[next_state]:
+                distance[next_state] = base + step
+                before[next_state] = state
+                size = _insert_node(
+                    keys, heap, place, size, next_state, base + step + remaining[end]
+                )
     return -1

@@ -129,9 +129,9 @@ class PhotoFollower:
             If the cost is not available for photos.
         """
         _require_cost(cost)
-        other = copy(self)
-        other.cost = cost
-        return other
+        copied = copy(self)
+        copied.cost = cost
+        return copied
 
     def follow(self, way_points: FloatArray, *, is_alone: bool = False) -> PhotoPath:
         """Follow a path through way-points in the photo.
@@ -215,7 +215,7 @@ class PhotoFollower:
         positions = self.project(line)
         positions = positions[np.isfinite(positions[:, 0])]
         voters: list[Voter] = []
-        used = dict[int, Voter]()
+        voters_by_photo = dict[int, Voter]()
         for sighting in photos.views.sightings(positions):
             if sighting.view == photos.view_row or sighting.view not in photos.files:
                 continue
@@ -223,14 +223,14 @@ class PhotoFollower:
                 voter = self._cached_voters.get(sighting.view) or Voter(
                     photos.views, sighting.view, photos.pixels(sighting.view)
                 )
-                used[sighting.view] = voter
+                voters_by_photo[sighting.view] = voter
                 voters.append(voter)
             except InputError as error:
                 warnings.append(finding_of(error))
             if len(voters) == _MAX_VOTERS:
                 break
         self._cached_voters.clear()
-        self._cached_voters.update(used)
+        self._cached_voters.update(voters_by_photo)
         if not voters:
             warnings.append(Finding("path.no-other-photo"))
         return voters, warnings
@@ -258,7 +258,7 @@ class PhotoFollower:
             costs = node_costs(graph, self.cost, self._tints(picture, marks / size))
             if current == level:
                 # At later levels, the graph only contains a narrow corridor around the line.
-                typical_value = float(np.median(costs))
+                typical_cost = float(np.median(costs))
             if current == 0 and voters:
                 costs = self._add_votes(graph, costs, voters, marks)
             first, last = (_nearest_node(graph, end) for end in ends)
@@ -266,7 +266,7 @@ class PhotoFollower:
             if path is None:
                 raise GeometryError(Finding("path.not-connected"))
             line = graph.places[path, :2]
-        return line, costs[path] / typical_value
+        return line, costs[path] / typical_cost
 
     def _reduced_picture(self, level: int) -> ByteArray:
         """Return the photo reduced by a factor of 2^level."""
@@ -307,22 +307,22 @@ class PhotoFollower:
         error_px = self._sight_error_px(positions)
         for voter in voters:
             colours, is_visible = voter.colours(positions)
-            tints, known = voter.colours(marks)
-            if not is_visible.any() or not known.any():
+            tints, is_known = voter.colours(marks)
+            if not is_visible.any() or not is_known.any():
                 continue
-            combined_values = np.where(is_visible[:, None], colours, graph.colours)
+            blended_colours = np.where(is_visible[:, None], colours, graph.colours)
             voter_costs = node_costs(
                 Graph(
                     graph.places,
                     graph.starts,
                     graph.near,
-                    combined_values,
+                    blended_colours,
                     {},
                     graph.rough,
                     graph.row,
                 ),
                 self.cost,
-                opponent_colours(tints[known]),
+                opponent_colours(tints[is_known]),
             )
             voter_costs[~is_visible] = np.inf
             for _ in range(error_px):

@@ -156,29 +156,29 @@ def count_agreeing_photos(
     visible_count, is_same = np.zeros(n, np.int64), np.zeros(n, np.int64)
     if not voters:
         return visible_count, is_same
-    tested_values = np.unique(np.append(np.arange(0, n, _POINT_STEP), n - 1))
+    tested_offsets = np.unique(np.append(np.arange(0, n, _POINT_STEP), n - 1))
     step = _SAMPLE_STEP_PX * (np.arange(_PATCH_SAMPLES) - 0.5 * (_PATCH_SAMPLES - 1))
     offsets = np.stack(np.meshgrid(step, step), axis=-1).reshape(-1, 2)
-    patches = (pixels[tested_values][:, None] + offsets).reshape(-1, 2)
+    patches = (pixels[tested_offsets][:, None] + offsets).reshape(-1, 2)
     height, width = picture.shape[:2]
     patches = np.clip(patches, 0.5, [width - 0.5, height - 0.5])
     positions = project(patches)
-    patch_values = interpolate_pixels(blur_lightness(picture), patches).reshape(
-        len(tested_values), -1
+    patch_lightness = interpolate_pixels(blur_lightness(picture), patches).reshape(
+        len(tested_offsets), -1
     )
     judged_count, agreeing_count = (
-        np.zeros(len(tested_values), np.int64),
-        np.zeros(len(tested_values), np.int64),
+        np.zeros(len(tested_offsets), np.int64),
+        np.zeros(len(tested_offsets), np.int64),
     )
     for voter in voters:
         values, visible = voter.greys(positions)
-        is_complete = visible.reshape(patch_values.shape).all(axis=1)
-        correlation = _correlation(patch_values, values.reshape(patch_values.shape))
+        is_complete = visible.reshape(patch_lightness.shape).all(axis=1)
+        correlation = _correlation(patch_lightness, values.reshape(patch_lightness.shape))
         is_judged = is_complete & np.isfinite(correlation)
         judged_count += is_judged
         agreeing_count += is_judged & (correlation >= _MIN_CORRELATION)
-    nearest_values = np.searchsorted(0.5 * (tested_values[1:] + tested_values[:-1]), np.arange(n))
-    return judged_count[nearest_values], agreeing_count[nearest_values]
+    nearest_rows = np.searchsorted(0.5 * (tested_offsets[1:] + tested_offsets[:-1]), np.arange(n))
+    return judged_count[nearest_rows], agreeing_count[nearest_rows]
 
 
 def _correlation(one: FloatArray, other: FloatArray) -> FloatArray:

@@ -38,16 +38,16 @@ def pixel_graph(picture: ByteArray, box: PixelBox, mask: BoolArray) -> Graph:
     first, second = [], []
     for down, right in _NEIGHBOUR_STEPS:
         height, width = mask.shape
-        here = number[: height - down, max(0, -right) : width - max(0, right)]
+        pixel_number = number[: height - down, max(0, -right) : width - max(0, right)]
         neighbour = number[down:, max(0, right) : width + min(0, right)]
-        both = (here >= 0) & (neighbour >= 0)
-        first.append(here[both])
-        second.append(neighbour[both])
-    starts, near = neighbour_lists(np.concatenate(first), np.concatenate(second), n)
+        is_edge = (pixel_number >= 0) & (neighbour >= 0)
+        first.append(pixel_number[is_edge])
+        second.append(neighbour[is_edge])
+    starts, neighbours = neighbour_lists(np.concatenate(first), np.concatenate(second), n)
     corner = np.array([box[1].start, box[0].start]) + 0.5
     positions = np.column_stack([columns + corner[0], rows + corner[1], np.zeros(n)])
     colours = picture[box][rows, columns].astype(np.float64)
-    return Graph(positions, starts, near, colours, {}, lambda: np.zeros(n), np.full(n, -1))
+    return Graph(positions, starts, neighbours, colours, {}, lambda: np.zeros(n), np.full(n, -1))
 
 
 def select_pixels_in_ellipse(
@@ -73,8 +73,8 @@ def select_pixels_in_ellipse(
     high = np.maximum(one, other) + 0.5 * max_distance
     box = _box(low, high, shape)
     y, x = np.mgrid[box] + 0.5
-    far = np.hypot(x - one[0], y - one[1]) + np.hypot(x - other[0], y - other[1])
-    return box, np.asarray(far <= max_distance)
+    distance_sum = np.hypot(x - one[0], y - one[1]) + np.hypot(x - other[0], y - other[1])
+    return box, np.asarray(distance_sum <= max_distance)
 
 
 def select_pixels_along_line(

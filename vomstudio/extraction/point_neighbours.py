@@ -79,12 +79,14 @@ def is_noise_dominated(positions: FloatArray) -> bool:
     if len(positions) < 4 * max_count:
         return False
     sample = np.arange(0, len(positions), max(1, len(positions) // _SAMPLE_POINTS))
-    near = np.ascontiguousarray(_tree(positions).query(positions[sample], k=max_count)[1], np.int32)
+    neighbours = np.ascontiguousarray(
+        _tree(positions).query(positions[sample], k=max_count)[1], np.int32
+    )
     # The smallest neighbourhoods are tested as well: two sheets close together are each quiet.
     return all(
         float(np.quantile(np.nan_to_num(variation), _QUIET_QUANTILE)) > _MIN_NOISY_VARIATION
         for _, variation in (
-            _fit_planes(positions, sample, np.ascontiguousarray(near[:, :count]))
+            _fit_planes(positions, sample, np.ascontiguousarray(neighbours[:, :count]))
             for count in (NORMAL_COUNTS[0], max_count)
         )
     )
@@ -105,12 +107,12 @@ def find_scattered_points(positions: FloatArray) -> tuple[BoolArray, float]:
     """
     low = positions.min(axis=0)
     grid = create_cell_grid(positions - low, _POINTS_PER_CELL)
-    starts, near = grid.around()
+    starts, neighbours = grid.around()
     m = len(grid.keys)
-    means, inner_values = np.empty((m, 3)), np.empty((m, 6))
-    cell_moments(grid.places, grid.begins, means, inner_values)
+    means, covariances = np.empty((m, 3)), np.empty((m, 6))
+    cell_moments(grid.places, grid.begins, means, covariances)
     count, normals, spreads = np.empty(m, np.int64), np.empty((m, 3)), np.empty((m, 3))
-    block_planes(0, m, grid.begins, means, inner_values, starts, near, count, normals, spreads)
+    block_planes(0, m, grid.begins, means, covariances, starts, neighbours, count, normals, spreads)
     is_filled = (count >= _MIN_BLOCK_POINTS) & (
         spreads[:, 0] > _MIN_SCATTERED_VARIATION * spreads.sum(axis=1)
     )
@@ -141,8 +143,10 @@ def estimate_normals(
 
     def work(block: slice) -> None:
         rows = np.arange(block.start, block.stop)
-        near = np.ascontiguousarray(tree.query(positions[rows], k=neighbour_count)[1], np.int32)
-        normals[block], variation[block] = _fit_planes(positions, rows, near)
+        neighbours = np.ascontiguousarray(
+            tree.query(positions[rows], k=neighbour_count)[1], np.int32
+        )
+        normals[block], variation[block] = _fit_planes(positions, rows, neighbours)
 
     run_in_blocks(work, len(positions), progress, _BLOCK_POINTS)
     return normals if float(np.nanmedian(variation)) < _MAX_FLAT_VARIATION else None
@@ -209,8 +213,8 @@ def find_surroundings(
     surroundings.around[is_thin] = min(NORMAL_COUNTS[0], required_count)
     is_open = np.ones(k, np.bool_)
     _search_cells(grid, rows, cells, np.flatnonzero(~is_thin), surroundings, is_open, progress)
-    open_rows = np.flatnonzero(is_open)
-    if not len(open_rows):
+    open_indices = np.flatnonzero(is_open)
+    if not len(open_indices):
         return required_count, surroundings
     subset = None
     if tree is None:
@@ -219,7 +223,7 @@ def find_surroundings(
         tree = _tree(
             positions if subset is None else to_kernel_array(positions[subset], np.float64)
         )
-    for group in (open_rows[~is_thin[open_rows]], open_rows[is_thin[open_rows]]):
+    for group in (open_indices[~is_thin[open_indices]], open_indices[is_thin[open_indices]]):
         _search_tree(tree, positions, subset, rows, group, surroundings, progress)
     return required_count, surroundings
 
@@ -230,12 +234,12 @@ def _select_surroundings(grid: CellGrid, is_sparse: BoolArray, cells: IntArray) 
     These are all points in sparse cells and in the neighbours of `cells`, and one point of each
     other cell.
     """
-    starts, near = grid.around()
+    starts, neighbours = grid.around()
     is_used = is_sparse.copy()
     is_used[cells] = True
     is_selected = np.zeros(len(is_used), np.bool_)
     is_selected[cells] = True
-    is_used[near[np.repeat(is_selected, np.diff(starts))]] = True
+    is_used[neighbours[np.repeat(is_selected, np.diff(starts))]] = True
     is_kept = np.repeat(is_used, np.diff(grid.begins))
     is_kept[grid.begins[:-1]] = True
     return np.flatnonzero(is_kept)
@@ -264,7 +268,7 @@ def _search_cells(
 
     def work(block: slice) -> None:
         position = selected_indices[block]
-        near = np.empty((len(position), around), np.int32)
+        neighbours = np.empty((len(position), around), np.int32)
         squares, is_known = np.empty((len(position), around)), np.empty(len(position), np.bool_)
         centres = to_kernel_array(rows[position], np.int64)
         nearest_in_block(
@@ -278,16 +282,16 @@ def _search_cells(
             grid.side,
             centres,
             to_kernel_array(cells[position], np.int64),
-            near,
+            neighbours,
             squares,
             is_known,
         )
-        position, near = position[is_known], near[is_known]
+        position, neighbours = position[is_known], neighbours[is_known]
         surroundings.normals[position], surroundings.variation[position] = _fit_planes(
-            grid.places, rows[position], near
+            grid.places, rows[position], neighbours
         )
         surroundings.near[position], surroundings.far[position] = (
-            near[:, 1 : neighbour_count + 1],
+            neighbours[:, 1 : neighbour_count + 1],
             np.sqrt(squares[is_known, neighbour_count]),
         )
         is_open[position] = False
@@ -314,13 +318,15 @@ def _search_tree(
 
     def work(block: slice) -> None:
         position = selected_indices[block]
-        distance, near = tree.query(positions[rows[position]], k=around)
-        near = np.ascontiguousarray(near if subset is None else subset[near], np.int32)
+        distance, neighbours = tree.query(positions[rows[position]], k=around)
+        neighbours = np.ascontiguousarray(
+            neighbours if subset is None else subset[neighbours], np.int32
+        )
         surroundings.normals[position], surroundings.variation[position] = _fit_planes(
-            positions, rows[position], near
+            positions, rows[position], neighbours
         )
         surroundings.near[position], surroundings.far[position] = (
-            near[:, 1 : neighbour_count + 1],
+            neighbours[:, 1 : neighbour_count + 1],
             distance[:, neighbour_count],
         )
 

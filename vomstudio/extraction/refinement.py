@@ -53,7 +53,9 @@ def subdivide_mesh(
     # A face with a long edge contains at least two such vertices.
     is_candidate = has_long_face[faces].sum(axis=1) >= 2
     source = np.flatnonzero(is_candidate)
-    done: list[tuple[IntArray, IntArray]] = [(faces[~is_candidate], np.flatnonzero(~is_candidate))]
+    finished_parts: list[tuple[IntArray, IntArray]] = [
+        (faces[~is_candidate], np.flatnonzero(~is_candidate))
+    ]
     faces = faces[is_candidate]
     area = float(triangle_areas(*(vertices[faces[:, k]] for k in range(3))).sum())
     if area > MAX_FACES * _MAX_UNIT_AREA * max_edge**2:
@@ -66,19 +68,19 @@ def subdivide_mesh(
         length = np.linalg.norm(vertices[low] - vertices[high], axis=2)
         # Cut only the longest edge of a face, so that the pieces keep its shape (Rivara 1984). A
         # face is also cut at a shorter edge if this is the longest edge of its neighbour.
-        long = (length >= length.max(axis=1, keepdims=True) * (1.0 - 1e-9)) & (length > max_edge)
-        if not long.any():
-            done.append((faces, source))
+        is_long = (length >= length.max(axis=1, keepdims=True) * (1.0 - 1e-9)) & (length > max_edge)
+        if not is_long.any():
+            finished_parts.append((faces, source))
             break
         key = low * np.int64(len(vertices)) + high
-        cut_values = np.unique(key[long])
-        place = np.searchsorted(cut_values, key)
-        place[place == len(cut_values)] = 0
-        is_cut = cut_values[place] == key
+        cut_edges = np.unique(key[is_long])
+        place = np.searchsorted(cut_edges, key)
+        place[place == len(cut_edges)] = 0
+        is_cut = cut_edges[place] == key
         # A face without a cut edge will only be cut later if it is itself too large: every edge cut
         # later is longer than `longest`.
         is_active = (length > max_edge).any(axis=1) | is_cut.any(axis=1)
-        done.append((faces[~is_active], source[~is_active]))
+        finished_parts.append((faces[~is_active], source[~is_active]))
         faces, source, place, is_cut = (
             faces[is_active],
             source[is_active],
@@ -89,17 +91,16 @@ def subdivide_mesh(
         vertices = np.concatenate(
             [
                 vertices,
-                0.5
-                * (vertices[cut_values // len(vertices)] + vertices[cut_values % len(vertices)]),
+                0.5 * (vertices[cut_edges // len(vertices)] + vertices[cut_edges % len(vertices)]),
             ]
         )
         faces, source = _split_faces(faces, middle, source)
-        if len(faces) + sum(len(part) for part, _ in done) > MAX_FACES:
+        if len(faces) + sum(len(part) for part, _ in finished_parts) > MAX_FACES:
             raise GeometryError(Finding("faces.length-too-small"))
     return (
         vertices,
-        np.concatenate([part for part, _ in done]),
-        np.concatenate([part_source for _, part_source in done]),
+        np.concatenate([part for part, _ in finished_parts]),
+        np.concatenate([part_source for _, part_source in finished_parts]),
     )
 
 
@@ -111,12 +112,12 @@ def _split_faces(faces: IntArray, middle: IntArray, source: IntArray) -> tuple[I
         # Indices of the corners and midpoints of a face, starting from the current corner.
         a, b, c = (faces[:, (corner + k) % 3] for k in range(3))
         ab, bc, ca = (middle[:, (corner + k) % 3] for k in range(3))
-        one = (count == 1) & (ab >= 0)
-        two = (count == 2) & (ca < 0)
+        has_one_cut = (count == 1) & (ab >= 0)
+        has_two_cuts = (count == 2) & (ca < 0)
         three = (count == 3) & (corner == 0)
         for rows, parts in (
-            (one, ((a, ab, c), (ab, b, c))),
-            (two, ((a, ab, c), (ab, b, bc), (ab, bc, c))),
+            (has_one_cut, ((a, ab, c), (ab, b, c))),
+            (has_two_cuts, ((a, ab, c), (ab, b, bc), (ab, bc, c))),
             (three, ((a, ab, ca), (ab, b, bc), (bc, c, ca), (ab, bc, ca))),
         ):
             for part in parts:

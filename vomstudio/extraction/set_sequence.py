@@ -153,15 +153,15 @@ def find_set_poles(normals: FloatArray) -> FloatArray:
         return np.zeros((0, 3))
     nodes = _half_sphere(_N_DIRECTIONS)
     tree = cKDTree(np.concatenate([nodes, -nodes]))
-    _, nearest = tree.query(finite_normals)
-    count = np.bincount(nearest % len(nodes), minlength=len(nodes)).astype(np.float64)
+    _, nearest_rows = tree.query(finite_normals)
+    count = np.bincount(nearest_rows % len(nodes), minlength=len(nodes)).astype(np.float64)
     filled_rows = np.flatnonzero(count)
-    steep_values = 0.5 / np.radians(_KERNEL_DEG) ** 2
+    kernel_concentration = 0.5 / np.radians(_KERNEL_DEG) ** 2
     density = np.zeros(len(nodes))
     for first in range(0, len(nodes), 1000):
         cosine = nodes[first : first + 1000] @ nodes[filled_rows].T
         density[first : first + 1000] = (
-            np.exp(steep_values * (cosine**2 - 1.0)) @ count[filled_rows]
+            np.exp(kernel_concentration * (cosine**2 - 1.0)) @ count[filled_rows]
         )
     poles: list[FloatArray] = []
     max_cosine = np.cos(np.radians(MIN_SET_ANGLE_DEG))
@@ -178,7 +178,7 @@ def find_set_poles(normals: FloatArray) -> FloatArray:
         is_around = np.abs(nodes @ nodes[i]) >= np.cos(np.radians(_KERNEL_DEG))
         if density[i] >= density[is_around].max():
             mean = _refine_direction(finite_normals, nodes[i])
-            if all(abs(float(mean @ other)) < max_cosine for other in poles):
+            if all(abs(float(mean @ pole)) < max_cosine for pole in poles):
                 poles.append(mean)
     return np.array(poles).reshape(-1, 3)
 
@@ -188,9 +188,9 @@ def _half_sphere(count: int) -> FloatArray:
     i = np.arange(count) + 0.5
     z = 1.0 - i / count
     azimuth = np.pi * (1.0 + np.sqrt(5.0)) * i
-    horizontal_values = np.sqrt(1.0 - z * z)
+    horizontal_radii = np.sqrt(1.0 - z * z)
     return np.stack(
-        [horizontal_values * np.cos(azimuth), horizontal_values * np.sin(azimuth), z], axis=1
+        [horizontal_radii * np.cos(azimuth), horizontal_radii * np.sin(azimuth), z], axis=1
     )
 
 
@@ -198,10 +198,10 @@ def _refine_direction(axes: FloatArray, start: FloatArray) -> FloatArray:
     """Refine a coarse direction by averaging the axes within half the minimum set separation."""
     mean = start
     for _ in range(_N_REFINEMENTS):
-        near = axes[np.abs(axes @ mean) >= np.cos(np.radians(0.5 * MIN_SET_ANGLE_DEG))]
-        if not len(near):
+        near_axes = axes[np.abs(axes @ mean) >= np.cos(np.radians(0.5 * MIN_SET_ANGLE_DEG))]
+        if not len(near_axes):
             break
-        mean = np.linalg.eigh(near.T @ near)[1][:, 2]
+        mean = np.linalg.eigh(near_axes.T @ near_axes)[1][:, 2]
     return mean if mean[2] >= 0 else -mean
 
 
@@ -210,9 +210,9 @@ def _assign_sets(normals: FloatArray, means: FloatArray, cone_deg: float) -> Int
     if not len(means):
         return np.full(len(normals), -1, np.int64)
     cosine = np.abs(np.nan_to_num(normals) @ means.T)
-    best = np.argmax(cosine, axis=1)
-    is_inside = cosine[np.arange(len(best)), best] >= np.cos(np.radians(cone_deg))
-    return np.where(is_inside, best, -1)
+    best_set = np.argmax(cosine, axis=1)
+    is_inside = cosine[np.arange(len(best_set)), best_set] >= np.cos(np.radians(cone_deg))
+    return np.where(is_inside, best_set, -1)
 
 
 def _clusters(
@@ -277,13 +277,13 @@ def dbscan(positions: FloatArray, radius: float, core_points: int) -> IntArray:
     cores = np.flatnonzero(core)
     if not len(cores):
         return label
-    between = cKDTree(positions[cores])
-    pairs = between.query_pairs(radius, output_type="ndarray")
+    core_tree = cKDTree(positions[cores])
+    pairs = core_tree.query_pairs(radius, output_type="ndarray")
     links = coo_matrix((np.ones(len(pairs), np.bool_), tuple(pairs.T)), (len(cores), len(cores)))
     label[cores] = connected_components(links.tocsr(), directed=False)[1]
     border = np.flatnonzero(~core)
     if len(border):
-        distance, nearest = between.query(positions[border])
+        distance, nearest_cores = core_tree.query(positions[border])
         is_near = distance <= radius
-        label[border[is_near]] = label[cores[nearest[is_near]]]
+        label[border[is_near]] = label[cores[nearest_cores[is_near]]]
     return label

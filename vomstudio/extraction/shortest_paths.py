@@ -41,8 +41,8 @@ def shortest_path(graph: Graph, one: int, other: int, costs: FloatArray) -> IntA
     (k,) int array or None
         Nodes from `one` to `other`; None if the nodes are not connected.
     """
-    least_values = _BOUND_SCALE * float(costs.min()) if len(costs) else 0.0
-    search = _search(graph, one, other, costs, max(least_values, 0.0))
+    min_cost = _BOUND_SCALE * float(costs.min()) if len(costs) else 0.0
+    search = _search(graph, one, other, costs, max(min_cost, 0.0))
     return None if search is None else _backtrack_path(search[1], one, other)
 
 
@@ -103,15 +103,15 @@ def path_with_turns(
     if turn_cost <= 0.0:
         return shortest_path(graph, one, other, costs)
     # The remaining cost without turns guides the search (A*), so that only few states are visited.
-    back = _search(graph, other, one, costs, 0.0)
-    if back is None:
+    costs_to_end = _search(graph, other, one, costs, 0.0)
+    if costs_to_end is None:
         return None
-    remaining_values = np.minimum(back[0], back[0][one]) * _BOUND_SCALE
+    remaining_costs = np.minimum(costs_to_end[0], costs_to_end[0][one]) * _BOUND_SCALE
     from vomstudio.extraction.path_kernels import search_least_turning
 
     capacity = min(n, _MAX_NODES)
-    met, states = np.empty(capacity, np.int32), capacity * N_HEADINGS
-    before, heap, place = (np.empty(states, np.int32) for _ in range(3))
+    touched_nodes, states = np.empty(capacity, np.int32), capacity * N_HEADINGS
+    predecessors, heap, place = (np.empty(states, np.int32) for _ in range(3))
     state = search_least_turning(
         graph.places,
         graph.flat,
@@ -120,26 +120,26 @@ def path_with_turns(
         costs,
         one,
         other,
-        remaining_values,
+        remaining_costs,
         turn_cost * graph.typical_arc / (N_HEADINGS / 4),
         N_HEADINGS,
         np.cos(np.radians(MAX_HEADING_ERROR_DEG)),
         np.full(n, -1, np.int32),
-        met,
+        touched_nodes,
         np.empty(states),
-        before,
+        predecessors,
         np.empty(states),
         heap,
         place,
     )
     if state == -2:
-        return _backtrack_path(back[1], other, one)[::-1]
+        return _backtrack_path(costs_to_end[1], other, one)[::-1]
     if state < 0:
         return None
     path = [state]
-    while before[path[-1]] >= 0:
-        path.append(int(before[path[-1]]))
-    nodes = met[np.array(path[::-1], np.int64) // N_HEADINGS].astype(np.int64)
+    while predecessors[path[-1]] >= 0:
+        path.append(int(predecessors[path[-1]]))
+    nodes = touched_nodes[np.array(path[::-1], np.int64) // N_HEADINGS].astype(np.int64)
     return np.asarray(nodes[np.append(True, np.diff(nodes) != 0)])
 
 
@@ -153,7 +153,7 @@ def _search(
     from vomstudio.extraction.path_kernels import search_least_cost
 
     n = len(graph.places)
-    distance, before, heap = np.full(n, np.inf), np.empty(n, np.int32), np.empty(n, np.int32)
+    distance, predecessors, heap = np.full(n, np.inf), np.empty(n, np.int32), np.empty(n, np.int32)
     is_connected = search_least_cost(
         graph.places,
         graph.starts,
@@ -163,18 +163,18 @@ def _search(
         other,
         min_cost,
         distance,
-        before,
+        predecessors,
         np.empty(n),
         heap,
         np.full(n, -1, np.int32),
     )
-    return (distance, before) if is_connected else None
+    return (distance, predecessors) if is_connected else None
 
 
-def _backtrack_path(before: Int32Array, one: int, other: int) -> IntArray:
-    path = [other]
-    while path[-1] != one:
-        path.append(int(before[path[-1]]))
+def _backtrack_path(predecessors: Int32Array, start: int, end: int) -> IntArray:
+    path = [end]
+    while path[-1] != start:
+        path.append(int(predecessors[path[-1]]))
     return np.array(path[::-1], np.int64)
 
 
@@ -187,7 +187,7 @@ def _corridor(graph: Graph, path: IntArray) -> BoolArray:
         first = graph.starts[front]
         count = graph.starts[front + 1] - first
         index = np.repeat(first - (np.cumsum(count) - count), count) + np.arange(int(count.sum()))
-        reached_values = np.unique(graph.near[index]).astype(np.int64)
-        front = reached_values[~is_inside[reached_values]]
+        reached_nodes = np.unique(graph.near[index]).astype(np.int64)
+        front = reached_nodes[~is_inside[reached_nodes]]
         is_inside[front] = True
     return is_inside

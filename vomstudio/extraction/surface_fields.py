@@ -271,8 +271,8 @@ def _thin_evenly(points: FloatArray, cell: float) -> FloatArray:
     positions = np.floor((points - points.min(axis=0)) / cell).astype(np.int64)
     size = positions.max(axis=0) + 1
     key = (positions[:, 0] * size[1] + positions[:, 1]) * size[2] + positions[:, 2]
-    mixed_values = np.random.default_rng(0).permutation(len(key))
-    order = mixed_values[np.argsort(key[mixed_values], kind="stable")]
+    random_order = np.random.default_rng(0).permutation(len(key))
+    order = random_order[np.argsort(key[random_order], kind="stable")]
     is_first = np.concatenate([[True], np.diff(key[order]) != 0])
     first = np.maximum.accumulate(np.where(is_first, np.arange(len(order)), 0))
     return points[np.sort(order[np.arange(len(order)) - first < _MAX_CELL_POINTS])]
@@ -310,11 +310,13 @@ def _vertex_normals(mesh: Mesh) -> FloatArray:
     """
     vertices = np.asarray(mesh.vertices, np.float64)
     corners = [vertices[mesh.faces[:, k]] for k in range(3)]
-    cross = np.nan_to_num(np.cross(corners[1] - corners[0], corners[2] - corners[0]))
+    cross_products = np.nan_to_num(np.cross(corners[1] - corners[0], corners[2] - corners[0]))
     node_of = weld_points(vertices)
     nodes = node_of[mesh.faces]
     count = int(node_of.max(initial=-1)) + 1
     normals = np.empty((count, 3))
     for axis in range(3):
-        normals[:, axis] = sum(np.bincount(nodes[:, k], cross[:, axis], count) for k in range(3))
+        normals[:, axis] = sum(
+            np.bincount(nodes[:, k], cross_products[:, axis], count) for k in range(3)
+        )
     return np.asarray(normals[node_of])

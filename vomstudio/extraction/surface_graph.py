@@ -161,8 +161,8 @@ class SurfaceGraph:
     @cached_property
     def whole(self) -> Graph:
         """Graph of the whole surface with the colours of its points."""
-        starts, near = self._neighbours
-        return self._graph(np.arange(len(self.places)), self.places, starts, near)
+        starts, neighbours = self._neighbours
+        return self._graph(np.arange(len(self.places)), self.places, starts, neighbours)
 
     @cached_property
     def finest(self) -> Graph:
@@ -175,22 +175,26 @@ class SurfaceGraph:
         assert isinstance(self.data, Mesh)
         assert self.textures is not None
         faces = np.flatnonzero(self._sound_faces)
-        used, triangles = _used_vertices(self.data.faces[faces], len(self.data.vertices))
-        places = np.asarray(self.data.vertices[used], np.float64) - self.origin
-        rough = self._vertex_roughness[self._node[used]]
-        extra = np.column_stack([self.textures.uv[used], rough, *self._fields_of(used).values()])
+        used_vertices, triangles = _used_vertices(self.data.faces[faces], len(self.data.vertices))
+        places = np.asarray(self.data.vertices[used_vertices], np.float64) - self.origin
+        rough = self._vertex_roughness[self._node[used_vertices]]
+        vertex_fields = np.column_stack(
+            [self.textures.uv[used_vertices], rough, *self._fields_of(used_vertices).values()]
+        )
         material = self.textures.material_of(faces)
-        longest = self._longest_edge(places, extra[:, :2], triangles, material)
-        row = used
+        longest = self._longest_edge(places, vertex_fields[:, :2], triangles, material)
+        row = used_vertices
         for _ in range(_MAX_LEVEL):
             previous = len(places)
-            places, extra, triangles, parent = _divide_long_edges(places, extra, triangles, longest)
+            places, vertex_fields, triangles, parent = _divide_long_edges(
+                places, vertex_fields, triangles, longest
+            )
             if len(places) == previous:
                 break
             row = np.concatenate([row, np.full(len(places) - previous, -1)])
             material = material[parent]
-        colours = self.textures.at(extra[:, :2], triangles, material, 0)
-        return self._welded_graph(places, triangles, colours, extra[:, 2:], row)
+        colours = self.textures.at(vertex_fields[:, :2], triangles, material, 0)
+        return self._welded_graph(places, triangles, colours, vertex_fields[:, 2:], row)
 
     def _longest_edge(
         self, places: FloatArray, uv: FloatArray, triangles: IntArray, material: IntArray
@@ -226,9 +230,9 @@ class SurfaceGraph:
             return neighbour_lists(*_edges(self._faces[self._sound_faces], n), n)
         is_near = self._near >= 0
         source = np.repeat(np.arange(n), is_near.sum(axis=1))
-        starts, near = neighbour_lists(source, self._near[is_near].astype(np.int64), n)
+        starts, neighbours = neighbour_lists(source, self._near[is_near].astype(np.int64), n)
         # Two points that are both among the nearest neighbours of each other have two arcs.
-        return starts, near[: remove_duplicates(starts, near)].copy()
+        return starts, neighbours[: remove_duplicates(starts, neighbours)].copy()
 
     @cached_property
     def _faces_of(self) -> tuple[IntArray, IntArray]:
@@ -247,15 +251,15 @@ class SurfaceGraph:
         """Neighbours (n, k) of the nodes of a cloud; -1 across a gap."""
         n = len(self.places)
         k = min(N_NEIGHBOURS, n - 1)
-        near, far = np.empty((n, k), np.int32), np.empty((n, k), np.float32)
+        neighbours, distances = np.empty((n, k), np.int32), np.empty((n, k), np.float32)
         for first in range(0, n, _BLOCK_NODES):
             part = slice(first, first + _BLOCK_NODES)
             distance, rows = self.tree.query(self.places[part], k=k + 1, workers=-1)
-            near[part], far[part] = rows[:, 1:], distance[:, 1:]
-        typical = np.median(far[near[:, 0], min(3, k - 1)])
-        local = np.maximum(far[:, min(3, k - 1)], typical)
-        near[far > _MIN_GAP_ARCS * local[:, None]] = -1
-        return near
+            neighbours[part], distances[part] = rows[:, 1:], distance[:, 1:]
+        typical_distance = np.median(distances[neighbours[:, 0], min(3, k - 1)])
+        local = np.maximum(distances[:, min(3, k - 1)], typical_distance)
+        neighbours[distances > _MIN_GAP_ARCS * local[:, None]] = -1
+        return neighbours
 
     def snap_distances(self, places: FloatArray) -> FloatArray:
         """Return the distances (w,) between positions (w, 3) of the data and the nearest nodes."""
@@ -306,9 +310,10 @@ class SurfaceGraph:
         if not self.refines:
             return self._corridor_of_nodes(one, other, reach)
         rows = np.asarray(self.tree.query_ball_point((one + other) / 2.0, reach / 2.0), np.int64)
-        near = self.places[rows]
+        near_rows = self.places[rows]
         list_nodes_in_ellipsoid = (
-            np.linalg.norm(near - one, axis=1) + np.linalg.norm(near - other, axis=1) <= reach
+            np.linalg.norm(near_rows - one, axis=1) + np.linalg.norm(near_rows - other, axis=1)
+            <= reach
         )
         ends = np.asarray(self.tree.query(np.stack([one, other]))[1], np.int64)
         return self._refined(np.append(rows[list_nodes_in_ellipsoid], ends))
@@ -320,35 +325,37 @@ class SurfaceGraph:
             mark_component,
         )
 
-        starts, near = self._neighbours
+        starts, neighbours = self._neighbours
         number, rows = self._scratch
         first = int(self.tree.query(one)[1])
         ends = np.array(one, np.float64), np.array(other, np.float64), reach
         buffer = rows[: len(self.places) // _LOCAL_SEARCH_DIVISOR + 1]
-        count = list_component_in_ellipsoid(self.places, starts, near, first, *ends, number, buffer)
-        is_large = count < 0
-        if is_large:
+        count = list_component_in_ellipsoid(
+            self.places, starts, neighbours, first, *ends, number, buffer
+        )
+        exceeds_capacity = count < 0
+        if exceeds_capacity:
             count = list_nodes_in_ellipsoid(self.places, *ends, rows)
             nodes = rows[:count].copy()
         else:
             nodes = np.sort(rows[:count])
-        part = _part(nodes, starts, near, number)
-        if is_large:
-            met = np.zeros(count, np.bool_)
+        part = _part(nodes, starts, neighbours, number)
+        if exceeds_capacity:
+            is_touched = np.zeros(count, np.bool_)
             start = int(np.searchsorted(nodes, first))
-            if mark_component(*part, start, met, rows) < count:
-                nodes = nodes[met]
-                part = _part(nodes, starts, near, number)
+            if mark_component(*part, start, is_touched, rows) < count:
+                nodes = nodes[is_touched]
+                part = _part(nodes, starts, neighbours, number)
         return self._graph(nodes, self.places[nodes], *part)
 
     def _graph(
-        self, rows: IntArray, places: FloatArray, starts: IntArray, near: Int32Array
+        self, rows: IntArray, places: FloatArray, starts: IntArray, neighbours: Int32Array
     ) -> Graph:
         row = self.row[rows]
         return Graph(
             places,
             starts,
-            near,
+            neighbours,
             self._colours_of(row),
             self._fields_of(row),
             lambda: self._roughness(rows, places),
@@ -361,30 +368,36 @@ class SurfaceGraph:
         assert self.textures is not None
         node_faces, starts = self._faces_of
         first, count = starts[rows], starts[rows + 1] - starts[rows]
-        at = np.repeat(first - (np.cumsum(count) - count), count) + np.arange(int(count.sum()))
+        edge_rows = np.repeat(first - (np.cumsum(count) - count), count) + np.arange(
+            int(count.sum())
+        )
         is_selected = np.zeros(len(self._faces), np.bool_)
-        is_selected[node_faces[at]] = True
+        is_selected[node_faces[edge_rows]] = True
         faces = np.flatnonzero(is_selected)
-        used, triangles = _used_vertices(self.data.faces[faces], len(self.data.vertices))
-        places = np.asarray(self.data.vertices[used], np.float64) - self.origin
-        rough = self._vertex_roughness[self._node[used]]
-        extra = np.column_stack([self.textures.uv[used], rough, *self._fields_of(used).values()])
+        used_vertices, triangles = _used_vertices(self.data.faces[faces], len(self.data.vertices))
+        places = np.asarray(self.data.vertices[used_vertices], np.float64) - self.origin
+        rough = self._vertex_roughness[self._node[used_vertices]]
+        vertex_fields = np.column_stack(
+            [self.textures.uv[used_vertices], rough, *self._fields_of(used_vertices).values()]
+        )
         material = self.textures.material_of(faces)
-        level = self._level(places, extra[:, :2], triangles, material)
-        row = used
+        level = self._level(places, vertex_fields[:, :2], triangles, material)
+        row = used_vertices
         for _ in range(level):
-            places, extra, triangles, added = _divide_all(places, extra, triangles)
-            row = np.concatenate([row, np.full(added, -1)])
+            places, vertex_fields, triangles, added_vertices = _divide_all(
+                places, vertex_fields, triangles
+            )
+            row = np.concatenate([row, np.full(added_vertices, -1)])
             material = np.tile(material, 4)
-        colours = self.textures.at(extra[:, :2], triangles, material, level)
-        return self._welded_graph(places, triangles, colours, extra[:, 2:], row)
+        colours = self.textures.at(vertex_fields[:, :2], triangles, material, level)
+        return self._welded_graph(places, triangles, colours, vertex_fields[:, 2:], row)
 
     def _welded_graph(
         self,
         places: FloatArray,
         triangles: IntArray,
         colours: FloatArray,
-        extra: FloatArray,
+        vertex_fields: FloatArray,
         row: IntArray,
     ) -> Graph:
         node, first = _number_nodes(places)
@@ -396,8 +409,8 @@ class SurfaceGraph:
             np.ascontiguousarray(places[first]),
             *neighbour_lists(*_edges(node[triangles], n), n),
             mean,
-            {name: extra[first, 1 + i] for i, name in enumerate(names)},
-            lambda: extra[first, 0],
+            {name: vertex_fields[first, 1 + i] for i, name in enumerate(names)},
+            lambda: vertex_fields[first, 0],
             row[first],
         )
 
@@ -449,9 +462,9 @@ class SurfaceGraph:
             return self._vertex_roughness[rows]
         from vomstudio.extraction.kernels import fit_local_planes
 
-        near = np.where(self._near[rows] < 0, rows[:, None], self._near[rows])
+        neighbours = np.where(self._near[rows] < 0, rows[:, None], self._near[rows])
         results = np.empty((len(rows), 3)), np.empty(len(rows))
-        fit_local_planes(self.places, places, np.ascontiguousarray(near, np.int32), *results)
+        fit_local_planes(self.places, places, np.ascontiguousarray(neighbours, np.int32), *results)
         return np.nan_to_num(results[1])
 
 
@@ -472,13 +485,13 @@ def neighbour_lists(first: IntArray, second: IntArray, n: int) -> tuple[IntArray
     """
     from vomstudio.extraction.path_kernels import list_neighbours
 
-    starts, near = np.zeros(n + 1, np.int64), np.empty(2 * len(first), np.int32)
-    list_neighbours(np.ascontiguousarray(first), np.ascontiguousarray(second), starts, near)
-    return starts, near
+    starts, neighbours = np.zeros(n + 1, np.int64), np.empty(2 * len(first), np.int32)
+    list_neighbours(np.ascontiguousarray(first), np.ascontiguousarray(second), starts, neighbours)
+    return starts, neighbours
 
 
 def _part(
-    rows: IntArray, starts: IntArray, near: Int32Array, number: IntArray
+    rows: IntArray, starts: IntArray, neighbours: Int32Array, number: IntArray
 ) -> tuple[IntArray, Int32Array]:
     """List the neighbours within a subset of nodes; `number` (n,) must be -1 and is restored."""
     from vomstudio.extraction.path_kernels import extract_subgraph
@@ -486,7 +499,7 @@ def _part(
     number[rows] = np.arange(len(rows))
     own_starts = np.empty(len(rows) + 1, np.int64)
     own_near = np.empty(int((starts[rows + 1] - starts[rows]).sum()), np.int32)
-    length = extract_subgraph(starts, near, rows, number, own_starts, own_near)
+    length = extract_subgraph(starts, neighbours, rows, number, own_starts, own_near)
     number[rows] = -1
     return own_starts, own_near[:length]
 
@@ -514,8 +527,8 @@ def _number_nodes(places: FloatArray) -> tuple[IntArray, IntArray]:
 
 def _edge_keys(faces: IntArray, n: int) -> IntArray:
     """Return a key for the edge after each corner of faces (m, 3): smaller * n + larger node."""
-    following = faces[:, [1, 2, 0]]
-    return np.asarray(np.minimum(faces, following) * n + np.maximum(faces, following)).ravel()
+    next_corners = faces[:, [1, 2, 0]]
+    return np.asarray(np.minimum(faces, next_corners) * n + np.maximum(faces, next_corners)).ravel()
 
 
 def _edges(faces: IntArray, n: int) -> tuple[IntArray, IntArray]:
@@ -528,7 +541,7 @@ def _edges(faces: IntArray, n: int) -> tuple[IntArray, IntArray]:
 
 
 def _divide_all(
-    places: FloatArray, extra: FloatArray, triangles: IntArray
+    places: FloatArray, vertex_fields: FloatArray, triangles: IntArray
 ) -> tuple[FloatArray, FloatArray, IntArray, int]:
     """Divide every triangle into four; also return the number of new nodes."""
     n = len(places)
@@ -547,14 +560,14 @@ def _divide_all(
     )
     return (
         np.concatenate([places, (places[first] + places[second]) / 2.0]),
-        np.concatenate([extra, (extra[first] + extra[second]) / 2.0]),
+        np.concatenate([vertex_fields, (vertex_fields[first] + vertex_fields[second]) / 2.0]),
         four,
         len(key),
     )
 
 
 def _divide_long_edges(
-    places: FloatArray, extra: FloatArray, triangles: IntArray, max_edge: float
+    places: FloatArray, vertex_fields: FloatArray, triangles: IntArray, max_edge: float
 ) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
     """Divide triangles at the midpoints of the edges that are longer than `max_edge`.
 
@@ -563,9 +576,9 @@ def _divide_long_edges(
     n = len(places)
     key, edge_of = np.unique(_edge_keys(triangles, n), return_inverse=True)
     first, second = key // n, key % n
-    long = np.linalg.norm(places[first] - places[second], axis=1) > max_edge
-    middle = np.where(long, n + np.cumsum(long) - 1, -1)[edge_of].reshape(-1, 3)
-    first, second = first[long], second[long]
+    is_long = np.linalg.norm(places[first] - places[second], axis=1) > max_edge
+    middle = np.where(is_long, n + np.cumsum(is_long) - 1, -1)[edge_of].reshape(-1, 3)
+    first, second = first[is_long], second[is_long]
     count = (middle >= 0).sum(axis=1)
     rows = np.arange(len(triangles))
     # Rotate triangles to make a single divided edge the first, or a single undivided edge the last.
@@ -580,13 +593,13 @@ def _divide_long_edges(
         (2, ((ab, b, bc), (a, ab, bc), (a, bc, c))),
         (3, ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))),
     ):
-        selected = count == divided_count
+        is_divided = count == divided_count
         for corner in corners:
-            pieces.append(np.stack([each[selected] for each in corner], axis=1))
-            parents.append(rows[selected])
+            pieces.append(np.stack([corner_rows[is_divided] for corner_rows in corner], axis=1))
+            parents.append(rows[is_divided])
     return (
         np.concatenate([places, (places[first] + places[second]) / 2.0]),
-        np.concatenate([extra, (extra[first] + extra[second]) / 2.0]),
+        np.concatenate([vertex_fields, (vertex_fields[first] + vertex_fields[second]) / 2.0]),
         np.concatenate(pieces),
         np.concatenate(parents),
     )

@@ -103,12 +103,12 @@ class TextureColours:
         if material < 0 or self._mesh.materials[material].texture is None:
             return None
         if halvings:
-            fine = self._picture(material, 0)
-            if fine is None:
+            full_picture = self._picture(material, 0)
+            if full_picture is None:
                 return None
             from PIL import Image
 
-            return np.asarray(Image.fromarray(fine).reduce(2**halvings))
+            return np.asarray(Image.fromarray(full_picture).reduce(2**halvings))
         from vomstudio.core.errors import InputError
         from vomstudio.io.photos.pixels import open_photo
 
@@ -131,8 +131,8 @@ def _interpolate(picture: ByteArray, uv: FloatArray) -> FloatArray:
     The picture is repeated outside the range 0 to 1.
     """
     height, width = picture.shape[:2]
-    known_values = np.asarray(np.isfinite(uv).all(axis=1))
-    finite_uv = np.where(known_values[:, None], uv, 0.0)
+    is_known = np.asarray(np.isfinite(uv).all(axis=1))
+    finite_uv = np.where(is_known[:, None], uv, 0.0)
     inside = np.where(
         (finite_uv >= 0.0) & (finite_uv <= 1.0), finite_uv, finite_uv - np.floor(finite_uv)
     )
@@ -147,4 +147,4 @@ def _interpolate(picture: ByteArray, uv: FloatArray) -> FloatArray:
         + picture[j1, i] * (1 - fx) * fy
         + picture[j1, i1] * fx * fy
     )
-    return np.asarray(np.where(known_values[:, None], colours, _MISSING_GREY))
+    return np.asarray(np.where(is_known[:, None], colours, _MISSING_GREY))

@@ -75,14 +75,14 @@ def describe_band(band: PlaneBand, priors: Sequence[SetPrior] = ()) -> BandFigur
     """
     sets, none_probability = compare_sets(band, priors) if priors else ((), None)
     low, high = band.dips_deg()
-    best, line = band.best, band.line
+    best_plane, line = band.best, band.line
     return BandFigures(
         line.trend_deg,
         line.plunge_deg,
         band.half_width95_deg,
         band.turn95_deg,
-        None if best is None else best.dip_direction_deg,
-        None if best is None else best.dip_deg,
+        None if best_plane is None else best_plane.dip_direction_deg,
+        None if best_plane is None else best_plane.dip_deg,
         low,
         high,
         sets,
@@ -111,8 +111,8 @@ def fit_prior(name: str, normals: npt.ArrayLike) -> SetPrior | None:
         return None
     v = unit_vectors(v)
     first = orientation_tensor(v)[1][0]
-    flipped_values = v * np.where(v @ first < 0.0, -1.0, 1.0)[:, None]
-    total = flipped_values.sum(axis=0)
+    aligned_directions = v * np.where(v @ first < 0.0, -1.0, 1.0)[:, None]
+    total = aligned_directions.sum(axis=0)
     resultant = float(np.linalg.norm(total))
     kappa = (n - 1.0) / max(n - resultant, (n - 1.0) / MAX_KAPPA)
     if kappa <= 1.0:
@@ -186,7 +186,7 @@ def band_findings(band: BandFigures, line: str, plane: str | None) -> list[Findi
         findings.append(Finding("trace.compatible-sets", sets=sets))
     elif band.sets:
         findings.append(Finding("trace.no-compatible-set"))
-    likely = band.likely
-    if likely is not None and plane is not None:
-        findings.append(Finding("trace.plane-of-set", set=likely.name, plane=plane))
+    likely_planes = band.likely
+    if likely_planes is not None and plane is not None:
+        findings.append(Finding("trace.plane-of-set", set=likely_planes.name, plane=plane))
     return findings

@@ -193,25 +193,23 @@ def fit_shape_change(positions: FloatArray, displacements: FloatArray) -> ShapeC
     relief = float(w.std()) > MIN_RELIEF
     if relief:
         columns.append(w)
-    horizontal_values = np.linalg.lstsq(np.stack(columns, axis=1), projections[:, :2], rcond=None)[
-        0
-    ]
+    horizontal_bends = np.linalg.lstsq(np.stack(columns, axis=1), projections[:, :2], rcond=None)[0]
     bend_columns = np.stack([*columns, u**2 + v**2], axis=1)
-    vertical_values = np.linalg.lstsq(bend_columns, projections[:, 2], rcond=None)[0]
-    growth = float(horizontal_values[1, 0] + horizontal_values[2, 1]) / 2.0 / reach
+    vertical_bends = np.linalg.lstsq(bend_columns, projections[:, 2], rcond=None)[0]
+    growth = float(horizontal_bends[1, 0] + horizontal_bends[2, 1]) / 2.0 / reach
     turns = (
         np.array(
             [
-                vertical_values[2],
-                -vertical_values[1],
-                (horizontal_values[1, 1] - horizontal_values[2, 0]) / 2.0,
+                vertical_bends[2],
+                -vertical_bends[1],
+                (horizontal_bends[1, 1] - horizontal_bends[2, 0]) / 2.0,
             ]
         )
         / reach
     )
-    stretch = float(vertical_values[3]) / reach - growth if relief else 0.0
-    shift = np.array([*horizontal_values[0], vertical_values[0]]) @ axes
-    return ShapeChange(turns @ axes, growth, shift, float(vertical_values[-1]) / reach**2, stretch)
+    stretch = float(vertical_bends[3]) / reach - growth if relief else 0.0
+    shift = np.array([*horizontal_bends[0], vertical_bends[0]]) @ axes
+    return ShapeChange(turns @ axes, growth, shift, float(vertical_bends[-1]) / reach**2, stretch)
 
 
 def fit_bowing(
@@ -275,15 +273,15 @@ def fit_bowing(
 
 def _neighbour_correlation(columns: FloatArray, residuals: FloatArray) -> float:
     """Return the correlation of neighbouring residuals (n, 3) of a fit of columns (n, k)."""
-    remaining_values = residuals - columns @ np.linalg.lstsq(columns, residuals, rcond=None)[0]
-    sizes = np.sqrt((remaining_values**2).mean(axis=0))
+    remaining_residuals = residuals - columns @ np.linalg.lstsq(columns, residuals, rcond=None)[0]
+    sizes = np.sqrt((remaining_residuals**2).mean(axis=0))
     if not (sizes > 0.0).all():
         return 0.0
     k = columns.shape[1]
     columns_by_axis = np.zeros((len(columns), 3, 3 * k))
     for axis in range(3):
         columns_by_axis[:, axis, axis * k : (axis + 1) * k] = columns
-    return fit_serial_correlation(columns_by_axis, remaining_values / sizes)
+    return fit_serial_correlation(columns_by_axis, remaining_residuals / sizes)
 
 
 def fit_bowing_to_turns(
@@ -319,10 +317,10 @@ def fit_bowing_to_turns(
     centre, axes, reach = _shape_of_model_or_positions(positions, extent)
     u, v = ((positions - centre) @ axes[:2].T).T
     # The surface w = c (u^2 + v^2) has the normal w - 2 c (u, v), a rotation by w x (u, v).
-    along_component = np.outer(u, np.cross(axes[2], axes[0])) + np.outer(
+    bend_rotation = np.outer(u, np.cross(axes[2], axes[0])) + np.outer(
         v, np.cross(axes[2], axes[1])
     )
-    bend_turns = -2.0 * along_component[:, :2]
+    bend_turns = -2.0 * bend_rotation[:, :2]
     size = float(np.sqrt((bend_turns**2).mean()))
     if not size > 0.0:
         return None

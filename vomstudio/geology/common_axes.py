@@ -148,9 +148,9 @@ def _axis_region(
     # An error e of a mean along beta rotates beta by t, where A t = sum m e and A = sum m m^T in
     # the plane of the means (linearised); e has the variance of the mean of its set.
     cross_axes = axes[:2]
-    flat_values = means @ cross_axes.T
-    inverse = np.linalg.inv(flat_values.T @ flat_values)
-    covariance = inverse @ (flat_values.T * variances) @ flat_values @ inverse
+    tangent_components = means @ cross_axes.T
+    inverse = np.linalg.inv(tangent_components.T @ tangent_components)
+    covariance = inverse @ (tangent_components.T * variances) @ tangent_components @ inverse
     spread, directions = np.linalg.eigh(covariance)
     angles = np.degrees(np.arctan(np.sqrt(np.maximum(spread, 0.0) * 2.0 * f95(smallest_count - 1))))
     return (float(angles[1]), float(angles[0])), directions[:, 1] @ cross_axes
@@ -163,13 +163,13 @@ def _coplanarity_p(
     k = len(means)
     if k < 3:
         return None
-    projected_values, heights = means @ axes[:2].T, means @ axes[2]
+    plane_components, heights = means @ axes[:2].T, means @ axes[2]
     # Two equal readings do not make their mean exact.
     weights = 1.0 / np.maximum(variances, max(0.25 * float(variances.mean()), 1e-16))
     tilt = np.linalg.solve(
-        (projected_values.T * weights) @ projected_values, (projected_values.T * weights) @ heights
+        (plane_components.T * weights) @ plane_components, (plane_components.T * weights) @ heights
     )
-    square = float(weights @ (heights - projected_values @ tilt) ** 2)
+    square = float(weights @ (heights - plane_components @ tilt) ** 2)
     if dof == 0:
         return chi2_tail(k - 2, square)
     return f_tail(k - 2, dof, square / (k - 2))

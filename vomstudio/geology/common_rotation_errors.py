@@ -95,8 +95,8 @@ class MovedVectors:
 
     def covariance(self) -> FloatArray:
         """Return the covariances (n, 3, 3) of the vectors, radians squared."""
-        turned_values = self.derivatives @ self.rotations @ np.swapaxes(self.derivatives, -1, -2)
-        return np.asarray(turned_values.sum(axis=1))
+        turned_errors = self.derivatives @ self.rotations @ np.swapaxes(self.derivatives, -1, -2)
+        return np.asarray(turned_errors.sum(axis=1))
 
     def result(self, vector: FloatArray, derivative: FloatArray) -> MovedVectors:
         """Return a vector (3,) that depends on these vectors through derivatives (n, 3, 3)."""
@@ -211,11 +211,13 @@ def project_line(line: MovedVectors, plane: MovedVectors) -> MovedVectors:
     MovedVectors
     """
     normal, direction = plane.vectors[0], line.vectors[0]
-    flat_values = direction - normal * (direction @ normal)
-    flat_values = flat_values / np.linalg.norm(flat_values)
-    sideways = np.cross(normal, flat_values)
-    derivative = np.array([np.outer(sideways, sideways), -np.outer(normal, flat_values)])
-    return join_results([line, plane]).result(flat_values, derivative)
+    projected_direction = direction - normal * (direction @ normal)
+    projected_direction = projected_direction / np.linalg.norm(projected_direction)
+    horizontal_axis = np.cross(normal, projected_direction)
+    derivative = np.array(
+        [np.outer(horizontal_axis, horizontal_axis), -np.outer(normal, projected_direction)]
+    )
+    return join_results([line, plane]).result(projected_direction, derivative)
 
 
 def intersect_planes(first: MovedVectors, second: MovedVectors) -> MovedVectors:
@@ -231,9 +233,9 @@ def intersect_planes(first: MovedVectors, second: MovedVectors) -> MovedVectors:
     MovedVectors
     """
     a, b = first.vectors[0], second.vectors[0]
-    cross = np.cross(a, b)
-    sine = float(np.linalg.norm(cross))
-    line = cross / sine
+    cross_product = np.cross(a, b)
+    sine = float(np.linalg.norm(cross_product))
+    line = cross_product / sine
     projector = (np.eye(3) - np.outer(line, line)) / sine
     # d(a x b) = -(b x da) + a x db
     derivative = np.array(
@@ -312,8 +314,8 @@ def squared_region(
     (a, b, c), (x, y, z) = vector, along_axis
     # `np.cross` takes ten times as long for a single pair.
     second = np.array([b * z - c * y, c * x - a * z, a * y - b * x])
-    along_component = np.radians(largest_deg) ** 2 * np.outer(along_axis, along_axis)
-    return np.asarray(along_component + np.radians(smallest_deg) ** 2 * np.outer(second, second))
+    covariance_along = np.radians(largest_deg) ** 2 * np.outer(along_axis, along_axis)
+    return np.asarray(covariance_along + np.radians(smallest_deg) ** 2 * np.outer(second, second))
 
 
 def region_of_line(

@@ -80,11 +80,11 @@ def density(
     g = np.atleast_2d(np.asarray(position, dtype=np.float64))
     total = np.zeros(len(g))
     for i in range(0, len(g), BLOCK_SIZE):
-        near = _select_contributing(v, g[i : i + BLOCK_SIZE], kernel)
-        step = max(1, MAX_PAIRS // max(len(near), 1))
+        near_points = _select_contributing(v, g[i : i + BLOCK_SIZE], kernel)
+        step = max(1, MAX_PAIRS // max(len(near_points), 1))
         for j in range(i, min(i + BLOCK_SIZE, len(g)), step):
             k = min(j + step, i + BLOCK_SIZE)
-            total[j:k] = kernel.count(np.abs(g[j:k] @ near.T))
+            total[j:k] = kernel.count(np.abs(g[j:k] @ near_points.T))
     correction = 0.0 if method == "schmidt" else 0.5
     return np.maximum((total - correction) / kernel.scale, 0.0)
 
@@ -118,11 +118,9 @@ class _Kernel:
             return cls(method, cap, 0.0, cap * n, _opening_deg(cap))
         if method != "exponential_kamb":
             return cls(method, cap, 0.0, math.sqrt(n * cap * (1.0 - cap)), _opening_deg(cap))
-        steep_values = 2.0 * (1.0 + n / sigma**2)
-        scale = math.sqrt(n * (steep_values / 2.0 - 1.0) / steep_values**2)
-        return cls(
-            method, cap, steep_values, scale, _opening_deg(NEGLIGIBLE_EXPONENT / steep_values)
-        )
+        steepness = 2.0 * (1.0 + n / sigma**2)
+        scale = math.sqrt(n * (steepness / 2.0 - 1.0) / steepness**2)
+        return cls(method, cap, steepness, scale, _opening_deg(NEGLIGIBLE_EXPONENT / steepness))
 
     def count(self, cosine: FloatArray) -> FloatArray:
         """Return the counts (m,) for cosines (m, k)."""
@@ -279,20 +277,20 @@ def find_maximum(
         return _ascend_from_grid(v, grid, _Kernel.of(method, len(v), sigma), method, sigma)
     positions = _sort_by_place(np.vstack([_lattice(4000), v[:: max(1, len(v) // 2000)]]))
     densities = density(v, positions, method, sigma)
-    best, maximum = positions[int(np.argmax(densities))], float(densities.max())
+    best_position, maximum = positions[int(np.argmax(densities))], float(densities.max())
     opening = _opening_deg(counting_area(len(v), method, sigma))
     if method in ("kamb", "schmidt"):
         equal = positions[densities >= maximum - 1e-9]
-        equal = equal * np.where(equal @ best < 0.0, -1.0, 1.0)[:, None]
-        near = math.cos(math.radians(min(2.0 * opening, 90.0)))
-        middle = equal[equal @ best >= near].sum(axis=0)
+        equal = equal * np.where(equal @ best_position < 0.0, -1.0, 1.0)[:, None]
+        min_cosine = math.cos(math.radians(min(2.0 * opening, 90.0)))
+        middle = equal[equal @ best_position >= min_cosine].sum(axis=0)
         middle /= np.linalg.norm(middle)
         if density(v, middle, method, sigma)[0] >= maximum - 1e-9:
-            best = middle
+            best_position = middle
     else:
-        best = _ascend_density(v, best, _Kernel.of(method, len(v), sigma))
-        maximum = max(maximum, float(density(v, best, method, sigma)[0]))
-    return (-best if best[2] > 0 else best), maximum
+        best_position = _ascend_density(v, best_position, _Kernel.of(method, len(v), sigma))
+        maximum = max(maximum, float(density(v, best_position, method, sigma)[0]))
+    return (-best_position if best_position[2] > 0 else best_position), maximum
 
 
 def _ascend_from_grid(
@@ -320,8 +318,8 @@ def _lattice(n: int) -> FloatArray:
 def _sort_by_place(positions: FloatArray) -> FloatArray:
     """Sort axes (n, 3) so that most axes of a block are adjacent on the net."""
     down = np.where(positions[:, 2:] > 0.0, -positions, positions)
-    flat_values = down[:, :2] / np.sqrt(1.0 - np.minimum(down[:, 2:], 0.0))
-    column, row = np.floor((flat_values + 1.0) * 8.0).astype(int).T
+    equal_area_coordinates = down[:, :2] / np.sqrt(1.0 - np.minimum(down[:, 2:], 0.0))
+    column, row = np.floor((equal_area_coordinates + 1.0) * 8.0).astype(int).T
     return np.asarray(down[np.lexsort((row, column))])
 
 
@@ -341,10 +339,10 @@ def _ascend_density(vectors: FloatArray, start: FloatArray, kernel: _Kernel) -> 
             slope = (np.abs(cosine) >= 1.0 - kernel.cap).astype(np.float64)
         else:
             slope = np.exp(kernel.steep * (np.abs(cosine) - 1.0))
-        new_values = (slope * np.where(cosine < 0.0, -1.0, 1.0)) @ vectors
-        new_values /= np.linalg.norm(new_values)
-        change = float(np.abs(new_values - place).max())
-        place = new_values
+        moved_positions = (slope * np.where(cosine < 0.0, -1.0, 1.0)) @ vectors
+        moved_positions /= np.linalg.norm(moved_positions)
+        change = float(np.abs(moved_positions - place).max())
+        place = moved_positions
         if change < 1e-12:
             break
     return np.asarray(place)

@@ -215,12 +215,14 @@ def projection_axes(
             continue
         if faults is not None:
             try:
-                common = common_axis({"beds": (azimuth, dip), "faults": faults})
+                shared_axis = common_axis({"beds": (azimuth, dip), "faults": faults})
             except GeometryError as error:
                 axes[name] = ProjectionAxis(None, None, error.message)
                 continue
             description = tr("intersection of beds and faults")
-            axes[name] = ProjectionAxis(common.beta, common.error95_deg, description, common.valid)
+            axes[name] = ProjectionAxis(
+                shared_axis.beta, shared_axis.error95_deg, description, shared_axis.valid
+            )
             continue
         description = (
             str(reason)
@@ -240,8 +242,8 @@ def _domain_axis(
         return None, cause_of(error)
 
 
-def _mean_square(along_component: FloatArray) -> float:
-    return float(np.sum(np.arcsin(np.clip(along_component, -1.0, 1.0)) ** 2))
+def _mean_square(axis_cosines: FloatArray) -> float:
+    return float(np.sum(np.arcsin(np.clip(axis_cosines, -1.0, 1.0)) ** 2))
 
 
 def _test_one_axis(
@@ -252,13 +254,13 @@ def _test_one_axis(
     apart_deg: float | None,
     beds_off_deg: float | None,
 ) -> OneAxisFigures:
-    extra, dof = parameters - 2, n - parameters
-    if extra <= 0 or dof <= 0:
+    extra_parameters, dof = parameters - 2, n - parameters
+    if extra_parameters <= 0 or dof <= 0:
         reason = Finding("fold.one-dip-domains")
         return OneAxisFigures(True, None, None, apart_deg, beds_off_deg, (reason,))
     variance = max(separate_squares / dof, 1e-12)
-    ratio = max(pooled_squares - separate_squares, 0.0) / extra / variance
-    p = f_tail(extra, dof, ratio)
+    ratio = max(pooled_squares - separate_squares, 0.0) / extra_parameters / variance
+    p = f_tail(extra_parameters, dof, ratio)
     differ = p < AXES_DIFFER_P and max(apart_deg or 0.0, beds_off_deg or 0.0) >= AXES_DIFFER_DEG
     reasons = [Finding("fold.domains-differ" if differ else "fold.one-axis", p=p)]
     if apart_deg is not None:

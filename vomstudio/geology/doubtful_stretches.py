@@ -94,17 +94,17 @@ def fit_remaining_plane(
         None if none of the ranges is valid.
     """
     n = len(points)
-    valid = [(a, b) for a, b in vertex_ranges if 0 <= a <= b < n]
-    if not valid:
+    valid_ranges = [(a, b) for a, b in vertex_ranges if 0 <= a <= b < n]
+    if not valid_ranges:
         return None
     is_remaining = np.ones(n, np.bool_)
-    for a, b in valid:
+    for a, b in valid_ranges:
         is_remaining[max(a - MARGIN, 0) : b + 1 + MARGIN] = False
     fit = None
     if is_remaining.sum() >= MIN_POINTS:
         candidate = fit_planes(points[is_remaining], [0, int(is_remaining.sum())])[0]
         fit = candidate if candidate.error is None else None
-    stretches = tuple(DoubtfulStretch(a, b, offset(points, (a, b), fit)) for a, b in valid)
+    stretches = tuple(DoubtfulStretch(a, b, offset(points, (a, b), fit)) for a, b in valid_ranges)
     return RemainingTrace(fit, stretches)
 
 

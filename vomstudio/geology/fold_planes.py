@@ -103,12 +103,12 @@ def select_planes(
     """
     verdict = np.array([parse_verdict(quality) for quality in qualities], np.str_)
     use = np.ones(len(verdict), bool)
-    left_out = []
+    excluded_planes = []
 
     def exclude_rows(is_excluded: BoolArray, subject: str, reason: Finding) -> None:
         nonlocal use
         if count := int((use & is_excluded).sum()):
-            left_out.append(ExcludedRows(subject, count, reason))
+            excluded_planes.append(ExcludedRows(subject, count, reason))
         use = use & ~is_excluded
 
     if selection.set_name is not None:
@@ -126,4 +126,4 @@ def select_planes(
             exclude_rows(verdict == quality, quality, reason)
     is_judged = has_verdict & use
     not_good = int((is_judged & (verdict != "good")).sum()) if is_judged.any() else None
-    return SelectedPlanes(use, tuple(left_out), not_good)
+    return SelectedPlanes(use, tuple(excluded_planes), not_good)

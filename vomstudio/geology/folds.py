@@ -226,24 +226,24 @@ def fold_axis(
 
     leave_one_out = None if n < 4 else _leave_one_out(poles, axes[2])
     labels = names or [str(row + 1) for row in range(n)]
-    is_outlier, others = find_outliers(poles, axes), None
+    is_outlier, fold_without_outliers = find_outliers(poles, axes), None
     if is_outlier.any():
         is_used = ~is_outlier
         azimuths, dips = np.atleast_1d(dip_direction_deg)[is_used], np.atleast_1d(dip_deg)[is_used]
         used_turns = None if turns is None else turns.of(is_used)
         used_flags = None if flags is None else flags[is_used]
         used_labels = [labels[row] for row in np.flatnonzero(is_used).tolist()]
-        others = fold_axis(
+        fold_without_outliers = fold_axis(
             azimuths, dips, used_turns, bowed_deg, waviness_deg, used_labels, used_flags
         )
-        if others.valid == "no" or others.strays:
-            others = None
+        if fold_without_outliers.valid == "no" or fold_without_outliers.strays:
+            fold_without_outliers = None
 
     def judge(error95_deg: float | None) -> FoldVerdict:
         verdict = assess_fold(shape, error95_deg, uniform_p, waviness_deg)
         valid_text = "conditional" if bowed and verdict.valid == "yes" else verdict.valid
         verdict = replace(verdict, valid=valid_text, reasons=(*bowed, *verdict.reasons))
-        if others is not None or leave_one_out is None or semi_axes is None:
+        if fold_without_outliers is not None or leave_one_out is None or semi_axes is None:
             return verdict
         return _check_single_planes(
             verdict, poles, shape, leave_one_out, semi_axes[0], labels, bowed, waviness_deg
@@ -253,7 +253,7 @@ def fold_axis(
         poles, values, axes, semi_axes, axes[1], judge, moved_axis, shape_findings(shape)
     )
     result = replace(result, shape=shape, limbs=_limbs(shape), leave_one_out=leave_one_out)
-    if others is None:
+    if fold_without_outliers is None:
         return result
     outlier_rows = np.flatnonzero(is_outlier).tolist()
     outlier_labels = [labels[row] for row in outlier_rows]
@@ -261,8 +261,11 @@ def fold_axis(
         result,
         strays=tuple(Stray(row, names[row] if names else None) for row in outlier_rows),
         valid="conditional",
-        verdict=others.verdict,
-        reasons=(_outliers_finding(outlier_labels, result, others), *others.reasons),
+        verdict=fold_without_outliers.verdict,
+        reasons=(
+            _outliers_finding(outlier_labels, result, fold_without_outliers),
+            *fold_without_outliers.reasons,
+        ),
     )
 
 
@@ -297,19 +300,25 @@ def _check_single_planes(
     if len(poles) < MIN_PLANES or verdict.name in ("homoclinal", "scattered"):
         return verdict
     has_turned = leave_one_out.turn_deg > max(error95_deg, MIN_TURN_DEG)
-    row, other = find_lone_limb(poles), None
+    row, fold_without_plane = find_lone_limb(poles), None
     if row is None and verdict.name != "undetermined":
-        row, other = _find_decisive_plane(verdict, poles, shape, leave_one_out.index, waviness_deg)
+        row, fold_without_plane = _find_decisive_plane(
+            verdict, poles, shape, leave_one_out.index, waviness_deg
+        )
     if row is None and has_turned and verdict.name not in ("conical", "two axes"):
         # Without a single axis, a rotation of beta is irrelevant.
         row = leave_one_out.index
     if row is None:
         return verdict
-    if other is not None and other.untested and verdict.name == "cylindrical":
-        finding = cone_untested_finding(names[row], other)
+    if (
+        fold_without_plane is not None
+        and fold_without_plane.untested
+        and verdict.name == "cylindrical"
+    ):
+        finding = cone_untested_finding(names[row], fold_without_plane)
         return replace(verdict, valid="conditional", reasons=(finding, *verdict.reasons))
     angle = leave_one_out.turn_deg if has_turned and row == leave_one_out.index else None
-    finding = lone_plane_finding(names[row], angle, error95_deg, other)
+    finding = lone_plane_finding(names[row], angle, error95_deg, fold_without_plane)
     if verdict.name == "undetermined":
         return replace(verdict, reasons=(finding, *verdict.reasons))
     # The reasons for the shape no longer apply.
@@ -337,13 +346,18 @@ def _find_decisive_plane(
     farthest = int(np.argmax(np.abs(poles @ shape.axes[2])))
     for row in dict.fromkeys((*arc_ends(poles, shape.axes), most_influential, farthest)):
         # Two axes of the remaining planes do not contradict any other verdict.
-        two = verdict.name == "two axes"
-        other = _verdict_without_plane(poles, row, waviness_deg, tests_two_circles=two)
+        has_two_axes = verdict.name == "two axes"
+        fold_without_plane = _verdict_without_plane(
+            poles, row, waviness_deg, tests_two_circles=has_two_axes
+        )
         # The best of several cones through all planes but one often fits better by chance.
-        is_cone_artifact = verdict.name == "cylindrical" and other.name == "conical"
-        is_alike = other.name == verdict.name or verdict.valid == other.valid == "no"
+        is_cone_artifact = verdict.name == "cylindrical" and fold_without_plane.name == "conical"
+        is_alike = (
+            fold_without_plane.name == verdict.name
+            or verdict.valid == fold_without_plane.valid == "no"
+        )
         if not is_alike and not is_cone_artifact:
-            return row, other
+            return row, fold_without_plane
     return None, None
 
 
@@ -354,14 +368,14 @@ def _verdict_without_plane(
 
     A larger error or a shorter arc that is only due to the smaller number of planes is ignored.
     """
-    n, others = len(poles), np.delete(poles, row, axis=0)
-    values, axes = orientation_tensor(others)
-    shape = describe_shape(others, values, axes)
+    n, other_poles = len(poles), np.delete(poles, row, axis=0)
+    values, axes = orientation_tensor(other_poles)
+    shape = describe_shape(other_poles, values, axes)
     semi_axes = _semi_axes(values, n)
     error = None if semi_axes is None else semi_axes[0]
     cone = None if shape.cone is None else shape.cone.with_count(n - 1, n)
     scaled_shape = replace(shape, cone=cone, arc_deg=shape.arc_deg * (n - 1) / (n - 2))
-    uniform_p = assess_uniformity(others, False).p
+    uniform_p = assess_uniformity(other_poles, False).p
     return assess_fold(
         scaled_shape,
         error,
@@ -481,7 +495,7 @@ def _limbs(shape: PoleShape) -> LimbFigures | None:
         return None
     limbs = shape.limbs
     first, second = limbs.up
-    apart = math.degrees(
+    pole_angle = math.degrees(
         math.atan2(float(np.linalg.norm(np.cross(first, second))), float(first @ second))
     )
     planes = tuple(plane_figures(Plane.from_normal(pole)) for pole in (first, second))
@@ -490,7 +504,7 @@ def _limbs(shape: PoleShape) -> LimbFigures | None:
     return LimbFigures(
         (planes[0], planes[1]),
         limbs.counts,
-        180.0 - apart,
+        180.0 - pole_angle,
         plane_figures(axial_normal),
         angle_error,
         axial_error,
@@ -504,21 +518,25 @@ def _leave_one_out(poles: FloatArray, beta: FloatArray) -> InfluentialPlane | No
     tensors = total - poles[:, :, None] * poles[:, None, :]
     axes = np.linalg.eigh(tensors)[1][:, :, 0]
     angle = np.degrees(np.arccos(np.minimum(np.abs(axes @ beta), 1.0)))
-    worst = int(np.argmax(angle))
-    line = Line.from_vector(axes[worst])
-    return InfluentialPlane(worst, None, float(angle[worst]), line.trend_deg, line.plunge_deg)
+    worst_row = int(np.argmax(angle))
+    line = Line.from_vector(axes[worst_row])
+    return InfluentialPlane(
+        worst_row, None, float(angle[worst_row]), line.trend_deg, line.plunge_deg
+    )
 
 
-def _outliers_finding(planes: Sequence[str], axis: FoldAxis, others: FoldAxis) -> Finding:
+def _outliers_finding(
+    planes: Sequence[str], axis: FoldAxis, fold_without_outliers: FoldAxis
+) -> Finding:
     """Report the outlying planes, which are excluded from the verdict."""
     return Finding(
         "fold.strays",
         count=len(planes),
         n=axis.n,
         planes=planes,
-        trend_deg=others.beta.trend_deg,
-        plunge_deg=others.beta.plunge_deg,
-        turn_deg=angle_between_lines(axis.beta, others.beta),
+        trend_deg=fold_without_outliers.beta.trend_deg,
+        plunge_deg=fold_without_outliers.beta.plunge_deg,
+        turn_deg=angle_between_lines(axis.beta, fold_without_outliers.beta),
     )
 
 
@@ -526,9 +544,9 @@ def _registration_finding(registration_deg: float, total: ConfidenceRegion | Non
     """Report the error of beta due to the registration, common to all planes of a model."""
     if total is None:
         return Finding("fold.registration-alone", error_deg=registration_deg)
-    weak = total.largest_deg > WEAK_AXIS_DEG
+    is_weak = total.largest_deg > WEAK_AXIS_DEG
     return Finding(
-        "fold.registration-weak" if weak else "fold.registration",
+        "fold.registration-weak" if is_weak else "fold.registration",
         error_deg=registration_deg,
         major_deg=total.largest_deg,
         minor_deg=total.smallest_deg,

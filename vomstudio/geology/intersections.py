@@ -217,13 +217,13 @@ def intersection_line(a: UncertainPlane, b: UncertainPlane) -> IntersectionLine:
     GeometryError
         If the planes are parallel.
     """
-    cross = np.cross(a.normal, b.normal)
-    sine = float(np.linalg.norm(cross))
+    cross_product = np.cross(a.normal, b.normal)
+    sine = float(np.linalg.norm(cross_product))
     angle = float(np.degrees(np.arctan2(sine, abs(float(a.normal @ b.normal)))))
     if angle < PARALLEL_DEG:
         raise GeometryError(Finding("planes.parallel"))
-    line = cross / sine
-    largest = smallest = axis = None
+    line = cross_product / sine
+    major_deg = minor_deg = axis = None
     if a.spread95 is not None and b.spread95 is not None:
         deviations = np.array([line @ a.spread95 @ line, line @ b.spread95 @ line])
         # In coordinates perpendicular to the line, n1 and n2 are the rows of a 2 x 2 system.
@@ -232,6 +232,6 @@ def intersection_line(a: UncertainPlane, b: UncertainPlane) -> IntersectionLine:
         rows = np.array([[1.0, 0.0], [float(b.normal @ u), float(b.normal @ v)]])
         inverse = np.linalg.inv(rows)
         squares, axes = np.linalg.eigh(inverse @ np.diag(deviations) @ inverse.T)
-        smallest, largest = np.degrees(np.arctan(np.sqrt(np.maximum(squares, 0.0)))).tolist()
+        minor_deg, major_deg = np.degrees(np.arctan(np.sqrt(np.maximum(squares, 0.0)))).tolist()
         axis = axes[0, 1] * u + axes[1, 1] * v
-    return IntersectionLine(Line.from_vector(line), angle, largest, smallest, axis)
+    return IntersectionLine(Line.from_vector(line), angle, major_deg, minor_deg, axis)

@@ -45,14 +45,12 @@ def strike_and_dip(
     position = np.asarray(centre, np.float64)
     sine, cosine = (float(part) for part in sin_cos_deg(dip_direction_deg))
     down = 0.5 * size * np.array([sine, cosine, 0.0])
-    along_component = 0.5 * size * np.array([-cosine, sine, 0.0])
-    bar = np.array([position - along_component, position + along_component])
+    half_line = 0.5 * size * np.array([-cosine, sine, 0.0])
+    bar = np.array([position - half_line, position + half_line])
     hook = []
     if overturned:
         turn = np.linspace(0.0, np.pi, N_HOOK_SEGMENTS + 1)[:, None]
-        hook = [
-            position + 0.5 * TICK_SHARE * (np.cos(turn) * along_component - np.sin(turn) * down)
-        ]
+        hook = [position + 0.5 * TICK_SHARE * (np.cos(turn) * half_line - np.sin(turn) * down)]
     if dip_deg < MAX_FLAT_DEG:
         return [bar, np.array([position - down, position + down]), *hook]
     start = position - TICK_SHARE * down if dip_deg > MIN_STEEP_DEG else position
@@ -77,17 +75,17 @@ def trend_arrow(
     position = np.asarray(centre, np.float64)
     sine, cosine = (float(part) for part in sin_cos_deg(trend_deg))
     forward = size * np.array([sine, cosine, 0.0])
-    sideways = size * np.array([cosine, -sine, 0.0])
+    half_width = size * np.array([cosine, -sine, 0.0])
     tip = position + forward
-    parts = [np.array([position, tip]), _arrowhead(tip, forward, sideways)]
+    parts = [np.array([position, tip]), _arrowhead(tip, forward, half_width)]
     if plunge_deg < MAX_FLAT_DEG:
-        parts.append(_arrowhead(position, -forward, sideways))
+        parts.append(_arrowhead(position, -forward, half_width))
     return parts
 
 
-def _arrowhead(tip: FloatArray, forward: FloatArray, across_component: FloatArray) -> FloatArray:
-    back = tip - 0.25 * forward
-    return np.array([back + 0.12 * across_component, tip, back - 0.12 * across_component])
+def _arrowhead(tip: FloatArray, forward: FloatArray, half_width: FloatArray) -> FloatArray:
+    arrow_base = tip - 0.25 * forward
+    return np.array([arrow_base + 0.12 * half_width, tip, arrow_base - 0.12 * half_width])
 
 
 def symbol_size(positions: npt.ArrayLike) -> float:

@@ -188,12 +188,12 @@ def _mutual_nearest_pairs(
         if not (sides[0] and sides[1]):
             continue
         positions = [np.array([place for _, place in side]) for side in sides]
-        distances, nearest = cKDTree(positions[1]).query(positions[0])
+        distances, nearest_rows = cKDTree(positions[1]).query(positions[0])
         reverse = cKDTree(positions[0]).query(positions[1])[1]
-        for row, (distance, other) in enumerate(zip(distances, nearest, strict=True)):
-            i, j = sides[0][row][0], sides[1][int(other)][0]
+        for row, (distance, nearest_row) in enumerate(zip(distances, nearest_rows, strict=True)):
+            i, j = sides[0][row][0], sides[1][int(nearest_row)][0]
             max_distance = max(first[i].extent_m or 0.0, second[j].extent_m or 0.0) / 2.0
-            if reverse[int(other)] == row and distance <= max_distance:
+            if reverse[int(nearest_row)] == row and distance <= max_distance:
                 pairs.append((i, j))
     return pairs
 

@@ -417,11 +417,11 @@ def _tokens(text: str, *, is_azimuth: bool = False) -> list[_Token]:
             token = _number(match)
             if raw_items and raw_items[-1].kind == "mark" and raw_items[-1].text == "-":
                 minus = match.start() > 0 and clean[match.start() - 1] == "-"
-                before = clean[: match.start() - 1] if minus else ""
+                prefix = clean[: match.start() - 1] if minus else ""
                 if minus and after_mark:
                     raw_items.pop()
                     token = _Token("number", "-" + token.text, -token.value, signed=True)
-                elif minus and before.endswith(" "):
+                elif minus and prefix.endswith(" "):
                     token = _Token(
                         "number", token.text, token.value, comma=token.comma, signed=True
                     )
@@ -482,8 +482,8 @@ def _join_bearings(text: str, raw_tokens: list[_Token], *, is_azimuth: bool) -> 
     i = 0
     while i < len(raw_tokens):
         t = raw_tokens[i]
-        two, three = raw_tokens[i : i + 2], raw_tokens[i : i + 3]
-        if t.kind == "label" and len(two) == 2 and two[1].text == "DIRECTION":
+        token_pair, three = raw_tokens[i : i + 2], raw_tokens[i : i + 3]
+        if t.kind == "label" and len(token_pair) == 2 and token_pair[1].text == "DIRECTION":
             out.append(_Token("label", "dipdir"))
             i += 2
         elif (
@@ -521,8 +521,10 @@ def _is_bearing(raw_tokens: list[_Token], first: int) -> bool:
     start, end = raw_tokens[first].text, raw_tokens[first + 2].text
     if start in ("N", "S"):
         return end in ("E", "W")
-    others = [item for item in raw_tokens[:first] + raw_tokens[first + 3 :] if item.kind != "mark"]
-    return start in ("E", "W") and end in ("N", "S") and bool(others)
+    other_tokens = [
+        item for item in raw_tokens[:first] + raw_tokens[first + 3 :] if item.kind != "mark"
+    ]
+    return start in ("E", "W") and end in ("N", "S") and bool(other_tokens)
 
 
 def _take_labelled_angles(text: str, tokens: list[_Token], first: str, second: str) -> list[_Token]:
@@ -626,12 +628,12 @@ def format_wind(azimuth_deg: float) -> str:
     -------
     str
     """
-    whole = round(azimuth_deg) % 360
+    whole_degrees = round(azimuth_deg) % 360
     point = min(
         _WIND_AZIMUTHS,
         key=lambda name: abs((_WIND_AZIMUTHS[name] - azimuth_deg + 180.0) % 360.0 - 180.0),
     )
-    return f"{point} ({whole:03d})"
+    return f"{point} ({whole_degrees:03d})"
 
 
 def plain_azimuth(azimuth_deg: float, decimals: int = 4) -> str:

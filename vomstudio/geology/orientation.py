@@ -497,8 +497,8 @@ def rake_of(line: Line, plane: Plane) -> float:
     GeometryError
         If the line is parallel to the normal.
     """
-    along_component, down = _plane_components(line, plane)
-    return float(_wrap180(np.asarray(wrap360(math.degrees(math.atan2(down, along_component))))))
+    strike_component, down = _plane_components(line, plane)
+    return float(_wrap180(np.asarray(wrap360(math.degrees(math.atan2(down, strike_component))))))
 
 
 def line_from_rake(plane: Plane, rake_deg: float) -> Line:

@@ -170,16 +170,16 @@ def find_plane_band(
     """
     if fit.error is not None or fit.trace is None or fit.n_effective is None:
         return None
-    largest, smallest = governing_half_angles(
+    major_deg, minor_deg = governing_half_angles(
         fit, resolution_m=resolution_m, outcrop_normal=outcrop_normal
     )
-    if largest is None or smallest is None:
+    if major_deg is None or minor_deg is None:
         return None
-    largest = max(largest, resolution_tilt_deg(fit, resolution_m) or 0.0)
+    major_deg = max(major_deg, resolution_tilt_deg(fit, resolution_m) or 0.0)
     l1, l2, l3 = (max(float(v), 0.0) for v in fit.eigenvalues)
-    if largest <= DEFAULT_THRESHOLDS.poor_confidence95_deg or l1 <= 0.0:
+    if major_deg <= DEFAULT_THRESHOLDS.poor_confidence95_deg or l1 <= 0.0:
         return None
-    third = np.tan(np.radians(min(smallest, 89.0)))
+    third = np.tan(np.radians(min(minor_deg, 89.0)))
     # The error is proportional to the variance in the direction of the normal.
     second = third * np.sqrt(l2 / l3) if l3 > 0.0 else third
     min_width = 0.0
@@ -188,12 +188,14 @@ def find_plane_band(
         # wider than its wander, which shifts long stretches to one side.
         spacings = 1.0 if is_within_wander(fit, "trace", resolution_m, outcrop_normal) else 0.5
         min_width = float(np.arctan(spacings * resolution_m / fit.extent))
-    turned_values = np.radians(registration_deg or 0.0)
-    widths = [float(np.hypot(max(np.arctan(w), min_width), turned_values)) for w in (second, third)]
+    turn_errors = np.radians(registration_deg or 0.0)
+    widths = [float(np.hypot(max(np.arctan(w), min_width), turn_errors)) for w in (second, third)]
     half_width = float(np.degrees(max(widths)))
-    if half_width > MAX_HALF_WIDTH_DEG or largest < MIN_ASPECT_RATIO * half_width:
+    if half_width > MAX_HALF_WIDTH_DEG or major_deg < MIN_ASPECT_RATIO * half_width:
         return None
-    angle = np.pi / 2 if largest >= 89.999 else float(np.hypot(np.radians(largest), turned_values))
+    angle = (
+        np.pi / 2 if major_deg >= 89.999 else float(np.hypot(np.radians(major_deg), turn_errors))
+    )
     return PlaneBand(
         np.asarray(fit.axes),
         (max(widths[0], MIN_SIGMA_RAD), max(widths[1], MIN_SIGMA_RAD)),
@@ -278,9 +280,9 @@ def compare_sets(band: PlaneBand, sets: Sequence[SetPrior]) -> tuple[tuple[BandS
     for evidence, prior, posterior in candidates:
         p = _p_value(band, prior)
         if evidence > 0.0:
-            plane, largest, smallest = _mean_plane(normals, posterior)
+            plane, major_deg, minor_deg = _mean_plane(normals, posterior)
         else:
-            plane, largest, smallest = Plane.from_normal(np.asarray(prior.normal)), 90.0, 90.0
+            plane, major_deg, minor_deg = Plane.from_normal(np.asarray(prior.normal)), 90.0, 90.0
         band_sets.append(
             BandSet(
                 prior.name,
@@ -290,8 +292,8 @@ def compare_sets(band: PlaneBand, sets: Sequence[SetPrior]) -> tuple[tuple[BandS
                 evidence / total_evidence,
                 plane.dip_direction_deg,
                 plane.dip_deg,
-                largest,
-                smallest,
+                major_deg,
+                minor_deg,
             )
         )
     band_sets.sort(key=lambda prior: -prior.probability)
@@ -348,15 +350,15 @@ def crossing_plane(one: PlaneBand, other: PlaneBand) -> CrossingPlane:
     inverse = np.linalg.inv(lines)
     covariance = inverse @ np.diag(np.square(scales)) @ inverse.T
     factor = np.sqrt(dof * float(joint_quantile(np.array([dof]))[0]))
-    small, large = np.sqrt(np.maximum(np.linalg.eigvalsh(covariance), 0.0)) * factor
+    minor_rad, major_rad = np.sqrt(np.maximum(np.linalg.eigvalsh(covariance), 0.0)) * factor
     plane = Plane.from_normal(normal)
     x, y, z = plane.normal().tolist()
     return CrossingPlane(
         plane.dip_direction_deg,
         plane.dip_deg,
         (x, y, z),
-        float(np.degrees(np.arctan(large))),
-        float(np.degrees(np.arctan(small))),
+        float(np.degrees(np.arctan(major_rad))),
+        float(np.degrees(np.arctan(minor_rad))),
         angle,
     )
 
@@ -411,11 +413,11 @@ def _mean_plane(normals: FloatArray, weights: FloatArray) -> tuple[Plane, float,
     cosine = np.maximum(np.abs(local_points[:, 2]), np.cos(np.radians(80.0)))
     tangent = local_points[:, :2] / cosine[:, None]
     covariance = (tangent * fraction[:, None]).T @ tangent
-    small, large = np.sqrt(
+    minor_rad, major_rad = np.sqrt(
         np.maximum(np.linalg.eigvalsh(covariance), 0.0) * -2.0 * np.log(SIGNIFICANCE)
     )
     return (
         Plane.from_normal(centre),
-        float(np.degrees(np.arctan(large))),
-        float(np.degrees(np.arctan(small))),
+        float(np.degrees(np.arctan(major_rad))),
+        float(np.degrees(np.arctan(minor_rad))),
     )

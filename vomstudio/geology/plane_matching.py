@@ -63,8 +63,8 @@ def compare_proposals(
     if not (placed_picks and placed_proposals):
         return MutualAgreement(len(placed_picks), 0, 0, len(placed_proposals), 0, 0, None)
     is_near, agrees, angle = _compare_planes(placed_picks, placed_proposals)
-    best = np.where(is_near & agrees, angle, np.inf).min(axis=1)
-    angles = best[np.isfinite(best)]
+    smallest_angles = np.where(is_near & agrees, angle, np.inf).min(axis=1)
+    angles = smallest_angles[np.isfinite(smallest_angles)]
     return MutualAgreement(
         len(placed_picks),
         int(is_near.any(axis=1).sum()),
@@ -94,5 +94,5 @@ def _compare_planes(
     angle = np.degrees(np.arccos(np.minimum(np.abs(normal @ its_normal.T), 1.0)))
     distance = np.linalg.norm(place[:, None] - its_place[None], axis=2)
     max_distance = np.maximum(extent[:, None], its_extent[None]) / 2.0
-    allowed_values = np.maximum(np.hypot(error[:, None], its_error[None]), MIN_TOLERANCE_DEG)
-    return distance <= max_distance, angle <= allowed_values, angle
+    allowed_angles = np.maximum(np.hypot(error[:, None], its_error[None]), MIN_TOLERANCE_DEG)
+    return distance <= max_distance, angle <= allowed_angles, angle

@@ -111,15 +111,15 @@ def governing_half_angles(
     largest, smallest : float or None
         Degrees.
     """
-    largest, smallest = governing_confidence_deg(fit, kind), fit.min_confidence95_deg
-    if largest is None or smallest is None or fit.max_confidence95_deg is None:
+    major_deg, minor_deg = governing_confidence_deg(fit, kind), fit.min_confidence95_deg
+    if major_deg is None or minor_deg is None or fit.max_confidence95_deg is None:
         return None, None
     widened = fit.long_roughness or kind == "patch"
-    if widened and largest > fit.max_confidence95_deg and fit.min_angular_error_deg is not None:
-        smallest = max(smallest, fit.min_angular_error_deg)
+    if widened and major_deg > fit.max_confidence95_deg and fit.min_angular_error_deg is not None:
+        minor_deg = max(minor_deg, fit.min_angular_error_deg)
     is_undetermined = is_within_wander(fit, kind, resolution_m, outcrop_normal)
     stretch = stretch_error_deg or 0.0
-    return max(90.0 if is_undetermined else largest, stretch), max(smallest, stretch)
+    return max(90.0 if is_undetermined else major_deg, stretch), max(minor_deg, stretch)
 
 
 def is_within_wander(
@@ -374,11 +374,11 @@ def judge(
     errors = _ErrorParts.of(
         fit, resolution_m, kind, registration_deg, outcrop_normal, stretch_error_deg
     )
-    poor, reasons, notes = assess(
+    is_poor, reasons, notes = assess(
         fit, errors, kind, resolution_m, thresholds, registration_deg, stretch_error_deg
     )
     reasons += [*face_reasons, *surface_findings]
-    quality: Quality = "poor" if poor else "doubtful" if reasons else "good"
+    quality: Quality = "poor" if is_poor else "doubtful" if reasons else "good"
     total_deg = errors.total_deg
     if bend_deg is not None and total_deg is not None and is_local(fit, bend_deg, total_deg):
         regional_deg = min(math.hypot(total_deg, bend_deg), 90.0)
@@ -418,7 +418,7 @@ def _judge_by_error(
     stretch_error_deg: float | None,
 ) -> tuple[bool, list[Finding], list[Finding]]:
     """Judge a plane by its error; return whether it is poor, the reasons and the notes."""
-    poor, reasons = _direction_findings(
+    is_poor, reasons = _direction_findings(
         fit, errors, kind, resolution_m, thresholds, registration_deg, stretch_error_deg
     )
     if fit.long_roughness:
@@ -445,7 +445,7 @@ def _judge_by_error(
                         error_deg=expected_deg,
                     )
                 )
-    return poor, reasons, notes
+    return is_poor, reasons, notes
 
 
 def _judge_by_shape(
@@ -484,14 +484,14 @@ def _judge_by_shape(
         reasons.append(
             Finding("plane.too-small", ratio=ratio, minimum=thresholds.extent_over_resolution)
         )
-    poor = len(reasons) > 1
+    is_poor = len(reasons) > 1
     _, error_reasons = _direction_findings(
         fit, errors, kind, resolution_m, thresholds, registration_deg, stretch_error_deg
     )
     if errors.fit_deg is None:
         # Without redundancy, or if points are identical, the shape is irrelevant.
-        return poor, reasons + error_reasons, notes
-    return poor, reasons, notes + error_reasons
+        return is_poor, reasons + error_reasons, notes
+    return is_poor, reasons, notes + error_reasons
 
 
 def _face_findings(
@@ -554,25 +554,25 @@ def _direction_findings(
         if not has_too_few_points(fit, resolution_m, thresholds.good_confidence95_deg):
             return False, []
         return False, [Finding("plane.too-few-points", minimum=int(MIN_INDEPENDENT_POINTS))]
-    poor = angle > thresholds.poor_confidence95_deg
-    limit_deg = thresholds.poor_confidence95_deg if poor else thresholds.good_confidence95_deg
+    is_poor = angle > thresholds.poor_confidence95_deg
+    limit_deg = thresholds.poor_confidence95_deg if is_poor else thresholds.good_confidence95_deg
     model_error = errors.model_deg or 0.0
     if registration_deg is not None and registration_deg > model_error:
-        return poor, [
+        return is_poor, [
             Finding("plane.registration", error_deg=registration_deg, limit_deg=limit_deg)
         ]
     if errors.is_undetermined:
-        return poor, [Finding("plane.too-straight", error_deg=angle, limit_deg=limit_deg)]
+        return is_poor, [Finding("plane.too-straight", error_deg=angle, limit_deg=limit_deg)]
     if stretch_error_deg is not None and model_error <= stretch_error_deg:
         # The stretches have already been reported as a reason.
-        return poor, []
+        return is_poor, []
     if model_error > (errors.fit_deg or 0.0):
-        return poor, [Finding("plane.resolution", error_deg=angle, limit_deg=limit_deg)]
+        return is_poor, [Finding("plane.resolution", error_deg=angle, limit_deg=limit_deg)]
     if kind == "patch":
         code = "plane.uncertain-patch"
     else:
         code = "plane.too-straight" if _is_straight(fit, thresholds) else "plane.uncertain"
-    return poor, [Finding(code, error_deg=angle, limit_deg=limit_deg)]
+    return is_poor, [Finding(code, error_deg=angle, limit_deg=limit_deg)]
 
 
 def _is_straight(fit: FittedPlane, thresholds: Thresholds) -> bool:
@@ -651,7 +651,7 @@ def judge_line(
     Verdict
     """
     t = thresholds
-    poor = False
+    is_poor = False
     reasons = list[Finding]()
     angle = confidence95_deg
     if angle is None:
@@ -662,8 +662,8 @@ def judge_line(
         if fit is not None and not is_plane_known:
             reasons.append(Finding("line.plane-error-unknown"))
     elif angle > t.good_confidence95_deg:
-        poor = angle > t.poor_confidence95_deg
-        limit_deg = t.poor_confidence95_deg if poor else t.good_confidence95_deg
+        is_poor = angle > t.poor_confidence95_deg
+        limit_deg = t.poor_confidence95_deg if is_poor else t.good_confidence95_deg
         if registration_deg is not None and registration_deg > math.sqrt(0.5) * angle:
             code = "line.registration"
         elif fit is None or (fit.confidence95_deg is not None and angle > fit.confidence95_deg):
@@ -677,7 +677,7 @@ def judge_line(
         reasons.append(Finding("line.scattered-set", scatter_deg=scatter_deg))
     if is_plane_missing:
         reasons.append(Finding("line.plane-missing"))
-    quality: Quality = "poor" if poor else "doubtful" if reasons else "good"
+    quality: Quality = "poor" if is_poor else "doubtful" if reasons else "good"
     return Verdict(quality, tuple(reasons), limits=t)
 
 
@@ -690,8 +690,8 @@ def _axial_angle_deg(a: FloatArray, b: FloatArray) -> float | None:
         return None
     i, j, k = y * w - z * v, z * u - x * w, x * v - y * u
     # The arc cosine alone loses digits near 0.
-    across_component, along_component = math.sqrt(i * i + j * j + k * k), abs(x * u + y * v + z * w)
-    return math.degrees(math.atan2(across_component, along_component))
+    normal_part, axial_part = math.sqrt(i * i + j * j + k * k), abs(x * u + y * v + z * w)
+    return math.degrees(math.atan2(normal_part, axial_part))
 
 
 def _number_or_infinity(ratio: float | None) -> float:

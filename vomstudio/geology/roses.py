@@ -108,18 +108,18 @@ def count_histogram(
     """
     check_bins(bin_deg, 90.0)
     bins = round(90.0 / bin_deg)
-    a, w, left_out = _valid_rows(np.abs(np.asarray(angle_deg, dtype=np.float64).ravel()), weights)
+    a, w, n_excluded = _valid_rows(np.abs(np.asarray(angle_deg, dtype=np.float64).ravel()), weights)
     bin_of_row = np.minimum(np.floor((a + 1e-7) / bin_deg).astype(np.intp), bins - 1)
     sums = np.bincount(bin_of_row, w, minlength=bins)
     total = float(w.sum())
     if total <= 0:
-        return AngleHistogram(bin_deg, len(a), total, np.zeros(bins), None, None, left_out)
+        return AngleHistogram(bin_deg, len(a), total, np.zeros(bins), None, None, n_excluded)
     mean = float(w @ a) / total
     effective = total**2 / float(w @ w)
     std = None
     if effective > 1.0 + 1e-9:
         std = math.sqrt(float(w @ (a - mean) ** 2) / total * effective / (effective - 1.0))
-    return AngleHistogram(bin_deg, len(a), total, sums / total, mean, std, left_out)
+    return AngleHistogram(bin_deg, len(a), total, sums / total, mean, std, n_excluded)
 
 
 def _valid_rows(
@@ -153,7 +153,7 @@ def count_rose(
     """
     bins = count_bins(bin_deg)
     a = np.asarray(azimuth_deg, dtype=np.float64).ravel()
-    a, w, left_out = _valid_rows(a, weights)
+    a, w, n_excluded = _valid_rows(a, weights)
     period = 180.0 if is_axial else 360.0
     # Add a small amount, so that 29.999999 instead of 30 is counted in the right bin.
     bin_of_row = np.floor((a % 360.0 + 1e-7) / bin_deg).astype(np.intp) % bins
@@ -177,7 +177,7 @@ def count_rose(
         if counts >= MIN_RAYLEIGH_DIRECTIONS
         else None
     )
-    return Rose(bin_deg, is_axial, len(a), total, full_circle, mean, resultant, p, left_out)
+    return Rose(bin_deg, is_axial, len(a), total, full_circle, mean, resultant, p, n_excluded)
 
 
 def rayleigh_p(n: float, resultant: float) -> float:

@@ -44,14 +44,14 @@ def fit_serial_correlation(derivatives: FloatArray, residuals: FloatArray) -> fl
     if n < MIN_ERRORS or not np.abs(residuals).max() > MAX_ROUNDING:
         return 0.0
     gain = {float(rho): _restricted_likelihood(derivatives, residuals, rho) for rho in RHO_GRID}
-    best = max(gain, key=lambda rho: gain[rho])
-    if best == 0.0:
+    best_rho = max(gain, key=lambda rho: gain[rho])
+    if best_rho == 0.0:
         return 0.0
     for step in RHO_STEPS:
-        for rho in (best - step, min(best + step, MAX_RHO)):
+        for rho in (best_rho - step, min(best_rho + step, MAX_RHO)):
             gain[rho] = _restricted_likelihood(derivatives, residuals, rho)
-        best = max(gain, key=lambda rho: gain[rho])
-    return best if 2.0 * (gain[best] - gain[0.0]) > MIN_LIKELIHOOD_GAIN else 0.0
+        best_rho = max(gain, key=lambda rho: gain[rho])
+    return best_rho if 2.0 * (gain[best_rho] - gain[0.0]) > MIN_LIKELIHOOD_GAIN else 0.0
 
 
 def whiten(values: FloatArray, rho: float) -> FloatArray:
@@ -133,11 +133,11 @@ def variance_inflation(
     float
         Variance factor, at least 1.
     """
-    expected_values = count - 2.0 * np.trace(projection) + np.trace(projection @ projection)
-    remaining_values = (
+    expected_freedom = count - 2.0 * np.trace(projection) + np.trace(projection @ projection)
+    remaining_freedom = (
         count - 2.0 * np.trace(correlated_projection) + np.trace(correlated_projection @ projection)
     )
-    return float(np.clip(expected_values / max(remaining_values, 1e-300), 1.0, MAX_INFLATION))
+    return float(np.clip(expected_freedom / max(remaining_freedom, 1e-300), 1.0, MAX_INFLATION))
 
 
 def _restricted_likelihood(derivatives: FloatArray, residuals: FloatArray, rho: float) -> float:

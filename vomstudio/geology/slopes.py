@@ -136,13 +136,13 @@ def planar_margins(face: SlopeFace, normals: FloatArray) -> Margins:
     Margins
     """
     x, y, z = np.moveaxis(normals, -1, 0)
-    flat_values = np.hypot(x, y)
+    sines = np.hypot(x, y)
     sin_f, cos_f = _sin_cos(face.options.friction_deg)
     sin_d, cos_d = _sin_cos(face.plane.dip_deg)
-    level = flat_values <= MIN_ANGLE_RAD
+    level = sines <= MIN_ANGLE_RAD
     # Scalar product of the dip line (x z, y z, -flat^2) / flat and the normal of the face.
-    daylight = sin_d * x * z / np.where(level, 1.0, flat_values) - cos_d * flat_values
-    slide = np.where(level, -1.0, flat_values * cos_f - z * sin_f)
+    daylight = sin_d * x * z / np.where(level, 1.0, sines) - cos_d * sines
+    slide = np.where(level, -1.0, sines * cos_f - z * sin_f)
     return Margins(np.minimum(daylight, slide), _lateral_margin(face, x, y))
 
 
@@ -267,8 +267,8 @@ def direct_margins(face: SlopeFace, lines: FloatArray) -> Margins:
     x, y, z = np.moveaxis(lines, -1, 0)
     _, cos_d = _sin_cos(face.plane.dip_deg)
     sin_l, cos_l = _sin_cos(face.options.lateral_deg)
-    into = np.where(-z < MIN_ANGLE_RAD, np.abs(x), -x)
-    return Margins(-z - cos_d, into * sin_l - np.abs(y) * cos_l)
+    sines_into_slope = np.where(-z < MIN_ANGLE_RAD, np.abs(x), -x)
+    return Margins(-z - cos_d, sines_into_slope * sin_l - np.abs(y) * cos_l)
 
 
 def direct_toppling(face: SlopeFace, lines: FloatArray) -> Zones:
@@ -291,10 +291,10 @@ def direct_toppling(face: SlopeFace, lines: FloatArray) -> Zones:
     x, _, z = np.moveaxis(lines, -1, 0)
     _, cos_f = _sin_cos(face.options.friction_deg)
     margins = direct_margins(face, lines)
-    into = np.where(-z < MIN_ANGLE_RAD, np.abs(x), -x)
+    sines_into_slope = np.where(-z < MIN_ANGLE_RAD, np.abs(x), -x)
     oblique = (
         (-z >= cos_f - MAX_ROUNDING_SINE)
-        & (into >= -MAX_ROUNDING_SINE)
+        & (sines_into_slope >= -MAX_ROUNDING_SINE)
         & (margins.lateral < -MAX_ROUNDING_SINE)
     )
     return Zones(margins.zones().critical, oblique)
@@ -338,14 +338,14 @@ def count_pairs(
     """
     progress = progress or SilentProgress()
     counts = np.zeros((6, len(normals)), np.int64)
-    done = 0
+    done_count = 0
     for lines, is_line, _ in intersections(normals, sets):
         wedge, topple = wedge_sliding(face, lines), direct_toppling(face, lines)
         flags = (is_line, ~is_line, *(zone & is_line for zone in (*wedge, *topple)))
         for row, flag in enumerate(flags):
             counts[row] += flag.sum(axis=1)
-        done += is_line.size
-        progress.step(done)
+        done_count += is_line.size
+        progress.step(done_count)
     return PairCounts(*counts)
 
 
@@ -369,21 +369,23 @@ def count_critical_lines(faces: Sequence[SlopeFace], lines: FloatArray) -> IntAr
     counts = np.zeros((len(faces), 2), np.int64)
     sin_f, _ = _sin_cos(faces[0].options.friction_deg)
     sin_l, cos_l = _sin_cos(faces[0].options.lateral_deg)
-    steepness = -lines[:, 2]
-    wedges = lines[(steepness >= sin_f - MAX_ROUNDING_SINE) & (steepness > MIN_ANGLE_RAD)]
+    plunge_sines = -lines[:, 2]
+    wedges = lines[(plunge_sines >= sin_f - MAX_ROUNDING_SINE) & (plunge_sines > MIN_ANGLE_RAD)]
     for start in range(0, len(faces), FACES_PER_BLOCK):
         block = faces[start : start + FACES_PER_BLOCK]
         rows = slice(start, start + len(block))
-        out, along_component, _ = np.moveaxis(np.stack([face.axes() for face in block]), 1, 0)
+        out, strike_axes, _ = np.moveaxis(np.stack([face.axes() for face in block]), 1, 0)
         sin_d, cos_d = sin_cos_deg(np.array([face.plane.dip_deg for face in block]))
         normals = np.column_stack([out[:, :2] * sin_d[:, None], cos_d])
         counts[rows, 0] = (wedges @ normals.T >= -MAX_ROUNDING_SINE).sum(axis=0)
-        tops = lines[steepness >= cos_d.min() - MAX_ROUNDING_SINE]
-        into = -(tops @ out.T)
+        tops = lines[plunge_sines >= cos_d.min() - MAX_ROUNDING_SINE]
+        sines_into_slope = -(tops @ out.T)
         level = -tops[:, 2] < MIN_ANGLE_RAD
-        into[level] = np.abs(into[level])
+        sines_into_slope[level] = np.abs(sines_into_slope[level])
         is_inside = -tops[:, 2:] - cos_d >= -MAX_ROUNDING_SINE
-        is_within = into * sin_l - np.abs(tops @ along_component.T) * cos_l >= -MAX_ROUNDING_SINE
+        is_within = (
+            sines_into_slope * sin_l - np.abs(tops @ strike_axes.T) * cos_l >= -MAX_ROUNDING_SINE
+        )
         counts[rows, 1] = (is_inside & is_within).sum(axis=0)
     return counts
 
@@ -490,15 +492,15 @@ def intersections(
         yield np.stack([x * scale, y * scale, z * scale], axis=-1), is_line, np.stack([a, b])
 
 
-def _lateral_margin(face: SlopeFace, out: FloatArray, along_component: FloatArray) -> FloatArray:
+def _lateral_margin(face: SlopeFace, out: FloatArray, lateral_cosines: FloatArray) -> FloatArray:
     """Return the margin to the lateral limits.
 
-    `out` is the component out of (or into) the face, `along_component` the component along it.
+    `out` is the component out of (or into) the face, `lateral_cosines` the component along it.
     """
     sin_l, cos_l = _sin_cos(face.options.lateral_deg)
     if face.options.limits == "curved":
-        return np.asarray(sin_l - np.abs(along_component))
-    return np.asarray(out * sin_l - np.abs(along_component) * cos_l)
+        return np.asarray(sin_l - np.abs(lateral_cosines))
+    return np.asarray(out * sin_l - np.abs(lateral_cosines) * cos_l)
 
 
 def _sin_cos(angle_deg: float) -> tuple[float, float]:

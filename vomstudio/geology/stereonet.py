@@ -115,12 +115,12 @@ def longitude_latitude_to_vectors(positions: npt.ArrayLike) -> FloatArray:
         Longitude and latitude, radians.
     """
     longitude, latitude = np.moveaxis(np.asarray(positions, dtype=np.float64), -1, 0)
-    across_component = np.cos(latitude)
+    horizontal_radii = np.cos(latitude)
     return np.stack(
         [
-            across_component * np.sin(longitude),
+            horizontal_radii * np.sin(longitude),
             np.sin(latitude),
-            0.0 - across_component * np.cos(longitude),
+            0.0 - horizontal_radii * np.cos(longitude),
         ],
         axis=-1,
     )
@@ -308,10 +308,10 @@ def cone_curve(
     # Use equal steps of the eccentric angle: with equal steps of t, the ends of a long ellipse have
     # visible corners.
     sin_u, cos_u = sin_cos_deg(np.linspace(0.0, 360.0, n))
-    along_component = max(first_angle_deg, 1e-12) * cos_u
-    across_component = max(second_angle_deg, 1e-12) * sin_u
-    radius = np.hypot(along_component, across_component)
-    cos_t, sin_t = along_component / radius, across_component / radius
+    major_components = max(first_angle_deg, 1e-12) * cos_u
+    minor_components = max(second_angle_deg, 1e-12) * sin_u
+    radius = np.hypot(major_components, minor_components)
+    cos_t, sin_t = major_components / radius, minor_components / radius
     sin_r, cos_r = sin_cos_deg(radius)
     curve = (
         cos_r[:, None] * axis + (sin_r * cos_t)[:, None] * first + (sin_r * sin_t)[:, None] * second

@@ -246,8 +246,8 @@ class _Selection:
         if fold_filter.set_name is not None and not any(
             _equal_names(s, fold_filter.set_name) for s in sets
         ):
-            present = sorted(set(sets) - {""})
-            finding = Finding("sets.unknown", set=fold_filter.set_name, sets=present or None)
+            present_sets = sorted(set(sets) - {""})
+            finding = Finding("sets.unknown", set=fold_filter.set_name, sets=present_sets or None)
             raise self._error(finding, "--only-set")
         selected_planes = select_planes(qualities, sets, fold_filter)
         self.left_out += selected_planes.left_out
@@ -282,29 +282,33 @@ class _Selection:
         if kinds is None:
             raise self._error(Finding("fold.no-column", columns="kind", option="--kind"), "--kind")
         name = requested_kind or DEFAULT_KIND
-        present = Counter(kind for kind, use in zip(kinds, self.use, strict=True) if use)
-        if not any(_equal_names(kind, name) for kind in present):
-            listed = [kind or "(empty)" for kind in present]
-            raise self._error(Finding("fold.unknown-kind", kind=name, kinds=listed), "kind")
+        present_kinds = Counter(
+            kind for kind, is_used in zip(kinds, self.use, strict=True) if is_used
+        )
+        if not any(_equal_names(kind, name) for kind in present_kinds):
+            listed_kinds = [kind or "(empty)" for kind in present_kinds]
+            raise self._error(Finding("fold.unknown-kind", kind=name, kinds=listed_kinds), "kind")
         for i, kind in enumerate(kinds):
             self.use[i] &= _equal_names(kind, name)
-        for kind, n in present.items():
+        for kind, n in present_kinds.items():
             if not _equal_names(kind, name):
-                what = kind or "no kind"
-                self.left_out.append(ExcludedRows(what, n, Finding("fold.only-kind", kind=name)))
+                kind_name = kind or "no kind"
+                self.left_out.append(
+                    ExcludedRows(kind_name, n, Finding("fold.only-kind", kind=name))
+                )
 
     def axis(
         self, waviness_deg: float | None, turn: Callable[[FloatArray], FloatArray] | None = None
     ) -> FoldAxis:
-        turns = None if self.table.turns is None else self.table.turns.of(self.use)
+        selected_turns = None if self.table.turns is None else self.table.turns.of(self.use)
         azimuth, dip = self.table.dip_direction_deg[self.use], self.table.dip_deg[self.use]
         if turn is not None:
             azimuth, dip, _ = normals_to_planes(turn(planes_to_normals(azimuth, dip)))
-            turns = None
+            selected_turns = None
         return fold_axis(
             azimuth,
             dip,
-            turns,
+            selected_turns,
             self.table.bowed_deg,
             waviness_deg,
             [str(id_) for id_ in np.asarray(self.table.ids)[self.use]],
@@ -324,15 +328,17 @@ class _Selection:
         if names_by_row is None:
             finding = Finding("fold.no-column", columns=("set", "kind"), option="--sets")
             raise self._error(finding, "--sets")
-        present = Counter(name for name, use in zip(names_by_row, self.use, strict=True) if use)
+        present_sets = Counter(
+            name for name, use in zip(names_by_row, self.use, strict=True) if use
+        )
         attitudes: dict[str, tuple[FloatArray, FloatArray]] = {}
         turns: dict[str, Turns] = {}
         is_used = np.zeros(len(self.table), dtype=bool)
         for name in names:
             members = self.use & np.array([_equal_names(s, name) for s in names_by_row], dtype=bool)
             if not members.any():
-                listed = [s or "(empty)" for s in present]
-                raise self._error(Finding("sets.unknown", set=name, sets=listed), "--sets")
+                listed_sets = [s or "(empty)" for s in present_sets]
+                raise self._error(Finding("sets.unknown", set=name, sets=listed_sets), "--sets")
             attitudes[name] = (
                 self.table.dip_direction_deg[members],
                 self.table.dip_deg[members],
@@ -340,10 +346,12 @@ class _Selection:
             if self.table.turns is not None:
                 turns[name] = self.table.turns.of(members)
             is_used |= members
-        for name, n in present.items():
+        for name, n in present_sets.items():
             if not any(_equal_names(name, requested_name) for requested_name in names):
-                what = name or "no set"
-                self.left_out.append(ExcludedRows(what, n, Finding("fold.only-named-sets")))
+                set_name_text = name or "no set"
+                self.left_out.append(
+                    ExcludedRows(set_name_text, n, Finding("fold.only-named-sets"))
+                )
         self.use = is_used
         return common_axis(attitudes, turns or None)
 

@@ -295,15 +295,15 @@ def list_critical_planes(
         "flexural_toppling": slope.flexural_toppling.ids,
         "bases": slope.direct_toppling.bases.ids,
     }
-    critical = {
+    critical_rows = {
         mode: tuple(CriticalPlane(id_) for id_ in ids) for mode, ids in planes_by_mode.items()
     }
     for mode, counts in (("wedge", members.wedge), ("direct_toppling", members.toppling)):
         order = np.argsort(-counts, kind="stable")
-        critical[mode] = tuple(
+        critical_rows[mode] = tuple(
             CriticalPlane(table.ids[rows[i]], int(counts[i])) for i in order if counts[i]
         )
-    return critical
+    return critical_rows
 
 
 def _plane_zones(face: SlopeFace, normals: FloatArray) -> tuple[Zones, Zones, Zones]:
@@ -343,29 +343,31 @@ def _expected(
     n = len(planes.normals)
     draws = _n_draws(MAX_DRAWN_PLANES, n)
     generator = np.random.default_rng(SEED)
-    critical_values = np.zeros(3)
+    critical_counts = np.zeros(3)
     progress.stage(tr("Estimating probabilities of planes"), draws)
-    for done, portion in _split_draws(draws, n):
-        progress.step(done)
+    for done_count, portion in _split_draws(draws, n):
+        progress.step(done_count)
         normals = to_face_frame(face, planes.draw(portion, generator))
-        critical_values += [zone.critical.sum() for zone in _plane_zones(face, normals)]
-    a, b, c = (critical_values / (draws * n)).tolist()
+        critical_counts += [zone.critical.sum() for zone in _plane_zones(face, normals)]
+    a, b, c = (critical_counts / (draws * n)).tolist()
     if n < 2:
         return _Expected((a, b, c), draws=(draws, 0))
     pairs = count_pairs_between_sets(n, sets)
     if not pairs:
         return _Expected((a, b, c), draws=(draws, 0))
     pair_draws = _n_draws(MAX_DRAWN_PAIRS, pairs)
-    of = wedge = topple = 0
+    n_expected = wedge = topple = 0
     progress.stage(tr("Estimating probabilities of wedges"), pair_draws * pairs)
-    for done, portion in _split_draws(pair_draws, n):
+    for done_count, portion in _split_draws(pair_draws, n):
         normals = to_face_frame(face, planes.draw(portion, generator))
-        counts = count_pairs(face, normals, ResumedProgress(progress, done * pairs), sets)
-        of += int(counts.of.sum())
+        counts = count_pairs(face, normals, ResumedProgress(progress, done_count * pairs), sets)
+        n_expected += int(counts.of.sum())
         wedge += int(counts.wedge.sum())
         topple += int(counts.toppling.sum())
     return _Expected(
-        (a, b, c), (_critical_share(wedge, of), _critical_share(topple, of)), (draws, pair_draws)
+        (a, b, c),
+        (_critical_share(wedge, n_expected), _critical_share(topple, n_expected)),
+        (draws, pair_draws),
     )
 
 

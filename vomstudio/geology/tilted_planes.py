@@ -59,8 +59,8 @@ class TiltedPlanes:
             halves = np.array([_root(covariance) for covariance in self.turns.rotations])
             gauss = generator.standard_normal((draws, len(halves), 3))
             rotations = np.einsum("gij,kgj->kgi", halves, gauss)
-            rotated_values = np.cross(rotations[:, np.maximum(group, 0)], self.normals)
-            displacement += np.where((group >= 0)[:, None], rotated_values, 0.0)
+            rotated_normals = np.cross(rotations[:, np.maximum(group, 0)], self.normals)
+            displacement += np.where((group >= 0)[:, None], rotated_normals, 0.0)
         angle = np.linalg.norm(displacement, axis=-1, keepdims=True)
         direction = displacement / np.maximum(angle, 1e-300)
         drawn_normals = np.cos(angle) * self.normals + np.sin(angle) * direction
@@ -122,7 +122,7 @@ def _axes(table: OrientationRows, rows: IntArray, excluded_deg: FloatArray) -> F
     `excluded_deg` (n,) are 95 % half-angles that are removed from the total error.
     """
     azimuth, dip = table.dip_direction_deg[rows], table.dip_deg[rows]
-    largest, smallest, total, rake = (
+    major_rad, minor_rad, total, rake = (
         column_numbers(table, rows, name)
         for name in (
             "max_confidence95_deg",
@@ -131,24 +131,24 @@ def _axes(table: OrientationRows, rows: IntArray, excluded_deg: FloatArray) -> F
             "error_rake_deg",
         )
     )
-    along_component, across_component = (
+    long_axes, cross_axes = (
         column_numbers(table, rows, name) for name in ("dip_error_deg", "dip_direction_error_deg")
     )
     # An error of the dip direction tilts the plane along its strike by the sine of the dip.
-    across_component = across_component * np.sin(np.radians(dip))
-    has_split_errors = ~np.isfinite(largest) & ~np.isfinite(total) & np.isfinite(along_component)
-    largest = np.where(has_split_errors, along_component, largest)
-    smallest = np.where(
+    cross_axes = cross_axes * np.sin(np.radians(dip))
+    has_split_errors = ~np.isfinite(major_rad) & ~np.isfinite(total) & np.isfinite(long_axes)
+    major_rad = np.where(has_split_errors, long_axes, major_rad)
+    minor_rad = np.where(
         has_split_errors,
-        np.where(np.isfinite(across_component), across_component, along_component),
-        smallest,
+        np.where(np.isfinite(cross_axes), cross_axes, long_axes),
+        minor_rad,
     )
-    smallest = np.where(np.isfinite(rake) | has_split_errors, smallest, largest)
+    minor_rad = np.where(np.isfinite(rake) | has_split_errors, minor_rad, major_rad)
     rake = np.where(has_split_errors, 90.0, rake)
-    fitted_values = np.nan_to_num(largest)
-    narrow = np.where(np.isfinite(smallest), smallest, fitted_values)
+    error_axis_angles = np.nan_to_num(major_rad)
+    narrow = np.where(np.isfinite(minor_rad), minor_rad, error_axis_angles)
     semi = np.stack(
-        enlarged_semi_axes(fitted_values, narrow, np.nan_to_num(total), excluded_deg), axis=-1
+        enlarged_semi_axes(error_axis_angles, narrow, np.nan_to_num(total), excluded_deg), axis=-1
     )
     sigma = np.radians(np.minimum(semi, MAX_SEMI_AXIS_DEG)) / math.sqrt(CHI2_TWO)
     return np.asarray(sigma[..., None] * _frames(azimuth, dip, np.nan_to_num(rake)))

@@ -59,10 +59,10 @@ def error_axes(angles: npt.ArrayLike) -> FloatArray:
         Axes as columns, in the World frame.
     """
     yaw = np.radians(np.asarray(angles, np.float64).reshape(-1, 3)[:, 0])
-    zero = np.zeros_like(yaw)
-    down = np.column_stack([zero, zero, zero - 1.0])
-    level = np.column_stack([np.cos(yaw), -np.sin(yaw), zero])
-    forward = np.column_stack([np.sin(yaw), np.cos(yaw), zero])
+    zeros = np.zeros_like(yaw)
+    down = np.column_stack([zeros, zeros, zeros - 1.0])
+    level = np.column_stack([np.cos(yaw), -np.sin(yaw), zeros])
+    forward = np.column_stack([np.sin(yaw), np.cos(yaw), zeros])
     return np.stack([down, level, forward], axis=2)
 
 
@@ -80,14 +80,14 @@ def view_angles(rotations: npt.ArrayLike) -> FloatArray:
         Angles in degrees; the roll of views straight up or down is 0.
     """
     right, down, forward = np.moveaxis(np.asarray(rotations, np.float64).reshape(-1, 3, 3), 2, 0)
-    flat_values = np.hypot(forward[:, 0], forward[:, 1])
-    is_steep = flat_values < MIN_HORIZONTAL
+    horizontal_lengths = np.hypot(forward[:, 0], forward[:, 1])
+    is_steep = horizontal_lengths < MIN_HORIZONTAL
     # The top of the photo is forward for downward views, and backward for upward views.
     forward_direction = np.where(
         is_steep[:, None], np.where(forward[:, 2:] < 0, -down[:, :2], down[:, :2]), forward[:, :2]
     )
     yaw = np.arctan2(forward_direction[:, 0], forward_direction[:, 1])
-    pitch = np.arctan2(forward[:, 2], flat_values)
+    pitch = np.arctan2(forward[:, 2], horizontal_lengths)
     level = np.column_stack([np.cos(yaw), -np.sin(yaw), np.zeros_like(yaw)])
     down_axis = np.cross(forward, level)
     roll = np.arctan2((right * down_axis).sum(axis=1), (right * level).sum(axis=1))
@@ -114,8 +114,10 @@ def nadir_to_view_angles(angles: npt.ArrayLike) -> FloatArray:
     """
     from scipy.spatial.transform import Rotation
 
-    turns = Rotation.from_euler("ZYX", np.asarray(angles, np.float64).reshape(-1, 3), degrees=True)
-    ahead, right, down = np.moveaxis(turns.as_matrix(), 2, 0)
+    view_rotations = Rotation.from_euler(
+        "ZYX", np.asarray(angles, np.float64).reshape(-1, 3), degrees=True
+    )
+    ahead, right, down = np.moveaxis(view_rotations.as_matrix(), 2, 0)
     cameras = np.stack([right, -ahead, down], axis=2)
     to_world = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
     return view_angles(to_world @ cameras)
@@ -135,9 +137,9 @@ def rotations_from_vertical(down: npt.ArrayLike, azimuth_deg: npt.ArrayLike) -> 
     -------
     (n, 3, 3) ndarray
     """
-    vertical_values = np.asarray(down, np.float64).reshape(-1, 3)
-    vertical_values = vertical_values / np.linalg.norm(vertical_values, axis=1, keepdims=True)
-    pitch = np.degrees(np.arcsin(np.clip(-vertical_values[:, 2], -1.0, 1.0)))
-    roll = np.degrees(np.arctan2(vertical_values[:, 0], vertical_values[:, 1]))
+    down_vectors = np.asarray(down, np.float64).reshape(-1, 3)
+    down_vectors = down_vectors / np.linalg.norm(down_vectors, axis=1, keepdims=True)
+    pitch = np.degrees(np.arcsin(np.clip(-down_vectors[:, 2], -1.0, 1.0)))
+    roll = np.degrees(np.arctan2(down_vectors[:, 0], down_vectors[:, 1]))
     yaw = np.broadcast_to(np.asarray(azimuth_deg, np.float64), pitch.shape)
     return camera_rotations(np.column_stack([yaw, pitch, roll]))

@@ -49,8 +49,8 @@ class ClipBox(Result):
 
     def corners(self) -> FloatArray:
         """Return the corners (8, 3)."""
-        both = np.array([self.low, self.high])
-        return np.array([[both[k >> a & 1, a] for a in range(3)] for k in range(8)])
+        ends = np.array([self.low, self.high])
+        return np.array([[ends[k >> a & 1, a] for a in range(3)] for k in range(8)])
 
     def face_centre(self, axis: int, side: int) -> FloatArray:
         centre: FloatArray = (np.array(self.low) + np.array(self.high)) / 2.0
@@ -67,11 +67,12 @@ class ClipBox(Result):
             low[axis] = min(value, high[axis] - hair)
         return ClipBox(_triple(np.array(low)), _triple(np.array(high)))
 
-    def meets(self, other: ClipBox) -> bool:
+    def meets(self, other_box: ClipBox) -> bool:
         """Return whether the boxes have a point in common."""
-        mine, theirs = (self.low, self.high), (other.low, other.high)
+        own_ends, other_ends = (self.low, self.high), (other_box.low, other_box.high)
         return bool(
-            (np.array(mine[0]) <= theirs[1]).all() and (np.array(theirs[0]) <= mine[1]).all()
+            (np.array(own_ends[0]) <= other_ends[1]).all()
+            and (np.array(other_ends[0]) <= own_ends[1]).all()
         )
 
     def holds(self, points: FloatArray) -> BoolArray:
@@ -93,8 +94,8 @@ class ClipBox(Result):
         """
         low, high = np.array([self.low]) - max_distance, np.array([self.high]) + max_distance
         enter, leave = box_range(low, high, origin, direction)
-        first, last = max(float(enter[0]), 0.0), float(leave[0])
-        return (first, last) if last >= first else None
+        first, last_distance = max(float(enter[0]), 0.0), float(leave[0])
+        return (first, last_distance) if last_distance >= first else None
 
 
 def _triple(values: FloatArray) -> tuple[float, float, float]:
@@ -161,10 +162,10 @@ def hits_box(
             if not minimum <= start <= maximum:
                 return False
             continue
-        near, far = (minimum - start) / slope, (maximum - start) / slope
-        if near > far:
-            near, far = far, near
-        enter, leave = max(enter, near), min(leave, far)
+        near_distance, far_distance = (minimum - start) / slope, (maximum - start) / slope
+        if near_distance > far_distance:
+            near_distance, far_distance = far_distance, near_distance
+        enter, leave = max(enter, near_distance), min(leave, far_distance)
     return leave >= enter
 
 

@@ -176,12 +176,12 @@ class MeshSurface(VertexSurface):
         return face_normal / size if size > 0.0 else None
 
     def area_inside(self, ring: npt.ArrayLike) -> float | None:
-        around = self._around(ring)
-        return None if around is None else area_inside(around, ring)
+        faces_around = self._around(ring)
+        return None if faces_around is None else area_inside(faces_around, ring)
 
     def part_inside(self, ring: npt.ArrayLike) -> FloatArray | None:
-        around = self._around(ring)
-        return None if around is None else part_inside(around, ring)
+        faces_around = self._around(ring)
+        return None if faces_around is None else part_inside(faces_around, ring)
 
     def _around(self, ring: npt.ArrayLike) -> FloatArray | None:
         """Return the vertices of all faces that an outline may enclose."""
@@ -190,25 +190,25 @@ class MeshSurface(VertexSurface):
             return None
         centre = xyz.mean(axis=0)
         radius = float(np.linalg.norm(xyz - centre, axis=1).max())
-        usual, long_faces = self._long_faces()
+        short_face_tree, long_faces = self._long_faces()
         # A face that intersects the ball has a vertex within its length of it.
-        near_faces = self._faces_at(self._ids_in_ball(centre, radius + usual))
+        near_faces = self._faces_at(self._ids_in_ball(centre, radius + short_face_tree))
         return self.corners(_join(near_faces, long_faces))
 
     def _long_faces(self) -> tuple[float, IntArray]:
         """Return the maximum edge length of usual faces, and the sorted ids of longer faces."""
         if self._lengths is None:
-            longest_values = np.empty(self.count)
+            longest_edges = np.empty(self.count)
             for start in range(0, self.count, BLOCK_SIZE):
                 corners = self.corners(np.arange(start, min(start + BLOCK_SIZE, self.count)))
                 edges = corners - np.roll(corners, 1, axis=1)
-                longest_values[start : start + BLOCK_SIZE] = np.sqrt(
+                longest_edges[start : start + BLOCK_SIZE] = np.sqrt(
                     (edges**2).sum(axis=2).max(axis=1)
                 )
             median = (
-                LONG_FACE_RATIO * float(np.median(longest_values)) if len(longest_values) else 0.0
+                LONG_FACE_RATIO * float(np.median(longest_edges)) if len(longest_edges) else 0.0
             )
-            self._lengths = median, np.flatnonzero(longest_values > median)
+            self._lengths = median, np.flatnonzero(longest_edges > median)
         return self._lengths
 
     def _places(self) -> Int32Array:
@@ -225,8 +225,8 @@ class MeshSurface(VertexSurface):
         low, high = points.min(axis=0), points.max(axis=0)
         for start in range(0, len(self._vertices), BLOCK_SIZE):
             part = np.asarray(self._vertices[start : start + BLOCK_SIZE])
-            near = np.flatnonzero(((part >= low) & (part <= high)).all(axis=1))
-            id_blocks.append(start + near[np.isin(position_keys(part[near]), keys)])
+            near_indices = np.flatnonzero(((part >= low) & (part <= high)).all(axis=1))
+            id_blocks.append(start + near_indices[np.isin(position_keys(part[near_indices]), keys)])
         return np.concatenate(id_blocks)
 
     def _faces_at(self, vertices: IntArray) -> IntArray:
@@ -313,9 +313,9 @@ def _join(a: IntArray, b: IntArray) -> IntArray:
 def _distinct(ids: IntegerArray) -> IntArray:
     """Return the sorted distinct ids, several times faster than the hash table of NumPy."""
     ids = np.sort(ids)
-    is_new = np.ones(len(ids), np.bool_)
-    np.not_equal(ids[1:], ids[:-1], out=is_new[1:])
-    return ids[is_new].astype(np.int64)
+    is_first = np.ones(len(ids), np.bool_)
+    np.not_equal(ids[1:], ids[:-1], out=is_first[1:])
+    return ids[is_first].astype(np.int64)
 
 
 def _reached(nodes: IntArray, start: int) -> BoolArray:

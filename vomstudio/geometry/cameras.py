@@ -116,11 +116,11 @@ class Intrinsics:
         """
         xyz = np.asarray(points, np.float64).reshape(-1, 3)
         with np.errstate(divide="ignore", invalid="ignore"):
-            flat_values = np.where(xyz[:, 2:] > 0, xyz[:, :2] / xyz[:, 2:], np.nan)
-            flat_values = np.where(
-                np.hypot(*flat_values.T)[:, None] <= self._edge, flat_values, np.nan
+            normalized_points = np.where(xyz[:, 2:] > 0, xyz[:, :2] / xyz[:, 2:], np.nan)
+            normalized_points = np.where(
+                np.hypot(*normalized_points.T)[:, None] <= self._edge, normalized_points, np.nan
             )
-            bent_bend = self._bend(flat_values)
+            bent_bend = self._bend(normalized_points)
         return bent_bend * self.focal + self.centre
 
     def rays(self, pixels: npt.ArrayLike) -> FloatArray:
@@ -146,23 +146,23 @@ class Intrinsics:
         )
 
     # ------------------------------------------------------------------------------------------
-    def _bend(self, flat_values: FloatArray) -> FloatArray:
+    def _bend(self, normalized_points: FloatArray) -> FloatArray:
         """Convert ideal to distorted image coordinates (n, 2), in units of the focal length."""
         parameters = self._named
-        r2 = (flat_values**2).sum(1)
+        r2 = (normalized_points**2).sum(1)
         if self.model == "OPENCV_FISHEYE":
             r = np.sqrt(r2)
             with np.errstate(divide="ignore", invalid="ignore"):
                 factor = np.where(r > 1e-12, self._radius(r) / r, 1.0)
-            return flat_values * factor[:, None]
-        bent_values = flat_values * self._factor(r2)[:, None]
+            return normalized_points * factor[:, None]
+        distorted_points = normalized_points * self._factor(r2)[:, None]
         p1, p2 = parameters.get("p1", 0.0), parameters.get("p2", 0.0)
         if p1 or p2:
-            x, y = flat_values.T
-            bent_values = bent_values + np.column_stack(
+            x, y = normalized_points.T
+            distorted_points = distorted_points + np.column_stack(
                 [2 * p1 * x * y + p2 * (r2 + 2 * x * x), p1 * (r2 + 2 * y * y) + 2 * p2 * x * y]
             )
-        return bent_values
+        return distorted_points
 
     def _factor(self, r2: FloatArray) -> FloatArray:
         get = self._named.get
@@ -201,35 +201,37 @@ class Intrinsics:
         radii: FloatArray = np.hypot(distorted_points[:, 0], distorted_points[:, 1])
         first = np.interp(radii, real, r)
         with np.errstate(divide="ignore", invalid="ignore"):
-            flat_values = np.where(
+            normalized_points = np.where(
                 radii[:, None] > 1e-12,
                 distorted_points / radii[:, None] * first[:, None],
                 distorted_points,
             )
         step = 1e-6
         for _ in range(12):
-            residuals = self._bend(flat_values) - distorted_points
+            residuals = self._bend(normalized_points) - distorted_points
             if not np.nanmax(np.abs(residuals), initial=0.0) > 1e-14:
                 break
-            dx = (self._bend(flat_values + [step, 0.0]) - self._bend(flat_values - [step, 0.0])) / (
-                2 * step
-            )
-            dy = (self._bend(flat_values + [0.0, step]) - self._bend(flat_values - [0.0, step])) / (
-                2 * step
-            )
+            dx = (
+                self._bend(normalized_points + [step, 0.0])
+                - self._bend(normalized_points - [step, 0.0])
+            ) / (2 * step)
+            dy = (
+                self._bend(normalized_points + [0.0, step])
+                - self._bend(normalized_points - [0.0, step])
+            ) / (2 * step)
             with np.errstate(divide="ignore", invalid="ignore"):
                 det = dx[:, 0] * dy[:, 1] - dx[:, 1] * dy[:, 0]
-                flat_values = flat_values - np.column_stack(
+                normalized_points = normalized_points - np.column_stack(
                     [
                         (residuals[:, 0] * dy[:, 1] - residuals[:, 1] * dy[:, 0]) / det,
                         (dx[:, 0] * residuals[:, 1] - dx[:, 1] * residuals[:, 0]) / det,
                     ]
                 )
         has_failed = (
-            np.abs(self._bend(flat_values) - distorted_points).max(axis=1, initial=0.0) > 1e-8
+            np.abs(self._bend(normalized_points) - distorted_points).max(axis=1, initial=0.0) > 1e-8
         )
-        flat_values = np.where(has_failed[:, None], np.nan, flat_values)
-        return flat_values
+        normalized_points = np.where(has_failed[:, None], np.nan, normalized_points)
+        return normalized_points
 
 
 @dataclass(frozen=True, eq=False)
@@ -290,10 +292,10 @@ class View:
 
         The similarity is x' = scale * rotation @ x + translation.
         """
-        turned_values = self.rotation @ rotation.T
+        turned_rotation = self.rotation @ rotation.T
         return View(
             self.name,
             self.intrinsics,
-            turned_values,
-            scale * self.translation - turned_values @ np.asarray(translation),
+            turned_rotation,
+            scale * self.translation - turned_rotation @ np.asarray(translation),
         )

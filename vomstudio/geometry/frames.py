@@ -96,14 +96,14 @@ class Frame:
 
     def known_text(self) -> str:
         """Describe which of north, vertical, scale and position are known."""
-        each = (
+        component_text = (
             (tr("north"), self.has_north),
             (tr("vertical"), self.has_up),
             (tr("scale"), self.has_metres),
             (tr("position"), self.kind == "crs"),
         )
-        known_text = ", ".join(name for name, is_known in each if is_known)
-        lacking_text = ", ".join(name for name, is_known in each if not is_known)
+        known_text = ", ".join(name for name, is_known in component_text if is_known)
+        lacking_text = ", ".join(name for name, is_known in component_text if not is_known)
         if not lacking_text:
             return tr("Known: {what}.", what=known_text)
         if not known_text:

@@ -60,10 +60,10 @@ def edge(width: int, height: int, steps: int) -> FloatArray:
     (4 * steps, 2) ndarray
     """
     corners = np.array([[0, 0], [width, 0], [width, height], [0, height]], np.float64)
-    along_component = np.linspace(0.0, 1.0, steps, endpoint=False)[:, None]
+    edge_fractions = np.linspace(0.0, 1.0, steps, endpoint=False)[:, None]
     ends = np.roll(corners, -1, axis=0)
     return np.concatenate(
-        [a + along_component * (b - a) for a, b in zip(corners, ends, strict=True)]
+        [a + edge_fractions * (b - a) for a, b in zip(corners, ends, strict=True)]
     )
 
 
@@ -86,8 +86,8 @@ def frustum(view: View, depth: float) -> Frustum:
     steps = N_EDGE_STEPS if lens.distorts else 1
     pixels = edge(lens.width, lens.height, steps)
     rays = lens.rays(pixels)
-    plain_values = np.column_stack([(pixels - lens.centre) / lens.focal, np.ones(len(pixels))])
-    rays = np.where(np.isfinite(rays), rays, plain_values)
+    pixel_rays = np.column_stack([(pixels - lens.centre) / lens.focal, np.ones(len(pixels))])
+    rays = np.where(np.isfinite(rays), rays, pixel_rays)
     points = (depth * rays - view.translation) @ view.rotation
     outline = np.vstack([points, points[:1]])
     return Frustum(view.name, view.centre, points[::steps], outline)

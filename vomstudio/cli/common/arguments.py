@@ -87,8 +87,8 @@ class Parser(argparse.ArgumentParser):
         be the missing ones.
         """
         words = list(args or ())
-        if unknown := next(self._unknown_options(words), None):
-            self._refuse_option(unknown)
+        if unknown_option := next(self._unknown_options(words), None):
+            self._refuse_option(unknown_option)
         namespace_parsed, remaining = super().parse_known_args(words, namespace)
         if remaining:
             raise self._unknown_argument(" ".join(remaining))
@@ -112,14 +112,14 @@ class Parser(argparse.ArgumentParser):
                 yield option
 
     def _subparsers_choices(self) -> frozenset[str]:
-        within = [a for a in self._actions if isinstance(a, argparse._SubParsersAction)]
-        return frozenset(name for action in within for name in action.choices)
+        subparser_actions = [a for a in self._actions if isinstance(a, argparse._SubParsersAction)]
+        return frozenset(name for action in subparser_actions for name in action.choices)
 
     def _refuse_option(self, option: str) -> NoReturn:
         # Compare without the leading dashes, which would make all options similar.
         names_by_letters = {name.lstrip("-"): name for name in self._option_string_actions}
-        if nearest := nearest_word(option.lstrip("-").casefold(), [*names_by_letters], 0.7):
-            raise self._misspelt(option, names_by_letters[nearest], option)
+        if suggestion := nearest_word(option.lstrip("-").casefold(), [*names_by_letters], 0.7):
+            raise self._misspelt(option, names_by_letters[suggestion], option)
         raise self._unknown_argument(option)
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
@@ -127,8 +127,8 @@ class Parser(argparse.ArgumentParser):
             super()._check_value(action, value)
         except argparse.ArgumentError:
             choices = [str(choice) for choice in action.choices or ()]
-            if nearest := nearest_word(str(value).casefold(), choices):
-                raise self._misspelt(str(value), nearest, _name_of(action)) from None
+            if suggestion := nearest_word(str(value).casefold(), choices):
+                raise self._misspelt(str(value), suggestion, _name_of(action)) from None
             finding = Finding("option.not-a-choice", value=value, choices=choices)
             raise UsageError(finding, field=_name_of(action)) from None
 

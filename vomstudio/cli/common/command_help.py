@@ -66,8 +66,10 @@ def grouped(actions: Iterable[argparse.Action]) -> dict[str, list[argparse.Actio
     dict of list
         Groups without arguments are left out.
     """
-    listed = list(actions)
-    groups = {group: [each for each in listed if group_of(each) == group] for group in GROUPS}
+    all_actions = list(actions)
+    groups = {
+        group: [action for action in all_actions if group_of(action) == group] for group in GROUPS
+    }
     return {group: members for group, members in groups.items() if members}
 
 

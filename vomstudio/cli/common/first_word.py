@@ -63,9 +63,9 @@ def check_first_word(words: Sequence[str]) -> None:
         raise UsageError(Finding("command.window-options"), field=option)
     if missing != words[0] or _is_path_like(missing):
         raise _missing_file_error(missing)
-    nearest = nearest_word(missing.casefold(), [*COMMANDS, "--help", "--version"])
+    suggestion = nearest_word(missing.casefold(), [*COMMANDS, "--help", "--version"])
     finding = Finding(
-        "command.unknown", value=missing, nearest=nearest, commands=", ".join(COMMANDS)
+        "command.unknown", value=missing, nearest=suggestion, commands=", ".join(COMMANDS)
     )
     raise UsageError(finding, field="COMMAND")
 
@@ -109,9 +109,9 @@ def _is_path_like(word: str) -> bool:
 def _missing_file_error(word: str) -> UsageError:
     path = Path(word)
     try:
-        neighbours = sorted(other.name for other in path.parent.iterdir())
+        neighbours = sorted(sibling.name for sibling in path.parent.iterdir())
     except OSError:
         return UsageError(Finding("folder.missing"), file=path.parent)
-    if nearest := nearest_word(path.name, neighbours):
-        return UsageError(Finding("file.misspelt", nearest=path.with_name(nearest)), file=word)
+    if suggestion := nearest_word(path.name, neighbours):
+        return UsageError(Finding("file.misspelt", nearest=path.with_name(suggestion)), file=word)
     return UsageError(Finding("file.missing"), file=word)

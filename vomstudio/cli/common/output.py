@@ -147,9 +147,9 @@ class Channel:
         except BrokenPipeError:
             raise
         except OSError as error:
-            full = Finding("disk.full")
-            other = Finding("output.unwritable", reason=error.strerror)
-            finding = full if error.errno == errno.ENOSPC else other
+            disk_finding = Finding("disk.full")
+            output_finding = Finding("output.unwritable", reason=error.strerror)
+            finding = disk_finding if error.errno == errno.ENOSPC else output_finding
             raise TargetError(finding, file="<stdout>") from error
 
 
@@ -158,13 +158,13 @@ def preserved_stdout() -> Iterator[Channel]:
     """Yield the original stdout; everything printed in the meantime goes to stderr."""
     stream = sys.stdout
     try:
-        ours = stream is not None and stream.fileno() == 1
-        if ours:
+        is_process_stdout = stream is not None and stream.fileno() == 1
+        if is_process_stdout:
             stream.flush()
-        saved = os.dup(1) if ours else None
+        saved_descriptor = os.dup(1) if is_process_stdout else None
     except (OSError, ValueError):  # closed, or an object instead of a file
-        saved = None
-    if saved is None:
+        saved_descriptor = None
+    if saved_descriptor is None:
         with contextlib.suppress(OSError):
             if stream is None and not _is_open(1):
                 # Closed by the caller; otherwise the first file to be opened would get descriptor
@@ -176,12 +176,12 @@ def preserved_stdout() -> Iterator[Channel]:
     try:
         _redirect_stdout()
         with contextlib.redirect_stdout(sys.stderr):
-            yield Channel(saved, None)
+            yield Channel(saved_descriptor, None)
     finally:
         with contextlib.suppress(OSError, ValueError):
             stream.flush()
-        os.dup2(saved, 1)
-        os.close(saved)
+        os.dup2(saved_descriptor, 1)
+        os.close(saved_descriptor)
 
 
 def _is_open(descriptor: int) -> bool:
@@ -204,17 +204,17 @@ def _redirect_stdout() -> None:
 @contextlib.contextmanager
 def silence_output() -> Iterator[None]:
     """Discard all output to stdout and stderr in the block, from both C and Python."""
-    saved = {number: os.dup(number) for number in (1, 2) if _is_open(number)}
+    saved_descriptors = {number: os.dup(number) for number in (1, 2) if _is_open(number)}
     try:
         with (
             open(os.devnull, "w", encoding="utf-8") as null,
             contextlib.redirect_stdout(null),
             contextlib.redirect_stderr(null),
         ):
-            for number in saved:
+            for number in saved_descriptors:
                 os.dup2(null.fileno(), number)
             yield
     finally:
-        for number, copy in saved.items():
+        for number, copy in saved_descriptors.items():
             os.dup2(copy, number)
             os.close(copy)

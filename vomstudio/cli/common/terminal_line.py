@@ -82,8 +82,8 @@ class TerminalLine:
         options = self._console.options.update(width=cells)
         segments = [s for s in self._console.render(bar, options) if s.text != "\n"]
         # Without colours, or in ASCII, the remaining part of the bar is omitted.
-        missing_values = cells - sum(segment.cell_length for segment in segments)
-        return [*segments, Segment(" " * missing_values)]
+        missing_cells = cells - sum(segment.cell_length for segment in segments)
+        return [*segments, Segment(" " * missing_cells)]
 
     def _columns(self) -> int:
         try:
@@ -105,11 +105,11 @@ def _figures(snapshot: Snapshot) -> list[str]:
     """Return count, remaining time and elapsed time, in decreasing importance."""
     figures = []
     if snapshot.total is not None and snapshot.total > 1:
-        done = min(snapshot.done, snapshot.total)
+        n_done = min(snapshot.done, snapshot.total)
         if snapshot.total <= MAX_COUNT:
-            figures.append(tr("{done} of {total}", done=done, total=snapshot.total))
+            figures.append(tr("{done} of {total}", done=n_done, total=snapshot.total))
         else:
-            figures.append(f"{100 * done // snapshot.total} %")
+            figures.append(f"{100 * n_done // snapshot.total} %")
     if snapshot.remaining_s is not None:
         figures.append(tr("{time} left", time=rounded_time(snapshot.remaining_s)))
     figures.append(tr("elapsed {time}", time=clock(snapshot.elapsed_s)))

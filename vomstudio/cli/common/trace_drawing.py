@@ -132,8 +132,8 @@ def _add(
     return {
         state: [
             {"id": id_, "name": feature.name}
-            for id_ in listed
+            for id_ in feature_ids
             if (feature := get_feature(records, id_)) is not None
         ]
-        for state, listed in ids.items()
+        for state, feature_ids in ids.items()
     }

@@ -34,10 +34,10 @@ def _add_names(value: Any) -> Any:
         return [_add_names(item) for item in value]
     if not isinstance(value, Mapping) or value.keys() >= ROW_KEYS:
         return value
-    renamed_items: dict[str, Any] = {}
+    option_names: dict[str, Any] = {}
     for name, item in value.items():
         plain_name = strip_metric_suffix(name, value)
-        renamed_items[name] = _add_names(item)
+        option_names[name] = _add_names(item)
         if plain_name != name:
-            renamed_items[plain_name] = renamed_items[name]
-    return renamed_items
+            option_names[plain_name] = option_names[name]
+    return option_names

@@ -92,17 +92,17 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress = progress_reporter(args)
     model = read_in_world(args.model, progress, frame_options(args), args.project)
     with name_input_in_errors(args.model):
-        mapped = measurable_map(
+        measurability_map = measurable_map(
             model.data, plane, _add_registration_error(options, model, plane), progress
         )
     warnings = [*model.warnings, *reading, *unknown_unit(model)]
-    warnings += mapped.warnings
-    result: dict[str, Any] = {"file": args.output, **mapped.to_dict()}
+    warnings += measurability_map.warnings
+    result: dict[str, Any] = {"file": args.output, **measurability_map.to_dict()}
     if raster:
         result["raster"] = write_raster(
             args.output,
             model.data,
-            mapped,
+            measurability_map,
             crs=model.crs,
             cell_m=target.gsd_m,
             force=args.force,
@@ -110,11 +110,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
         )
     elif args.output is not None:
         args.labels = args.output
-        warnings += write_labelled(args, model, mapped.as_fields())
+        warnings += write_labelled(args, model, measurability_map.as_fields())
     result["warnings"] = warnings
     out.result(add_unitless_names(result, is_metric=model.has_metric_unit))
     out.warn(warnings)
-    out.text(_result_text(mapped))
+    out.text(_result_text(measurability_map))
 
 
 def _plane(target: MeasurableTarget, azimuth: Any) -> tuple[Plane, tuple[Finding, ...]]:

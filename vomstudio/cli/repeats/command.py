@@ -112,8 +112,8 @@ def _result_text(repeats: TableRepeats) -> str:
         )
         for interpreter in repeats.interpreters
     ]
-    left_out = [
+    skipped_picks = [
         Finding("feature.left-out", feature=item.id, reason=item.reason)
         for item in repeats.left_out
     ]
-    return "\n".join([*lines, *map(str, left_out), *map(str, repeats.reasons)])
+    return "\n".join([*lines, *map(str, skipped_picks), *map(str, repeats.reasons)])

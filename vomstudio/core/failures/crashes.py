@@ -73,9 +73,9 @@ def has_new_crash() -> bool:
                 continue
             has_crashed = has_crashed or role == WINDOW
             file.rename(file.with_suffix(f".{_REPORTED_SUFFIX}"))
-    for old in _files(f"*.{_REPORTED_SUFFIX}")[:-_MAX_FILES]:
+    for old_report in _files(f"*.{_REPORTED_SUFFIX}")[:-_MAX_FILES]:
         with contextlib.suppress(OSError):
-            old.unlink()
+            old_report.unlink()
     return has_crashed
 
 

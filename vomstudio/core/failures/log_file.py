@@ -28,10 +28,10 @@ class SharedFile(RotatingFileHandler):
 
     def _is_rotated(self, descriptor: int) -> bool:
         try:
-            current, opened = os.stat(self.baseFilename), os.fstat(descriptor)
+            current, opened_status = os.stat(self.baseFilename), os.fstat(descriptor)
         except OSError:
             return True
-        return (current.st_dev, current.st_ino) != (opened.st_dev, opened.st_ino)
+        return (current.st_dev, current.st_ino) != (opened_status.st_dev, opened_status.st_ino)
 
     def rotate(self, source: str, dest: str) -> None:
         # Windows cannot rename a file that another process has open; the file continues to grow

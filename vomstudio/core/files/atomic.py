@@ -61,17 +61,17 @@ def check_target(
     TargetError
         If the folder is missing or not writable, or an existing file may not be replaced.
     """
-    shown = Path(path)
-    check_in_project(shown)
-    if not shown.name:
-        raise TargetError(Finding("output.no-name"), file=shown)
+    target_path = Path(path)
+    check_in_project(target_path)
+    if not target_path.name:
+        raise TargetError(Finding("output.no-name"), file=target_path)
     try:
-        target = shown.resolve()
+        target = target_path.resolve()
         mode = target.stat().st_mode
     except FileNotFoundError:
         mode = None
     except (OSError, RuntimeError, ValueError) as error:
-        raise write_error(shown, error) from error
+        raise write_error(target_path, error) from error
     parent = target.parent
     if not parent.is_dir():
         finding = (
@@ -79,19 +79,19 @@ def check_target(
             if parent.exists()
             else Finding("output.no-folder", folder=parent)
         )
-        raise TargetError(finding, file=shown)
+        raise TargetError(finding, file=target_path)
     if mode is None:
         return target
     if stat.S_ISDIR(mode):
-        raise TargetError(Finding("output.is-folder"), file=shown)
+        raise TargetError(Finding("output.is-folder"), file=target_path)
     if not stat.S_ISREG(mode):
-        raise TargetError(Finding("output.is-device"), file=shown)
+        raise TargetError(Finding("output.is-device"), file=target_path)
     if any(_is_same_file(target, input_file) for input_file in inputs):
-        raise TargetError(Finding("output.is-input"), file=shown)
+        raise TargetError(Finding("output.is-input"), file=target_path)
     if not force:
-        raise TargetError(Finding("output.exists"), file=shown)
+        raise TargetError(Finding("output.exists"), file=target_path)
     if not os.access(target, os.W_OK):
-        raise TargetError(Finding("output.write-protected"), file=shown)
+        raise TargetError(Finding("output.write-protected"), file=target_path)
     return target
 
 
@@ -146,7 +146,7 @@ def atomic_group(
     # system.
     key = secrets.token_hex(6)
     temporaries = [t.with_name(f".vom-{key}-{i}.part{t.suffix}") for i, t in enumerate(targets)]
-    shown = dict(zip(temporaries, map(Path, paths), strict=True))
+    target_by_temporary = dict(zip(temporaries, map(Path, paths), strict=True))
     current = temporaries[0]
     try:
         for current in temporaries:
@@ -159,7 +159,7 @@ def atomic_group(
         stop_requests.check()
         _rename_all(temporaries, targets, key)
     except Exception as error:
-        disk_error = _disk_error(error, current, shown)
+        disk_error = _disk_error(error, current, target_by_temporary)
         if disk_error is None:
             raise
         raise disk_error from error
@@ -246,7 +246,7 @@ def _rename_all(temporary_paths: list[Path], targets: list[Path], key: str) -> N
         os.replace(temporary_paths[0], targets[0])
         return
     backups: dict[Path, Path] = {}
-    renamed_items: list[Path] = []
+    renamed_paths: list[Path] = []
     try:
         for i, target in enumerate(targets):
             if target.exists():
@@ -255,16 +255,16 @@ def _rename_all(temporary_paths: list[Path], targets: list[Path], key: str) -> N
                 )
         for temporary_path, target in zip(temporary_paths, targets, strict=True):
             os.replace(temporary_path, target)
-            renamed_items.append(target)
+            renamed_paths.append(target)
     except BaseException:
-        for target in renamed_items:
+        for target in renamed_paths:
             if target not in backups:
                 with contextlib.suppress(OSError):
                     target.unlink()
         for target, backup in backups.items():
             # If this fails too, the previous file is still available under its backup name.
             with contextlib.suppress(OSError):
-                if target in renamed_items or not target.exists():
+                if target in renamed_paths or not target.exists():
                     os.replace(backup, target)
                 else:
                     backup.unlink()
@@ -289,9 +289,9 @@ def write_bytes(path: str | Path, data: bytes, *, force: bool = False) -> None:
         temporary.write_bytes(data)
 
 
-def _is_same_file(target: Path, other: str | Path) -> bool:
+def _is_same_file(target: Path, other_path: str | Path) -> bool:
     try:
-        return target.samefile(other)
+        return target.samefile(other_path)
     except (OSError, ValueError):  # a missing input is reported by its reader
         return False
 

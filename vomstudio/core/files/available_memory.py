@@ -52,14 +52,14 @@ def group_bytes(groups: Path = _GROUPS, membership: Path = Path("/proc/self/cgro
     membership : Path
         File that lists the groups of this process.
     """
-    remaining_values = [
+    remaining_limits = [
         limit - used_bytes
         for folder, limit_name, used_name, files in _control_groups(groups, membership)
         if (limit := _number(folder / limit_name)) is not None
         and limit < _UNLIMITED
         and (used_bytes := _used_bytes(folder, used_name, files)) is not None
     ]
-    return max(min(remaining_values), 0) if remaining_values else None
+    return max(min(remaining_limits), 0) if remaining_limits else None
 
 
 def _control_groups(

@@ -33,35 +33,35 @@ def require_inside(path: str | Path, root: str | Path) -> Path:
     TargetError
         If the path leads out of `root`, or if the file or a folder on its path is a link.
     """
-    shown, folder = Path(path), Path(root)
+    shown_path, folder = Path(path), Path(root)
     try:
-        parts = shown.relative_to(folder).parts
+        parts = shown_path.relative_to(folder).parts
     except ValueError:
         parts = ("..",)
     if ".." in parts:
-        raise TargetError(Finding("output.outside-folder", folder=folder), file=shown)
+        raise TargetError(Finding("output.outside-folder", folder=folder), file=shown_path)
     place = folder
     for part in parts:
         place = place / part
         if _is_link(place):
-            raise TargetError(Finding("output.link", link=place), file=shown)
-    return shown
+            raise TargetError(Finding("output.link", link=place), file=shown_path)
+    return shown_path
 
 
 def check_generated_path(path: str | Path) -> Path:
     """Check the path of a generated file in a folder given by the user (`require_inside`)."""
-    shown = Path(path)
-    root = enclosing_project(shown)
+    shown_path = Path(path)
+    root = enclosing_project(shown_path)
     if root is None:
-        return require_inside(shown, shown.parent)
-    require_inside(Path.cwd() / shown, root)
-    return shown
+        return require_inside(shown_path, shown_path.parent)
+    require_inside(Path.cwd() / shown_path, root)
+    return shown_path
 
 
 def enclosing_project(path: str | Path) -> Path | None:
     """Return the outermost project folder in a path, without resolving links, or None."""
-    shown = Path(path)
-    absolute = shown if shown.is_absolute() else Path.cwd() / shown
+    shown_path = Path(path)
+    absolute = shown_path if shown_path.is_absolute() else Path.cwd() / shown_path
     return next((p for p in reversed(absolute.parents) if p.suffix == PROJECT_SUFFIX), None)
 
 
@@ -96,16 +96,16 @@ def make_folder(path: str | Path, root: str | Path | None = None) -> Path:
     if project is not None and not project.is_dir():
         # A new folder that contains only a cache would look like a project.
         raise TargetError(Finding("project.folder-missing"), file=project)
-    created = Path(path)
-    created.mkdir(parents=True, exist_ok=True)
-    return created
+    new_folder = Path(path)
+    new_folder.mkdir(parents=True, exist_ok=True)
+    return new_folder
 
 
 def refuse_links(folder: str | Path) -> None:
     """Raise TargetError if a folder or any of its subfolders contains a link, pipe or device."""
-    for here, folders, names in os.walk(folder):
+    for folder_path, folders, names in os.walk(folder):
         for name in (*folders, *names):
-            place = require_inside(Path(here, name), here)
+            place = require_inside(Path(folder_path, name), folder_path)
             if name in names and place.exists() and not is_regular(place):
                 raise TargetError(Finding("file.device-in-folder"), file=place)
 

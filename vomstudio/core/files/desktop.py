@@ -78,7 +78,7 @@ def uninstall() -> list[Path]:
     TargetError
         If a file cannot be removed.
     """
-    removed_items = []
+    removed_paths = []
     for path in _installed_paths():
         try:
             path.unlink()
@@ -88,10 +88,10 @@ def uninstall() -> list[Path]:
             raise TargetError(
                 Finding("file.not-removed", reason=error.strerror), file=path
             ) from error
-        removed_items.append(path)
-    if removed_items:
+        removed_paths.append(path)
+    if removed_paths:
         _refresh_indexes()
-    return removed_items
+    return removed_paths
 
 
 def _data_folder() -> Path:

@@ -111,8 +111,8 @@ def damage_reason(error: BaseException) -> str:
 
 def write_error(path: str | Path, error: BaseException) -> TargetError:
     """Return the error for an output that could not be written, with its cause."""
-    shown = Path(path)
-    number = _number(shown.parent, error)
+    target_path = Path(path)
+    number = _number(target_path.parent, error)
     if number in _DISK_FULL_ERRNOS or _sqlite_code(error) == sqlite3.SQLITE_FULL:
         finding = Finding("disk.full")
     elif number == errno.EROFS:
@@ -124,10 +124,12 @@ def write_error(path: str | Path, error: BaseException) -> TargetError:
     else:
         reason = getattr(error, "strerror", None) or error
         finding = Finding("output.unwritable", reason=reason)
-    return TargetError(finding, file=shown)
+    return TargetError(finding, file=target_path)
 
 
 def folder_write_error(folder: str | Path, error: BaseException) -> TargetError:
     """Return the error for a results folder that a library could not write to."""
-    shown = Path(folder)
-    return TargetError(Finding("disk.failed", reason=failure_reason(shown, error)), file=shown)
+    target_folder = Path(folder)
+    return TargetError(
+        Finding("disk.failed", reason=failure_reason(target_folder, error)), file=target_folder
+    )

@@ -60,12 +60,15 @@ def limit_to_free_memory() -> Iterator[None]:
     Otherwise the operating system would end this or another process. Reading a file inside the
     block may lower the limit.
     """
-    used_private_bytes, free = private_bytes(), free_bytes()
-    if not _is_enabled or used_private_bytes is None or free is None:
+    used_private_bytes, available = private_bytes(), free_bytes()
+    if not _is_enabled or used_private_bytes is None or available is None:
         yield
         return
     with _limit_private_memory(
-        used_private_bytes + free + _ALLOWANCE_BYTES + _BYTES_PER_PROCESSOR * (os.cpu_count() or 1)
+        used_private_bytes
+        + available
+        + _ALLOWANCE_BYTES
+        + _BYTES_PER_PROCESSOR * (os.cpu_count() or 1)
     ):
         yield
 
@@ -123,7 +126,7 @@ def _file_limit(path: Path) -> int | None:
             size = sum(entry.stat().st_size for entry in os.scandir(path.parent))
     except OSError:
         return None
-    needed_values = _ALLOWANCE_BYTES + size * _BYTES_PER_FILE_BYTE_BY_SUFFIX.get(
+    needed_limit = _ALLOWANCE_BYTES + size * _BYTES_PER_FILE_BYTE_BY_SUFFIX.get(
         path.suffix.lower(), _BYTES_PER_FILE_BYTE
     )
-    return used_private_bytes + min(needed_values, total)
+    return used_private_bytes + min(needed_limit, total)

@@ -73,15 +73,15 @@ def require_regular_siblings(path: str | Path) -> None:
     Use this check for libraries that also open files next to the given one and would block on such
     a file.
     """
-    shown = Path(path)
-    stem = shown.stem.casefold()
+    shown_path = Path(path)
+    stem = shown_path.stem.casefold()
     try:
-        with os.scandir(shown.parent) as entries:
+        with os.scandir(shown_path.parent) as entries:
             names = [e.name for e in entries if e.name.casefold().startswith(stem)]
     except (OSError, ValueError):
         return
     for name in sorted(names):
-        sibling = shown.parent / name
+        sibling = shown_path.parent / name
         try:
             mode = os.stat(sibling).st_mode
         except OSError:

@@ -31,9 +31,9 @@ def _first_writable(default: Path) -> Path:
         return default
     # Use a fixed name so that work can be found after a crash.
     user = os.getuid() if hasattr(os, "getuid") else os.environ.get("USERNAME", "user")
-    fallback = Path(tempfile.gettempdir()) / f"vomstudio-{user}"
-    if _is_private(fallback):
-        return fallback
+    temporary_folder = Path(tempfile.gettempdir()) / f"vomstudio-{user}"
+    if _is_private(temporary_folder):
+        return temporary_folder
     try:
         return Path(tempfile.mkdtemp(prefix="vomstudio-"))
     except OSError:

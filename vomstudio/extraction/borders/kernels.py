@@ -68,13 +68,13 @@ def thin_cells(points, cell_starts, x, y, cells_per_unit, columns, max_points, i
     """
     squares, total, first = len(is_occupied), 0, 0
     for c in range(len(cell_starts) - 1):
-        last = cell_starts[c + 1]
-        is_crowded = last - first > max_points
+        last_point = cell_starts[c + 1]
+        is_crowded = last_point - first > max_points
         if is_crowded:
             is_occupied[:] = False
         u, v = c % columns, c // columns
         cell_starts[c] = total
-        for p in range(first, last):
+        for p in range(first, last_point):
             a, b = points[p, 0], points[p, 1]
             if is_crowded:
                 i = min(max(int(((a - x) * cells_per_unit - u) * squares), 0), squares - 1)
@@ -84,7 +84,7 @@ def thin_cells(points, cell_starts, x, y, cells_per_unit, columns, max_points, i
                 is_occupied[i, j] = True
             points[total, 0], points[total, 1] = a, b
             total += 1
-        first = last
+        first = last_point
     cell_starts[len(cell_starts) - 1] = total
     return total
 
@@ -130,10 +130,10 @@ def _arcs(points, cell_starts, columns, c, p, reach, radius, near, arcs):  # typ
         first = c + row * columns
         for q in range(cell_starts[first - reach], cell_starts[first + reach + 1]):
             dx, dy = points[q, 0] - x, points[q, 1] - y
-            far = math.sqrt(dx * dx + dy * dy)
-            if far >= 2.0 * radius or far == 0.0 or number == len(near):
+            distance = math.sqrt(dx * dx + dy * dy)
+            if distance >= 2.0 * radius or distance == 0.0 or number == len(near):
                 continue
-            half = math.acos(far / (2.0 * radius))
+            half = math.acos(distance / (2.0 * radius))
             near[number] = q
             arcs[number, 0], arcs[number, 1] = math.atan2(dy, dx) - half, 2.0 * half
             number += 1

@@ -97,9 +97,11 @@ def _close_gaps(lines: FloatArray, ends: IntArray, pieces: IntArray, width: floa
     parts = []
     for rows in np.split(np.argsort(pieces, kind="stable"), np.cumsum(np.bincount(pieces))[:-1]):
         parts.append(_polygonize(lines[rows[_find_free_edges(ends[rows])]]))
-    whole = shapely.union_all(parts)
-    wider = shapely.buffer(whole, width, join_style="mitre")
-    return shapely.union(whole, shapely.buffer(wider, -width, join_style="mitre"))
+    merged_polygon = shapely.union_all(parts)
+    widened_polygon = shapely.buffer(merged_polygon, width, join_style="mitre")
+    return shapely.union(
+        merged_polygon, shapely.buffer(widened_polygon, -width, join_style="mitre")
+    )
 
 
 def enclose_points(
@@ -125,18 +127,18 @@ def enclose_points(
         Axes of these coordinates.
     """
     axes = plane_axes(normal)
-    flat_values, ends = np.empty((len(points), 2)), np.zeros((2, 2))
+    plane_coordinates, ends = np.empty((len(points), 2)), np.zeros((2, 2))
     flatten_points(
         to_kernel_array(points, np.float64),
         axes,
         to_kernel_array(centre, np.float64),
-        flat_values,
+        plane_coordinates,
         ends,
     )
     radius = _gap_radius(len(points)) * spacing
-    lines = _trace_boundary_lines(flat_values, ends, spacing, radius)
+    lines = _trace_boundary_lines(plane_coordinates, ends, spacing, radius)
     return _polygonize(
-        _triangulated_boundary_lines(flat_values, radius) if lines is None else lines
+        _triangulated_boundary_lines(plane_coordinates, radius) if lines is None else lines
     ), axes
 
 
@@ -224,9 +226,9 @@ def _triangulated_boundary_lines(plane_coordinates: FloatArray, radius: float) -
         return np.zeros((0, 2, 2))
     a, b, c = (plane_coordinates[triangles[:, i]] for i in range(3))
     ab, bc, ca = (np.linalg.norm(p - q, axis=1) for p, q in ((a, b), (b, c), (c, a)))
-    cross = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+    doubled_areas = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
     with np.errstate(divide="ignore", invalid="ignore"):
-        small_triangles = triangles[ab * bc * ca / (2.0 * cross) <= radius]
+        small_triangles = triangles[ab * bc * ca / (2.0 * doubled_areas) <= radius]
     ends = np.stack([small_triangles, np.roll(small_triangles, -1, axis=1)], axis=2).reshape(-1, 2)
     return (
         plane_coordinates[ends[_find_free_edges(ends)]]
@@ -270,11 +272,11 @@ def to_wkt(polygon: Any, axes: FloatArray, centre: FloatArray, tolerance: float)
         return None
     text = ""
     for _ in range(12):
-        thin = shapely.simplify(polygon, tolerance, preserve_topology=True)
-        if not thin.is_empty:
-            flat_coordinates = shapely.get_coordinates(thin)
+        simplified_polygon = shapely.simplify(polygon, tolerance, preserve_topology=True)
+        if not simplified_polygon.is_empty:
+            flat_coordinates = shapely.get_coordinates(simplified_polygon)
             world = shapely.set_coordinates(
-                shapely.force_3d(thin), centre + flat_coordinates @ axes
+                shapely.force_3d(simplified_polygon), centre + flat_coordinates @ axes
             )
             text = shapely.to_wkt(world, rounding_precision=4)
             if len(text) <= _MAX_TEXT_LENGTH:

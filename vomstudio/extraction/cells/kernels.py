@@ -59,10 +59,10 @@ def assign_points(  # type: ignore[no-untyped-def]
             open_rows[p] = True
             if not is_known:
                 continue
-            best, min_value = -1, math.inf
+            best_plane, min_value = -1, math.inf
             for k in range(starts[c] - 1, starts[c + 1]):
                 f = own_label if k < starts[c] else labels[neighbours[k]]
-                if f < 0 or f == best:
+                if f < 0 or f == best_plane:
                     continue
                 distance = abs(
                     (points[p, 0] - centres[f, 0]) * facing_normals[f, 0]
@@ -79,9 +79,9 @@ def assign_points(  # type: ignore[no-untyped-def]
                     if not cosine >= least_cosine:
                         limit *= 0.5
                 if distance <= limit and distance < min_value:
-                    best, min_value = f, distance
-            out[p] = best
-            open_rows[p] = is_mixed or best < 0
+                    best_plane, min_value = f, distance
+            out[p] = best_plane
+            open_rows[p] = is_mixed or best_plane < 0
 
 
 @kernel("void(i8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1])")
@@ -110,14 +110,14 @@ def describe_cells(  # type: ignore[no-untyped-def]
     `max_variation`, its own scatter is used.
     """
     for c in range(len(count)):
-        smallest, middle, largest = spreads[c, 0], spreads[c, 1], spreads[c, 2]
+        smallest_spread, middle, largest_spread = spreads[c, 0], spreads[c, 1], spreads[c, 2]
         x, y, z = normals[c, 0], normals[c, 1], normals[c, 2]
         # In a disc of area A, the variance along each diameter is A / (4 pi).
-        area[c] = 4.0 * math.pi * math.sqrt(max(middle * largest, 0.0)) / count[c]
-        variation[c] = smallest / max(smallest + middle + largest, 1e-300)
-        square = smallest
+        area[c] = 4.0 * math.pi * math.sqrt(max(middle * largest_spread, 0.0)) / count[c]
+        variation[c] = smallest_spread / max(smallest_spread + middle + largest_spread, 1e-300)
+        square = smallest_spread
         points = cell_starts[c + 1] - cell_starts[c]
-        if not middle > 1e-9 * largest:
+        if not middle > 1e-9 * largest_spread:
             normals[c, 0], normals[c, 1], normals[c, 2] = math.nan, math.nan, math.nan
             x, y, z = 0.0, 0.0, 0.0
         if points >= min_points and variation[c] <= max_variation:

@@ -140,16 +140,16 @@ def find_cell_planes(
         point_labels,
         is_open,
     )
-    point_values = np.empty((n, 3)), np.empty(n), np.empty(n), np.empty(n)
+    point_planes = np.empty((n, 3)), np.empty(n), np.empty(n), np.empty(n)
     copy_to_points(
         grid.begins,
         to_kernel_array(cells.normals, np.float64),
         cells.variation,
         cells.areas,
         cells.noise,
-        *point_values,
+        *point_planes,
     )
-    return grid, CellPlanes(point_labels, is_open, *point_values, width)
+    return grid, CellPlanes(point_labels, is_open, *point_planes, width)
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,7 +208,7 @@ def _cell_elements(
     Return None if a sample shows that the cells are far from flat.
     """
     m = len(grid.keys)
-    starts, near = grid.around()
+    starts, neighbours = grid.around()
     means, inner_values = np.empty((m, 3)), np.empty((m, 6))
     cell_moments(grid.places, grid.begins, means, inner_values)
     count, normals, spreads = np.empty(m, np.int64), np.empty((m, 3)), np.empty((m, 3))
@@ -221,7 +221,7 @@ def _cell_elements(
             means,
             inner_values,
             starts,
-            near,
+            neighbours,
             count,
             normals,
             spreads,
@@ -233,11 +233,8 @@ def _cell_elements(
         for first in runs.tolist():
             work(slice(first, first + _SAMPLE_RUN_CELLS))
         sampled = (runs[:, None] + np.arange(_SAMPLE_RUN_CELLS)).ravel()
-        flat_values = spreads[sampled, 0] / np.maximum(spreads[sampled].sum(axis=1), 1e-300)
-        if (
-            float(np.median(np.repeat(flat_values, points[sampled])))
-            > _SAMPLE_MARGIN * max_variation
-        ):
+        flatness = spreads[sampled, 0] / np.maximum(spreads[sampled].sum(axis=1), 1e-300)
+        if float(np.median(np.repeat(flatness, points[sampled]))) > _SAMPLE_MARGIN * max_variation:
             return None
     run_in_blocks(work, m, progress, _BLOCK_CELLS)
     area, variation, noise = np.empty(m), np.empty(m), np.empty(m)
@@ -264,7 +261,7 @@ def _cell_elements(
         np.sqrt(area),
         noise,
         starts,
-        near,
+        neighbours,
         np.arange(m),
         np.arange(m),
     ), count

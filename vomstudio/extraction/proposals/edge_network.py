@@ -83,12 +83,12 @@ class EdgeNetwork:
             _tile_starts(height, total_height, up),
             _tile_starts(width, total_width, left),
         )
-        done = 0
+        done_count = 0
         progress.stage(tr("Detecting edges"), len(rows) * len(columns))
         for row in rows:
             for column in columns:
-                progress.step(done)
-                done += 1
+                progress.step(done_count)
+                done_count += 1
                 part = picture[row : row + total_height, column : column + total_width]
                 answer = self._run(part, total_height, total_width)
                 # Within the margin, the adjacent tile is more reliable.
@@ -146,10 +146,10 @@ class EdgeNetwork:
         import cv2
 
         high, broad = part.shape[:2]
-        full = cv2.copyMakeBorder(
+        padded_picture = cv2.copyMakeBorder(
             np.ascontiguousarray(part), 0, height - high, 0, width - broad, cv2.BORDER_REPLICATE
         )
-        values = full.astype(np.float32) / 255.0
+        values = padded_picture.astype(np.float32) / 255.0
         blob = (values @ _GREY_WEIGHTS)[None] if self.channels == 1 else values.transpose(2, 0, 1)
         try:
             with limit_for_file(self.path):

@@ -126,26 +126,27 @@ def _edges_of_points(
     from PIL import Image
     from scipy.ndimage import distance_transform_edt
 
-    finite_rows = np.flatnonzero(np.isfinite(points).all(axis=1))
-    local_points = points[finite_rows] - points[finite_rows].mean(axis=0)
+    finite_indices = np.flatnonzero(np.isfinite(points).all(axis=1))
+    local_points = points[finite_indices] - points[finite_indices].mean(axis=0)
     axes = np.linalg.svd(local_points[:: max(1, len(local_points) // 20_000)], full_matrices=False)[
         2
     ]
     cross_axes, normal = axes[:2], axes[2] if axes[2][2] >= 0.0 else -axes[2]
-    flat_values, depth = local_points @ cross_axes.T, local_points @ normal
-    low = flat_values.min(axis=0)
+    plane_coordinates, depth = local_points @ cross_axes.T, local_points @ normal
+    low = plane_coordinates.min(axis=0)
     pixel = max(
-        _PIXEL_SPACINGS * spacing, float(np.ptp(flat_values, axis=0).max()) / (_MAX_SIDE_PX - 1)
+        _PIXEL_SPACINGS * spacing,
+        float(np.ptp(plane_coordinates, axis=0).max()) / (_MAX_SIDE_PX - 1),
     )
-    column, row = np.floor((flat_values - low) / pixel).astype(np.int64).T
+    column, row = np.floor((plane_coordinates - low) / pixel).astype(np.int64).T
     shape = int(row.max()) + 1, int(column.max()) + 1
     order = np.argsort(depth, kind="stable")
     picture = np.zeros((*shape, 3), np.uint8)
-    nearest_values = np.full(shape, -np.inf)
+    nearest_depths = np.full(shape, -np.inf)
     # Write points from back to front, so that the nearest point remains.
-    picture[row[order], column[order]] = colours[finite_rows[order]]
-    nearest_values[row[order], column[order]] = depth[order]
-    gaps = ~np.isfinite(nearest_values)
+    picture[row[order], column[order]] = colours[finite_indices[order]]
+    nearest_depths[row[order], column[order]] = depth[order]
+    gaps = ~np.isfinite(nearest_depths)
     position = distance_transform_edt(gaps, return_distances=False, return_indices=True)
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / "points.png"
@@ -154,6 +155,6 @@ def _edges_of_points(
     with open_picture(edge_picture) as image:
         edges = np.asarray(image.convert("L"))
     values = np.full(len(points), 255, np.uint8)
-    is_visible = depth >= nearest_values[row, column] - _DEPTH_SPACINGS * spacing
-    values[finite_rows[is_visible]] = edges[row[is_visible], column[is_visible]]
+    is_visible = depth >= nearest_depths[row, column] - _DEPTH_SPACINGS * spacing
+    values[finite_indices[is_visible]] = edges[row[is_visible], column[is_visible]]
     return values

@@ -65,9 +65,11 @@ def simplify_line(line: FloatArray, max_distance: float, max_points: int) -> Int
     """
     rows = [0, len(line) - 1]
     while len(rows) < max_points:
-        deviations = [_find_farthest_vertex(line, one, other) for one, other in pairwise(rows)]
-        off, row = max(deviations, default=(0.0, 0))
-        if off <= max_distance:
+        deviations = [
+            _find_farthest_vertex(line, start_row, end_row) for start_row, end_row in pairwise(rows)
+        ]
+        max_deviation, row = max(deviations, default=(0.0, 0))
+        if max_deviation <= max_distance:
             break
         rows = sorted({*rows, row})
     return np.array(sorted(set(rows)), np.int64)
@@ -88,7 +90,7 @@ def _find_farthest_vertex(line: FloatArray, first: int, last: int) -> tuple[floa
 def _densify_line(line: FloatArray, max_distance: float) -> FloatArray:
     """Add points between vertices, at most half of `max_distance` apart, within limits."""
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
-    far = np.concatenate([[0.0], np.cumsum(steps)])
-    count = int(np.clip(np.ceil(2.0 * far[-1] / max_distance), 1, 100_000)) + 1
-    position = np.linspace(0.0, far[-1], count)
-    return np.column_stack([np.interp(position, far, axis) for axis in line.T])
+    arc_lengths = np.concatenate([[0.0], np.cumsum(steps)])
+    count = int(np.clip(np.ceil(2.0 * arc_lengths[-1] / max_distance), 1, 100_000)) + 1
+    position = np.linspace(0.0, arc_lengths[-1], count)
+    return np.column_stack([np.interp(position, arc_lengths, axis) for axis in line.T])

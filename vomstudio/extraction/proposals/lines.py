@@ -75,8 +75,8 @@ def compute_evidence(graph: Graph, cost: str) -> FloatArray:
     raw = -contact_values(graph, cost)
     is_unknown = ~np.isfinite(raw)
     raw[is_unknown] = np.median(raw[~is_unknown]) if not is_unknown.all() else 0.0
-    fine = smooth_values(graph, raw, _EVIDENCE_SMOOTHINGS)
-    deviation = fine - smooth_values(graph, fine, _BACKGROUND_SMOOTHINGS)
+    smoothed_evidence = smooth_values(graph, raw, _EVIDENCE_SMOOTHINGS)
+    deviation = smoothed_evidence - smooth_values(graph, smoothed_evidence, _BACKGROUND_SMOOTHINGS)
     spread = 1.4826 * float(np.median(np.abs(deviation)))
     # Rounding errors of constant values are not noise.
     if spread <= 1e-9 * float(np.abs(raw).max(initial=0.0)):
@@ -145,28 +145,28 @@ def simulate_strengths(
         median = np.median(pool)
         low = pool[pool <= median]
         pool = np.concatenate([low, (2.0 * median - low)[::-1]])
-    random_values = np.random.default_rng(_SEED)
-    times = _match_smoothing(graph, evidence, random_values)
+    generator = np.random.default_rng(_SEED)
+    times = _match_smoothing(graph, evidence, generator)
     fractions = (np.arange(len(evidence)) + 0.5) / max(len(evidence), 1)
     values = np.interp(fractions, (np.arange(len(pool)) + 0.5) / len(pool), pool)
-    strongest_values = np.zeros(N_SURROGATES)
+    null_strengths = np.zeros(N_SURROGATES)
     for i in range(N_SURROGATES):
         check(i)
-        noise = smooth_values(graph, random_values.standard_normal(len(evidence)), times)
+        noise = smooth_values(graph, generator.standard_normal(len(evidence)), times)
         surrogate = np.empty(len(noise))
         surrogate[np.argsort(noise)] = values
         lines = find_lines(graph, surrogate, min_length, 1)
-        strongest_values[i] = lines[0].strength if lines else 0.0
-    return np.sort(strongest_values)
+        null_strengths[i] = lines[0].strength if lines else 0.0
+    return np.sort(null_strengths)
 
 
-def line_p_value(strength: float, strongest_values: FloatArray) -> float:
+def line_p_value(strength: float, null_strengths: FloatArray) -> float:
     """Return the p-value of a line, the probability that noise contains one as strong.
 
     Parameters
     ----------
     strength : float
-    strongest_values : (k,) ndarray
+    null_strengths : (k,) ndarray
         Sorted strengths of the strongest lines in the noise surrogates.
 
     Returns
@@ -174,18 +174,18 @@ def line_p_value(strength: float, strongest_values: FloatArray) -> float:
     float
         p-value between 1 / (k + 1) and 1.
     """
-    reached_count = len(strongest_values) - int(
-        np.searchsorted(strongest_values, strength, side="left")
+    reached_count = len(null_strengths) - int(
+        np.searchsorted(null_strengths, strength, side="left")
     )
-    return (1 + reached_count) / (1 + len(strongest_values))
+    return (1 + reached_count) / (1 + len(null_strengths))
 
 
 def _match_smoothing(graph: Graph, evidence: FloatArray, random: np.random.Generator) -> int:
     """Return the number of smoothing passes at which noise is as correlated as the evidence."""
     source = np.repeat(np.arange(len(evidence)), np.diff(graph.starts))
     calm = np.abs(evidence) < _MAX_NOISE
-    both = calm[source] & calm[graph.near]
-    target = _correlation(evidence, source[both], graph.near[both])
+    is_calm_pair = calm[source] & calm[graph.near]
+    target = _correlation(evidence, source[is_calm_pair], graph.near[is_calm_pair])
     noise = random.standard_normal(len(evidence))
     # A difference that may be random does not require another pass.
     tolerance = 2.0 / np.sqrt(max(len(evidence), 1))
@@ -216,36 +216,39 @@ def _pieces(graph: Graph, nodes: IntArray, min_arcs: float) -> Iterator[tuple[In
     number[nodes] = np.arange(len(nodes))
     count = np.diff(graph.starts)[nodes]
     index = np.repeat(graph.starts[nodes] - (np.cumsum(count) - count), count)
-    one = np.repeat(np.arange(len(nodes)), count)
-    other = number[graph.near[index + np.arange(len(index))]]
-    is_inside = other >= 0
-    one, other = one[is_inside], other[is_inside]
-    arcs = csr_array((np.ones(len(one), np.int8), (one, other)), shape=(len(nodes),) * 2)
+    source_numbers = np.repeat(np.arange(len(nodes)), count)
+    neighbour_numbers = number[graph.near[index + np.arange(len(index))]]
+    is_inside = neighbour_numbers >= 0
+    source_numbers, neighbour_numbers = source_numbers[is_inside], neighbour_numbers[is_inside]
+    arcs = csr_array(
+        (np.ones(len(source_numbers), np.int8), (source_numbers, neighbour_numbers)),
+        shape=(len(nodes),) * 2,
+    )
     pieces, label = connected_components(arcs, directed=False)
     order = np.argsort(label, kind="stable")
     place = np.empty(len(order), np.int64)
     place[order] = np.arange(len(order))
-    order_by_source = np.argsort(place[one], kind="stable")
-    near = place[other[order_by_source]]
-    starts = np.concatenate([[0], np.cumsum(np.bincount(place[one], minlength=len(nodes)))]).astype(
-        np.int64
-    )
+    order_by_source = np.argsort(place[source_numbers], kind="stable")
+    neighbours = place[neighbour_numbers[order_by_source]]
+    starts = np.concatenate(
+        [[0], np.cumsum(np.bincount(place[source_numbers], minlength=len(nodes)))]
+    ).astype(np.int64)
     ends = np.concatenate([[0], np.cumsum(np.bincount(label, minlength=pieces))])
-    for first, last in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
+    for first, last_row in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
         # An arc can be several times longer than the typical arc.
-        if 3 * (last - first) < min_arcs or last - first < 2:
+        if 3 * (last_row - first) < min_arcs or last_row - first < 2:
             continue
-        piece_nodes = nodes[order[first:last]]
-        begin, end = starts[first], starts[last]
+        piece_nodes = nodes[order[first:last_row]]
+        begin, end = starts[first], starts[last_row]
         yield (
             piece_nodes,
             Graph(
                 np.ascontiguousarray(graph.places[piece_nodes]),
-                starts[first : last + 1] - begin,
-                (near[begin:end] - first).astype(np.int32),
+                starts[first : last_row + 1] - begin,
+                (neighbours[begin:end] - first).astype(np.int32),
                 None,
                 {},
-                partial(np.zeros, last - first),
+                partial(np.zeros, last_row - first),
                 piece_nodes,
             ),
         )
@@ -280,8 +283,8 @@ def _trace_lines(
                 strength = mean * float(np.sqrt(length_on / arc))
                 lines.append(LineCandidate(part_nodes[nodes_on], length_on, mean, strength))
         width = max(3.0 * arc, 1.5 * len(part_nodes) * arc / len(path))
-        far = cKDTree(part.places[path]).query(part.places)[0] > width
-        branch_nodes = np.flatnonzero(far)
+        is_far = cKDTree(part.places[path]).query(part.places)[0] > width
+        branch_nodes = np.flatnonzero(is_far)
         remaining += [
             (part_nodes[rows], branch)
             for rows, branch in _pieces(part, branch_nodes, min_length / arc)
@@ -291,7 +294,7 @@ def _trace_lines(
 
 def _cut_turns(positions: FloatArray, path: IntArray) -> list[IntArray]:
     """Cut a path where it turns back, and return the parts that are straight enough."""
-    straight_items, remaining = [], [path]
+    straight_paths, remaining = [], [path]
     while remaining:
         part = remaining.pop()
         if len(part) < 3:
@@ -300,14 +303,14 @@ def _cut_turns(positions: FloatArray, path: IntArray) -> list[IntArray]:
         chord = line[-1] - line[0]
         chord_length = float(np.linalg.norm(chord))
         if chord_length >= _MIN_STRAIGHTNESS * _length(line):
-            straight_items.append(part)
+            straight_paths.append(part)
             continue
         offsets = line - line[0]
         if chord_length > 0.0:
             offsets = offsets - np.outer(offsets @ chord / chord_length**2, chord)
         turn = 1 + int(np.linalg.norm(offsets, axis=1)[1:-1].argmax())
         remaining += [part[: turn + 1], part[turn:]]
-    return straight_items
+    return straight_paths
 
 
 def _length(positions: FloatArray) -> float:
@@ -320,12 +323,12 @@ def _longest_path(piece: Graph, evidence: FloatArray) -> IntArray:
     from scipy.sparse.csgraph import dijkstra
 
     source = np.repeat(np.arange(len(piece.places)), np.diff(piece.starts))
-    far = np.linalg.norm(piece.places[piece.near] - piece.places[source], axis=1)
+    edge_lengths = np.linalg.norm(piece.places[piece.near] - piece.places[source], axis=1)
     shape = (len(piece.places),) * 2
-    arcs = csr_array((np.maximum(far, 1e-12), piece.near, piece.starts), shape=shape)
-    one = int(np.argmax(dijkstra(arcs, indices=0)))
-    other = int(np.argmax(dijkstra(arcs, indices=one)))
+    arcs = csr_array((np.maximum(edge_lengths, 1e-12), piece.near, piece.starts), shape=shape)
+    start_node = int(np.argmax(dijkstra(arcs, indices=0)))
+    end_node = int(np.argmax(dijkstra(arcs, indices=start_node)))
     costs = 1.0 / np.maximum(evidence, _MIN_EVIDENCE) ** 2
-    path = shortest_path(piece, one, other, costs)
+    path = shortest_path(piece, start_node, end_node, costs)
     assert path is not None
     return path

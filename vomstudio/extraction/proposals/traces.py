@@ -140,10 +140,10 @@ def propose_traces(
     evidence = compute_evidence(graph, cost)
     progress.step(0)
     lines = find_lines(graph, evidence, min_length, options.max_lines)
-    strongest_values = np.zeros(0)
+    null_strengths = np.zeros(0)
     if lines:
         progress.stage(tr("Comparing with noise"), SURROGATES)
-        strongest_values = simulate_strengths(graph, evidence, name, min_length, progress.step)
+        null_strengths = simulate_strengths(graph, evidence, name, min_length, progress.step)
     vertices = index_vertices(whole_surface)
     proposals = []
     for i, line in enumerate(lines):
@@ -168,7 +168,7 @@ def propose_traces(
                 points,
                 line.length,
                 line.evidence,
-                line_p_value(line.strength, strongest_values),
+                line_p_value(line.strength, null_strengths),
                 plane,
                 band,
             )

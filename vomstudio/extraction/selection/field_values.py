@@ -49,10 +49,10 @@ def field_range(data: Mesh | PointCloud, to_world: FloatArray, name: str) -> tup
         Limits of the field; NaN if it has no values.
     """
     values = _values(data, to_world, name)
-    finite_values = values[np.isfinite(values)] if values.dtype.kind == "f" else values
+    finite_field = values[np.isfinite(values)] if values.dtype.kind == "f" else values
     return (
-        (float(finite_values.min()), float(finite_values.max()))
-        if len(finite_values)
+        (float(finite_field.min()), float(finite_field.max()))
+        if len(finite_field)
         else (np.nan, np.nan)
     )
 
@@ -110,8 +110,10 @@ class ElementColours:
             colours = np.clip(np.round(textures.vertex_colours), 0, 255).astype(np.uint8)
         if colours is None or isinstance(data, StreamedCloud):
             raise GeometryError(Finding("model.no-colours"))
-        small = (np.asarray(colours) // (256 // _COLOUR_STEPS)).astype(np.int32)
-        self._codes = (small[:, 0] * _COLOUR_STEPS + small[:, 1]) * _COLOUR_STEPS + small[:, 2]
+        colour_classes = (np.asarray(colours) // (256 // _COLOUR_STEPS)).astype(np.int32)
+        self._codes = (
+            colour_classes[:, 0] * _COLOUR_STEPS + colour_classes[:, 1]
+        ) * _COLOUR_STEPS + colour_classes[:, 2]
 
     def like(self, ids: IntArray, tolerance: float) -> BoolArray:
         """Select elements whose colour is similar to the mean colour of `ids`.
@@ -162,11 +164,11 @@ def _palette() -> FloatArray:
 
 def _lab(rgb: FloatArray) -> FloatArray:
     """Convert sRGB values from 0 to 1 to CIE L*a*b* (D65; IEC 61966-2-1, CIE 15)."""
-    linear_values = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    linear_rgb = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
     to_xyz = np.array(
         [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
     )
-    xyz = linear_values @ to_xyz.T / np.array([0.95047, 1.0, 1.08883])
+    xyz = linear_rgb @ to_xyz.T / np.array([0.95047, 1.0, 1.08883])
     f = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16.0 / 116.0)
     return np.stack(
         [116.0 * f[:, 1] - 16.0, 500.0 * (f[:, 0] - f[:, 1]), 200.0 * (f[:, 1] - f[:, 2])], axis=1

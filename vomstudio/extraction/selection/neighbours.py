@@ -118,7 +118,7 @@ class MeshNeighbours:
         nodes = weld_points(self._vertices).astype(np.int32)
         self._corners = to_kernel_array(nodes[faces], np.int32)
         self._places = int(nodes.max()) + 1
-        starts, near = _faces_at(self._corners, self._places)
+        starts, neighbours = _faces_at(self._corners, self._places)
         raw_values = np.empty((len(faces), 3), np.float32)
         self._normals = np.empty((len(faces), 3), np.float32)
         self._across = np.empty((len(faces), 3), np.int32)
@@ -128,9 +128,9 @@ class MeshNeighbours:
 
         def average_normals(rows: slice) -> None:
             smooth_normals(
-                self._corners[rows], starts, near, raw_values, rows.start, self._normals[rows]
+                self._corners[rows], starts, neighbours, raw_values, rows.start, self._normals[rows]
             )
-            find_adjacent_faces(self._corners, starts, near, rows.start, self._across[rows])
+            find_adjacent_faces(self._corners, starts, neighbours, rows.start, self._across[rows])
 
         run_in_blocks(compute_normals, len(faces), SilentProgress(), _BLOCK)
         run_in_blocks(average_normals, len(faces), SilentProgress(), _BLOCK)
@@ -146,8 +146,8 @@ class MeshNeighbours:
         is_finite = np.isfinite(corners_xyz).all(axis=(1, 2))
         free_faces, corners_xyz = free_faces[is_finite], corners_xyz[is_finite]
         corners = nodes[self._faces[free_faces]].astype(np.int64)
-        row, side, other = neighbours_across_gaps(corners, corners_xyz, is_free[free_faces])
-        self._across[free_faces[row], side] = free_faces[other]
+        row, side, second_row = neighbours_across_gaps(corners, corners_xyz, is_free[free_faces])
+        self._across[free_faces[row], side] = free_faces[second_row]
 
     def piece(
         self, seed: int, *, angle_deg: float, distance: float, left_out: BoolArray | None
@@ -160,10 +160,10 @@ class MeshNeighbours:
         if not np.isfinite(self._normals[seed, 0]):
             # If the face has no area, start from one of its neighbours.
             ring = np.flatnonzero(self.wider(_single_mask(seed, n)))
-            usable = ring[np.isfinite(self._normals[ring, 0])]
-            if not len(usable):
+            usable_ring = ring[np.isfinite(self._normals[ring, 0])]
+            if not len(usable_ring):
                 return GrownPiece(_single_mask(seed, n), 1, False)
-            seed = int(usable[0])
+            seed = int(usable_ring[0])
         count = grow_faces(
             self._vertices,
             self._faces,
@@ -184,12 +184,12 @@ class MeshNeighbours:
     def wider(self, selection: BoolArray) -> BoolArray:
         from vomstudio.extraction.selection.region_kernels import find_marked_faces, mark_nodes
 
-        selected = to_kernel_array(selection, np.bool_)
+        is_selected = to_kernel_array(selection, np.bool_)
         is_marked = np.zeros(self._places, np.bool_)
         out = np.zeros(len(selection), np.bool_)
 
         def mark(rows: slice) -> None:
-            mark_nodes(self._corners[rows], selected[rows], is_marked)
+            mark_nodes(self._corners[rows], is_selected[rows], is_marked)
 
         def read(rows: slice) -> None:
             find_marked_faces(self._corners[rows], is_marked, out[rows])

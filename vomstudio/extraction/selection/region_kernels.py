@@ -62,7 +62,7 @@ def face_normals(vertices, faces, out):  # type: ignore[no-untyped-def]
 
 
 @kernel("void(i4[:,::1], i8[::1], i4[::1], f4[:,::1], i8, f4[:,::1])")
-def smooth_normals(corners, starts, near, raw, first, out):  # type: ignore[no-untyped-def]
+def smooth_normals(corners, starts, neighbours, raw, first, out):  # type: ignore[no-untyped-def]
     """Average the area-weighted normals of faces that share a corner; NaN without an area.
 
     Only faces within 60 degrees of the face `first` + row are used, regardless of their
@@ -77,7 +77,7 @@ def smooth_normals(corners, starts, near, raw, first, out):  # type: ignore[no-u
         for k in range(3):
             node = corners[row, k]
             for index in range(starts[node], starts[node + 1]):
-                o = near[index]
+                o = neighbours[index]
                 x, y, z = float(raw[o, 0]), float(raw[o, 1]), float(raw[o, 2])
                 turn = nx * x + ny * y + nz * z
                 # A surface beyond an edge must not affect the normals of this one.
@@ -93,7 +93,7 @@ def smooth_normals(corners, starts, near, raw, first, out):  # type: ignore[no-u
 
 
 @kernel("void(i4[:,::1], i8[::1], i4[::1], i8, i4[:,::1])")
-def find_adjacent_faces(corners, starts, near, first, out):  # type: ignore[no-untyped-def]
+def find_adjacent_faces(corners, starts, neighbours, first, out):  # type: ignore[no-untyped-def]
     """Find the next face in the ring at each edge of the faces from `first` on.
 
     The result is -1 if the edge is free. `corners` (n, 3) are the corner positions of all faces.
@@ -102,18 +102,18 @@ def find_adjacent_faces(corners, starts, near, first, out):  # type: ignore[no-u
         f = first + row
         for k in range(3):
             a, b = corners[f, k], corners[f, (k + 1) % 3]
-            lowest, after = -1, -1
+            lowest, second_face = -1, -1
             for index in range(starts[a], starts[a + 1]):
-                o = near[index]
+                o = neighbours[index]
                 if o == f or a == b:
                     continue
                 if corners[o, 0] != b and corners[o, 1] != b and corners[o, 2] != b:
                     continue
                 if lowest == -1 or o < lowest:
                     lowest = o
-                if o > f and (after == -1 or o < after):
-                    after = o
-            out[row, k] = after if after != -1 else lowest
+                if o > f and (second_face == -1 or o < second_face):
+                    second_face = o
+            out[row, k] = second_face if second_face != -1 else lowest
 
 
 @kernel(
@@ -176,8 +176,8 @@ def grow_faces(  # type: ignore[no-untyped-def]
 
 
 @part
-def _list_adjacent_cells(rows, columns, names, ends, ny, cell, near):  # type: ignore[no-untyped-def]
-    """List the cells adjacent to a cell, including itself, in `near`; return their number."""
+def _list_adjacent_cells(rows, columns, names, ends, ny, cell, neighbours):  # type: ignore[no-untyped-def]
+    """List the cells adjacent to a cell, including itself, in `neighbours`; return their number."""
     row, column, count = rows[cell], columns[cell], 0
     j0 = row % ny
     for dk in range(-1, 2):
@@ -190,14 +190,14 @@ def _list_adjacent_cells(rows, columns, names, ends, ny, cell, near):  # type: i
             end = ends[slot, 1]
             position = find_first_not_below(columns, column - 1, ends[slot, 0], end)
             while position < end and columns[position] <= column + 1:
-                near[count] = position
+                neighbours[count] = position
                 count += 1
                 position += 1
     return count
 
 
 @part
-def _cell_normal(points, cell_starts, near, count, cell, point_normals, normals):  # type: ignore[no-untyped-def]
+def _cell_normal(points, cell_starts, neighbours, count, cell, point_normals, normals):  # type: ignore[no-untyped-def]
     """Write the normal of a cell: the mean of the point normals, or that of their plane.
 
     The normal is infinite if the points do not define a plane.
@@ -223,7 +223,7 @@ def _cell_normal(points, cell_starts, near, count, cell, point_normals, normals)
     n, sx, sy, sz = 0.0, 0.0, 0.0, 0.0
     xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(count):
-        for o in range(cell_starts[near[k]], cell_starts[near[k] + 1]):
+        for o in range(cell_starts[neighbours[k]], cell_starts[neighbours[k] + 1]):
             dx, dy, dz = points[o, 0] - x, points[o, 1] - y, points[o, 2] - z
             n, sx, sy, sz = n + 1.0, sx + dx, sy + dy, sz + dz
             xx, yy, zz = xx + dx * dx, yy + dy * dy, zz + dz * dz
@@ -265,7 +265,7 @@ def grow_points(  # type: ignore[no-untyped-def]
     reach,
     plane,
     sums,
-    near,
+    neighbours,
     cells,
     queue,
 ):
@@ -277,8 +277,8 @@ def grow_points(  # type: ignore[no-untyped-def]
 
     `cell_starts` (c + 1,) is the first point of each cell; `point_normals` are the normals of the
     points, or empty; `normals` are those of the cells, NaN if not yet computed; `left_out` marks
-    excluded points; `is_reached` must be zero on entry; `near` and `cells` are work arrays for 27
-    cells and for all cells.
+    excluded points; `is_reached` must be zero on entry; `neighbours` and `cells` are work arrays
+    for 27 cells and for all cells.
     """
     ox, oy, oz = points[seed, 0], points[seed, 1], points[seed, 2]
     _clear_sums(sums)
@@ -287,9 +287,9 @@ def grow_points(  # type: ignore[no-untyped-def]
     head, tail, count, refit_size, max_count = 0, 1, 0, 24, len(queue)
     while head < tail:
         c = cells[head]
-        adjacent_count = _list_adjacent_cells(rows, columns, names, ends, ny, c, near)
+        adjacent_count = _list_adjacent_cells(rows, columns, names, ends, ny, c, neighbours)
         if normals[c, 0] != normals[c, 0]:
-            _cell_normal(points, cell_starts, near, adjacent_count, c, point_normals, normals)
+            _cell_normal(points, cell_starts, neighbours, adjacent_count, c, point_normals, normals)
         if head == 0:
             if normals[c, 0] == math.inf:
                 return -1
@@ -298,7 +298,7 @@ def grow_points(  # type: ignore[no-untyped-def]
         turn = abs(normals[c, 0] * plane[3] + normals[c, 1] * plane[4] + normals[c, 2] * plane[5])
         if not (turn >= cosine and turn < 2.0):
             continue
-        before = count
+        previous_count = count
         for o in range(cell_starts[c], cell_starts[c + 1]):
             if left_out[o]:
                 continue
@@ -316,12 +316,12 @@ def grow_points(  # type: ignore[no-untyped-def]
         if count >= refit_size:
             refit_size = count + count // 2
             _plane(sums, plane)
-        if count == before:
+        if count == previous_count:
             continue
         for k in range(adjacent_count):
-            if not is_reached[near[k]]:
-                is_reached[near[k]] = True
-                cells[tail] = near[k]
+            if not is_reached[neighbours[k]]:
+                is_reached[neighbours[k]] = True
+                cells[tail] = neighbours[k]
                 tail += 1
     return count
 
@@ -338,28 +338,28 @@ def mark_ring(  # type: ignore[no-untyped-def]
     names,
     ends,
     ny,
-    selected,
+    is_selected,
     cells,
     link_distance,
-    near,
+    neighbours,
     gained_rows,
     lost_rows,
 ):
     """Mark points within `link_distance` of the other side of the boundary of a selection.
 
     `gained_rows` receives the points to add, `lost_rows` the points to remove. `cells` are the
-    cells that contain selected points; `near` is a work array for 27 cells.
+    cells that contain selected points; `neighbours` is a work array for 27 cells.
     """
     limit = link_distance * link_distance
     for index in range(len(cells)):
         c = cells[index]
-        adjacent_count = _list_adjacent_cells(rows, columns, names, ends, ny, c, near)
+        adjacent_count = _list_adjacent_cells(rows, columns, names, ends, ny, c, neighbours)
         for k in range(adjacent_count):
-            for o in range(cell_starts[near[k]], cell_starts[near[k] + 1]):
-                if selected[o]:
+            for o in range(cell_starts[neighbours[k]], cell_starts[neighbours[k] + 1]):
+                if is_selected[o]:
                     continue
                 for p in range(cell_starts[c], cell_starts[c + 1]):
-                    if selected[p] and not (gained_rows[o] and lost_rows[p]):
+                    if is_selected[p] and not (gained_rows[o] and lost_rows[p]):
                         dx, dy = points[o, 0] - points[p, 0], points[o, 1] - points[p, 1]
                         dz = points[o, 2] - points[p, 2]
                         if dx * dx + dy * dy + dz * dz <= limit:
@@ -368,17 +368,21 @@ def mark_ring(  # type: ignore[no-untyped-def]
 
 
 @kernel("void(i4[:,::1], b1[::1], b1[::1])")
-def mark_nodes(corners, selected, marked):  # type: ignore[no-untyped-def]
+def mark_nodes(corners, is_selected, is_marked_node):  # type: ignore[no-untyped-def]
     """Mark the corners of selected faces."""
     for f in range(len(corners)):
-        if selected[f]:
-            marked[corners[f, 0]] = True
-            marked[corners[f, 1]] = True
-            marked[corners[f, 2]] = True
+        if is_selected[f]:
+            is_marked_node[corners[f, 0]] = True
+            is_marked_node[corners[f, 1]] = True
+            is_marked_node[corners[f, 2]] = True
 
 
 @kernel("void(i4[:,::1], b1[::1], b1[::1])")
-def find_marked_faces(corners, marked, out):  # type: ignore[no-untyped-def]
+def find_marked_faces(corners, is_marked_node, out):  # type: ignore[no-untyped-def]
     """Find the faces that have a marked corner."""
     for f in range(len(corners)):
-        out[f] = marked[corners[f, 0]] | marked[corners[f, 1]] | marked[corners[f, 2]]
+        out[f] = (
+            is_marked_node[corners[f, 0]]
+            | is_marked_node[corners[f, 1]]
+            | is_marked_node[corners[f, 2]]
+        )

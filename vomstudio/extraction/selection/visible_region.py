@@ -71,8 +71,8 @@ class ViewSnapshot:
     def to_eye(self, to_world: FloatArray) -> FloatArray:
         """Return the transform (3, 4) from the file frame to right, up and depth in metres."""
         frame = np.stack([self.right, self.up, self.direction])
-        linear_values = frame @ to_world[:3, :3]
-        return np.column_stack([linear_values, frame @ (to_world[:3, 3] - self.position)])
+        rotation_to_eye = frame @ to_world[:3, :3]
+        return np.column_stack([rotation_to_eye, frame @ (to_world[:3, 3] - self.position)])
 
     def pixels(self, points: FloatArray) -> FloatArray:
         """Project points (n, 3) of the World frame to picture pixels (n, 2).
@@ -84,8 +84,8 @@ class ViewSnapshot:
         depth = np.ones(len(eye)) if self.parallel else np.where(eye[:, 2] > 0.0, eye[:, 2], np.nan)
         if self.clip is not None:
             depth = np.where(self.clip.holds(points), depth, np.nan)
-        across_component = self.scale * eye[:, :2] / depth[:, None]
-        return np.asarray(0.5 * np.array(self.size) + across_component * [1.0, -1.0])
+        screen_offsets = self.scale * eye[:, :2] / depth[:, None]
+        return np.asarray(0.5 * np.array(self.size) + screen_offsets * [1.0, -1.0])
 
     def filled(self, outline: Sequence[tuple[float, float]]) -> ByteArray:
         """Rasterize a ring of window pixels to (height, width), 1 inside and 0 outside."""
@@ -102,18 +102,22 @@ class ViewSnapshot:
         if self.depth is None:
             return np.zeros((0, 0), np.float32)
         depth = self.depth
-        around = depth.copy()
-        for here, neighbour in ((slice(1, None), slice(-1)), (slice(-1), slice(1, None))):
-            np.maximum(around[here], depth[neighbour], out=around[here])
-        width = around.copy()
-        for here, neighbour in ((slice(1, None), slice(-1)), (slice(-1), slice(1, None))):
-            np.maximum(width[:, here], around[:, neighbour], out=width[:, here])
+        farthest_around = depth.copy()
+        for pixel_slice, neighbour in ((slice(1, None), slice(-1)), (slice(-1), slice(1, None))):
+            np.maximum(
+                farthest_around[pixel_slice], depth[neighbour], out=farthest_around[pixel_slice]
+            )
+        width = farthest_around.copy()
+        for pixel_slice, neighbour in ((slice(1, None), slice(-1)), (slice(-1), slice(1, None))):
+            np.maximum(
+                width[:, pixel_slice], farthest_around[:, neighbour], out=width[:, pixel_slice]
+            )
         pixel = np.float32(1.0 / self.scale) * (np.float32(1.0) if self.parallel else depth)
         with np.errstate(invalid="ignore"):
-            back = np.minimum(width - depth, np.float32(_MAX_DEPTH_SLOPE) * pixel)
+            depth_range = np.minimum(width - depth, np.float32(_MAX_DEPTH_SLOPE) * pixel)
             limit = (
                 depth
-                + np.where(np.isfinite(depth), back, 0.0)
+                + np.where(np.isfinite(depth), depth_range, 0.0)
                 + np.float32(_DEPTH_TOLERANCE_PX) * pixel
             )
         return np.ascontiguousarray(limit + np.float32(1e-5) * np.abs(depth), np.float32)
@@ -147,12 +151,12 @@ class ViewSnapshot:
         (n,) bool array
         """
         matrix = to_kernel_array(self.to_eye(to_world), np.float64)
-        farthest_values = np.zeros((0, 0), np.float32) if through else self.farthest()
+        farthest_depths = np.zeros((0, 0), np.float32) if through else self.farthest()
         view = (
             self.scale,
             self.parallel,
             to_kernel_array(shape, np.uint8),
-            farthest_values,
+            farthest_depths,
             2.0 * spacing,
         )
         out = np.zeros(element_count(data), np.bool_)

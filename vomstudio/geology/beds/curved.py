@@ -146,7 +146,7 @@ def curved_bed(ids: Sequence[str], points: npt.ArrayLike, offsets: npt.ArrayLike
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     normals = np.where(normals[:, 2:] < 0.0, -normals, normals)
     direction, dip, _ = dip_of_normals(normals)
-    along_component = np.stack([direction, dip, errors], axis=1)
+    local_dips = np.stack([direction, dip, errors], axis=1)
     dips = []
     for i, name in enumerate(ids):
         rows = np.arange(cuts[i], cuts[i + 1])
@@ -154,9 +154,9 @@ def curved_bed(ids: Sequence[str], points: npt.ArrayLike, offsets: npt.ArrayLike
             continue
         index = rows[np.argmin(np.linalg.norm(xyz[rows] - xyz[rows].mean(axis=0), axis=1))]
         place = xyz[index] - fit.residuals[index] * frame[2]
-        dips.append(LocalDip(str(name), *map(float, place), *map(float, along_component[index])))
+        dips.append(LocalDip(str(name), *map(float, place), *map(float, local_dips[index])))
     rms = float(np.sqrt(fit.squares / len(xyz)))
-    return CurvedBed(degree, p, rms, len(xyz), n_effective, tuple(dips), along_component)
+    return CurvedBed(degree, p, rms, len(xyz), n_effective, tuple(dips), local_dips)
 
 
 def _fit_degrees(
@@ -239,8 +239,8 @@ def _fit_slopes(
     slopes = gradient @ fit.coefficients
     spread = variance * np.einsum("nak,kl,nbl->nab", gradient, fit.shape, gradient)
     limit = float(joint_quantile(np.array([degrees_of_freedom]))[0]) * degrees_of_freedom
-    largest_values = np.linalg.eigvalsh(spread)[:, 1]
-    return slopes, np.degrees(np.arctan(np.sqrt(np.maximum(largest_values, 0.0) * limit)))
+    largest_variances = np.linalg.eigvalsh(spread)[:, 1]
+    return slopes, np.degrees(np.arctan(np.sqrt(np.maximum(largest_variances, 0.0) * limit)))
 
 
 def _monomials(degree: int) -> list[tuple[int, int]]:
@@ -254,9 +254,9 @@ def _design_matrix(u: FloatArray, v: FloatArray, degree: int) -> FloatArray:
 def _design_gradients(u: FloatArray, v: FloatArray, degree: int) -> tuple[FloatArray, FloatArray]:
     """Return the gradients (n, k) of the design matrix along u and v."""
     powers = _monomials(degree)
-    along_component = [i * u ** max(i - 1, 0) * v**j for i, j in powers]
-    across_component = [j * u**i * v ** max(j - 1, 0) for i, j in powers]
-    return np.stack(along_component, axis=1), np.stack(across_component, axis=1)
+    u_gradients = [i * u ** max(i - 1, 0) * v**j for i, j in powers]
+    v_gradients = [j * u**i * v ** max(j - 1, 0) for i, j in powers]
+    return np.stack(u_gradients, axis=1), np.stack(v_gradients, axis=1)
 
 
 def _neighbour_inflation(residuals: FloatArray, cuts: IntArray) -> float:

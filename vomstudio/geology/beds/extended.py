@@ -134,20 +134,20 @@ def plane_estimate_from_fit(fit: FittedPlane) -> PlaneEstimate:
     GeometryError
         If the errors are unknown, as for three points or a regression.
     """
-    largest, smallest = fit.max_confidence95_deg, fit.min_confidence95_deg
+    major_deg, minor_deg = fit.max_confidence95_deg, fit.min_confidence95_deg
     if fit.long_roughness:
         # The larger of the two values applies, see geometry/planes.py.
-        largest = _largest_known(largest, fit.max_angular_error_deg)
-        smallest = _largest_known(smallest, fit.min_angular_error_deg)
-    if largest is None or smallest is None or fit.rms is None or fit.n_effective is None:
+        major_deg = _largest_known(major_deg, fit.max_angular_error_deg)
+        minor_deg = _largest_known(minor_deg, fit.min_angular_error_deg)
+    if major_deg is None or minor_deg is None or fit.rms is None or fit.n_effective is None:
         raise GeometryError(Finding("plane.no-band"))
     if fit.method != "pca":
         raise GeometryError(Finding("plane.regression-band"))
-    if not largest < 45.0:
-        raise GeometryError(Finding("plane.too-uncertain", error_deg=largest))
+    if not major_deg < 45.0:
+        raise GeometryError(Finding("plane.too-uncertain", error_deg=major_deg))
     dof = max(fit.n_effective - 3.0, 0.5)
     limit = float(joint_quantile(np.array([dof]))[0]) * dof
-    tilts = np.asarray(np.tan(np.radians([smallest, largest])) ** 2 / limit)
+    tilts = np.asarray(np.tan(np.radians([minor_deg, major_deg])) ** 2 / limit)
     return PlaneEstimate(
         np.asarray(fit.centroid, np.float64),
         _right_handed_axes(np.asarray(fit.axes, np.float64)),
@@ -261,8 +261,8 @@ def bands(plane: PlaneEstimate, repeats: PlaneSeries, points: FloatArray) -> Pla
 
 
 def _largest_known(one: float | None, other: float | None) -> float | None:
-    known_values = [value for value in (one, other) if value is not None]
-    return max(known_values) if known_values else None
+    known_errors = [value for value in (one, other) if value is not None]
+    return max(known_errors) if known_errors else None
 
 
 def _right_handed_axes(axes: FloatArray) -> FloatArray:

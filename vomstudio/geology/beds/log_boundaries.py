@@ -55,12 +55,12 @@ def crossings(
     """
     vertices = np.asarray(line, np.float64)
     low, high = vertices.min(axis=0) - reach_m, vertices.max(axis=0) + reach_m
-    crossed_items = []
+    crossed_traces = []
     for name, points in traces.items():
         trace = np.asarray(points, np.float64)
         if len(trace) < 2 or (trace.max(axis=0) < low).any() or (trace.min(axis=0) > high).any():
             continue
-        near = nearest_approach(vertices, trace)
-        if near.distance <= reach_m:
-            crossed_items.append(Crossing(name, near.place, near.distance, near.along))
-    return sorted(crossed_items, key=lambda crossing: crossing.along_m)
+        approach = nearest_approach(vertices, trace)
+        if approach.distance <= reach_m:
+            crossed_traces.append(Crossing(name, approach.place, approach.distance, approach.along))
+    return sorted(crossed_traces, key=lambda crossing: crossing.along_m)

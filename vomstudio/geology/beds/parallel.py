@@ -214,14 +214,14 @@ def parallel_beds(
         raise GeometryError(Finding("beds.empty-trace"))
     starts = offsets[:-1]
     centres = np.add.reduceat(points, starts, axis=0) / counts[:, None]
-    centred_values = points - np.repeat(centres, counts, axis=0)
-    values, axes = np.linalg.eigh(centred_values.T @ centred_values / len(centred_values))
+    centred_points = points - np.repeat(centres, counts, axis=0)
+    values, axes = np.linalg.eigh(centred_points.T @ centred_points / len(centred_points))
     if not values[1] > MIN_RELATIVE_SPREAD * values[2]:
         raise GeometryError(Finding("beds.one-direction"))
     basis = axes[:, [2, 1, 0]]
     if basis[2, 2] < 0.0:
         basis = -basis
-    local_points = centred_values @ basis
+    local_points = centred_points @ basis
     traces, p_parallel = _widen_for_misfit(_trace_errors(local_points, counts, starts, is_ordered))
     normal = basis[:, 2]
     projections = (centres - points.mean(axis=0)) @ normal
@@ -237,7 +237,7 @@ def parallel_beds(
         )
         for i in np.argsort(projections, kind="stable")
     ]
-    largest, smallest = _semi_axes(traces) if has_errors else (None, None)
+    major_deg, minor_deg = _semi_axes(traces) if has_errors else (None, None)
     rows = {id_: i for i, id_ in enumerate(ids)}
     selected_pairs = list(pairs) or [(a.id, b.id) for a, b in pairwise(beds)]
     is_same = [
@@ -255,8 +255,8 @@ def parallel_beds(
         undefined=plane.undefined,
         normal=(float(normal[0]), float(normal[1]), float(normal[2])),
         rms_m=float(np.sqrt((local_points[:, 2] ** 2).mean())),
-        max_confidence95_deg=largest,
-        min_confidence95_deg=smallest,
+        max_confidence95_deg=major_deg,
+        min_confidence95_deg=minor_deg,
         p_parallel=p_parallel,
         beds=tuple(beds),
         same=tuple(is_same),
@@ -265,47 +265,47 @@ def parallel_beds(
 
 
 def _trace_errors(
-    flat_values: FloatArray, counts: IntArray, starts: IntArray, is_ordered: bool
+    centred_points: FloatArray, counts: IntArray, starts: IntArray, is_ordered: bool
 ) -> _Traces:
     """Compute the errors of traces from points (n, 3) about their centroids, in plane axes."""
     groups = len(counts)
     sums, leans, axes = np.zeros((groups, 2)), np.zeros((groups, 2)), np.zeros((groups, 2, 2))
-    rotated_values = np.empty_like(flat_values)
+    rotated_points = np.empty_like(centred_points)
     for i, (first, n) in enumerate(zip(starts, counts, strict=True)):
-        part = flat_values[first : first + n]
+        part = centred_points[first : first + n]
         sums[i], axes[i] = np.linalg.eigh(part[:, :2].T @ part[:, :2])
-        rotated_values[first : first + n, :2] = part[:, :2] @ axes[i]
-        rotated_values[first : first + n, 2] = part[:, 2]
-        leans[i] = rotated_values[first : first + n, :2].T @ part[:, 2]
-    judged_informative_axes = _informative_axes(rotated_values, sums, leans, counts, starts)
+        rotated_points[first : first + n, :2] = part[:, :2] @ axes[i]
+        rotated_points[first : first + n, 2] = part[:, 2]
+        leans[i] = rotated_points[first : first + n, :2].T @ part[:, 2]
+    judged_informative_axes = _informative_axes(rotated_points, sums, leans, counts, starts)
     squares = np.zeros(groups)
     for i, (first, n) in enumerate(zip(starts, counts, strict=True)):
         # Residuals from a plane through the trace, or from a line if the trace is too narrow.
-        part = rotated_values[first : first + n]
+        part = rotated_points[first : first + n]
         is_used = judged_informative_axes[i] & (sums[i] > 0.0)
         part[:, 2] -= (
             part[:, :2][:, is_used] @ (leans[i] / np.where(is_used, sums[i], 1.0))[is_used]
         )
         squares[i] = float(part[:, 2] @ part[:, 2])
-    free_values = np.where(
+    fitted_counts = np.where(
         counts > MIN_TRACE_POINTS, counts - 1.0 - judged_informative_axes.sum(axis=1), 0.0
     )
-    is_counted = free_values > 0.0
+    is_counted = fitted_counts > 0.0
     pooled_value = (
-        float(squares[is_counted].sum() / free_values[is_counted].sum())
+        float(squares[is_counted].sum() / fitted_counts[is_counted].sum())
         if is_counted.any()
         else np.nan
     )
-    noise = np.where(is_counted, squares / np.maximum(free_values, 1.0), pooled_value)
+    noise = np.where(is_counted, squares / np.maximum(fitted_counts, 1.0), pooled_value)
     inflation, effective = np.ones((groups, 2)), counts.astype(np.float64)
     if is_counted.any():
         rows = np.flatnonzero(is_counted)
         index = np.concatenate([np.arange(starts[i], starts[i] + counts[i]) for i in rows])
         begin = np.concatenate([[0], np.cumsum(counts[rows])[:-1]])
         # The eigenvector of the larger axis of a trace is the second one returned by eigh.
-        u, v, r = rotated_values[index, 1], rotated_values[index, 0], rotated_values[index, 2]
-        q1, q2, n_eff, _ = quantiles(u, v, r, begin, counts[rows], free_values[rows], is_ordered)
-        white = joint_quantile(free_values[rows])
+        u, v, r = rotated_points[index, 1], rotated_points[index, 0], rotated_points[index, 2]
+        q1, q2, n_eff, _ = quantiles(u, v, r, begin, counts[rows], fitted_counts[rows], is_ordered)
+        white = joint_quantile(fitted_counts[rows])
         inflation[rows] = np.maximum(np.stack([q2, q1], axis=1) / white[:, None], 1.0)
         effective[rows] = n_eff
     # The mean is affected most by slow variations along a trace.
@@ -314,8 +314,8 @@ def _trace_errors(
     inverse = np.linalg.inv(np.einsum("gik,gk,gjk->ij", axes, sums, axes))
     tilts = np.einsum("ij,gjk,gk,glk,lm->gim", inverse, axes, spread, axes, inverse)
     # The noise of a trace with too few points is pooled from all other traces.
-    freedom = np.where(is_counted, free_values, free_values.sum())
-    independent_values = np.maximum(effective - (counts - free_values), 1.0)
+    freedom = np.where(is_counted, fitted_counts, fitted_counts.sum())
+    independent_counts = np.maximum(effective - (counts - fitted_counts), 1.0)
     return _Traces(
         tilts,
         centre_variances,
@@ -325,7 +325,7 @@ def _trace_errors(
         spread,
         judged_informative_axes & is_counted[:, None],
         freedom,
-        independent_values,
+        independent_counts,
     )
 
 
@@ -357,19 +357,21 @@ def _informative_axes(
 
 def _distance_errors95(traces: _Traces) -> list[float]:
     """Return the 95 % errors of the positions of the traces along the normal, m."""
-    one = np.ones(1)
+    ones = np.ones(1)
     return [
-        _weighted_t95(one, np.array([dof])) * float(np.sqrt(variance))
+        _weighted_t95(ones, np.array([dof])) * float(np.sqrt(variance))
         for variance, dof in zip(traces.centre_variances, traces.free, strict=True)
     ]
 
 
 def _semi_axes(traces: _Traces) -> tuple[float, float]:
-    free = traces.free_tilts or _tilt_freedom(traces)
+    free_tilts = traces.free_tilts or _tilt_freedom(traces)
     # `joint_quantile` is 2 F(2, free) divided by the degrees of freedom.
-    limit = float(joint_quantile(np.array([free]))[0]) * free
-    small, large = np.sqrt(np.maximum(np.linalg.eigvalsh(traces.tilt_covariance), 0.0) * limit)
-    return float(np.degrees(np.arctan(large))), float(np.degrees(np.arctan(small)))
+    limit = float(joint_quantile(np.array([free_tilts]))[0]) * free_tilts
+    minor_rad, major_rad = np.sqrt(
+        np.maximum(np.linalg.eigvalsh(traces.tilt_covariance), 0.0) * limit
+    )
+    return float(np.degrees(np.arctan(major_rad))), float(np.degrees(np.arctan(minor_rad)))
 
 
 def _tilt_freedom(traces: _Traces) -> float:
@@ -502,13 +504,13 @@ def _widen_for_misfit(traces: _Traces) -> tuple[_Traces, float | None]:
     has_slopes = rank > 0
     a, b = ((item[has_slopes] / traces.independent[has_slopes]).sum() for item in (twice, once**2))
     dof = unknowns * (unknowns + 2.0) / float(2.0 * a + b)
-    expected_values = unknowns + 2.0 * a - 2.0 * (2.0 * a + b) / (unknowns + 2.0)
-    p = float(fdtrc(unknowns, dof, statistic / expected_values))
+    expected_misfit = unknowns + 2.0 * a - 2.0 * (2.0 * a + b) / (unknowns + 2.0)
+    p = float(fdtrc(unknowns, dof, statistic / expected_misfit))
     if p >= SIGNIFICANCE:
         return traces, p
     width = replace(
         traces,
-        tilts=traces.tilts * max(statistic / expected_values, 1.0),
+        tilts=traces.tilts * max(statistic / expected_misfit, 1.0),
         free_tilts=min(unknowns, dof),
     )
     return width, p

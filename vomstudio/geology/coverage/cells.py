@@ -139,10 +139,10 @@ def create_grid(
     if not len(points):
         raise GeometryError(Finding("grid.no-points"))
     axes = np.stack([right, up, np.cross(right, up)], axis=-1)
-    projected_values = points @ axes
+    grid_coordinates = points @ axes
     low, high = (
-        projected_values[:, :2].min(axis=0) - margin,
-        projected_values[:, :2].max(axis=0) + margin,
+        grid_coordinates[:, :2].min(axis=0) - margin,
+        grid_coordinates[:, :2].max(axis=0) + margin,
     )
     counts = (high - low) / cell
     if not counts.max() < MAX_CELLS or math.prod(np.ceil(counts).tolist()) > MAX_CELLS:
@@ -154,7 +154,7 @@ def create_grid(
     columns, rows = (max(1, math.ceil(w - 1e-9)) for w in counts.tolist())
     # The excess is distributed equally to both sides.
     corner = (low + high - cell * np.array([columns, rows])) / 2.0
-    origin = axes @ np.array([*corner, float(projected_values[:, 2].max())])
+    origin = axes @ np.array([*corner, float(grid_coordinates[:, 2].max())])
     return SquareGrid(origin, right, up, float(cell), columns, rows)
 
 
@@ -182,15 +182,15 @@ def measure_faces(
     -------
     ExposedArea
     """
-    front, back = _AreaSums(grid, pieces), _AreaSums(grid, pieces)
+    front, back_sums = _AreaSums(grid, pieces), _AreaSums(grid, pieces)
     for start in range(0, len(faces), FACES_PER_BLOCK):
         local_points = grid.local(points[faces[start : start + FACES_PER_BLOCK]])
         local_points = local_points[np.isfinite(local_points).all(axis=(1, 2))]
         a, b = local_points[:, 1] - local_points[:, 0], local_points[:, 2] - local_points[:, 0]
         direction = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
         front.add(local_points[direction > 0.0])
-        back.add(local_points[direction < 0.0])
-    visible = front if front.covered.sum() >= back.covered.sum() else back
+        back_sums.add(local_points[direction < 0.0])
+    visible = front if front.covered.sum() >= back_sums.covered.sum() else back_sums
     return visible.result()
 
 
@@ -283,10 +283,10 @@ def _cut_triangles(
         remaining, line = remaining[is_crossed], line[is_crossed]
         if not len(remaining):
             return
-        below, above, cuts = _split_triangles(remaining, line, axis)
+        parts_below, parts_above, cuts = _split_triangles(remaining, line, axis)
         lines.append(cuts)
-        yield below[below[..., axis].max(axis=1) > 0.0]
-        remaining = above
+        yield parts_below[parts_below[..., axis].max(axis=1) > 0.0]
+        remaining = parts_above
 
 
 def _split_triangles(
@@ -301,17 +301,17 @@ def _split_triangles(
     low = line <= b[:, axis]
     q = np.where(low[:, None], _points_on_line(a, b, line, axis), _points_on_line(b, c, line, axis))
     is_low, is_high = low, ~low
-    below = [
+    parts_below = [
         _triangles(a[is_low], q[is_low], p[is_low]),
         _triangles(a[is_high], b[is_high], q[is_high]),
         _triangles(a[is_high], q[is_high], p[is_high]),
     ]
-    above = [
+    parts_above = [
         _triangles(q[is_low], b[is_low], c[is_low]),
         _triangles(q[is_low], c[is_low], p[is_low]),
         _triangles(q[is_high], c[is_high], p[is_high]),
     ]
-    return np.concatenate(below), np.concatenate(above), np.stack([q, p], axis=1)
+    return np.concatenate(parts_below), np.concatenate(parts_above), np.stack([q, p], axis=1)
 
 
 def _clip_to_rows(cuts: FloatArray, rows: int) -> FloatArray:

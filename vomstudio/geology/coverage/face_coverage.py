@@ -117,7 +117,7 @@ def measure_coverage(
     grid: SquareGrid,
     marks: str,
     surface: FloatArray,
-    covered_values: FloatArray,
+    covered_areas: FloatArray,
     lines: Sequence[FloatArray] = (),
 ) -> FaceCoverage:
     """Measure the inspected share of a face and the density of features in it.
@@ -127,7 +127,7 @@ def measure_coverage(
     grid : SquareGrid
     marks : str
         State of each cell as one letter.
-    surface, covered_values : (cells,) ndarray
+    surface, covered_areas : (cells,) ndarray
         Areas as in `cells.ExposedArea`.
     lines : sequence of (k, 3) ndarray
         Vertices of each feature, or its only point, in the frame of the grid.
@@ -137,12 +137,12 @@ def measure_coverage(
     FaceCoverage
     """
     kind = np.array(list(marks.ljust(grid.count, UNINSPECTED_MARK)[: grid.count]))
-    has_surface = covered_values > MIN_COVERED_SHARE * grid.cell**2
-    total = float(covered_values[has_surface].sum())
+    has_surface = covered_areas > MIN_COVERED_SHARE * grid.cell**2
+    total = float(covered_areas[has_surface].sum())
 
     def cell_share(mark: str) -> CellShare:
         is_selected = has_surface & (kind == mark)
-        area = float(covered_values[is_selected].sum())
+        area = float(covered_areas[is_selected].sum())
         return CellShare(
             int(is_selected.sum()),
             area,
@@ -152,7 +152,7 @@ def measure_coverage(
 
     fractions = {mark: cell_share(mark) for mark in MARK_TITLES}
     is_counted = has_surface & ((kind == INSPECTED_MARK) | (kind == EMPTY_MARK))
-    area = float(covered_values[is_counted].sum())
+    area = float(covered_areas[is_counted].sum())
     lengths = np.zeros(grid.count)
     n_inside = n_middles = 0
     contradictory: set[int] = set()
@@ -172,7 +172,7 @@ def measure_coverage(
         for c, length in lengths_by_cell.items():
             lengths[c] += length
     names = tuple(cell_name(grid, c) for c in sorted(contradictory))
-    inspected_values = total - fractions[UNINSPECTED_MARK].covered_m2
+    inspected_m2 = total - fractions[UNINSPECTED_MARK].covered_m2
     return FaceCoverage(
         int(has_surface.sum()),
         grid.cell,
@@ -180,7 +180,7 @@ def measure_coverage(
         fractions[INSPECTED_MARK],
         fractions[EMPTY_MARK],
         fractions[UNMEASURABLE_MARK],
-        inspected_values / total if total > 0 else None,
+        inspected_m2 / total if total > 0 else None,
         names,
         n_inside,
         area,
@@ -214,9 +214,9 @@ def lengths_in_cells(grid: SquareGrid, line: FloatArray) -> dict[int, float]:
         for axis, count in ((0, grid.columns), (1, grid.rows)):
             low, high = sorted((start[axis], end[axis]))
             # Only use lines within the grid, because a line may start far outside.
-            crossed_values = np.arange(max(np.ceil(low), 0.0), min(np.floor(high), count) + 1.0)
+            crossed_lines = np.arange(max(np.ceil(low), 0.0), min(np.floor(high), count) + 1.0)
             if step[axis] != 0.0:
-                cuts.append((crossed_values - start[axis]) / step[axis])
+                cuts.append((crossed_lines - start[axis]) / step[axis])
         t = np.unique(np.clip(np.concatenate(cuts), 0.0, 1.0))
         centres = start + ((t[:-1] + t[1:]) / 2.0)[:, None] * step
         cells = grid.numbers(np.floor(centres))

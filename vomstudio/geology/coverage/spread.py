@@ -49,8 +49,8 @@ class RepeatedStructure:
     @property
     def stated(self) -> bool:
         """Whether all picks have a stated error."""
-        smallest_values = np.linalg.eigvalsh(self.covariances)[:, 0]
-        return bool((smallest_values > MIN_VARIANCE).all())
+        smallest_variances = np.linalg.eigvalsh(self.covariances)[:, 0]
+        return bool((smallest_variances > MIN_VARIANCE).all())
 
     def squares(self) -> float:
         """Return the sum of squares about the mean, radians squared."""
@@ -176,11 +176,11 @@ def _structure(vectors: FloatArray, axes: FloatArray, rows: IntArray) -> Repeate
     # Parallel transport to the mean along the great circle.
     tangents = axes[rows] * signs[:, None, None]
     projections = (tangents @ mean) / (1.0 + cosine)[:, None]
-    projected = (tangents - projections[..., None] * (picks + mean)[:, None]) @ frame.T
+    projected_tangents = (tangents - projections[..., None] * (picks + mean)[:, None]) @ frame.T
     return RepeatedStructure(
         rows,
         (stretch[:, None] * offsets) @ frame.T,
-        np.einsum("maj,mak->mjk", projected, projected),
+        np.einsum("maj,mak->mjk", projected_tangents, projected_tangents),
     )
 
 
@@ -206,9 +206,11 @@ def _build_pick_spread(squares: float, n: int) -> PickSpread | None:
 
     if n < 1:
         return None
-    free_values = 2 * n
-    low, high = (squares / float(chi2.ppf(fraction, free_values)) for fraction in (0.975, 0.025))
-    sigmas = [float(np.degrees(np.sqrt(v))) for v in (squares / free_values, low, high)]
+    degrees_of_freedom = 2 * n
+    low, high = (
+        squares / float(chi2.ppf(fraction, degrees_of_freedom)) for fraction in (0.975, 0.025)
+    )
+    sigmas = [float(np.degrees(np.sqrt(v))) for v in (squares / degrees_of_freedom, low, high)]
     factor95 = float(np.sqrt(CHI2_TWO))
     return PickSpread(n, *sigmas, *(factor95 * sigma for sigma in sigmas))
 
@@ -231,25 +233,29 @@ def check_stated_errors(structures: Sequence[RepeatedStructure]) -> StatedErrorT
     n = sum(len(s.rows) - 1 for s in stated_structures)
     if not n:
         return None
-    total, free_values = sum(s.chi_square() for s in stated_structures), 2 * n
-    low, high = (np.sqrt(total / float(chi2.ppf(q, free_values))) for q in (0.975, 0.025))
-    within = sum(
+    total, degrees_of_freedom = sum(s.chi_square() for s in stated_structures), 2 * n
+    low, high = (np.sqrt(total / float(chi2.ppf(q, degrees_of_freedom))) for q in (0.975, 0.025))
+    n_within = sum(
         int(sum(squared_difference(s, 0, k) <= CHI2_TWO for k in range(1, len(s.rows))))
         for s in stated_structures
     )
-    low_share = float(beta.ppf(0.025, within, n - within + 1)) if within else 0.0
-    high_share = float(beta.ppf(0.975, within + 1, n - within)) if within < n else 1.0
+    low_share = float(beta.ppf(0.025, n_within, n - n_within + 1)) if n_within else 0.0
+    high_share = float(beta.ppf(0.975, n_within + 1, n - n_within)) if n_within < n else 1.0
     return StatedErrorTest(
         n,
         total,
-        free_values,
-        float(chi2.sf(total, free_values)),
-        float(np.sqrt(total / free_values)),
+        degrees_of_freedom,
+        float(chi2.sf(total, degrees_of_freedom)),
+        float(np.sqrt(total / degrees_of_freedom)),
         float(low),
         float(high),
-        float(np.sqrt(chi2.ppf(0.95, free_values) / chi2.ppf(1.0 - TEST_POWER, free_values))),
-        within,
-        within / n,
+        float(
+            np.sqrt(
+                chi2.ppf(0.95, degrees_of_freedom) / chi2.ppf(1.0 - TEST_POWER, degrees_of_freedom)
+            )
+        ),
+        n_within,
+        n_within / n,
         low_share,
         high_share,
     )
@@ -302,29 +308,29 @@ def compare_interpreters(
 
     squares: dict[str, float] = {}
     counts: dict[str, int] = {}
-    between = 0.0
+    between_squares = 0.0
     between_n = 0
     for structure in structures:
         names = np.array([interpreters[row] for row in structure.rows.tolist()], object)
         interpreters_here = sorted(set(names.tolist()))
         remaining = structure.squares()
         for name in interpreters_here:
-            mine = structure.places[names == name]
-            inside = float(((mine - mine.mean(axis=0)) ** 2).sum())
+            interpreter_picks = structure.places[names == name]
+            inside = float(((interpreter_picks - interpreter_picks.mean(axis=0)) ** 2).sum())
             squares[name] = squares.get(name, 0.0) + inside
-            counts[name] = counts.get(name, 0) + len(mine) - 1
+            counts[name] = counts.get(name, 0) + len(interpreter_picks) - 1
             remaining -= inside
-        between += max(remaining, 0.0)
+        between_squares += max(remaining, 0.0)
         between_n += len(interpreters_here) - 1
     spreads = {
         name: spread
         for name in sorted(counts)
         if (spread := _build_pick_spread(squares[name], counts[name])) is not None
     }
-    within_n, within = sum(counts.values()), sum(squares.values())
-    if not within_n or not between_n or not within > 0.0:
+    within_n, within_squares = sum(counts.values()), sum(squares.values())
+    if not within_n or not between_n or not within_squares > 0.0:
         return spreads, None
-    ratio = (between / between_n) / (within / within_n)
+    ratio = (between_squares / between_n) / (within_squares / within_n)
     return spreads, InterpreterTest(
         between_n, within_n, ratio, float(f.sf(ratio, 2 * between_n, 2 * within_n))
     )

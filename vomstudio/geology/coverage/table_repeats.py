@@ -120,14 +120,14 @@ class TableRepeats(PrintableResult):
 
 
 def table_repeats(
-    table: OrientationRows, by: str | None = None, interpreter: str | None = None
+    table: OrientationRows, group_column: str | None = None, interpreter: str | None = None
 ) -> TableRepeats:
     """Evaluate the repeated picks of a table.
 
     Parameters
     ----------
     table : OrientationRows
-    by : str, optional
+    group_column : str, optional
         Column that contains the same text for all picks of a structure; by default, `repeat_of`
         with the id of the pick that a row repeats.
     interpreter : str, optional
@@ -142,17 +142,23 @@ def table_repeats(
     UsageError
         If the table does not contain the column.
     """
-    left_out: list[ExcludedPick] = []
-    groups = _group_rows(table, by) if by is not None else _groups_of_repeats(table, left_out)
+    excluded_picks: list[ExcludedPick] = []
+    groups = (
+        _group_rows(table, group_column)
+        if group_column is not None
+        else _groups_of_repeats(table, excluded_picks)
+    )
     groups = [
-        spreads for group in groups for spreads in _exclude_other_geometry(table, group, left_out)
+        spreads
+        for group in groups
+        for spreads in _exclude_other_geometry(table, group, excluded_picks)
     ]
     interpreters = _interpreters(table, interpreter)
     vectors = table.vectors()
     structures = group_structures(vectors, _errors(table, vectors), groups)
     repeated_structures = [s for s in structures if len(s.rows) > 1]
     spread, test = measure_spread(repeated_structures), check_stated_errors(repeated_structures)
-    spreads, between = compare_interpreters(repeated_structures, interpreters)
+    spreads, between_variance = compare_interpreters(repeated_structures, interpreters)
     has_several = len(set(interpreters)) > 1
     pairs = tuple(
         _pair(table, vectors, s, k, interpreters)
@@ -160,7 +166,7 @@ def table_repeats(
         for k in range(1, len(s.rows))
     )
     angles = [pair.angle_deg for pair in pairs]
-    holds, reasons = _assess_repeats(spread, test, between)
+    verdict, reasons = _assess_repeats(spread, test, between_variance)
     return TableRepeats(
         n=len(structures),
         structures=len(repeated_structures),
@@ -169,31 +175,33 @@ def table_repeats(
         median_angle_deg=float(np.median(angles)) if angles else None,
         stated95_deg=_stated_error95(repeated_structures),
         test=test,
-        stated_errors_hold=holds,
+        stated_errors_hold=verdict,
         reasons=tuple(reasons),
         interpreters=tuple(InterpreterSpread(name, s) for name, s in spreads.items())
         if has_several
         else (),
-        between=between,
+        between=between_variance,
         pairs=pairs,
-        left_out=tuple(left_out),
+        left_out=tuple(excluded_picks),
         convention=table.convention,
         warnings=tuple(table.warnings),
     )
 
 
 # --- which rows are the same structure -----------------------------------------------------------
-def _group_rows(table: OrientationRows, by: str) -> list[list[int]]:
+def _group_rows(table: OrientationRows, group_column: str) -> list[list[int]]:
     groups: dict[str, list[int]] = {}
-    for row, word in enumerate(table.column(by)):
+    for row, word in enumerate(table.column(group_column)):
         # A row with an empty cell is a separate structure.
         groups.setdefault(word.strip() or f"\0{row}", []).append(row)
     return list(groups.values())
 
 
-def _groups_of_repeats(table: OrientationRows, left_out: list[ExcludedPick]) -> list[list[int]]:
+def _groups_of_repeats(
+    table: OrientationRows, excluded_picks: list[ExcludedPick]
+) -> list[list[int]]:
     try:
-        named = [word.strip() for word in table.column(REPEAT_COLUMN)]
+        repeat_names = [word.strip() for word in table.column(REPEAT_COLUMN)]
     except UsageError as error:
         raise UsageError(
             Finding("repeats.no-column"),
@@ -202,15 +210,15 @@ def _groups_of_repeats(table: OrientationRows, left_out: list[ExcludedPick]) -> 
         ) from error
     rows = {id_: row for row, id_ in enumerate(table.ids)}
     groups: dict[int, list[int]] = {
-        row: [row] for row, first_id in enumerate(named) if not first_id
+        row: [row] for row, first_id in enumerate(repeat_names) if not first_id
     }
-    for row, first_id in enumerate(named):
+    for row, first_id in enumerate(repeat_names):
         if not first_id:
             continue
-        first = _find_first_pick(row, named, rows)
+        first = _find_first_pick(row, repeat_names, rows)
         if first is None:
             reason = Finding("repeats.first-missing", first=first_id)
-            left_out.append(ExcludedPick(table.ids[row], reason))
+            excluded_picks.append(ExcludedPick(table.ids[row], reason))
         else:
             groups[first].append(row)
     return list(groups.values())
@@ -228,14 +236,14 @@ def _find_first_pick(row: int, original_names: Sequence[str], rows: dict[str, in
 
 
 def _exclude_other_geometry(
-    table: OrientationRows, rows: list[int], left_out: list[ExcludedPick]
+    table: OrientationRows, rows: list[int], excluded_picks: list[ExcludedPick]
 ) -> list[list[int]]:
     """Exclude rows of the other geometry: the angle between a plane and a line is meaningless."""
     plane = bool(table.is_plane[rows[0]])
     matching_rows = [row for row in rows if bool(table.is_plane[row]) == plane]
     for row in set(rows) - set(matching_rows):
         reason = Finding("repeats.line-of-plane" if plane else "repeats.plane-of-line")
-        left_out.append(ExcludedPick(table.ids[row], reason))
+        excluded_picks.append(ExcludedPick(table.ids[row], reason))
     return [matching_rows]
 
 
@@ -286,21 +294,21 @@ def _pair(
     k: int,
     interpreters: Sequence[str],
 ) -> RepeatedPick:
-    first, again = int(structure.rows[0]), int(structure.rows[k])
-    sine = float(np.linalg.norm(np.cross(vectors[first], vectors[again])))
-    angle = math.degrees(math.atan2(sine, abs(float(vectors[first] @ vectors[again]))))
-    stated = within = None
+    first, second_row = int(structure.rows[0]), int(structure.rows[k])
+    sine = float(np.linalg.norm(np.cross(vectors[first], vectors[second_row])))
+    angle = math.degrees(math.atan2(sine, abs(float(vectors[first] @ vectors[second_row]))))
+    stated_error = within_error = None
     if structure.stated:
-        largest_values = np.linalg.eigvalsh(structure.covariances)[[0, k], -1]
-        stated = min(float(np.degrees(np.sqrt(CHI2_TWO * largest_values.sum()))), 90.0)
-        within = squared_difference(structure, 0, k) <= CHI2_TWO
+        largest_variances = np.linalg.eigvalsh(structure.covariances)[[0, k], -1]
+        stated_error = min(float(np.degrees(np.sqrt(CHI2_TWO * largest_variances.sum()))), 90.0)
+        within_error = squared_difference(structure, 0, k) <= CHI2_TWO
     return RepeatedPick(
         table.ids[first],
-        table.ids[again],
-        (interpreters[first], interpreters[again]),
+        table.ids[second_row],
+        (interpreters[first], interpreters[second_row]),
         angle,
-        stated,
-        within,
+        stated_error,
+        within_error,
     )
 
 
@@ -321,18 +329,18 @@ def _assess_repeats(
             high_deg=spread.error95_high_deg,
         )
     ]
-    holds: TestOutcome = "undetermined"
+    verdict: TestOutcome = "undetermined"
     if test is None:
         findings.append(Finding("repeats.no-errors"))
     else:
-        holds, finding = _check_stated_errors(test)
+        verdict, finding = _check_stated_errors(test)
         findings.append(finding)
     if interpreter_test is not None:
         differ = interpreter_test.p < SIGNIFICANCE
         code = "repeats.interpreters-differ" if differ else "repeats.interpreters-alike"
         findings.append(Finding(code, ratio=interpreter_test.ratio, p=interpreter_test.p))
     findings.append(Finding("repeats.only-picking"))
-    return holds, findings
+    return verdict, findings
 
 
 def _check_stated_errors(test: StatedErrorTest) -> tuple[TestOutcome, Finding]:

@@ -199,10 +199,10 @@ def net_slip_of_cutoffs(
         normal, bed_normal_tilted = _tilted_normal(fault, p[6:8]), _tilted_normal(bed, p[8:10])
         strike, up_dip = _axes_in_plane(normal, fault)
         rake_rad = math.radians(rake_deg) + p[10]
-        along_component = math.cos(rake_rad) * strike - math.sin(rake_rad) * up_dip
+        slip_direction = math.cos(rake_rad) * strike - math.sin(rake_rad) * up_dip
         return (p[:3] - p[3:6]) @ bed_normal_tilted / (
-            along_component @ bed_normal_tilted
-        ) * along_component, normal
+            slip_direction @ bed_normal_tilted
+        ) * slip_direction, normal
 
     spread = _parameter_sigmas(
         errors, fault95=errors.fault95_deg, bed95=errors.bed95_deg, rake95=errors.rake95_deg
@@ -315,8 +315,10 @@ def _parameter_sigmas(errors: DisplacementErrors, **cones: float) -> FloatArray:
     """Return the standard deviations of six coordinates, the tilts and the rake."""
     parts = [np.full(6, errors.sigma_m)]
     for name, value in cones.items():
-        one = math.radians(value)
-        parts.append(np.array([one / Z95]) if name == "rake95" else np.full(2, one / CONE95))
+        sigma_rad = math.radians(value)
+        parts.append(
+            np.array([sigma_rad / Z95]) if name == "rake95" else np.full(2, sigma_rad / CONE95)
+        )
     return np.concatenate(parts)
 
 

@@ -113,15 +113,15 @@ def displacements(
     elif rake_deg is not None:
         warnings += _rake_warnings(fault)
     pairs: list[Pair] = []
-    skipped_items: list[dict[str, Any]] = []
+    skipped_pairs: list[dict[str, Any]] = []
     for name, h, f in zip(names, hanging_wall, footwall, strict=True):
         try:
             pairs.append(_pair(name, h, f, fault, bed, rake_deg, errors))
         except GeometryError as error:
-            skipped_items.append({"id": name, "reason": cause_of(error)})
+            skipped_pairs.append({"id": name, "reason": cause_of(error)})
     vectors = [d for d in map(_vector, pairs) if d is not None]
-    if not vectors and skipped_items:
-        raise GeometryError(skipped_items[0]["reason"])
+    if not vectors and skipped_pairs:
+        raise GeometryError(skipped_pairs[0]["reason"])
     if not vectors:
         raise GeometryError(Finding("displacement.bed-down-dip"))
 
@@ -136,7 +136,7 @@ def displacements(
         *mean("net_m"),
         *mean("throw_m"),
         *mean("heave_m"),
-        tuple(skipped_items),
+        tuple(skipped_pairs),
         (*warnings, *_motion_warnings(pairs, errors)),
     )
 

@@ -120,30 +120,32 @@ def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreeP
     n = len(p)
     if n < 3:
         raise GeometryError(Finding("feature.too-few-points", count=3 - n, minimum=3))
-    centred_values = p - p.mean(axis=0)
-    longest_value = float(np.linalg.norm(centred_values, axis=1).max())
-    _, sizes, axes = np.linalg.svd(centred_values, full_matrices=False)
+    centred_points = p - p.mean(axis=0)
+    longest_value = float(np.linalg.norm(centred_points, axis=1).max())
+    _, sizes, axes = np.linalg.svd(centred_points, full_matrices=False)
     if not longest_value or sizes[1] <= 1e-9 * longest_value:
         raise GeometryError(Finding("points.collinear", n=n))
     direction, dip, _ = normals_to_planes(axes[2])
     plane = Plane(float(direction[0]), float(dip[0]))
-    rms = None if n == 3 else float(np.sqrt(((centred_values @ axes[2]) ** 2).mean()))
-    sigma, single, joint = sigma_m, Z95, CONE95
+    rms = None if n == 3 else float(np.sqrt(((centred_points @ axes[2]) ** 2).mean()))
+    sigma, single_quantile, joint = sigma_m, Z95, CONE95
     if rms is not None and not sigma_m:
         from scipy.stats import f, t
 
         sigma = rms * math.sqrt(n / (n - 3))
-        single = float(t.ppf(0.975, n - 3))
+        single_quantile = float(t.ppf(0.975, n - 3))
         joint = math.sqrt(2.0 * float(f.ppf(0.95, 2, n - 3)))
     if rms is None and not sigma_m:
         return ThreePoints(plane, None, None, None, n, warnings=_line_warnings(sizes, None))
     noise = n > 3 and _spread_is_noise(sizes, n, sigma_m)
-    dip_error, turn = _angle_errors(plane, axes, _half_angles(sizes, single * sigma, noise=noise))
-    worst_value = math.degrees(_half_angles(sizes, joint * sigma, noise=noise)[1])
-    if worst_value >= MAX_DIRECTION_ERROR_DEG or (n == 4 and not sigma_m):
+    dip_error, turn = _angle_errors(
+        plane, axes, _half_angles(sizes, single_quantile * sigma, noise=noise)
+    )
+    largest_error_deg = math.degrees(_half_angles(sizes, joint * sigma, noise=noise)[1])
+    if largest_error_deg >= MAX_DIRECTION_ERROR_DEG or (n == 4 and not sigma_m):
         turn = None
-    warnings = _line_warnings(sizes, worst_value)
-    return ThreePoints(plane, dip_error, turn, worst_value, n, rms, sigma, warnings)
+    warnings = _line_warnings(sizes, largest_error_deg)
+    return ThreePoints(plane, dip_error, turn, largest_error_deg, n, rms, sigma, warnings)
 
 
 def _spread_is_noise(sizes: FloatArray, n: int, sigma_m: float) -> bool:
@@ -185,24 +187,26 @@ def _angle_errors(
     tilts of the cone along the first two axes, radians.
     """
     normal = axes[2] if axes[2] @ plane.normal() > 0 else -axes[2]
-    long, short = tilts
-    if long >= math.pi / 2:
+    long_axis, short_axis = tilts
+    if long_axis >= math.pi / 2:
         return max(plane.dip_deg, 90.0 - plane.dip_deg), None
-    if short >= math.pi / 2:
+    if short_axis >= math.pi / 2:
         # All planes that contain a line whose direction has the error `long`.
         plunge = math.degrees(math.asin(min(1.0, abs(float(axes[0, 2])))))
-        min_dip = max(0.0, plunge - math.degrees(long))
+        min_dip = max(0.0, plunge - math.degrees(long_axis))
         return max(plane.dip_deg - min_dip, 90.0 - plane.dip_deg), None
     edge = (
-        np.outer(math.tan(long) * np.cos(CONE_ANGLES), axes[0])
-        + np.outer(math.tan(short) * np.sin(CONE_ANGLES), axes[1])
+        np.outer(math.tan(long_axis) * np.cos(CONE_ANGLES), axes[0])
+        + np.outer(math.tan(short_axis) * np.sin(CONE_ANGLES), axes[1])
         + normal
     )
     edge /= np.linalg.norm(edge, axis=1, keepdims=True)
     dips = np.degrees(np.arccos(np.clip(edge[:, 2], -1.0, 1.0)))
     dip_error = float(np.abs(dips - plane.dip_deg).max())
     horizontal_part = (
-        np.array([axes[0, 2] / math.tan(long), axes[1, 2] / math.tan(short)]) if long else None
+        np.array([axes[0, 2] / math.tan(long_axis), axes[1, 2] / math.tan(short_axis)])
+        if long_axis
+        else None
     )
     if (
         horizontal_part is not None
@@ -214,8 +218,8 @@ def _angle_errors(
     if plane.undefined:
         return min(dip_error, 90.0), None
     azimuths = np.degrees(np.arctan2(edge[:, 0], edge[:, 1]))
-    turns = (azimuths - plane.dip_direction_deg + 180.0) % 360.0 - 180.0
-    angle = float(np.abs(turns).max())
+    azimuth_offsets = (azimuths - plane.dip_direction_deg + 180.0) % 360.0 - 180.0
+    angle = float(np.abs(azimuth_offsets).max())
     return min(dip_error, 90.0), angle if angle < 90.0 else None
 
 

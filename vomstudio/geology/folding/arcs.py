@@ -40,8 +40,8 @@ def arc_deg(poles: FloatArray, axes: FloatArray) -> float:
     float
         Degrees.
     """
-    along_component = _angles_along_deg(poles, axes)
-    gaps = np.diff(np.append(along_component, along_component[0] + 180.0))
+    pole_angles = _angles_along_deg(poles, axes)
+    gaps = np.diff(np.append(pole_angles, pole_angles[0] + 180.0))
     return float(180.0 - gaps.max())
 
 
@@ -60,8 +60,8 @@ def arc_ends(poles: FloatArray, axes: FloatArray) -> tuple[int, int]:
     """
     angle = np.degrees(np.arctan2(poles @ axes[1], poles @ axes[0])) % 180.0
     order = np.argsort(angle)
-    along_component = angle[order]
-    first = int(np.argmax(np.diff(np.append(along_component, along_component[0] + 180.0))))
+    sorted_angles = angle[order]
+    first = int(np.argmax(np.diff(np.append(sorted_angles, sorted_angles[0] + 180.0))))
     return int(order[first]), int(order[(first + 1) % len(order)])
 
 
@@ -84,9 +84,9 @@ def flip_into_arc(poles: FloatArray, axes: FloatArray) -> FloatArray:
     (n, 3) ndarray
     """
     angle = np.degrees(np.arctan2(poles @ axes[1], poles @ axes[0])) % 180.0
-    along_component = np.sort(angle)
-    gaps = np.diff(np.append(along_component, along_component[0] + 180.0))
+    sorted_angles = np.sort(angle)
+    gaps = np.diff(np.append(sorted_angles, sorted_angles[0] + 180.0))
     first = int(np.argmax(gaps))
-    centre = along_component[first] + gaps[first] + (180.0 - gaps[first]) / 2.0
+    centre = sorted_angles[first] + gaps[first] + (180.0 - gaps[first]) / 2.0
     middle_rad = math.radians(centre)
     return flip_to(poles, math.cos(middle_rad) * axes[0] + math.sin(middle_rad) * axes[1])

@@ -49,7 +49,7 @@ def shape_findings(shape: PoleShape) -> list[Finding]:
 
 
 def lone_plane_finding(
-    plane: str, turn_deg: float | None, error95_deg: float, other: FoldVerdict | None
+    plane: str, turn_deg: float | None, error95_deg: float, fold_without_plane: FoldVerdict | None
 ) -> Finding:
     """Report that a verdict depends on a single plane.
 
@@ -62,7 +62,7 @@ def lone_plane_finding(
         axis.
     error95_deg : float
         95 % error of beta, degrees.
-    other : FoldVerdict or None
+    fold_without_plane : FoldVerdict or None
         Verdict on the other planes, used if `turn_deg` is not given; None if they have a uniform
         dip.
 
@@ -74,28 +74,33 @@ def lone_plane_finding(
         return Finding(
             "fold.one-plane-turns", plane=plane, turn_deg=turn_deg, error_deg=error95_deg
         )
-    if other is None or other.name == "homoclinal":
+    if fold_without_plane is None or fold_without_plane.name == "homoclinal":
         return Finding("fold.one-plane-decides", plane=plane, verdict="homoclinal", reason="")
     return Finding(
-        "fold.one-plane-decides", plane=plane, verdict=other.name, reason=other.reasons[0]
+        "fold.one-plane-decides",
+        plane=plane,
+        verdict=fold_without_plane.name,
+        reason=fold_without_plane.reasons[0],
     )
 
 
-def cone_untested_finding(plane: str, other: FoldVerdict) -> Finding:
+def cone_untested_finding(plane: str, fold_without_plane: FoldVerdict) -> Finding:
     """Report that a cone is excluded because of a single plane.
 
     Parameters
     ----------
     plane : str
         Name of the plane.
-    other : FoldVerdict
+    fold_without_plane : FoldVerdict
         Verdict without this plane.
 
     Returns
     -------
     Finding
     """
-    return Finding("fold.one-plane-excludes-cone", plane=plane, reason=other.reasons[0])
+    return Finding(
+        "fold.one-plane-excludes-cone", plane=plane, reason=fold_without_plane.reasons[0]
+    )
 
 
 def _unknown_limbs(limbs: Limbs) -> Finding:

@@ -104,8 +104,8 @@ class Limbs:
     def up(self) -> tuple[FloatArray, FloatArray]:
         """Unit normals toward younger beds; they point up unless a limb is overturned."""
         first, second = (
-            pole if (pole[2] > 0) != turned else -pole
-            for pole, turned in zip(self.poles, self.overturned, strict=True)
+            pole if (pole[2] > 0) != is_overturned else -pole
+            for pole, is_overturned in zip(self.poles, self.overturned, strict=True)
         )
         return first, second
 
@@ -154,18 +154,20 @@ class Limbs:
         length = float(np.linalg.norm(halving))
         halving /= length
         spread = np.zeros((3, 3))
-        for normal, on, distance in zip(
+        for normal, variance_along, distance in zip(
             (first, second), along_variances, across_variances, strict=True
         ):
-            sideways = np.cross(axis, normal)
-            spread += on * np.outer(sideways, sideways) + distance * np.outer(axis, axis)
-        flat_values = np.eye(3) - np.outer(halving, halving)
-        widest_value = float(np.linalg.eigvalsh(flat_values @ spread @ flat_values)[-1]) / length**2
+            cross_direction = np.cross(axis, normal)
+            spread += variance_along * np.outer(
+                cross_direction, cross_direction
+            ) + distance * np.outer(axis, axis)
+        projection = np.eye(3) - np.outer(halving, halving)
+        widest_value = float(np.linalg.eigvalsh(projection @ spread @ projection)[-1]) / length**2
         # Limbs are recognised by a small scatter, which is often due to chance if there are few
         # planes.
-        wider_values = 1.0 + 1.0 / max(n - 2.0, 1.0)
-        angle = wider_values * t95(welch) * math.sqrt(float(along_variances.sum()))
-        region = math.atan(wider_values * math.sqrt(widest_value * 2.0 * f95(dof)))
+        widening = 1.0 + 1.0 / max(n - 2.0, 1.0)
+        angle = widening * t95(welch) * math.sqrt(float(along_variances.sum()))
+        region = math.atan(widening * math.sqrt(widest_value * 2.0 * f95(dof)))
         return min(math.degrees(angle), 180.0), math.degrees(region)
 
 
@@ -201,13 +203,17 @@ def find_limbs(
     n = np.arange(1, len(angles))
     left_sums = np.cumsum(angles)[:-1]
     right_sums, total = angles.sum() - left_sums, float(np.sum(angles**2))
-    within = total - left_sums**2 / n - right_sums**2 / (len(angles) - n)
-    cut = int(np.argmin(within[1:-1])) + 2 if len(angles) > 4 else int(np.argmin(within)) + 1
+    within_squares = total - left_sums**2 / n - right_sums**2 / (len(angles) - n)
+    cut = (
+        int(np.argmin(within_squares[1:-1])) + 2
+        if len(angles) > 4
+        else int(np.argmin(within_squares)) + 1
+    )
     groups = order[:cut], order[cut:]
     if min(map(len, groups)) < 2:
         return None
     separation = float(projections[groups[1]].mean() - projections[groups[0]].mean())
-    scatter = math.sqrt(max(float(within[cut - 1]), 0.0) / (len(angles) - 2))
+    scatter = math.sqrt(max(float(within_squares[cut - 1]), 0.0) / (len(angles) - 2))
     if separation < math.radians(20.0) or separation < MIN_SEPARATION * scatter:
         return None
     means = [orientation_tensor(poles[group])[1][0] for group in groups]
@@ -247,15 +253,15 @@ def find_lone_limb(poles: FloatArray) -> int | None:
         return None
     _, axes = orientation_tensor(poles)
     row = int(np.argmax(np.abs(poles @ axes[1])))
-    others = np.delete(poles, row, axis=0)
-    mean = orientation_tensor(others)[1][0]
+    other_poles = np.delete(poles, row, axis=0)
+    mean = orientation_tensor(other_poles)[1][0]
     direction = poles[row] * math.copysign(1.0, float(poles[row] @ mean))
     separation = math.acos(min(max(float(direction @ mean), -1.0), 1.0))
     direction = direction - mean * float(direction @ mean)
     length = float(np.linalg.norm(direction))
     if separation < math.radians(20.0) or length == 0.0:
         return None
-    projections = np.arcsin(np.clip(flip_to(others, mean) @ direction / length, -1.0, 1.0))
+    projections = np.arcsin(np.clip(flip_to(other_poles, mean) @ direction / length, -1.0, 1.0))
     return row if separation >= MIN_SEPARATION * rms(projections) else None
 
 

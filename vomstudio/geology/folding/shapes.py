@@ -284,13 +284,13 @@ def _fit_circle(x: FloatArray) -> tuple[FloatArray, float, FloatArray]:
     half_angle = math.acos(min(max(float(mean @ axis), -1.0), 1.0))
     for _ in range(50):
         residuals = np.arccos(np.clip(x @ axis, -1.0, 1.0)) - half_angle
-        design, across_component = _design(x, axis)
+        design, cross_axes = _design(x, axis)
         # For many poles, the normal equations are much faster than lstsq (rcond is squared).
         step = np.linalg.pinv(design.T @ design, 1e-12, hermitian=True) @ (design.T @ residuals)
         longest_value = float(np.abs(step).max())
         step *= min(1.0, 0.3 / max(longest_value, 1e-300))
         half_angle += float(step[0])
-        axis = axis + across_component.T @ step[1:]
+        axis = axis + cross_axes.T @ step[1:]
         axis = axis / np.linalg.norm(axis)
         if longest_value < 1e-9:
             break
@@ -332,12 +332,10 @@ def _fit_around_axis(poles: FloatArray, axes: FloatArray) -> _CircleAround | Non
     candidates = np.concatenate([START_DIRECTIONS, axes])
     for _ in range(MAX_ITERATIONS):
         ends = sample * np.where(candidates @ sample.T < 0.0, -1.0, 1.0)[..., None]
-        centred_values = ends - ends.mean(axis=1, keepdims=True)
-        updated_values = np.linalg.eigh(centred_values.transpose(0, 2, 1) @ centred_values)[1][
-            ..., 0
-        ]
-        has_converged = np.abs(np.sum(updated_values * candidates, axis=1)) > 1.0 - 1e-12
-        candidates = updated_values
+        centred_ends = ends - ends.mean(axis=1, keepdims=True)
+        updated_axes = np.linalg.eigh(centred_ends.transpose(0, 2, 1) @ centred_ends)[1][..., 0]
+        has_converged = np.abs(np.sum(updated_axes * candidates, axis=1)) > 1.0 - 1e-12
+        candidates = updated_axes
         if has_converged.all():
             break
     angles = np.arccos(np.abs(np.clip(candidates @ sample.T, -1.0, 1.0)))
@@ -359,8 +357,8 @@ def _second_gap_deg(ends: FloatArray, axis: FloatArray) -> float:
     """Return the second widest gap between directions (n, 3) around an axis, degrees."""
     cross_axes = np.linalg.svd(axis[None])[2][1:]
     x, y = (ends @ cross_axes.T).T
-    turns = np.sort(np.degrees(np.arctan2(y, x)))
-    gaps = np.diff(np.append(turns, turns[0] + 360.0))
+    sorted_angles = np.sort(np.degrees(np.arctan2(y, x)))
+    gaps = np.diff(np.append(sorted_angles, sorted_angles[0] + 360.0))
     return float(np.sort(gaps)[-2])
 
 
@@ -392,9 +390,11 @@ def _fit_unknown_ends(elevations: FloatArray) -> tuple[float, float, float]:
         if abs(changed_value - offset) < 1e-9:
             break
         offset = changed_value
-    one = -0.5 * ((elevations - offset) / sigma) ** 2
-    other = -0.5 * ((elevations + offset) / sigma) ** 2
-    likelihood = float(np.sum(np.logaddexp(one, other))) - len(elevations) * math.log(2.0 * sigma)
+    first_log_likelihood = -0.5 * ((elevations - offset) / sigma) ** 2
+    second_log_likelihood = -0.5 * ((elevations + offset) / sigma) ** 2
+    likelihood = float(np.sum(np.logaddexp(first_log_likelihood, second_log_likelihood))) - len(
+        elevations
+    ) * math.log(2.0 * sigma)
     return offset, sigma, likelihood
 
 
@@ -434,9 +434,9 @@ def _design(x: FloatArray, axis: FloatArray) -> tuple[FloatArray, FloatArray]:
     The directions (2, 3) of the tilts are also returned.
     """
     cross_axes = np.linalg.svd(axis[None])[2][1:]
-    flat_values = x @ cross_axes.T
-    length = np.maximum(np.linalg.norm(flat_values, axis=1, keepdims=True), 1e-12)
-    return np.column_stack([np.ones(len(x)), flat_values / length]), cross_axes
+    plane_components = x @ cross_axes.T
+    length = np.maximum(np.linalg.norm(plane_components, axis=1, keepdims=True), 1e-12)
+    return np.column_stack([np.ones(len(x)), plane_components / length]), cross_axes
 
 
 def _test_cone(poles: FloatArray, axes: FloatArray, residuals: FloatArray) -> tuple[float, float]:
@@ -480,8 +480,8 @@ def two_great_circles(poles: FloatArray, axes: FloatArray, cone: Cone | None) ->
         None for fewer than twelve poles, or if no two circles are much closer to the poles.
     """
     n = len(poles)
-    single = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
-    if n < MIN_POLES_FOR_TWO or math.degrees(rms(single)) < MIN_SCATTER_DEG:
+    single_residuals = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
+    if n < MIN_POLES_FOR_TWO or math.degrees(rms(single_residuals)) < MIN_SCATTER_DEG:
         return None
     rng = np.random.default_rng(1)
     # More poles do not improve the start values.
@@ -505,13 +505,13 @@ def two_great_circles(poles: FloatArray, axes: FloatArray, cone: Cone | None) ->
     single_cost = float(np.sum(np.abs(np.arcsin(np.clip(sample @ axes[2], -1.0, 1.0)))))
     if float(cost.min()) > 0.8 * single_cost:
         return None
-    for best in np.argsort(cost)[:3]:
-        start = np.array([normals[first[best]], normals[second[best]]])
-        mixtures.append(_fit_mixture(sample, start, rms(single)))
+    for pair_index in np.argsort(cost)[:3]:
+        start = np.array([normals[first[pair_index]], normals[second[pair_index]]])
+        mixtures.append(_fit_mixture(sample, start, rms(single_residuals)))
     normals, logs = max(mixtures, key=lambda mixture: mixture[1])
     if len(sample) < n:
-        normals, logs = _fit_mixture(poles, normals, rms(single))
-    return _two_circles(poles, cone, normals, logs, single)
+        normals, logs = _fit_mixture(poles, normals, rms(single_residuals))
+    return _two_circles(poles, cone, normals, logs, single_residuals)
 
 
 def _fit_mixture(poles: FloatArray, normals: FloatArray, sigma: float) -> tuple[FloatArray, float]:

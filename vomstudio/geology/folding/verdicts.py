@@ -119,32 +119,46 @@ def assess_fold(
     -------
     FoldVerdict
     """
-    near, far = _limits(waviness_deg)
+    cylindrical_limit_deg, scatter_limit_deg = _limits(waviness_deg)
     cone = shape.cone
-    if cone is not None and _is_conical(cone, far) and _is_obvious_cone(shape, cone, far):
+    if (
+        cone is not None
+        and _is_conical(cone, scatter_limit_deg)
+        and _is_obvious_cone(shape, cone, scatter_limit_deg)
+    ):
         return FoldVerdict("conical", "no", (_conical_finding(cone, shape.rms_deg),))
     if _has_one_dip(shape, error95_deg):
         return FoldVerdict(
             "homoclinal", "conditional", (Finding("fold.one-dip", spread_deg=shape.spread_deg),)
         )
     is_uniform = uniformity_p is not None and shape.n >= 10 and uniformity_p > UNIFORM_SIGNIFICANCE
-    if is_uniform and shape.within90_deg > near and not shape.cluster:
+    if is_uniform and shape.within90_deg > cylindrical_limit_deg and not shape.cluster:
         return FoldVerdict("scattered", "no", (Finding("fold.uniform", p=uniformity_p),))
-    if shape.limbs is not None and shape.limbs.flat and shape.within90_deg <= far:
-        return _assess_cylinder(shape, error95_deg, near, far, min_planes)
+    if shape.limbs is not None and shape.limbs.flat and shape.within90_deg <= scatter_limit_deg:
+        return _assess_cylinder(
+            shape, error95_deg, cylindrical_limit_deg, scatter_limit_deg, min_planes
+        )
     if tests_two_circles and _has_two_axes(shape):
         assert shape.two_circles is not None
         return FoldVerdict("two axes", "no", (_two_axes_finding(shape.two_circles, shape.rms_deg),))
-    if cone is not None and _is_conical(cone, far):
+    if cone is not None and _is_conical(cone, scatter_limit_deg):
         return FoldVerdict("conical", "no", (_conical_finding(cone, shape.rms_deg),))
-    if shape.within90_deg > far:
-        scattered = Finding("fold.scattered", within_deg=shape.within90_deg, limit_deg=far)
+    if shape.within90_deg > scatter_limit_deg:
+        scattered = Finding(
+            "fold.scattered", within_deg=shape.within90_deg, limit_deg=scatter_limit_deg
+        )
         return FoldVerdict("scattered", "no", (scattered,))
-    return _assess_cylinder(shape, error95_deg, near, far, min_planes)
+    return _assess_cylinder(
+        shape, error95_deg, cylindrical_limit_deg, scatter_limit_deg, min_planes
+    )
 
 
 def _assess_cylinder(
-    shape: PoleShape, error95_deg: float | None, near: float, far: float, min_planes: int
+    shape: PoleShape,
+    error95_deg: float | None,
+    cylindrical_limit_deg: float,
+    scatter_limit_deg: float,
+    min_planes: int,
 ) -> FoldVerdict:
     """Assess a shape that is compatible with a cylinder."""
     conditions: list[Finding] = []
@@ -165,20 +179,26 @@ def _assess_cylinder(
         conditions.append(Finding("fold.short-arc", arc_deg=shape.arc_deg, limit_deg=MIN_ARC_DEG))
     if conditions:
         return FoldVerdict("undetermined", "conditional", tuple(conditions), is_untested)
-    return _cylindrical_verdict(shape, error95_deg or 0.0, width, near, far)
+    return _cylindrical_verdict(
+        shape, error95_deg or 0.0, width, cylindrical_limit_deg, scatter_limit_deg
+    )
 
 
 def _cylindrical_verdict(
-    shape: PoleShape, error95_deg: float, width: float, near: float, far: float
+    shape: PoleShape,
+    error95_deg: float,
+    width: float,
+    cylindrical_limit_deg: float,
+    scatter_limit_deg: float,
 ) -> FoldVerdict:
     reasons: list[Finding] = []
     conditions: list[Finding] = []
-    is_nearly = shape.within90_deg > near
+    is_nearly = shape.within90_deg > cylindrical_limit_deg
     (conditions if is_nearly else reasons).append(
         Finding(
             "fold.nearly-cylindrical" if is_nearly else "fold.cylindrical",
             within_deg=shape.within90_deg,
-            limit_deg=near,
+            limit_deg=cylindrical_limit_deg,
         )
     )
     cone = shape.cone
@@ -249,23 +269,23 @@ def _has_one_dip(shape: PoleShape, error95_deg: float | None) -> bool:
     return shape.limbs is None and (error95_deg is None or error95_deg > KNOWN_AXIS_DEG)
 
 
-def _is_conical(cone: Cone, far: float) -> bool:
+def _is_conical(cone: Cone, scatter_limit_deg: float) -> bool:
     return (
         cone.p < CONE_SIGNIFICANCE
         and cone.off_deg >= MIN_CONE_OFFSET_DEG
         and cone.half_angle_deg >= MIN_CONE_ANGLE_DEG
         and cone.off_deg > cone.half_width_deg
         and cone.rms_deg <= MAX_CONE_SCATTER * cone.half_angle_deg
-        and 1.645 * cone.rms_deg <= far
+        and 1.645 * cone.rms_deg <= scatter_limit_deg
     )
 
 
-def _is_obvious_cone(shape: PoleShape, cone: Cone, far: float) -> bool:
+def _is_obvious_cone(shape: PoleShape, cone: Cone, scatter_limit_deg: float) -> bool:
     """Return whether many poles are close to a cone.
 
     Two limbs of uniform dip, close to a great circle, lie on many cones.
     """
-    if shape.limbs is not None and shape.limbs.flat and shape.within90_deg <= far:
+    if shape.limbs is not None and shape.limbs.flat and shape.within90_deg <= scatter_limit_deg:
         return False
     is_close = cone.rms_deg <= MAX_RING_SCATTER * min(cone.half_angle_deg, 50.0)
     is_separate = cone.half_angle_deg <= 60.0 or MIN_CONE_SEPARATION * cone.rms_deg <= cone.off_deg
@@ -275,15 +295,15 @@ def _is_obvious_cone(shape: PoleShape, cone: Cone, far: float) -> bool:
 def _has_two_axes(shape: PoleShape) -> bool:
     if shape.rms_deg < MIN_TWO_GAIN_DEG:
         return False
-    two = shape.two_circles
+    circle_pair = shape.two_circles
     return (
-        two is not None
-        and two.gain > MIN_TWO_GAIN
-        and two.angle_deg >= MIN_TWO_ANGLE_DEG
-        and min(two.arcs_deg) >= MIN_TWO_ARC_DEG
-        and min(two.counts) >= MIN_TWO_SHARE * shape.n
-        and shape.rms_deg - two.rms_deg >= MIN_TWO_GAIN_DEG
-        and two.rms_deg < 0.6 * shape.rms_deg
+        circle_pair is not None
+        and circle_pair.gain > MIN_TWO_GAIN
+        and circle_pair.angle_deg >= MIN_TWO_ANGLE_DEG
+        and min(circle_pair.arcs_deg) >= MIN_TWO_ARC_DEG
+        and min(circle_pair.counts) >= MIN_TWO_SHARE * shape.n
+        and shape.rms_deg - circle_pair.rms_deg >= MIN_TWO_GAIN_DEG
+        and circle_pair.rms_deg < 0.6 * shape.rms_deg
     )
 
 

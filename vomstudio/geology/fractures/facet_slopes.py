@@ -162,13 +162,13 @@ def facet_slopes(
             field="element",
         )
     slopes: list[tuple[FacetFace, SlopeFace]] = []
-    skipped_items: list[dict[str, Any]] = []
+    skipped_facets: list[dict[str, Any]] = []
     for facet in faces:
         try:
             plane = _slope_plane(facet)
             slopes.append((facet, SlopeFace(plane, options)))
         except UsageError as error:
-            skipped_items.append({"id": facet.id, "reason": cause_of(error)})
+            skipped_facets.append({"id": facet.id, "reason": cause_of(error)})
     if not slopes:
         raise GeometryError(Finding("slope.no-facet"))
     normals = planes_to_normals(table.dip_direction_deg[rows], table.dip_deg[rows])
@@ -180,11 +180,11 @@ def facet_slopes(
     facets = []
     for k, (facet, slope) in enumerate(slopes):
         own_row = rows_by_id.get(facet.id)
-        of = len(rows)
+        n_facets = len(rows)
         if own_row is not None and _is_face(slope, normals[own_row]):
             _exclude_own_plane(own_row, slope, normals, sets, plane_counts[k], pair_counts[k])
-            of -= 1
-        planar, flexural = (_critical_share(int(count), of) for count in plane_counts[k])
+            n_facets -= 1
+        planar, flexural = (_critical_share(int(count), n_facets) for count in plane_counts[k])
         pairs = int(pair_counts[k, 0])
         wedge, topple = (_critical_share(int(count), pairs) for count in pair_counts[k, 1:])
         plane = slope.plane
@@ -201,10 +201,10 @@ def facet_slopes(
         lateral_deg=float(options.lateral_deg),
         limits=options.limits,
         facets=tuple(facets),
-        skipped=tuple(skipped_items),
+        skipped=tuple(skipped_facets),
         convention=table.convention,
         dropped_lines=tuple(table.dropped),
-        warnings=(*table.warnings, *_warnings([facet for facet, _ in slopes], len(skipped_items))),
+        warnings=(*table.warnings, *_warnings([facet for facet, _ in slopes], len(skipped_facets))),
     )
 
 
@@ -240,13 +240,13 @@ def _count_critical(
             flexural_toppling(slope, rotated_face_frame).critical.sum(),
         )
     # The intersections do not depend on the facet, so each is computed only once.
-    done = 0
+    done_count = 0
     for lines, is_valid, pairs in intersections(normals[None], sets):
         crossing_lines = lines[0][is_valid[0]]
         pair_counts[:, 0] += len(crossing_lines)
         pair_counts[:, 1:] += count_critical_lines(slopes, crossing_lines)
-        done += pairs.shape[1]
-        progress.step(done)
+        done_count += pairs.shape[1]
+        progress.step(done_count)
     return plane_counts, pair_counts
 
 
@@ -274,10 +274,10 @@ def _exclude_own_plane(
             flexural_toppling(slope, rotated_face_frame).critical.sum(),
         ]
     )
-    others = np.arange(len(normals)) != facet_row
+    is_other_facet = np.arange(len(normals)) != facet_row
     if sets is not None and sets[facet_row] >= 0:
-        others &= sets != sets[facet_row]
-    lines = np.cross(normals[facet_row], normals[others])
+        is_other_facet &= sets != sets[facet_row]
+    lines = np.cross(normals[facet_row], normals[is_other_facet])
     length = np.linalg.norm(lines, axis=1)
     is_valid = length > math.radians(ANGLE_TOLERANCE_DEG)
     lines = lines[is_valid] / length[is_valid, None]

@@ -115,16 +115,14 @@ def area_dispersion(positions: FloatArray, weights: FloatArray, area: Any) -> fl
         return 1.0
     low_x, low_y, high_x, high_y = area.bounds
     dispersion = 1.0
-    for across_component in CELLS_ACROSS:
-        x, y = (
-            np.linspace(a, b, across_component + 1) for a, b in ((low_x, high_x), (low_y, high_y))
-        )
+    for n_cells in CELLS_ACROSS:
+        x, y = (np.linspace(a, b, n_cells + 1) for a, b in ((low_x, high_x), (low_y, high_y)))
         column, row = (
-            np.clip(np.searchsorted(edges, values, side="right") - 1, 0, across_component - 1)
+            np.clip(np.searchsorted(edges, values, side="right") - 1, 0, n_cells - 1)
             for edges, values in ((x, positions[:, 0]), (y, positions[:, 1]))
         )
-        cell = row * across_component + column
-        sums = np.asarray(np.bincount(cell, weights, minlength=across_component**2), np.float64)
+        cell = row * n_cells + column
+        sums = np.asarray(np.bincount(cell, weights, minlength=n_cells**2), np.float64)
         left, bottom = (grid.ravel() for grid in np.meshgrid(x[:-1], y[:-1]))
         right, top = (grid.ravel() for grid in np.meshgrid(x[1:], y[1:]))
         cells = shapely.intersection(shapely.box(left, bottom, right, top), area)
@@ -163,10 +161,10 @@ def line_dispersion(along_m: FloatArray, length_m: float) -> float:
 def _dispersion(sums: FloatArray, sizes: FloatArray, variance: float) -> float:
     """Return the dispersion of sums (k,) over parts, given the variance of the total."""
     fraction = sizes / sizes.sum()
-    expected_values = variance * (1.0 - float(np.sum(fraction**2)))
-    if expected_values <= 0.0:
+    expected_variance = variance * (1.0 - float(np.sum(fraction**2)))
+    if expected_variance <= 0.0:
         return 1.0
-    return float(np.sum((sums - sums.sum() * fraction) ** 2)) / expected_values
+    return float(np.sum((sums - sums.sum() * fraction) ** 2)) / expected_variance
 
 
 def crossings_per_trace(trace: IntArray) -> FloatArray:

@@ -184,9 +184,9 @@ def _power_law(minimum: float) -> LengthLaw:
         a = math.exp(u[0])
         if a <= 1:
             return np.full(len(x), np.inf)
-        below = np.maximum(minimum - x, 0.0)
+        shortfall = np.maximum(minimum - x, 0.0)
         tail = np.exp((1 - a) * survival(x)) * minimum / (a - 1)
-        return np.asarray(np.log(tail + below))
+        return np.asarray(np.log(tail + shortfall))
 
     def log_mean(u: FloatArray) -> float:
         a = math.exp(u[0])
@@ -307,7 +307,7 @@ def fit_law(
     """
     from scipy.optimize import minimize
 
-    complete, cut_once, cut_twice = (lengths[cut_indices == k] for k in range(3))
+    complete_lengths_m, cut_once, cut_twice = (lengths[cut_indices == k] for k in range(3))
     if window is None:
         cut_once, cut_twice = np.concatenate([cut_once, cut_twice]), cut_twice[:0]
 
@@ -315,7 +315,7 @@ def fit_law(
         if not (np.abs(u) < 50).all():
             return -math.inf
         with np.errstate(all="ignore"):
-            sum_ = float(law.log_f(complete, u).sum() + law.log_s(cut_once, u).sum())
+            sum_ = float(law.log_f(complete_lengths_m, u).sum() + law.log_s(cut_once, u).sum())
             if window is not None:
                 mean = law.log_mean(u)
                 if not mean < -MIN_LOG:
@@ -326,28 +326,28 @@ def fit_law(
                 )
         return sum_ if math.isfinite(sum_) else -math.inf
 
-    start = law.start(complete)
+    start = law.start(complete_lengths_m)
     if window is not None and law.name == "power_law":
         start = np.maximum(start, math.log(1.2))
     steps = np.vstack([start, *(start + 0.3 * row for row in np.eye(len(start)))])
-    best = minimize(
+    best_fit = minimize(
         lambda u: -log_likelihood(u),
         start,
         method="Nelder-Mead",
         options={"initial_simplex": steps, "xatol": 1e-7, "fatol": 1e-9, "maxiter": 2000},
     )
-    max_log_likelihood = -float(best.fun)
-    covariance = _covariance(log_likelihood, best.x)
+    max_log_likelihood = -float(best_fit.fun)
+    covariance = _covariance(log_likelihood, best_fit.x)
     if not math.isfinite(max_log_likelihood) or covariance is None:
         return None
     parameters = {
-        name: _interval(float(best.x[i]), math.sqrt(covariance[i, i]))
+        name: _interval(float(best_fit.x[i]), math.sqrt(covariance[i, i]))
         for i, name in enumerate(law.parameters)
     }
     parameters.update({name: Parameter(v, None, None) for name, v in law.constants.items()})
     mean = None
-    if (log_mean := law.log_mean(best.x)) < -MIN_LOG:
-        slope = _gradient(law.log_mean, best.x)
+    if (log_mean := law.log_mean(best_fit.x)) < -MIN_LOG:
+        slope = _gradient(law.log_mean, best_fit.x)
         error = float(slope @ covariance @ slope)
         mean = (
             _interval(log_mean, math.sqrt(error))

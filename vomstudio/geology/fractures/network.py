@@ -332,9 +332,9 @@ def describe_lengths(pieces: TracePieces, area: Any = None) -> TraceLengths:
     fits = uncorrected if window is None else fit_laws(lengths, cut, window)
     mean = mean_length_from_ends(lengths, cut.astype(np.float64))
     km_mean, km_median = kaplan_meier(lengths, cut > 0)
-    best = fits[0] if fits else None
+    best_fit = fits[0] if fits else None
     reason = None
-    if best is None:
+    if best_fit is None:
         reason = Finding("fractures.few-lengths", minimum=MIN_COMPLETE_TRACES)
     return TraceLengths(
         n=n,
@@ -345,9 +345,9 @@ def describe_lengths(pieces: TracePieces, area: Any = None) -> TraceLengths:
         censored_share=float((cut > 0).mean()),
         kaplan_meier_mean_m=km_mean,
         kaplan_meier_median_m=km_median,
-        distribution=best.distribution if best else None,
-        parameters={k: p.value for k, p in best.parameters.items()} if best else {},
-        parameters_95={k: _limits(p) for k, p in best.parameters.items()} if best else {},
+        distribution=best_fit.distribution if best_fit else None,
+        parameters={k: p.value for k, p in best_fit.parameters.items()} if best_fit else {},
+        parameters_95={k: _limits(p) for k, p in best_fit.parameters.items()} if best_fit else {},
         fits=tuple(fits),
         uncorrected=tuple(uncorrected) if window is not None else (),
         reason=reason,
@@ -472,13 +472,13 @@ def _set_rows(sets: Sequence[str] | None, n: int) -> tuple[tuple[str, ...], IntA
     """Return the set names in order of appearance (unassigned last) and the set of each trace."""
     if sets is None:
         return ("all",), np.zeros(n, np.int64)
-    named = [name or UNASSIGNED for name in sets]
-    names = list(dict.fromkeys(named))
+    set_names = [name or UNASSIGNED for name in sets]
+    names = list(dict.fromkeys(set_names))
     if UNASSIGNED in names:
         names.remove(UNASSIGNED)
         names.append(UNASSIGNED)
     row = {name: i for i, name in enumerate(names)}
-    return tuple(names), np.array([row[name] for name in named], np.int64)
+    return tuple(names), np.array([row[name] for name in set_names], np.int64)
 
 
 def _sets(

@@ -117,9 +117,9 @@ def find_nodes(pieces: TracePieces, snap_m: float = 0.0, area: object = None) ->
     ends = pieces.ends().reshape(-1, 2)
     cut = pieces.cut.ravel().copy()
     piece = np.repeat(np.arange(len(pieces)), 2)
-    closed_values = np.asarray(shapely.is_closed(pieces.lines))
+    is_closed = np.asarray(shapely.is_closed(pieces.lines))
     tree = shapely.STRtree(pieces.lines)
-    free_rows = np.flatnonzero(~cut & ~closed_values[piece])
+    free_rows = np.flatnonzero(~cut & ~is_closed[piece])
     touches = _find_touches(tree, pieces.lines, ends, piece, free_rows, tolerance)
     crossing, pair, overlaps = _find_crossings(tree, pieces.lines)
     group, node_count = _group_nodes(ends, free_rows, crossing, pair, touches, piece, tolerance)
@@ -159,11 +159,13 @@ def _find_touches(
     import shapely
 
     points = shapely.points(ends[free_indices])
-    rows, other = tree.query(points, predicate="dwithin", distance=tolerance)  # type: ignore[attr-defined]
-    foreign = piece[free_indices[rows]] != other
-    rows, other = rows[foreign], other[foreign]
+    rows, touched_pieces = tree.query(points, predicate="dwithin", distance=tolerance)  # type: ignore[attr-defined]
+    foreign = piece[free_indices[rows]] != touched_pieces
+    rows, touched_pieces = rows[foreign], touched_pieces[foreign]
     return _Touches(
-        free_indices[rows], other, np.asarray(shapely.distance(points[rows], lines[other]))
+        free_indices[rows],
+        touched_pieces,
+        np.asarray(shapely.distance(points[rows], lines[touched_pieces])),
     )
 
 
@@ -212,13 +214,15 @@ def _group_nodes(
     crossings_by_pair: dict[tuple[int, int], list[int]] = {}
     for row, (a, b) in enumerate(pair.tolist()):
         crossings_by_pair.setdefault((a, b), []).append(row)
-    extra = []
-    for end, other in zip(touches.end.tolist(), touches.other.tolist(), strict=True):
+    added_nodes = []
+    for end, touched_piece in zip(touches.end.tolist(), touches.other.tolist(), strict=True):
         piece_of_end = int(piece[end])
-        for row in crossings_by_pair.get((min(piece_of_end, other), max(piece_of_end, other)), ()):
+        for row in crossings_by_pair.get(
+            (min(piece_of_end, touched_piece), max(piece_of_end, touched_piece)), ()
+        ):
             if np.hypot(*(crossing[row] - ends[end])) <= MAX_OFFSET_RATIO * tolerance:
-                extra.append((place_of[end], len(free_indices) + row))
-    links.append(np.asarray(extra, np.int64).reshape(-1, 2))
+                added_nodes.append((place_of[end], len(free_indices) + row))
+    links.append(np.asarray(added_nodes, np.int64).reshape(-1, 2))
     edges = np.vstack(links)
     graph = coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(count, count))
     n_nodes, group = connected_components(graph, directed=False)
@@ -252,14 +256,14 @@ def _count_branches(
     end_node[free_indices] = group[:n_free]
     # Count each piece once at each of its nodes.
     nodes = np.concatenate([group[:n_free], np.repeat(group[n_free:], 2), end_node[touches.end]])
-    involved_values = np.concatenate([piece[free_indices], pair.ravel(), touches.other])
-    both = np.unique(np.stack([nodes, involved_values], axis=1), axis=0)
+    involved_pieces = np.concatenate([piece[free_indices], pair.ravel(), touches.other])
+    node_pieces = np.unique(np.stack([nodes, involved_pieces], axis=1), axis=0)
     ends_here = np.unique(np.stack([group[:n_free], piece[free_indices]], axis=1), axis=0)
-    passing = np.bincount(both[:, 0], minlength=count)
-    ending = np.bincount(ends_here[:, 0], minlength=count)
+    passing_counts = np.bincount(node_pieces[:, 0], minlength=count)
+    ending_counts = np.bincount(ends_here[:, 0], minlength=count)
     is_edge = np.zeros(count, np.bool_)
     is_edge[group[n_free:][edge_crossings]] = True
-    return (2 * passing - ending).astype(np.int64), is_edge
+    return (2 * passing_counts - ending_counts).astype(np.int64), is_edge
 
 
 def _node_places(group: IntArray, count: int, ends: FloatArray, crossing: FloatArray) -> FloatArray:
@@ -277,27 +281,27 @@ def _snapped_ends(
     pair: IntArray,
 ) -> list[SnappedEnd]:
     crossed = set(map(tuple, pair.tolist()))
-    nearest_items: dict[int, tuple[float, int]] = {}
-    for end, other, distance in zip(
+    nearest_ends: dict[int, tuple[float, int]] = {}
+    for end, touched_piece, distance in zip(
         touches.end.tolist(), touches.other.tolist(), touches.distance.tolist(), strict=True
     ):
-        if distance > pieces.rounding_m and distance < nearest_items.get(end, (np.inf, 0))[0]:
-            nearest_items[end] = (distance, other)
-    snapped_items = []
-    for end, (distance, other) in sorted(nearest_items.items()):
+        if distance > pieces.rounding_m and distance < nearest_ends.get(end, (np.inf, 0))[0]:
+            nearest_ends[end] = (distance, touched_piece)
+    snapped_ends = []
+    for end, (distance, touched_piece) in sorted(nearest_ends.items()):
         piece_of_end = int(piece[end])
-        is_crossed = (min(piece_of_end, other), max(piece_of_end, other)) in crossed
-        snapped_items.append(
+        is_crossed = (min(piece_of_end, touched_piece), max(piece_of_end, touched_piece)) in crossed
+        snapped_ends.append(
             SnappedEnd(
                 "overshoot" if is_crossed else "gap",
                 int(pieces.trace[piece_of_end]) + 1,
-                int(pieces.trace[other]) + 1,
+                int(pieces.trace[touched_piece]) + 1,
                 float(ends[end, 0]),
                 float(ends[end, 1]),
                 distance,
             )
         )
-    return snapped_items
+    return snapped_ends
 
 
 def _snapped_edges(

@@ -100,10 +100,10 @@ def circle_area(x: float, y: float, radius: float) -> Any:
             Finding("fractures.not-a-circle", text=f"{x:g},{y:g},{radius:g}"), field="--circle"
         )
     step = 2 * np.pi / N_CIRCLE_VERTICES
-    outer_values = radius * np.sqrt(step / np.sin(step))
+    outer_radius = radius * np.sqrt(step / np.sin(step))
     turn = np.arange(N_CIRCLE_VERTICES) * step
     return shapely.Polygon(
-        np.stack([x + outer_values * np.cos(turn), y + outer_values * np.sin(turn)], -1)
+        np.stack([x + outer_radius * np.cos(turn), y + outer_radius * np.sin(turn)], -1)
     )
 
 
@@ -135,11 +135,11 @@ def clip_traces(lines: ObjectArray, area: Any = None, edge_m: float = 0.0) -> Tr
     inside = np.asarray(shapely.covered_by(lines, area))
     crossing = np.flatnonzero(~inside & shapely.intersects(lines, area))
     parts, part_of = _clip_lines(lines[crossing], area)
-    clipped_values = np.concatenate([lines[inside], parts])
+    clipped_lines = np.concatenate([lines[inside], parts])
     trace = np.concatenate([rows[inside], crossing[part_of]])
     order = np.argsort(trace, kind="stable")
     pieces = TracePieces(
-        clipped_values[order], trace[order], np.zeros((len(clipped_values), 2), np.bool_), rounding
+        clipped_lines[order], trace[order], np.zeros((len(clipped_lines), 2), np.bool_), rounding
     )
     edge = shapely.boundary(area)
     shapely.prepare(edge)
@@ -173,15 +173,18 @@ def _clip_lines(lines: ObjectArray, area: Any) -> tuple[ObjectArray, IntArray]:
     """Return the parts of lines inside the area, and the row of the line of each part."""
     import shapely
 
-    simple = np.asarray(shapely.is_simple(lines))
-    inside = shapely.intersection(lines[simple], area)
+    is_simple = np.asarray(shapely.is_simple(lines))
+    inside = shapely.intersection(lines[is_simple], area)
     # Join the two ends of a closed trace.
-    ring = np.asarray(shapely.is_ring(lines[simple]))
+    ring = np.asarray(shapely.is_ring(lines[is_simple]))
     inside[ring] = shapely.line_merge(inside[ring])
     parts, line_row = shapely.get_parts(inside, return_index=True)
     is_line = (shapely.get_type_id(parts) == 1) & (shapely.length(parts) > 0)
-    parts_by_segment, line_by_segment = _clip_by_segments(lines[~simple], area)
-    rows = [np.flatnonzero(simple)[line_row[is_line]], np.flatnonzero(~simple)[line_by_segment]]
+    parts_by_segment, line_by_segment = _clip_by_segments(lines[~is_simple], area)
+    rows = [
+        np.flatnonzero(is_simple)[line_row[is_line]],
+        np.flatnonzero(~is_simple)[line_by_segment],
+    ]
     return np.concatenate([parts[is_line], parts_by_segment]), np.concatenate(rows)
 
 
@@ -199,13 +202,13 @@ def _clip_by_segments(lines: ObjectArray, area: Any) -> tuple[ObjectArray, IntAr
     parts, segment_row = parts[is_line], segment_row[is_line]
     # Orient the parts along their segments.
     ends = np.stack([shapely.get_coordinates(shapely.get_point(parts, i)) for i in (0, -1)], 1)
-    along_component = end[segment_row] - start[segment_row]
-    position = np.einsum("kej,kj->ke", ends - start[segment_row][:, None], along_component)
+    segment_vectors = end[segment_row] - start[segment_row]
+    position = np.einsum("kej,kj->ke", ends - start[segment_row][:, None], segment_vectors)
     backward = position[:, 0] > position[:, 1]
     ends[backward] = ends[backward][:, ::-1]
     order = np.lexsort((position.min(axis=1), segment_row))
     ends, owner = ends[order], line[segment_row[order]]
-    joined_items: list[Any] = []
+    joined_lines: list[Any] = []
     joined_line: list[int] = []
     begin = 0
     for i in range(1, len(ends) + 1):
@@ -213,9 +216,9 @@ def _clip_by_segments(lines: ObjectArray, area: Any) -> tuple[ObjectArray, IntAr
             continue
         run = ends[begin:i]
         if len(run):
-            joined_items.append(shapely.linestrings(np.vstack([run[0, :1], run[:, 1]])))
+            joined_lines.append(shapely.linestrings(np.vstack([run[0, :1], run[:, 1]])))
             joined_line.append(int(owner[begin]))
         begin = i
-    lines_inside = np.empty(len(joined_items), np.object_)
-    lines_inside[:] = joined_items
+    lines_inside = np.empty(len(joined_lines), np.object_)
+    lines_inside[:] = joined_lines
     return lines_inside, np.asarray(joined_line, np.int64)

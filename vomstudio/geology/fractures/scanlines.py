@@ -129,24 +129,26 @@ def find_crossings(
     a, b, line = line_segments(scanlines)
     traces = shapely.linestrings(np.stack([start, end], axis=1))
     parts = shapely.linestrings(np.stack([a, b], axis=1))
-    before = np.zeros(len(a))
+    distances_before = np.zeros(len(a))
     steps = np.hypot(*(b - a).T)
     for k in range(len(scanlines)):
         is_on_line = np.flatnonzero(line == k)
-        before[is_on_line] = np.cumsum(steps[is_on_line]) - steps[is_on_line]
+        distances_before[is_on_line] = np.cumsum(steps[is_on_line]) - steps[is_on_line]
     part, segment = shapely.STRtree(traces).query(parts, predicate="intersects")
     intersection_points = shapely.intersection(parts[part], traces[segment])
     is_point = shapely.get_type_id(intersection_points) == 0
     overlaps = len(np.unique(trace_of_segment[segment[~is_point]]))
     part, segment = part[is_point], segment[is_point]
     xy = shapely.get_coordinates(intersection_points[is_point])
-    along_component = before[part] + np.hypot(*(xy - a[part]).T)
+    line_distances = distances_before[part] + np.hypot(*(xy - a[part]).T)
     trace_vector, line_vector = end[segment] - start[segment], b[part] - a[part]
-    cross = np.abs(trace_vector[:, 0] * line_vector[:, 1] - trace_vector[:, 1] * line_vector[:, 0])
-    sine = cross / np.maximum(np.hypot(*trace_vector.T) * np.hypot(*line_vector.T), 1e-300)
-    order = np.lexsort((along_component, line[part]))
+    cross_products = np.abs(
+        trace_vector[:, 0] * line_vector[:, 1] - trace_vector[:, 1] * line_vector[:, 0]
+    )
+    sine = cross_products / np.maximum(np.hypot(*trace_vector.T) * np.hypot(*line_vector.T), 1e-300)
+    order = np.lexsort((line_distances, line[part]))
     trace, scanline = trace_of_segment[segment][order], line[part][order]
-    along_component, sine = along_component[order], sine[order]
+    line_distances, sine = line_distances[order], sine[order]
     # A vertex of a trace that lies on the scanline belongs to two segments of the trace.
     is_repeated = np.zeros(len(order), np.bool_)
     for shift in range(1, min(4, len(order))):
@@ -154,12 +156,12 @@ def find_crossings(
             (trace[shift:] == trace[:-shift])
             & (scanline[shift:] == scanline[:-shift])
             & (
-                along_component[shift:] - along_component[:-shift]
-                < 1e-9 * max(1.0, float(along_component.max(initial=0.0)))
+                line_distances[shift:] - line_distances[:-shift]
+                < 1e-9 * max(1.0, float(line_distances.max(initial=0.0)))
             )
         )
-    trace, scanline, along_component, sine = (
-        v[~is_repeated] for v in (trace, scanline, along_component, sine)
+    trace, scanline, line_distances, sine = (
+        v[~is_repeated] for v in (trace, scanline, line_distances, sine)
     )
     weight = 1.0 / np.maximum(sine, 1e-12)
     capped_count = 0
@@ -169,7 +171,7 @@ def find_crossings(
     return Crossings(
         trace,
         scanline,
-        along_component,
+        line_distances,
         np.degrees(np.arcsin(np.minimum(sine, 1.0))),
         weight,
         np.asarray(np.bincount(line, steps, minlength=len(scanlines)), np.float64),
@@ -195,10 +197,10 @@ def measure_spacing(
     -------
     Spacing
     """
-    line, along_component = crossings.scanline[members], crossings.along_m[members]
+    line, line_distances = crossings.scanline[members], crossings.along_m[members]
     sine = np.sin(np.radians(crossings.angle_deg[members]))
     is_same = line[1:] == line[:-1]
-    gaps = (along_component[1:] - along_component[:-1])[is_same]
+    gaps = (line_distances[1:] - line_distances[:-1])[is_same]
     true_gaps = gaps * ((sine[1:] + sine[:-1]) / 2)[is_same]
     mean = float(gaps.mean()) if len(gaps) else None
     true_mean = float(true_gaps.mean()) if len(true_gaps) else None
@@ -210,9 +212,9 @@ def measure_spacing(
     ratio = true_mean / mean if true_mean is not None and mean else None
     weights_by_trace = np.bincount(trace, weights).astype(np.float64)
     return Spacing(
-        n=len(along_component),
+        n=len(line_distances),
         gaps=len(gaps),
-        P10_1_per_m=len(along_component) / size,
+        P10_1_per_m=len(line_distances) / size,
         P10_95_1_per_m=frequency,
         mean_m=mean,
         mean_95_m=mean_95,
@@ -241,12 +243,12 @@ def _intervals(
     regular: both intervals then follow from the scatter of the gaps, as in a renewal process (Cox
     1962, Renewal theory).
     """
-    line, along_component, size = (
+    line, line_distances, size = (
         crossings.scanline[members],
         crossings.along_m[members],
         crossings.length_m,
     )
-    n, lines = len(along_component), len(crossings.lengths_m)
+    n, lines = len(line_distances), len(crossings.lengths_m)
     if not n:
         return empty_interval(size), UNKNOWN_INTERVAL, 1.0
     weights = crossings_per_trace(crossings.trace[members])
@@ -261,8 +263,8 @@ def _intervals(
         error = regular_half_width(math.sqrt(dispersion * n * repeats) * math.sqrt(dof), dof)
         frequency = max(n - error, 0.0) / size, (n + error) / size
         return frequency, (mean * math.exp(-half), mean * math.exp(half)), dispersion
-    before = np.cumsum(crossings.lengths_m) - crossings.lengths_m
-    dispersion = line_dispersion(before[line] + along_component, size)
+    distances_before = np.cumsum(crossings.lengths_m) - crossings.lengths_m
+    dispersion = line_dispersion(distances_before[line] + line_distances, size)
     if coefficient_of_variation is not None and len(gaps) >= MIN_DISPERSION_PARTS:
         dispersion = max(dispersion, coefficient_of_variation**2)
     low, high = density_interval(weights, size, dispersion)

@@ -116,8 +116,8 @@ class TracePlane:
             # On a vertical plane, y is the height.
             origin = np.array([centre[0], centre[1], 0.0])
         length_in_space = sum(float(_lengths(line).sum()) for line in lines)
-        across_component = np.stack([frame.right, up])
-        length_on_plane = sum(float(_lengths(line @ across_component.T).sum()) for line in lines)
+        plane_axes = np.stack([frame.right, up])
+        length_on_plane = sum(float(_lengths(line @ plane_axes.T).sum()) for line in lines)
         return cls(
             dip_direction_deg=plane.dip_direction_deg,
             dip_deg=plane.dip_deg,
@@ -221,7 +221,7 @@ class TracePlane:
 
         if self.is_horizontal:
             return _drop_heights(shapes)
-        placed = shapes.copy()
+        placed_shapes = shapes.copy()
         for i, shape in enumerate(shapes):
             if shape is None or shape.is_empty:
                 continue
@@ -229,13 +229,13 @@ class TracePlane:
             is_level = bool(np.ptp(z) == 0) if np.isfinite(z).all() else None
             is_within_heights = is_level is not None and heights[0] <= z[0] <= heights[1]
             if is_level is None or (is_level and (option == "area" or not is_within_heights)):
-                placed[i] = self._above(shape, option)
+                placed_shapes[i] = self._above(shape, option)
             else:
-                projected = shapely.force_3d(self.project(shapes[i : i + 1])[0])
+                projected_shape = shapely.force_3d(self.project(shapes[i : i + 1])[0])
                 min_extent = math.cos(math.radians(MAX_MAP_DIP_DEG)) * _extent(shape, option)
-                if _extent(projected, option) < min_extent:
+                if _extent(projected_shape, option) < min_extent:
                     raise self._edge_on(option)
-        return self.project(placed)
+        return self.project(placed_shapes)
 
     def project_circle(self, circle: Sequence[float]) -> tuple[float, float, float]:
         """Project a circle from the World frame onto the plane.
@@ -388,7 +388,9 @@ def vertices_with_heights(shapes: ObjectArray) -> tuple[list[FloatArray], BoolAr
     ]
     is_open = [bool((line[0] != line[-1]).any()) for line in usable_lines]
     if any(is_open):
-        usable_lines = [line for line, keep in zip(usable_lines, is_open, strict=True) if keep]
+        usable_lines = [
+            line for line, is_used in zip(usable_lines, is_open, strict=True) if is_used
+        ]
     return usable_lines, lacks_heights
 
 
@@ -405,9 +407,9 @@ def _are_stacked(heights: FloatArray, counts: IntArray, first: IntArray) -> bool
     """
     means = np.add.reduceat(heights, first) / counts
     residuals = heights - np.repeat(means, counts)
-    along_component = float(np.sqrt(np.mean(np.add.reduceat(residuals**2, first) / counts)))
-    between = float(np.std(means))
-    return between > 0 and between >= MIN_STEP_RATIO * along_component
+    spread_within = float(np.sqrt(np.mean(np.add.reduceat(residuals**2, first) / counts)))
+    spread_between = float(np.std(means))
+    return spread_between > 0 and spread_between >= MIN_STEP_RATIO * spread_within
 
 
 def _axes(points: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -433,9 +435,9 @@ def _extent(shape: Any, option: str) -> float:
         ring = part.exterior if part.geom_type == "Polygon" else part
         points = shapely.get_coordinates(ring, include_z=True)
         if option == "area":
-            centred_values = points - points.mean(axis=0)
+            centred_points = points - points.mean(axis=0)
             total += (
-                float(np.linalg.norm(np.cross(centred_values[:-1], centred_values[1:]).sum(axis=0)))
+                float(np.linalg.norm(np.cross(centred_points[:-1], centred_points[1:]).sum(axis=0)))
                 / 2
             )
         else:

@@ -161,8 +161,8 @@ def fit_window(pieces: TracePieces, area: Any) -> Window:
     rings = shapely.get_parts(shapely.boundary(area))
     start, end, _ = line_segments(rings)
     dx, dy = (end - start).T
-    across_component = np.abs(np.cos(angle)[:, None] * dy - np.sin(angle)[:, None] * dx).sum(axis=1)
-    return Window(float(area.area), float(fraction @ across_component) / 2.0)
+    crossed_widths = np.abs(np.cos(angle)[:, None] * dy - np.sin(angle)[:, None] * dx).sum(axis=1)
+    return Window(float(area.area), float(fraction @ crossed_widths) / 2.0)
 
 
 def share_outside_hull(lines: Any, area: Any) -> float:

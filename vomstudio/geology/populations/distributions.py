@@ -181,8 +181,8 @@ def assess_uniformity(v: FloatArray, is_directed: bool) -> UniformityFigures:
     """
     n = len(v)
     if is_directed:
-        raw_values = 3.0 * n * float(np.sum(v.mean(axis=0) ** 2))
-        statistic = (1.0 - 0.5 / n) * raw_values + raw_values**2 / (10.0 * n)
+        rayleigh_statistic = 3.0 * n * float(np.sum(v.mean(axis=0) ** 2))
+        statistic = (1.0 - 0.5 / n) * rayleigh_statistic + rayleigh_statistic**2 / (10.0 * n)
         dof, name = 3, "Rayleigh"
     else:
         tensor = v.T @ v / n
@@ -217,8 +217,10 @@ def axes_confidence(
     projections = v @ axes.T
 
     def confidence_of_axis(i: int) -> AxisConfidence | None:
-        j, k = (other for other in range(3) if other != i)
-        if n < 5 or not all(_are_distinct(values, projections, i, other, w) for other in (j, k)):
+        j, k = (axis_index for axis_index in range(3) if axis_index != i)
+        if n < 5 or not all(
+            _are_distinct(values, projections, i, axis_index, w) for axis_index in (j, k)
+        ):
             return None
         differences = np.array([values[i] - values[j], values[i] - values[k]])
         influence = projections[:, [i]] * projections[:, [j, k]] / differences * w[:, None]
@@ -235,34 +237,34 @@ def axes_confidence(
 
 
 def _are_distinct(
-    values: FloatArray, along_component: FloatArray, i: int, j: int, weights: FloatArray
+    values: FloatArray, axis_cosines: FloatArray, i: int, j: int, weights: FloatArray
 ) -> bool:
     """Return whether eigenvalues i and j differ significantly."""
-    large, small = max(values[i], values[j]), max(min(values[i], values[j]), 0.0)
-    if large - small < 1e-12:
+    larger_value, smaller_value = max(values[i], values[j]), max(min(values[i], values[j]), 0.0)
+    if larger_value - smaller_value < 1e-12:
         return False
-    length = np.average(
-        (along_component[:, i] ** 2 + along_component[:, j] ** 2) ** 2, weights=weights
-    )
+    length = np.average((axis_cosines[:, i] ** 2 + axis_cosines[:, j] ** 2) ** 2, weights=weights)
     if (
-        math.exp(-effective_number(weights) * (large - small) ** 2 / length)
+        math.exp(-effective_number(weights) * (larger_value - smaller_value) ** 2 / length)
         < DIFFERENCE_SIGNIFICANCE
     ):
         return True
-    dof = len(along_component) - 1.0
-    return small == 0.0 or f_tail(dof, dof, large / small) < RATIO_SIGNIFICANCE
+    dof = len(axis_cosines) - 1.0
+    return (
+        smaller_value == 0.0 or f_tail(dof, dof, larger_value / smaller_value) < RATIO_SIGNIFICANCE
+    )
 
 
 def _confidence(
-    covariance: FloatArray, across_component: FloatArray, degrees_of_freedom: float
+    covariance: FloatArray, axis_direction: FloatArray, degrees_of_freedom: float
 ) -> AxisConfidence | None:
     """Return the region of a covariance (2, 2) along two axes (2, 3), radians squared."""
     squares, directions = np.linalg.eigh(covariance)
     sines = np.sqrt(np.maximum(squares, 0.0) * 2.0 * f95(degrees_of_freedom))
     # The quadratic form applies to direction cosines (Anderson 1963), that is, to sines: if it
     # exceeds 1, the axis is undetermined in that direction.
-    small, large = np.degrees(np.arcsin(np.minimum(sines, 1.0))).tolist()
-    return AxisConfidence(large, small, line_figures(directions[:, 1] @ across_component))
+    minor_deg, major_deg = np.degrees(np.arcsin(np.minimum(sines, 1.0))).tolist()
+    return AxisConfidence(major_deg, minor_deg, line_figures(directions[:, 1] @ axis_direction))
 
 
 def fit_bingham(
@@ -299,13 +301,13 @@ def _bingham_confidence(
     weights = np.ones(n)
 
     def confidence_of_axis(i: int) -> AxisConfidence | None:
-        others = [j for j in range(3) if j != i]
-        products = np.array([(values[i] - values[j]) * (k[i] - k[j]) for j in others])
+        other_axes = [j for j in range(3) if j != i]
+        products = np.array([(values[i] - values[j]) * (k[i] - k[j]) for j in other_axes])
         if n < 5 or float(products.min()) < 1e-12:
             return None
-        if not all(_are_distinct(values, projections, i, j, weights) for j in others):
+        if not all(_are_distinct(values, projections, i, j, weights) for j in other_axes):
             return None
-        return _confidence(np.diag(1.0 / (2.0 * (n - 2.0) * products)), axes[others], n - 2.0)
+        return _confidence(np.diag(1.0 / (2.0 * (n - 2.0) * products)), axes[other_axes], n - 2.0)
 
     return confidence_of_axis(0), confidence_of_axis(1), confidence_of_axis(2)
 
@@ -367,7 +369,7 @@ def fit_kent(
         return None, Finding("kent.round", p=p)
     # Kent's (1982) confidence region of the mean, in Hotelling's form.
     sines = np.sqrt(squares * 2.0 * f95(n - 2.0) / (n - 2.0)) / resultant
-    largest, smallest = np.degrees(np.arcsin(np.minimum(sines, 1.0))).tolist()
+    major_deg, minor_deg = np.degrees(np.arcsin(np.minimum(sines, 1.0))).tolist()
     mean = Line.from_vector(model.axes[0], is_directed=is_directed)
     return KentFigures(
         mean.trend_deg,
@@ -375,8 +377,8 @@ def fit_kent(
         model.kappa,
         model.beta,
         line_figures(model.axes[1]),
-        largest,
-        smallest,
+        major_deg,
+        minor_deg,
         p,
         None if n < MIN_FIT_DIRECTIONS else kent_p(model, x),
     ), None

@@ -112,8 +112,8 @@ def weights_by_error(v: FloatArray, errors: OrientationErrors) -> tuple[FloatArr
     natural = 0.0
     weights = np.ones(len(v))
     for _ in range(50):
-        squares, free = _residuals(v, weights)
-        estimate = _natural_variance(squares, free, variance)
+        squares, degrees_of_freedom = _residuals(v, weights)
+        estimate = _natural_variance(squares, degrees_of_freedom, variance)
         weights = 1.0 / np.maximum(variance + estimate, 1e-16)
         weights /= weights.mean()
         if abs(estimate - natural) <= 1e-9 * max(estimate, 1e-12):

@@ -82,11 +82,11 @@ def bingham_nodes(k1: float, k2: float) -> QuadratureNodes:
     a, b = -k1, -k2
     x, wx = _legendre(-1.0, 1.0, _width(a))
     angle, wt = _legendre(-math.pi / 2, math.pi / 2, _width(b))
-    flat_values = np.sqrt(np.maximum(1.0 - x**2, 0.0))
+    sines = np.sqrt(np.maximum(1.0 - x**2, 0.0))
     positions = np.stack(
         [
-            (flat_values[:, None] * np.cos(angle)).ravel(),
-            (flat_values[:, None] * np.sin(angle)).ravel(),
+            (sines[:, None] * np.cos(angle)).ravel(),
+            (sines[:, None] * np.sin(angle)).ravel(),
             np.repeat(x, len(angle)),
         ],
         axis=-1,
@@ -153,11 +153,11 @@ def kent_nodes(kappa: float, beta: float) -> QuadratureNodes:
         Nodes in the frame of the mean, major and minor axis.
     """
     major = 1.0 / math.sqrt(kappa - 2.0 * beta)
-    minor = 1.0 / math.sqrt(kappa + 2.0 * beta)
+    minor_width = 1.0 / math.sqrt(kappa + 2.0 * beta)
     # A flat top along the major axis (2 beta near kappa) decays only with the fourth power.
     major = min(major, 1.6 * kappa**-0.25)
     p, wp = _legendre(-2.0, 2.0, major)
-    q, wq = _legendre(-2.0, 2.0, minor)
+    q, wq = _legendre(-2.0, 2.0, minor_width)
     u, v = (grid.ravel() for grid in np.meshgrid(p, q, indexing="ij"))
     weights = (wp[:, None] * wq).ravel()
     square = u**2 + v**2
@@ -195,11 +195,11 @@ def estimate_kent(directions: npt.ArrayLike) -> Kent | None:
     first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     first /= np.linalg.norm(first)
     second = np.cross(axis, first)
-    flat_values = np.stack([x @ first, x @ second], axis=-1)
-    squares, turns = np.linalg.eigh(flat_values.T @ flat_values / len(x))
+    tangent_components = np.stack([x @ first, x @ second], axis=-1)
+    squares, rotation_axes = np.linalg.eigh(tangent_components.T @ tangent_components / len(x))
     if squares[0] < 1e-14:
         return None
-    major = turns[0, 1] * first + turns[1, 1] * second
+    major = rotation_axes[0, 1] * first + rotation_axes[1, 1] * second
     axes = np.array([axis, major, np.cross(axis, major)])
     shortfall = float(np.mean(0.5 * np.sum((x - axis) ** 2, axis=1)))
     concentrations = kent_concentrations(1.0 - shortfall, float(squares[1] - squares[0]))
@@ -219,21 +219,21 @@ def kent_concentrations(resultant: float, square_difference: float) -> tuple[flo
         Difference between the mean squares along the major and the minor axis.
     """
     shortfall = 1.0 - resultant
-    small_values, large_values = (
+    diffuse_values, concentrated_values = (
         1.0 / (2 * shortfall + square_difference),
         1.0 / max(2 * shortfall - square_difference, 1e-300),
     )
-    kappa, beta = large_values + small_values, 0.5 * (large_values - small_values)
+    kappa, beta = concentrated_values + diffuse_values, 0.5 * (concentrated_values - diffuse_values)
     if kappa < 5.0:
         return None
     for _ in range(100):
         nodes = kent_nodes(kappa, beta)
         p = nodes.places
         sufficient = np.stack([-(1.0 - p[:, 0]), p[:, 1] ** 2 - p[:, 2] ** 2], axis=-1)
-        expected = nodes.mean(sufficient)
+        expected_moments = nodes.mean(sufficient)
         spread = nodes.mean(sufficient[:, :, None] * sufficient[:, None, :])
-        spread -= np.outer(expected, expected)
-        step = np.linalg.solve(spread, np.array([-shortfall, square_difference]) - expected)
+        spread -= np.outer(expected_moments, expected_moments)
+        step = np.linalg.solve(spread, np.array([-shortfall, square_difference]) - expected_moments)
         fraction = 1.0
         while fraction > 1e-6 and not _is_valid_kent(
             kappa + fraction * step[0], beta + fraction * step[1]
@@ -317,9 +317,9 @@ def smooth_test(
     scores = score_nodes - score_mean
     further = nodes - mean
     information = scores.T @ (scores * fractions[:, None])
-    cross = scores.T @ (further * fractions[:, None])
+    cross_products = scores.T @ (further * fractions[:, None])
     regress = np.linalg.lstsq(
-        _normalise_scale(information), _rows(cross, information), rcond=1e-12
+        _normalise_scale(information), _rows(cross_products, information), rcond=1e-12
     )[0]
     regress = regress / np.sqrt(np.diag(information))[:, None]
     residual_nodes = further - scores @ regress
@@ -338,8 +338,8 @@ def _normalise_scale(matrix: FloatArray) -> FloatArray:
     return np.asarray(matrix / np.outer(root, root))
 
 
-def _rows(cross: FloatArray, matrix: FloatArray) -> FloatArray:
-    return np.asarray(cross / np.sqrt(np.diag(matrix))[:, None])
+def _rows(cross_products: FloatArray, matrix: FloatArray) -> FloatArray:
+    return np.asarray(cross_products / np.sqrt(np.diag(matrix))[:, None])
 
 
 def bingham_p(model: Bingham, x: FloatArray) -> float:

@@ -21,12 +21,12 @@ NOISE_VARIANCE_RATIO = 1.5
 """Ratio of the variance of such a distance to that of noise (point, and means around it)."""
 
 
-def missing_variance(flat_values: FloatArray, heights: FloatArray, noise: float) -> float:
+def missing_variance(plane_coordinates: FloatArray, heights: FloatArray, noise: float) -> float:
     """Estimate the height variance that is missing from a surface interpolated between points.
 
     Parameters
     ----------
-    flat_values : (n, 2) ndarray
+    plane_coordinates : (n, 2) ndarray
         Positions in the plane, m.
     heights : (n,) ndarray
         Heights above the plane, m.
@@ -41,20 +41,24 @@ def missing_variance(flat_values: FloatArray, heights: FloatArray, noise: float)
     from scipy.interpolate import LinearNDInterpolator
     from scipy.spatial import QhullError
 
-    if len(flat_values) > MAX_POINTS:
+    if len(plane_coordinates) > MAX_POINTS:
         # Use a part of the surface at the full point density.
-        squared_distances = ((flat_values - np.median(flat_values, axis=0)) ** 2).sum(axis=1)
-        nearest_values = np.argpartition(squared_distances, MAX_POINTS)[:MAX_POINTS]
-        flat_values, heights = flat_values[nearest_values], heights[nearest_values]
-    is_held_out = np.zeros(len(flat_values), np.bool_)
+        squared_distances = ((plane_coordinates - np.median(plane_coordinates, axis=0)) ** 2).sum(
+            axis=1
+        )
+        nearest_points = np.argpartition(squared_distances, MAX_POINTS)[:MAX_POINTS]
+        plane_coordinates, heights = plane_coordinates[nearest_points], heights[nearest_points]
+    is_held_out = np.zeros(len(plane_coordinates), np.bool_)
     is_held_out[
-        np.random.default_rng(0).permutation(len(flat_values))[: len(flat_values) // HOLDOUT_STEP]
+        np.random.default_rng(0).permutation(len(plane_coordinates))[
+            : len(plane_coordinates) // HOLDOUT_STEP
+        ]
     ] = True
     if is_held_out.sum() < MIN_POINTS:
         return 0.0
     try:
-        interpolated = LinearNDInterpolator(flat_values[~is_held_out], heights[~is_held_out])(
-            flat_values[is_held_out]
+        interpolated = LinearNDInterpolator(plane_coordinates[~is_held_out], heights[~is_held_out])(
+            plane_coordinates[is_held_out]
         )
     except QhullError:
         return 0.0

@@ -250,8 +250,10 @@ def find_smoothest_direction(variations: Variations, noise: float) -> SmoothestD
     roughest_deg = 0.5 * float(np.degrees(np.arctan2(mean_harmonic[1], mean_harmonic[0])))
     if amplitude == 0.0:
         return None
-    sideways = np.array([-mean_harmonic[1], mean_harmonic[0]]) / amplitude
-    error = float(np.sqrt(max(sideways @ covariance @ sideways, 0.0))) / amplitude / 2.0
+    cross_direction = np.array([-mean_harmonic[1], mean_harmonic[0]]) / amplitude
+    error = (
+        float(np.sqrt(max(cross_direction @ covariance @ cross_direction, 0.0))) / amplitude / 2.0
+    )
     p = _hotelling_p(mean_harmonic, covariance, n)
     ratio = _roughness_ratio(variations, is_resolved, roughest_deg)
     return SmoothestDirection(
@@ -300,10 +302,10 @@ def _harmonics(variations: Variations, is_resolved: BoolArray, squares: FloatArr
         columns = np.stack(
             [np.ones(len(doubled_angles)), np.cos(doubled_angles), np.sin(doubled_angles)], axis=1
         )
-        normalized_values = (
+        normalized_squares = (
             squares[:, j] * ((variations.lags[k] / variations.lengths[:, k]) ** growth)[:, None]
         )
-        mean, *wave = np.linalg.lstsq(columns, normalized_values, rcond=None)[0]
+        mean, *wave = np.linalg.lstsq(columns, normalized_squares, rcond=None)[0]
         harmonics[:, j] = np.stack(wave) / mean
     return harmonics
 
@@ -352,7 +354,7 @@ def _fit_exponent(
     if (other_parts[1] <= 0).any():
         return None
     squares = sums.sum(axis=1) / counts.sum(axis=1)
-    overall, short, long = _split_exponents(lengths, squares + missing_variance)
+    overall, short_exponent, long_exponent = _split_exponents(lengths, squares + missing_variance)
     correction = abs(_split_exponents(lengths, squares)[0] - overall)
     jackknife = np.array(
         [
@@ -363,9 +365,11 @@ def _fit_exponent(
         ]
     )
     difference_error = _error95(jackknife[:, 1] - jackknife[:, 2])
-    bend = max(abs(short - long) - difference_error, 0.0)
+    bend = max(abs(short_exponent - long_exponent) - difference_error, 0.0)
     error = float(np.linalg.norm([_error95(jackknife[:, 0]), bend / 2.0, correction / 2.0]))
-    return Exponent(overall, error, float(lengths[0]), float(lengths[-1]), short, long, bend)
+    return Exponent(
+        overall, error, float(lengths[0]), float(lengths[-1]), short_exponent, long_exponent, bend
+    )
 
 
 def _split_exponents(lengths: FloatArray, squares: FloatArray) -> tuple[float, float, float]:
@@ -376,8 +380,8 @@ def _split_exponents(lengths: FloatArray, squares: FloatArray) -> tuple[float, f
         (lengths[: half + 1], squares[: half + 1]),
         (lengths[half:], squares[half:]),
     )
-    overall, short, long = (_slope(*part) / 2.0 for part in parts)
-    return overall, short, long
+    overall, short_exponent, long_exponent = (_slope(*part) / 2.0 for part in parts)
+    return overall, short_exponent, long_exponent
 
 
 def _error95(jackknife: FloatArray) -> float:
@@ -419,13 +423,13 @@ def _second_differences(
     if 2 * row_step >= rows or 2 * column_margin >= columns:
         return np.zeros(0), np.zeros(0, np.int64)
     middle = heights[row_step : rows - row_step, column_margin : columns - column_margin]
-    after = heights[
+    heights_after = heights[
         2 * row_step :, column_margin + column_step : columns - column_margin + column_step
     ]
-    before = heights[
+    heights_before = heights[
         : rows - 2 * row_step, column_margin - column_step : columns - column_margin - column_step
     ]
-    variations = after - 2.0 * middle + before
+    variations = heights_after - 2.0 * middle + heights_before
     is_known = np.isfinite(variations)
     part_of_middle = part[row_step : rows - row_step, column_margin : columns - column_margin]
     return variations[is_known] ** 2, part_of_middle[is_known]

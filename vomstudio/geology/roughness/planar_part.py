@@ -146,8 +146,10 @@ def _planar_parts(
     x = (column - column.min()) / max(float(np.ptp(column)), 1.0)
     y = (row - row.min()) / max(float(np.ptp(row)), 1.0)
     columns = np.stack([np.ones(len(z)), column, row], axis=1).astype(np.float64)
-    curved_values = np.stack([np.ones(len(z)), x, y, x * x, x * y, y * y], axis=1)
-    curved_scatter = _scatter(z - curved_values @ np.linalg.lstsq(curved_values, z, rcond=None)[0])
+    quadric_columns = np.stack([np.ones(len(z)), x, y, x * x, x * y, y * y], axis=1)
+    curved_scatter = _scatter(
+        z - quadric_columns @ np.linalg.lstsq(quadric_columns, z, rcond=None)[0]
+    )
     max_scatter = MAX_BROKEN_RATIO * min(scatter, curved_scatter)
     if max_scatter <= noise:
         return []
@@ -164,8 +166,8 @@ def _planar_parts(
     # A plane that has grown across the break has a larger scatter than a part on one side of it.
     limit = 2.0 * min(part[1] for part in parts)
     parts = sorted((part for part in parts if part[1] <= limit), key=lambda part: -part[2].sum())
-    others = [part for part in parts if (part[2] & parts[0][2]).sum() < 0.3 * part[2].sum()]
-    return [parts[0], *others[:1]]
+    other_parts = [part for part in parts if (part[2] & parts[0][2]).sum() < 0.3 * part[2].sum()]
+    return [parts[0], *other_parts[:1]]
 
 
 def _grow_plane(

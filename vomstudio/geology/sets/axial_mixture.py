@@ -81,8 +81,8 @@ class Mixture:
 
     def assigned(self) -> IntArray:
         """Return the most probable cluster (n,) of each pole; -1 for the background."""
-        best = np.argmax(self.posterior, axis=1)
-        return np.where(best == self.k, -1, best)
+        best_cluster = np.argmax(self.posterior, axis=1)
+        return np.where(best_cluster == self.k, -1, best_cluster)
 
 
 def cones95_deg(poles: FloatArray, mixture: Mixture) -> FloatArray:
@@ -151,9 +151,9 @@ def propose_clusters(
     if len(poles) > MAX_SEEDED_POLES:
         rows = np.random.default_rng(0).permutation(len(poles))[:MAX_SEEDED_POLES]
         sample = poles[np.sort(rows)]
-    best = candidate = _empty_mixture(len(sample))
+    best_mixture = candidate = _empty_mixture(len(sample))
     criteria = [candidate.icl]
-    worse = 0
+    n_worse = 0
     for _ in range(max_clusters):
         mixtures = [
             _maximize(sample, *start) for start in _starts_with_added_cluster(sample, candidate)
@@ -163,15 +163,17 @@ def propose_clusters(
             break
         candidate = min(valid_mixtures, key=lambda m: m.icl)
         criteria.append(candidate.icl)
-        if exactly or (candidate.icl < best.icl and _is_significant(sample, candidate)):
-            best, worse = candidate, 0
+        if exactly or (candidate.icl < best_mixture.icl and _is_significant(sample, candidate)):
+            best_mixture, n_worse = candidate, 0
         else:
-            worse += 1
-            if worse > 2:
+            n_worse += 1
+            if n_worse > 2:
                 break
     if sample is not poles:
-        best = _maximize(poles, best.axes, best.concentrations, best.weights)
-    return best, criteria
+        best_mixture = _maximize(
+            poles, best_mixture.axes, best_mixture.concentrations, best_mixture.weights
+        )
+    return best_mixture, criteria
 
 
 def clusters_from_seeds(poles: FloatArray, seeds: FloatArray) -> Mixture:
@@ -214,15 +216,22 @@ def _starts_with_added_cluster(
             np.concatenate([mixture.weights[:-1], [half, half]]),
         )
     for j in np.argsort(mixture.concentrations[:, 0], kind="stable")[:N_STARTS]:
-        mean, wide, _ = mixture.axes[j]
+        mean, widening, _ = mixture.axes[j]
         spread = 1.0 / math.sqrt(2.0 * mixture.concentrations[j, 0])
-        one, other = (_frame(mean + side * spread * wide) for side in (1.0, -1.0))
+        first_frame, second_frame = (
+            _frame(mean + side * spread * widening) for side in (1.0, -1.0)
+        )
         axes, weights = mixture.axes.copy(), mixture.weights.copy()
         concentrations = mixture.concentrations.copy()
-        axes[j], weights[j] = one / np.linalg.norm(one, axis=1)[:, None], 0.5 * weights[j]
+        axes[j], weights[j] = (
+            first_frame / np.linalg.norm(first_frame, axis=1)[:, None],
+            0.5 * weights[j],
+        )
         concentrations[j] = concentrations[j, 1]
         yield (
-            np.concatenate([axes, (other / np.linalg.norm(other, axis=1)[:, None])[None]]),
+            np.concatenate(
+                [axes, (second_frame / np.linalg.norm(second_frame, axis=1)[:, None])[None]]
+            ),
             np.concatenate([concentrations, concentrations[j : j + 1]]),
             np.concatenate([weights[:-1], [weights[j], weights[-1]]]),
         )
@@ -235,7 +244,9 @@ def _dense_places(poles: FloatArray, posterior: FloatArray) -> list[FloatArray]:
     density = np.exp(SEED_CONCENTRATION * ((sample @ sample.T) ** 2 - 1.0)) @ unassigned
     positions: list[FloatArray] = []
     for i in np.argsort(-density, kind="stable"):
-        if all(abs(float(sample[i] @ other)) < math.cos(math.radians(25)) for other in positions):
+        if all(
+            abs(float(sample[i] @ position)) < math.cos(math.radians(25)) for position in positions
+        ):
             positions.append(sample[i])
         if len(positions) == N_STARTS:
             break
@@ -314,7 +325,7 @@ def _run_em(
     return Mixture(axes, concentrations, weights, posterior, likelihood, icl)
 
 
-def _log_density(across_component: FloatArray, concentrations: FloatArray) -> FloatArray:
+def _log_density(axis_cosines: FloatArray, concentrations: FloatArray) -> FloatArray:
     """Return the log density (n,) of Bingham's distribution relative to the background.
 
     The density is exp(-k1 a^2 - k2 b^2) / N for poles with components a, b (n, 2) perpendicular to
@@ -325,9 +336,7 @@ def _log_density(across_component: FloatArray, concentrations: FloatArray) -> Fl
     from scipy.special import dawsn
 
     root = np.sqrt(concentrations)
-    return np.asarray(
-        -(across_component**2) @ concentrations - 0.5 * np.log(dawsn(root) / root).sum()
-    )
+    return np.asarray(-(axis_cosines**2) @ concentrations - 0.5 * np.log(dawsn(root) / root).sum())
 
 
 @functools.cache

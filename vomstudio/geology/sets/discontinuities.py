@@ -272,8 +272,8 @@ def _may_share_planes(
     order = np.argsort(offsets, kind="stable")
     step = np.diff(positions[order], axis=0)
     gaps = np.diff(offsets[order])
-    lateral_values = np.linalg.norm(step - gaps[:, None] * normal, axis=1)
-    return bool((gaps < 2.0 * mean_tilt * lateral_values).any())
+    lateral_distances = np.linalg.norm(step - gaps[:, None] * normal, axis=1)
+    return bool((gaps < 2.0 * mean_tilt * lateral_distances).any())
 
 
 def describe_faces(pieces: Pieces) -> str | None:
@@ -406,7 +406,7 @@ def _summarize(
     if mean is not None and len(gaps) > 1:
         cv = float(gaps.std(ddof=1)) / mean
     area = _total([discontinuity.area_m2 for discontinuity in discontinuities])
-    p32 = low = high = exposed = ending = None
+    p32 = low = high = exposed = ending_share = None
     if mean is not None:
         leaning = float(np.mean(1.0 / np.maximum(np.abs(cosines), 0.1)))
         p32 = leaning / mean
@@ -414,7 +414,7 @@ def _summarize(
         # Inclined pieces overlap others along the normal, although they may be separate planes.
         high = leaning * _rate95(max(len(gaps), n_separate - 1), float(gaps.sum()))[1]
         if area is not None and all(shape is not None for shape in shapes):
-            ending = _ending_gap(offsets, shapes)
+            ending_share = _ending_gap(offsets, shapes)
             region = float(shapely.convex_hull(shapely.geometrycollections(shapes)).area)
             if region > 0.0:
                 exposed = area / (region * mean * len(discontinuities))
@@ -422,7 +422,7 @@ def _summarize(
         len(discontinuities),
         mean,
         cv,
-        ending,
+        ending_share,
         _mean([discontinuity.persistence_dip_m for discontinuity in discontinuities]),
         _mean([discontinuity.persistence_strike_m for discontinuity in discontinuities]),
         _mean([discontinuity.persistence_max_m for discontinuity in discontinuities]),
@@ -457,14 +457,14 @@ def _ending_gap(offsets: FloatArray, shapes: list[Any]) -> float | None:
 
     gaps = []
     for i in range(len(offsets) - 1):
-        nearest_value, gap = math.inf, 0.0
+        nearest_distance, gap = math.inf, 0.0
         for j in range(i + 1, len(offsets)):
             height = float(offsets[j] - offsets[i])
-            if height >= nearest_value:
+            if height >= nearest_distance:
                 break
             distance = math.hypot(height, float(shapely.distance(shapes[i], shapes[j])))
-            if distance < nearest_value:
-                nearest_value, gap = distance, height
+            if distance < nearest_distance:
+                nearest_distance, gap = distance, height
         gaps.append(gap)
     return float(np.mean(gaps)) if gaps else None
 

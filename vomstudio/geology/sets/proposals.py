@@ -220,9 +220,9 @@ def sets_from_means(
         if not len(members):
             continue
         plane = Plane.from_normal(mean)
-        proposed = _describe_set(f"S{j + 1}", members, None)
+        proposed_set = _describe_set(f"S{j + 1}", members, None)
         sets.append(
-            replace(proposed, dip_direction_deg=plane.dip_direction_deg, dip_deg=plane.dip_deg)
+            replace(proposed_set, dip_direction_deg=plane.dip_direction_deg, dip_deg=plane.dip_deg)
         )
     return SetProposal(
         n=len(all_),
@@ -315,20 +315,20 @@ def fit_set(poles: FloatArray) -> SetFit:
     """
     statistics = set_statistics(poles)
     fisher_figures, kent_figures = statistics.fisher, statistics.kent
-    better = None
+    better_fit = None
     if fisher_figures is not None and fisher_figures.kappa is not None:
-        better = (
+        better_fit = (
             "kent"
             if kent_figures is not None and kent_figures.elongated_p < SIGNIFICANCE
             else "fisher"
         )
     return SetFit(
-        better,
+        better_fit,
         None if fisher_figures is None else fisher_figures.fit_p,
         None if kent_figures is None else kent_figures.fit_p,
         None if kent_figures is None else kent_figures.beta / kent_figures.kappa,
         None if kent_figures is None else kent_figures.elongated_p,
-        None if better is not None else statistics.fisher_reason,
+        None if better_fit is not None else statistics.fisher_reason,
     )
 
 
@@ -408,9 +408,10 @@ def _girdle_findings(
         groups[group == j] = number
     joined_girdles = {i: i for i in range(len(filled_order))}
     for i, j in find_pairs_without_gap(poles, groups, means):
-        old, new = joined_girdles[j], joined_girdles[i]
+        old_girdle, new_girdle = joined_girdles[j], joined_girdles[i]
         joined_girdles = {
-            k: new if girdle_id == old else girdle_id for k, girdle_id in joined_girdles.items()
+            k: new_girdle if girdle_id == old_girdle else girdle_id
+            for k, girdle_id in joined_girdles.items()
         }
     girdles = [
         [k for k in joined_girdles if joined_girdles[k] == girdle_id]

@@ -49,8 +49,8 @@ def measure_bend(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
     if side < MIN_CELLS or not np.isfinite(n).all():
         return None
     local_points = xyz - xyz.mean(axis=0)
-    flat_values, h = local_points @ np.linalg.svd(n[None])[2][1:].T, local_points @ n
-    v, u = (flat_values @ np.linalg.eigh(flat_values.T @ flat_values)[1]).T
+    plane_coordinates, h = local_points @ np.linalg.svd(n[None])[2][1:].T, local_points @ n
+    v, u = (plane_coordinates @ np.linalg.eigh(plane_coordinates.T @ plane_coordinates)[1]).T
     cell = equal_cells(u, v, side)
     count = np.bincount(cell)
     a, b, mean = (np.bincount(cell, x) / count for x in (u, v, h))
@@ -59,15 +59,15 @@ def measure_bend(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
         return None
     a, b = a / sigma_u, b / sigma_v
     plane = np.column_stack([np.ones_like(a), a, b])
-    curved_values = np.column_stack([plane, a * a, a * b, b * b])
-    coefficients = np.linalg.lstsq(curved_values, mean, rcond=None)[0]
+    quadric_columns = np.column_stack([plane, a * a, a * b, b * b])
+    coefficients = np.linalg.lstsq(quadric_columns, mean, rcond=None)[0]
     plane_residuals = mean - plane @ np.linalg.lstsq(plane, mean, rcond=None)[0]
-    quadratic_residuals = mean - curved_values @ coefficients
+    quadratic_residuals = mean - quadric_columns @ coefficients
     plane_squares, quadratic_squares = (
         float(plane_residuals @ plane_residuals),
         float(quadratic_residuals @ quadratic_residuals),
     )
-    dof = len(mean) - curved_values.shape[1]
+    dof = len(mean) - quadric_columns.shape[1]
     if plane_squares - quadratic_squares < MIN_EXPLAINED * plane_squares or not plane_squares > 0.0:
         return None
     if (

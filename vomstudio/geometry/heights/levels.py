@@ -65,9 +65,9 @@ def level_gap(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
     local_points = xyz - xyz.mean(axis=0)
     grid = float(np.abs(n) @ grid_steps(xyz))
     _, _, basis = np.linalg.svd(n[None])
-    flat_values, h = local_points @ basis[1:].T, local_points @ n
-    _, axes = np.linalg.eigh(flat_values.T @ flat_values)
-    v, u = (flat_values @ axes).T
+    plane_coordinates, h = local_points @ basis[1:].T, local_points @ n
+    _, axes = np.linalg.eigh(plane_coordinates.T @ plane_coordinates)
+    v, u = (plane_coordinates @ axes).T
     extent = max(float(np.ptp(u)), float(np.ptp(v)))
     if not h.std() > MIN_RELATIVE_SCATTER * extent:
         return None
@@ -181,12 +181,12 @@ def _fit_levels(
     level_heights = np.asarray(np.linspace(float(low), float(high), number), np.float64)
     level = np.full(len(mean), -1)
     for _ in range(MAX_ITERATIONS):
-        nearest_values = np.abs(heights[:, None] - level_heights[None]).argmin(axis=1)
-        if np.bincount(nearest_values, minlength=number).min() < MIN_LEVEL_SHARE * len(mean):
+        nearest_levels = np.abs(heights[:, None] - level_heights[None]).argmin(axis=1)
+        if np.bincount(nearest_levels, minlength=number).min() < MIN_LEVEL_SHARE * len(mean):
             return None
-        if (nearest_values == level).all():
+        if (nearest_levels == level).all():
             break
-        level = nearest_values
+        level = nearest_levels
         design = np.zeros((len(mean), number + 2))
         design[np.arange(len(mean)), level] = 1.0
         design[:, number], design[:, number + 1] = a, b

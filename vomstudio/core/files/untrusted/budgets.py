@@ -21,5 +21,5 @@ def decoded_limit(file_bytes: int) -> int:
     This is `compression_limit`, but not more than half of the free memory if the system reports
     it.
     """
-    limit, free = compression_limit(file_bytes), free_bytes()
-    return limit if free is None else min(limit, free // 2)
+    limit, available = compression_limit(file_bytes), free_bytes()
+    return limit if available is None else min(limit, available // 2)

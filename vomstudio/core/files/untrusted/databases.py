@@ -206,19 +206,19 @@ def read_schema(db: sqlite3.Connection) -> Iterator[SchemaEntry]:
 
 
 def _entry(name: str, sql: str) -> SchemaEntry:
-    written = [
+    statements = [
         token
         for token in _TOKEN.findall(sql)
         if not token.startswith(("/*", "--")) and token != ";"
     ]
-    tokens = tuple(token.lower() for token in written)
+    tokens = tuple(token.lower() for token in statements)
     for words in _KINDS:
         if tokens[: len(words)] == words and len(tokens) > len(words):
             definition = tokens[len(words) :]
             if definition[:3] == ("if", "not", "exists"):
                 definition = definition[3:]
             kind = " ".join(word for word in words[1:] if word != "unique")
-            return SchemaEntry(kind, _unquote(written[-len(definition)]), definition)
+            return SchemaEntry(kind, _unquote(statements[-len(definition)]), definition)
     return SchemaEntry("entry", name, tokens)
 
 

@@ -244,15 +244,15 @@ def _png_size(file: BinaryIO, head: bytes) -> PictureSize | None:
 
 def _check_chunks(file: BinaryIO) -> None:
     """Check the number of chunks (PNG specification, 5.3). Raises HeaderError."""
-    offset, others, chunks = 8, 0, 0
+    offset, n_other_chunks, chunks = 8, 0, 0
     size = file.seek(0, io.SEEK_END)
     max_chunks = 200_000 + size // 4096
     while offset + 8 <= size:
         file.seek(offset)
         length, kind = struct.unpack(">I4s", file.read(8))
-        others += kind != b"IDAT"
+        n_other_chunks += kind != b"IDAT"
         chunks += 1
-        if others > _MAX_PARTS or chunks > max_chunks:
+        if n_other_chunks > _MAX_PARTS or chunks > max_chunks:
             raise HeaderError(_too_many_parts())
         if kind == b"IEND":
             return
@@ -316,17 +316,15 @@ def _tiff_size(directory: _Directory) -> PictureSize:
     width, height = directory.get(_WIDTH, 0), directory.get(_HEIGHT, 0)
     samples, bits = directory.get(_SAMPLES, 1), directory.get(_BITS, 1)
     is_contiguous = directory.get(_PLANAR, 1) != _SEPARATE_PLANES
-    across_component = directory.get(_TILE_WIDTH) or width
+    tile_width = directory.get(_TILE_WIDTH) or width
     down = directory.get(_TILE_HEIGHT) or min(directory.get(_STRIP_ROWS) or height, height)
-    block = across_component * down * bits * (samples if is_contiguous else 1) // 8
+    block = tile_width * down * bits * (samples if is_contiguous else 1) // 8
     if directory.get(_PHOTOMETRIC) == _YCBCR:
         # libtiff converts the whole block to red, green, blue and opacity.
-        block = max(block, 4 * across_component * down)
+        block = max(block, 4 * tile_width * down)
     tiles = 0
     if directory.get(_TILE_WIDTH) and directory.get(_TILE_HEIGHT):
-        tiles = (
-            -(-width // across_component) * -(-height // down) * (1 if is_contiguous else samples)
-        )
+        tiles = -(-width // tile_width) * -(-height // down) * (1 if is_contiguous else samples)
     return PictureSize(width, height, max(1, samples * bits // 8), block, tiles * block)
 
 
@@ -341,11 +339,11 @@ def _check_tags(file: BinaryIO) -> None:
         if number > _MAX_DIRECTORIES:
             raise HeaderError(_too_many_parts())
         for kind, count, _, place in entries:
-            needed_values = count * _SIZES.get(kind, 1)
+            needed_size = count * _SIZES.get(kind, 1)
             # Some cameras write tags that extend beyond the end of the file; readers ignore them.
-            if needed_values > size - min(place, size):
+            if needed_size > size - min(place, size):
                 continue
-            claimed_count += needed_values
+            claimed_count += needed_size
             if claimed_count > 2 * size + (1 << 16) or (
                 kind not in _BYTES and count > _MAX_TAG_VALUES
             ):
@@ -357,10 +355,10 @@ def _directories(file: BinaryIO) -> Iterator[_Directory]:
     start = _tiff_start(file)
     if start is None:
         return
-    order, big, _ = start
+    order, is_big_tiff, _ = start
     for entries in _all_directories(file, include_exif=False):
         yield {
-            tag: max(_numbers(file, order, big, kind, count, value), default=0)
+            tag: max(_numbers(file, order, is_big_tiff, kind, count, value), default=0)
             for kind, count, tag, value in entries
             if tag in _SIZE_TAGS
         }
@@ -373,7 +371,7 @@ def _all_directories(
     start = _tiff_start(file)
     if start is None:
         return
-    order, big, first = start
+    order, is_big_tiff, first = start
     size = file.seek(0, io.SEEK_END)
     pending, visited = [first], set[int]()
     while pending:
@@ -381,14 +379,14 @@ def _all_directories(
         if offset == 0 or offset in visited or offset >= size:
             continue
         visited.add(offset)
-        entries, following = _entries(file, offset, order, big)
+        entries, next_offset = _entries(file, offset, order, is_big_tiff)
         yield entries
         for kind, count, tag, value in entries:
             if include_exif and tag in _EXIF_DIRECTORIES:
                 pending.append(value)
             elif tag == _SUB_DIRECTORIES:
-                pending += _numbers(file, order, big, kind, count, value)
-        pending.append(following)
+                pending += _numbers(file, order, is_big_tiff, kind, count, value)
+        pending.append(next_offset)
 
 
 def _tiff_start(file: BinaryIO) -> tuple[str, bool, int] | None:
@@ -396,11 +394,13 @@ def _tiff_start(file: BinaryIO) -> tuple[str, bool, int] | None:
     file.seek(0)
     header = file.read(16)
     order = {b"II": "<", b"MM": ">"}.get(header[:2])
-    big = header[2:4] in (b"+\0", b"\0+")
-    if order is None or len(header) < (16 if big else 8):
+    is_big_tiff = header[2:4] in (b"+\0", b"\0+")
+    if order is None or len(header) < (16 if is_big_tiff else 8):
         return None
-    (first,) = struct.unpack(order + ("Q" if big else "I"), header[8:16] if big else header[4:8])
-    return order, big, first
+    (first,) = struct.unpack(
+        order + ("Q" if is_big_tiff else "I"), header[8:16] if is_big_tiff else header[4:8]
+    )
+    return order, is_big_tiff, first
 
 
 def _entries(

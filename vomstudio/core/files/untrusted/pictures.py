@@ -312,7 +312,7 @@ def convert_to_8_bits(picture: Image) -> Image:
         return picture.convert("L" if picture.mode == "1" else "RGB")
     if picture.mode not in ("I;16", "I;16B", "I;16L", "I"):
         return picture
-    upper = np.asarray(picture) >> 8
+    high_bytes = np.asarray(picture) >> 8
     if picture.mode == "I":
-        np.clip(upper, 0, 255, out=upper)
-    return Image.fromarray(upper.astype(np.uint8))
+        np.clip(high_bytes, 0, 255, out=high_bytes)
+    return Image.fromarray(high_bytes.astype(np.uint8))
