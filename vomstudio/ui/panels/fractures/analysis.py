@@ -128,7 +128,7 @@ class FractureAnswer:
     reason: Finding | None = None
 
 
-def check_region_numbers(region_kind: str, numbers: tuple[float, ...]) -> Finding | None:
+def check_region_numbers(region_kind: str, numbers: Sequence[float]) -> Finding | None:
     """Check the numbers that define a sampling region of this kind.
 
     Returns
