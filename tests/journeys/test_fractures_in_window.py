@@ -293,11 +293,6 @@ def faulted(window, outcrop):
     return panel
 
 
-def refreshed(panel) -> None:
-    driver.pause(200)
-    wait(lambda: not panel._timer.isActive(), "the result")
-
-
 def cell(panel, column: int) -> str:
     return panel.table.item(0, column).text()
 
@@ -313,10 +308,10 @@ def test_the_slip_of_a_faulted_bed_is_found_within_its_error(
     press(panel.fault.take_button)
     studio.selection.set(["W", "E"])
     press(panel.add)
-    refreshed(panel)
+    settle(panel)
     assert "net slip is unknown" in panel.message.text(), "the slip is unknown"
     type_in(panel.slip.line, "90")
-    refreshed(panel)
+    settle(panel)
     answered = panel.result
     assert answered is not None, panel.message.text()
     moved = answered.displacements.pairs[0].displacement
@@ -332,7 +327,7 @@ def test_the_slip_of_a_faulted_bed_is_found_within_its_error(
     said = told(QGuiApplication.clipboard().text(), capfd)
     assert said == json.loads(json.dumps(answered.displacements.to_dict()))
     panel.slip.line.clear()
-    refreshed(panel)
+    settle(panel)
     press(panel.copy)
     said = told(QGuiApplication.clipboard().text(), capfd)
     assert said["what"] == "separation"
@@ -353,14 +348,14 @@ def test_traces_that_say_nothing_of_a_displacement(window, faulted) -> None:
     )
     studio.selection.set(["W", "W2"])
     press(panel.add)
-    refreshed(panel)
+    settle(panel)
     assert "same side" in panel.message.text()
     panel.table.selectRow(0)
     press(panel.remove)
-    refreshed(panel)
+    settle(panel)
     assert "displacement.no-pairs" in shown_codes(panel.message.text())
     studio.selection.set(["W", "E"])
     press(panel.add)
     type_in(panel.slip.line, "200")
-    refreshed(panel)
+    settle(panel)
     assert "0 to 180" in panel.message.text()

@@ -38,7 +38,7 @@ def panel_of(window) -> ThreePointsPanel:
 
 def settle(panel) -> None:
     driver.pause(200)
-    wait(lambda: not panel._timer.isActive(), "the plane")
+    wait(lambda: not panel._requests.is_waiting and not panel._timer.isActive(), "the plane")
 
 
 def type_cell(panel, row: int, column: int, text: str) -> None:
@@ -66,7 +66,7 @@ def told(capfd) -> dict:
 @pytest.mark.full
 def test_bennisons_seam_is_typed_and_added(window, tmp_path, monkeypatch, capfd) -> None:
     panel = panel_of(window)
-    assert panel.plane is None
+    assert panel.result is None
     assert "three-points.too-few" in shown_codes(panel.message.text())
     assert not panel.add.isEnabled()
     assert shown_codes(panel.add.toolTip()) == {"action.no-result"}
@@ -74,9 +74,9 @@ def test_bennisons_seam_is_typed_and_added(window, tmp_path, monkeypatch, capfd)
         for column, text in enumerate(words):
             type_cell(panel, row, column, text)
     settle(panel)
-    assert panel.plane is not None, panel.message.text()
-    assert panel.plane.dip_deg == pytest.approx(7.37, abs=0.005)
-    assert panel.plane.max_confidence95_deg is None
+    assert panel.result is not None, panel.message.text()
+    assert panel.result.plane.dip_deg == pytest.approx(7.37, abs=0.005)
+    assert panel.result.plane.max_confidence95_deg is None
     assert "three-points.no-error" in shown_codes(panel.message.text())
     QTest.keyClicks(panel.sigma, "5")
     settle(panel)
@@ -87,10 +87,10 @@ def test_bennisons_seam_is_typed_and_added(window, tmp_path, monkeypatch, capfd)
     press(panel.copy)
     found = told(capfd)
     assert found["strike_rhr_deg"] == pytest.approx(106.45, abs=0.005)
-    assert found["dip_error_deg"] == pytest.approx(panel.plane.dip_error_deg, rel=1e-12)
+    assert found["dip_error_deg"] == pytest.approx(panel.result.plane.dip_error_deg, rel=1e-12)
     press(panel.add)
     (reading,) = window.studio.session.of(Reading)
-    assert reading.inclination_deg == panel.plane.dip_deg
+    assert reading.inclination_deg == panel.result.plane.dip_deg
     assert "± " in reading.notes
     assert reading.position == pytest.approx((4475 / 3, 6149 / 3, 550.0))
     window.actions_table.run("undo")
@@ -104,7 +104,7 @@ def test_what_is_no_plane_is_said(window, tmp_path, monkeypatch) -> None:
         for column, text in enumerate(words):
             type_cell(panel, row, column, text)
     settle(panel)
-    assert panel.plane is None
+    assert panel.result is None
     assert "points.collinear" in shown_codes(panel.message.text())
     type_cell(panel, 1, 2, "deep")
     settle(panel)
@@ -114,11 +114,11 @@ def test_what_is_no_plane_is_said(window, tmp_path, monkeypatch) -> None:
     table.write_text("name,x,y,z\n" + "".join(f"w,{','.join(row)}\n" for row in BENNISON))
     monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: (str(table), ""))
     press(panel.read)
-    wait(lambda: panel.plane is not None, "the seam")
-    assert panel.plane.dip_deg == pytest.approx(7.37, abs=0.005)
+    wait(lambda: panel.result is not None, "the seam")
+    assert panel.result.plane.dip_deg == pytest.approx(7.37, abs=0.005)
     press(panel.add_row)
     settle(panel)
-    assert panel.plane.n == 3
+    assert panel.result.plane.n == 3
 
 
 @pytest.mark.full
@@ -133,10 +133,10 @@ def test_three_clicks_on_the_outcrop_are_a_trace_with_its_plane(window, outcrop,
     wait(lambda: panel.trace_id, "the trace")
     settle(panel)
     (made,) = window.studio.session.of(Trace)
-    assert panel.plane is not None
+    assert panel.result is not None
     plane = window.studio.measured([made.id])[made.id].plane
-    assert panel.plane.dip_deg == pytest.approx(plane.dip_deg, abs=0.01)
-    assert panel.plane.max_confidence95_deg is not None
+    assert panel.result.plane.dip_deg == pytest.approx(plane.dip_deg, abs=0.01)
+    assert panel.result.plane.max_confidence95_deg is not None
     assert not panel.add.isEnabled()
     window.actions_table.run("undo")
     settle(panel)

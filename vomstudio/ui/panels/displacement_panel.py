@@ -36,12 +36,10 @@ from vomstudio.project.measurement import Measurement, common_error_deg, pick_sc
 from vomstudio.project.records import Picked, get_feature
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import CompactTable, allow, button_row, limit_width, narrow_form
-from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.numbers import parse_number
-from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.analysis_panel import LazyPanel
-from vomstudio.ui.panels.tools.common import hint_label, narrow_column
+from vomstudio.ui.panels.analysis_panel import AnalysisPanel
+from vomstudio.ui.panels.tools.common import narrow_column
 from vomstudio.ui.widgets.axis_titles import follow_axes, length_unit, project_axes
 from vomstudio.ui.widgets.copied_command import (
     CommandArguments,
@@ -76,22 +74,40 @@ class DisplacementResult:
     displacements: Displacements
 
 
-class DisplacementPanel(LazyPanel):
+@dataclass(frozen=True, eq=False)
+class DisplacementQuestion:
+    """Input of the analysis; the options still lack the bed and its error.
+
+    `names` and `traces` have one item per trace pair. Without `bed`, a common bed is fitted to the
+    traces.
+    """
+
+    names: tuple[str, ...]
+    traces: tuple[tuple[Measurement, Measurement], ...]
+    fault: Plane
+    fault_point: FloatArray
+    bed: Measurement | None
+    rake_deg: float | None
+    options: DisplacementOptions
+
+
+class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult]):
     """Panel that computes the displacement along a fault.
 
     Attributes
     ----------
     pairs : list of (str, str)
         Ids of two traces of the same bed, one on each side of the fault.
-    result : DisplacementResult or None
-        The displayed result, or None if it could not be computed.
     """
 
     def __init__(self, studio: Studio) -> None:
-        super().__init__(studio)
-        explain(self, "window.md#fault-displacement")
+        super().__init__(
+            studio,
+            "displacement",
+            "window.md#fault-displacement",
+            tr("Computing the displacement…"),
+        )
         self.pairs: list[tuple[str, str]] = []
-        self.result: DisplacementResult | None = None
         self.fault = PlaneChoice(studio, "displacement_fault", tr("select and use it"))
         self.bed = PlaneChoice(studio, "displacement_bed", tr("fitted to the cut-offs"))
         self.slip = LineField(studio, "displacement_slip", tr("unknown (separations only)"))
@@ -103,8 +119,6 @@ class DisplacementPanel(LazyPanel):
         self.remove = QPushButton(theme.icon("minus"), tr("Remove"))
         self.table = _table()
         follow_axes(self, studio, self._show_axes)
-        self.message = hint_label()
-        self.message.setObjectName("displacement_message")
         self.copy = CopyCommandButton(
             self.copy_command, tr("save the points as a table and copy the command")
         )
@@ -120,7 +134,6 @@ class DisplacementPanel(LazyPanel):
         studio.edited.connect(self._edited)
         studio.settings_changed.connect(self._soon)
         studio.selection_changed.connect(self._refresh)
-        connect_until_deleted(self, studio.jobs.closed, self._timer.stop)
         # There is nothing to copy before the first result.
         self._refresh()
 
@@ -171,20 +184,7 @@ class DisplacementPanel(LazyPanel):
         super()._edited(edit)
 
     # --- result ------------------------------------------------------------------------------
-    def show_now(self) -> None:
-        if not self._studio.has_project:
-            return
-        try:
-            self.result, message = self._answer(), ""
-        except VomError as error:
-            self.result, message = None, str(error)
-        self._show(message)
-
-    def _answer(self) -> DisplacementResult | None:
-        """Compute the displacements. Raises VomError if an input is missing."""
-        from vomstudio.geology.beds.common_attitude import fit_common_bed
-        from vomstudio.geology.faults.displacement_pairs import displacements
-
+    def _question(self) -> DisplacementQuestion:
         if not self.pairs:
             raise InputError(Finding("displacement.no-pairs"))
         studio = self._studio
@@ -195,32 +195,41 @@ class DisplacementPanel(LazyPanel):
         )
         fault_measurement = measurements[self.fault.id]
         fault = _plane_of(fault_measurement)
-        fault_point = fault_measurement.points.mean(axis=0)
-        traces = [(measurements[a].points, measurements[b].points) for a, b in self.pairs]
-        names = tuple(self._names())
-        cuts = tuple(
-            _find_cutoffs(name=name, first=a, second=b, fault=fault, fault_point=fault_point)
-            for name, (a, b) in zip(names, traces, strict=True)
-        )
-        if self.bed.id:
-            bed_measurement = measurements[self.bed.id]
-            bed, bed95 = _plane_of(bed_measurement), bed_measurement.total95_deg
-        else:
-            common_bed = fit_common_bed([points for pair in traces for points in pair])
-            beds = [measurements[i] for pair in self.pairs for i in pair]
-            bed, bed95 = common_bed.plane, common_error_deg(common_bed.max_confidence95_deg, beds)
         rake, slip = self._slip(fault)
-        options = self.options.options(
-            fault=format_exact_plane(fault),
-            bed=format_exact_plane(bed),
-            rake_deg=rake if slip is None else None,
-            slip=None if slip is None else format_exact_line(slip),
-            fault_error_deg=fault_measurement.total95_deg or 0.0,
-            bed_error_deg=bed95 or 0.0,
+        return DisplacementQuestion(
+            names=tuple(self._names()),
+            traces=tuple((measurements[a], measurements[b]) for a, b in self.pairs),
+            fault=fault,
+            fault_point=fault_measurement.points.mean(axis=0),
+            bed=measurements[self.bed.id] if self.bed.id else None,
+            rake_deg=rake,
+            options=self.options.options(
+                fault=format_exact_plane(fault),
+                rake_deg=rake if slip is None else None,
+                slip=None if slip is None else format_exact_line(slip),
+                fault_error_deg=fault_measurement.total95_deg or 0.0,
+            ),
         )
+
+    def _answer(self, question: DisplacementQuestion) -> DisplacementResult:
+        from vomstudio.geology.beds.common_attitude import fit_common_bed
+        from vomstudio.geology.faults.displacement_pairs import displacements
+
+        names, fault = question.names, question.fault
+        cuts = tuple(
+            _find_cutoffs(name, first.points, second.points, fault, question.fault_point)
+            for name, (first, second) in zip(names, question.traces, strict=True)
+        )
+        measurements = [trace for pair in question.traces for trace in pair]
+        if question.bed is not None:
+            bed, bed95 = _plane_of(question.bed), question.bed.total95_deg
+        else:
+            common_bed = fit_common_bed([trace.points for trace in measurements])
+            bed = common_bed.plane
+            bed95 = common_error_deg(common_bed.max_confidence95_deg, measurements)
+        options = replace(question.options, bed=format_exact_plane(bed), bed_error_deg=bed95 or 0.0)
         if options.sigma_m is None:
-            scatter = pick_scatter_m([measurements[i] for pair in self.pairs for i in pair])
-            options = replace(options, sigma_m=scatter)
+            options = replace(options, sigma_m=pick_scatter_m(measurements))
         result = displacements(
             names,
             np.array([section_cut.hanging_wall for section_cut in cuts]),
@@ -232,7 +241,7 @@ class DisplacementPanel(LazyPanel):
             cuts=cuts,
             fault=fault,
             bed=bed,
-            rake_deg=rake,
+            rake_deg=question.rake_deg,
             options=options,
             displacements=result,
         )
@@ -266,7 +275,11 @@ class DisplacementPanel(LazyPanel):
         _show_unit(self.table, length_unit(axes))
         self.options.show_unit(length_unit(axes))
 
-    def _show(self, message: str) -> None:
+    def _show_error(self, error: VomError) -> None:
+        # The location names the pair of traces.
+        self._show(None, str(error))
+
+    def _draw(self) -> None:
         result = self.result
         pairs = {} if result is None else {pair.name: pair for pair in result.displacements.pairs}
         self.table.setRowCount(len(self.pairs))
@@ -278,12 +291,10 @@ class DisplacementPanel(LazyPanel):
                     alignment = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
                     item.setTextAlignment(alignment)
                 self.table.setItem(row, column, item)
-        self.message.setText(message if result is None else self._result_text(result))
         # In a low window the text below the table is out of sight, so errors are shown above it.
         self._column.removeWidget(self.message)
         place = self._column.indexOf(self.table)
         self._column.insertWidget(place if result is None else place + 1, self.message)
-        self._refresh()
 
     def _result_text(self, result: DisplacementResult) -> str:
         displacements, notation = result.displacements, self._studio.settings.notation

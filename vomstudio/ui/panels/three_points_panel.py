@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -39,13 +40,10 @@ from vomstudio.project.records import Feature, Picked, get, get_feature
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.command_targets import current_line, start_folder, why_no_model
 from vomstudio.ui.base.controls import CompactTable, allow, narrow_form
-from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.numbers import parse_number
-from vomstudio.ui.base.qt_background import QtBackground
-from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.analysis_panel import LazyPanel
-from vomstudio.ui.panels.tools.common import hint_label, narrow_column
+from vomstudio.ui.panels.analysis_panel import AnalysisPanel
+from vomstudio.ui.panels.tools.common import narrow_column
 from vomstudio.ui.widgets.axis_titles import add_length_row, follow_axes
 from vomstudio.ui.widgets.copied_command import CopyCommandButton, copy_with_file, format_numbers
 from vomstudio.ui.widgets.error_fields import error_field, read_number
@@ -60,26 +58,30 @@ _MIN_TABLE_HEIGHT_PX, _MIN_WIDTH_PX = 110, 32
 _ROW_HEIGHT_PX = 24
 
 
-class ThreePointsPanel(LazyPanel):
+@dataclass(frozen=True, eq=False)
+class ThreePointsResult:
+    """Points (n, 3) in the World frame, their options, and the plane through them."""
+
+    points: FloatArray
+    options: ThreePointOptions
+    plane: ThreePoints
+
+
+class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], ThreePointsResult]):
     """Panel for the three-point problem.
 
     Attributes
     ----------
     trace_id : str
         Id of the trace that supplied the points, or an empty string if they were typed or imported.
-    plane : ThreePoints or None
-        Plane through the points, or None if it cannot be computed.
     """
 
     def __init__(self, studio: Studio) -> None:
-        super().__init__(studio)
-        explain(self, "window.md#three-points")
+        super().__init__(
+            studio, "three_points", "window.md#three-points", tr("Computing the plane…")
+        )
         self.trace_id = ""
-        self.plane: ThreePoints | None = None
-        self._points: FloatArray | None = None
-        self._sigma = 0.0
         self._is_picking = False
-        self._background = QtBackground(self)
         self.pick = QPushButton(theme.icon("vector-polyline"), tr("Pick…"))
         self.pick.setToolTip(tr("Click three or more points on the outcrop, then press Enter."))
         self.take = QPushButton(tr("Use selected"))
@@ -95,8 +97,6 @@ class ThreePointsPanel(LazyPanel):
             tr("unknown"),
             tr("Standard deviation of each coordinate (default: estimated from the misfit)."),
         )
-        self.message = hint_label()
-        self.message.setObjectName("three_points_message")
         self.type = TypeBox(studio)
         self.type.setObjectName("three_points_type")
         self.type.keep_narrow()
@@ -150,7 +150,6 @@ class ThreePointsPanel(LazyPanel):
         studio.edited.connect(self._edited)
         studio.settings_changed.connect(self._soon)
         studio.selection_changed.connect(self._refresh)
-        connect_until_deleted(self, studio.jobs.closed, self._close)
 
     def _show_axes(self, axes: Axes) -> None:
         tips = (tr("East."), tr("North."), tr("Height, upward."))
@@ -242,20 +241,22 @@ class ThreePointsPanel(LazyPanel):
         self._soon()
 
     # --- plane -------------------------------------------------------------------------------
-    def show_now(self) -> None:
+    def _question(self) -> tuple[FloatArray, ThreePointOptions]:
+        points = self._numbers()
+        return points, ThreePointOptions(read_number(self.sigma, "number.not-a-length") or 0.0)
+
+    def _answer(self, question: tuple[FloatArray, ThreePointOptions]) -> ThreePointsResult:
         from vomstudio.geology.faults.three_points import plane_of_three_points
 
-        self.plane = self._points = None
-        try:
-            points = self._numbers()
-            self._sigma = read_number(self.sigma, "number.not-a-length") or 0.0
-            self.plane = plane_of_three_points(points, ThreePointOptions(self._sigma).sigma_m)
-            self._points = points
-            message = self._plane_text(self.plane)
-        except VomError as error:
-            message = str(error)
-        self.message.setText(message)
-        self._refresh()
+        points, options = question
+        return ThreePointsResult(points, options, plane_of_three_points(points, options.sigma_m))
+
+    def _result_text(self, result: ThreePointsResult) -> str:
+        return self._plane_text(result.plane)
+
+    def _show_error(self, error: VomError) -> None:
+        # The location names the row.
+        self._show(None, str(error))
 
     def _numbers(self) -> FloatArray:
         """Return the points (n, 3) of the rows in the World frame. Raises InputError if invalid."""
@@ -303,7 +304,7 @@ class ThreePointsPanel(LazyPanel):
         allow(self.take, None if is_line_selected else reason)
         allow(self.pick, why_no_model(studio))
         allow(self.remove_row, None if self.table.currentRow() >= 0 else Finding("action.no-row"))
-        problem = None if self.plane is not None else Finding("action.no-result")
+        problem = None if self.result is not None else Finding("action.no-result")
         self.copy.allow(problem)
         if problem is None and self.trace_id:
             problem = Finding("action.points-of-trace")
@@ -312,46 +313,42 @@ class ThreePointsPanel(LazyPanel):
     # --- export ------------------------------------------------------------------------------
     def _add(self) -> None:
         """Add the plane as a reading at the centroid of the points, with its error in the notes."""
-        result, points = self.plane, self._points
-        if result is None or points is None:
+        result = self.result
+        if result is None:
             return
-        x, y, z = points.mean(axis=0).tolist()
+        x, y, z = result.points.mean(axis=0).tolist()
         reading = Reading(
             new_id("reading"),
             "",
             str(self.type.currentData()),
             "plane",
-            result.dip_direction_deg,
-            result.dip_deg,
+            result.plane.dip_direction_deg,
+            result.plane.dip_deg,
             position=(x, y, z),
             source=tr("three-point problem"),
-            notes=self._plane_text(result),
+            notes=self._result_text(result),
         )
         if self._studio.attempt(edits.add_readings, [reading]):
             self._studio.selection.set((reading.id,))
 
     def copy_command(self) -> None:
         """Ask for the file of the point table and copy the command to the clipboard."""
-        points, sigma = self._points, self._sigma
-        if points is None:
+        result = self.result
+        if result is None:
             return
 
         def write(path: Path) -> None:
             rows = [
                 WORLD_COMMENT.strip(),
                 "x,y,z",
-                *(format_numbers(point) for point in points.tolist()),
+                *(format_numbers(point) for point in result.points.tolist()),
             ]
             write_bytes(path, ("\n".join(rows) + "\n").encode(), force=True)
 
-        arguments = option_words(ThreePointOptions(sigma))
+        arguments = option_words(result.options)
         copy_with_file(
             self, self._studio, "points.csv", write, lambda path: ["threepoint", path, *arguments]
         )
-
-    def _close(self) -> None:
-        self._timer.stop()
-        self._background.stop()
 
 
 def _warnings_text(result: ThreePoints) -> str:
