@@ -83,5 +83,11 @@ def test_plans_that_cannot_be_are_refused(more: Any) -> None:
 
 
 def test_a_camera_nobody_knows_is_refused() -> None:
-    with refused("plan.unknown-camera", vs.errors.UsageError, camera="Brownie"):
+    with refused("plan.unknown-camera", vs.errors.UsageError, camera="Brownie", field="camera"):
         vs.plan("Brownie", distance_m=3, width_m=9, height_m=3)
+
+
+def test_a_plan_without_a_distance_names_the_arguments() -> None:
+    arguments = ("distance_m", "gsd_m", "plane_m")
+    with refused("option.none-given", vs.errors.UsageError, options=arguments, field="distance_m"):
+        vs.plan("23.5x15.6,35,6000x4000", width_m=30, height_m=10)

@@ -211,7 +211,7 @@ def plan(
         if page is not None:
             check_format(page)
             check_target(page, force=replace)
-    with name_arguments_in_errors(PlanOptions):
+    with name_arguments_in_errors(PlanOptions), name_argument_in_errors("camera", "--camera"):
         plan = plan_survey(_camera(camera, options.focal_mm), options)
     plan = add_forecasts(plan, options.receiver_m, options.control_m)
     if page is not None:

@@ -300,13 +300,6 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate("The aperture of the {camera} is fixed, so f/{f_number:g} is used."),
     ),
-    "plan.no-distance": (
-        "error",
-        to_translate(
-            "Specify the camera distance (--distance M), the size of a pixel on the rock (--gsd"
-            " M) or the smallest plane (--plane M)."
-        ),
-    ),
     "plan.too-many-photos": (
         "error",
         to_translate(

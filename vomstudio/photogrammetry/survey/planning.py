@@ -270,7 +270,8 @@ def _distance(
         gsd_m = min(gsd_m or math.inf, gsd_for_plane(plane_m))
     if distance_m is None:
         if gsd_m is None:
-            raise UsageError(Finding("plan.no-distance"))
+            options = ("--distance", "--gsd", "--plane")
+            raise UsageError(Finding("option.none-given", options=options), field=options[0])
         distance_m = distance_for(camera, gsd_m)
     if distance_m * 1000.0 <= 2.0 * camera.focal_mm:
         raise UsageError(Finding("plan.too-close"), field="--distance")
