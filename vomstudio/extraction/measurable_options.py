@@ -67,7 +67,7 @@ class MeasurableOptions(Options):
         minimum=0.0,
         maximum=89.0,
         help=to_translate("95 % error of the plane caused by the registration"),
-        automatic_text=to_translate("from --project, else 0"),
+        automatic_text=to_translate("from --project, otherwise 0"),
     )
 
     @property

@@ -151,7 +151,7 @@ class RegisterOptions(Options):
         maximum=180.0,
         help=to_translate("common offset of all compass readings, standard deviation, degrees"),
         automatic_text=to_translate(
-            "10 for photos, 2 for other azimuths from magnetic north, else 0"
+            "10 for photos, 2 for other azimuths from magnetic north, otherwise 0"
         ),
     )
     click_sigma_m: float | None = option(

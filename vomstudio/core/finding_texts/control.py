@@ -445,7 +445,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "control.not-used": (
         "warning",
-        to_translate("{table} beside the photos is not used: {reason}"),
+        to_translate("{table} next to the photos is not used: {reason}"),
     ),
     "control.pending": (
         "info",

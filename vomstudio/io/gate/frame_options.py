@@ -25,14 +25,14 @@ class FrameOptions(Options):
     up: UpAxis | None = option(
         None,
         choices=("y", "z"),
-        help=to_translate("up axis of the file (default: as defined by its format, else z)"),
+        help=to_translate("up axis of the file (default: as defined by its format, otherwise z)"),
         tip=to_translate("Up axis of the file"),
     )
     unit: str | None = option(
         None,
         choices=tuple(METRES),
         help=to_translate(
-            "unit of the file's coordinates (default: as specified in the file, else m)"
+            "unit of the file's coordinates (default: as specified in the file, otherwise m)"
         ),
         tip=to_translate("Unit of the file's coordinates"),
     )

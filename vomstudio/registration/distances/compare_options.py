@@ -32,6 +32,6 @@ class CompareOptions(Options):
             " of detection, m"
         ),
         tip=to_translate("Standard deviation of one model's position relative to the other"),
-        automatic_text=to_translate("from the model's registration or reconstruction, else 0"),
+        automatic_text=to_translate("from the model's registration or reconstruction, otherwise 0"),
         decimals=4,
     )

@@ -43,7 +43,7 @@ class ReconstructOptions(Options):
             " are tie points"
         ),
         automatic_text=to_translate(
-            "in the control point file, else marks.csv next to it or in the photo folder"
+            "in the control point file, otherwise marks.csv next to it or in the photo folder"
         ),
     )
     crs: str | None = option(
