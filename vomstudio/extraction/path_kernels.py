@@ -189,6 +189,20 @@ def compute_gradients(positions, starts, neighbours, values, out):  # type: igno
         out[node, 0], out[node, 1], out[node, 2] = x / count, y / count, z / count
 
 
+@kernel("void(f4[:,::1], f4[:,::1], f8[::1])")
+def compare_appearances(values, targets, out):  # type: ignore[no-untyped-def]
+    """Write the smallest squared difference of each row of `values` from the rows of `targets`."""
+    for node in range(len(values)):
+        smallest = math.inf
+        for target in range(len(targets)):
+            total = 0.0
+            for k in range(values.shape[1]):
+                difference = values[node, k] - targets[target, k]
+                total += difference * difference
+            smallest = min(smallest, total)
+        out[node] = smallest
+
+
 # --- a heap of nodes: four below each, their keys beside them, which are read in one piece --------
 @part
 def _raise_node(keys, heap, place, position):  # type: ignore[no-untyped-def]

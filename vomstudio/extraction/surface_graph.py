@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -70,7 +70,7 @@ class Graph:
     fields: Mapping[str, FloatArray]
     rough: Callable[[], FloatArray]
     row: IntArray
-    cached: dict[str, FloatArray] = field(default_factory=dict)
+    cached: dict[str, Any] = field(default_factory=dict)
 
     @cached_property
     def roughness(self) -> FloatArray:
@@ -134,7 +134,7 @@ class SurfaceGraph:
         self._node = np.full(len(points), -1, np.int64)
         self._node[rows] = node_of
         self.cached_costs: dict[str, tuple[bytes, FloatArray, float]] = {}
-        """Cached costs of `whole` by name: the colours that they depend on, costs (n,), median."""
+        """Cached costs of `whole` by name: the nodes that they depend on, costs (n,), median."""
         self._scratch = np.full(len(self.places), -1, np.int64), np.empty(len(rows), np.int64)
 
     @cached_property
