@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from tests.extraction.planes_by_construction import grid_mesh
+from vomstudio.extraction import plane_prior
 from vomstudio.extraction.following import Follower
-from vomstudio.extraction.path_costs import appearance_costs
+from vomstudio.extraction.path_costs import appearance_costs, node_costs
 from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.geometry.mesh import Mesh
 
@@ -47,6 +48,48 @@ def interrupted(off: np.ndarray, x: np.ndarray) -> np.ndarray:
     is_dark = (np.abs(off) < 0.02) & ~is_covered
     is_dark |= (np.abs(off - 0.18) < 0.02) & (x > 1.1) & (x < 1.7)
     return np.where(is_dark, 40.0, 180.0)
+
+
+def test_a_path_crosses_a_gap_in_the_plane_of_its_contact(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    mesh, off = wall(interrupted)
+    surface, clicks = SurfaceGraph(mesh), two_clicks(mesh, off)
+
+    def distance() -> float:
+        path = Follower(surface, "dark").follow(clicks, is_whole=True)
+        rows = surface.tree.query(path.points - surface.origin)[1]
+        return float(np.abs(off[rows]).max())
+
+    assert distance() < 0.08
+    monkeypatch.setattr(plane_prior, "MAX_PENALTY", 0.0)
+    assert distance() > 0.14
+
+
+def test_without_a_distinct_plane_the_costs_are_unchanged() -> None:
+    mesh, off = wall(lambda off, x: 0.0 * off + 120.0)
+    surface = SurfaceGraph(mesh)
+    start, goal = two_clicks(mesh, off) - surface.origin
+    costs = node_costs(surface.whole, "dark")
+    typical = float(np.median(costs))
+    same = plane_prior.add_plane_prior(surface.whole, costs, start, goal, typical)
+    assert same is costs
+    # Way-points a few arcs apart do not show a plane.
+    near = plane_prior.add_plane_prior(surface.whole, costs, start, start + 4 * STEP, typical)
+    assert near is costs
+
+
+def test_the_cost_of_a_departure_is_limited() -> None:
+    mesh, off = wall(interrupted)
+    surface = SurfaceGraph(mesh)
+    start, goal = two_clicks(mesh, off) - surface.origin
+    costs = node_costs(surface.whole, "dark")
+    typical = float(np.median(costs))
+    added = plane_prior.add_plane_prior(surface.whole, costs, start, goal, typical) - costs
+    assert added.min() == 0.0
+    assert added.max() == pytest.approx(plane_prior.MAX_PENALTY * typical)
+    assert added[np.abs(off) < 0.02].max() < 0.1 * added.max()
+    assert added[np.abs(off) > 0.3].min() > 0.9 * added.max()
 
 
 def test_a_path_stays_on_the_side_of_the_bed_that_was_clicked() -> None:

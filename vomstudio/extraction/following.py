@@ -19,6 +19,7 @@ from vomstudio.extraction.path_costs import (
     appearance_costs,
     node_costs,
 )
+from vomstudio.extraction.plane_prior import add_plane_prior
 from vomstudio.extraction.shortest_paths import shortest_path, straightest_path
 from vomstudio.extraction.surface_graph import Graph, SurfaceGraph
 
@@ -156,10 +157,11 @@ class Follower:
             ends = _nearest_nodes(graph.places, np.stack([start, goal]))
             if np.linalg.norm(graph.places[ends[1]] - goal) <= max_distance:
                 costs = self._costs(graph, ends)
-                typical = float(np.median(costs))
-                path = straightest_path(graph, int(ends[0]), int(ends[1]), costs)
+                typical_cost = float(np.median(costs))
+                searched = self._add_prior(graph, costs, start, goal, typical_cost)
+                path = straightest_path(graph, int(ends[0]), int(ends[1]), searched)
                 if path is not None:
-                    return self.surface.world(graph, path), costs[path] / typical
+                    return self.surface.world(graph, path), costs[path] / typical_cost
             if len(graph.places) in (previous_count, len(self.surface.places)) or stretch > 50.0:
                 raise _separate_parts_error(number)
             stretch, previous_count = 3.0 * stretch, len(graph.places)
@@ -184,7 +186,8 @@ class Follower:
         graph = self.surface.whole
         ends = np.asarray(self.surface.tree.query(np.stack([start, goal]))[1], np.int64)
         costs, typical_cost = self._whole_costs(ends)
-        path = straightest_path(graph, int(ends[0]), int(ends[1]), costs)
+        searched = self._add_prior(graph, costs, start, goal, typical_cost)
+        path = straightest_path(graph, int(ends[0]), int(ends[1]), searched)
         if path is None:
             raise _separate_parts_error(number)
         return self.surface.world(graph, path), costs[path] / typical_cost
@@ -205,7 +208,10 @@ class Follower:
         costs, typical_cost = self._whole_costs(nodes)
         legs = []
         for i in range(len(nodes) - 1):
-            path = shortest_path(graph, int(nodes[i]), int(nodes[i + 1]), costs)
+            searched = self._add_prior(
+                graph, costs, local_points[i], local_points[i + 1], typical_cost
+            )
+            path = shortest_path(graph, int(nodes[i]), int(nodes[i + 1]), searched)
             if path is None:
                 raise _separate_parts_error(i)
             legs.append((self.surface.world(graph, path), costs[path] / typical_cost))
@@ -223,6 +229,22 @@ class Follower:
         if self.cost == "colour":
             return appearance_costs(graph, nodes)
         return node_costs(graph, self.cost)
+
+    def _add_prior(
+        self,
+        graph: Graph,
+        costs: FloatArray,
+        start: FloatArray,
+        goal: FloatArray,
+        typical_cost: float,
+    ) -> FloatArray:
+        """Add the plane prior, unless the cost distinguishes parallel contacts itself.
+
+        Along a fold, the prior would lead away from the contact.
+        """
+        if self.cost == "colour":
+            return costs
+        return add_plane_prior(graph, costs, start, goal, typical_cost)
 
 
 def _nearest_nodes(positions: FloatArray, points: FloatArray) -> IntArray:

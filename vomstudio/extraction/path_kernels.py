@@ -189,6 +189,73 @@ def compute_gradients(positions, starts, neighbours, values, out):  # type: igno
         out[node, 0], out[node, 1], out[node, 2] = x / count, y / count, z / count
 
 
+@kernel(
+    "void(f8[:,::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], "
+    "f8, f8, f8, f8[:,::1])"
+)
+def find_lowest_costs_in_planes(  # type: ignore[no-untyped-def]
+    positions,
+    costs,
+    start,
+    along,
+    across,
+    outward,
+    sines,
+    cosines,
+    distance,
+    half_width,
+    max_cost,
+    lowest,
+):
+    """Find the lowest cost in each section between two way-points and in each plane through both.
+
+    Row b of `lowest` is a section of the line along which the way-points are `distance` apart;
+    column a is the plane at the angle pi a / columns to the direction `across`. A node is in a
+    plane if its distance on a face with the normal `outward` is at most `half_width`. Nodes with at
+    least `max_cost`, the value of `lowest` on entry, are ignored.
+    """
+    sections, planes = lowest.shape
+    step = math.pi / planes
+    for i in range(len(positions)):
+        cost = costs[i]
+        if not cost < max_cost:
+            continue
+        x, y, z = positions[i, 0] - start[0], positions[i, 1] - start[1], positions[i, 2] - start[2]
+        forward = x * along[0] + y * along[1] + z * along[2]
+        if not 0.0 <= forward < distance:
+            continue
+        section = min(int(forward / distance * sections), sections - 1)
+        right = x * across[0] + y * across[1] + z * across[2]
+        out = x * outward[0] + y * outward[1] + z * outward[2]
+        radius = math.sqrt(right * right + out * out)
+        first, count = 0, planes
+        if radius > half_width:
+            span = math.asin(half_width / radius)
+            middle = math.atan2(out, right)
+            first = math.ceil((middle - span) / step)
+            count = min(math.floor((middle + span) / step) - first + 1, planes)
+        for k in range(first, first + count):
+            plane = k % planes
+            sine = sines[plane]
+            if (
+                cost < lowest[section, plane]
+                and abs(out * cosines[plane] - right * sine) <= half_width * sine
+            ):
+                lowest[section, plane] = cost
+
+
+@kernel("void(f8[:,::1], f8[::1], f8[::1], f8[::1], f8, f8, f8, f8[::1])")
+def add_departure_costs(  # type: ignore[no-untyped-def]
+    positions, costs, start, scaled_normal, free, full, penalty, out
+):
+    """Add a cost that rises from zero to `penalty` between two distances from a plane."""
+    for i in range(len(costs)):
+        x, y, z = positions[i, 0] - start[0], positions[i, 1] - start[1], positions[i, 2] - start[2]
+        off = abs(x * scaled_normal[0] + y * scaled_normal[1] + z * scaled_normal[2])
+        share = min(max((off - free) / (full - free), 0.0), 1.0)
+        out[i] = costs[i] + penalty * share
+
+
 @kernel("void(f4[:,::1], f4[:,::1], f8[::1])")
 def compare_appearances(values, targets, out):  # type: ignore[no-untyped-def]
     """Write the smallest squared difference of each row of `values` from the rows of `targets`."""

@@ -78,11 +78,15 @@ class Graph:
         return self.rough()
 
     @cached_property
+    def axes(self) -> FloatArray:
+        """Principal axes of the nodes as columns (3, 3); the first is normal to their plane."""
+        offsets = self.places - self.places.mean(axis=0)
+        return np.asarray(np.linalg.eigh(offsets.T @ offsets)[1])
+
+    @cached_property
     def flat(self) -> FloatArray:
         """Coordinates (n, 2) of the nodes in their best-fit plane."""
-        offsets = self.places - self.places.mean(axis=0)
-        _, axes = np.linalg.eigh(offsets.T @ offsets)
-        return np.ascontiguousarray(offsets @ axes[:, 1:])
+        return np.ascontiguousarray((self.places - self.places.mean(axis=0)) @ self.axes[:, 1:])
 
     @cached_property
     def typical_arc(self) -> float:
