@@ -19,7 +19,7 @@ _STOPPING = [
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command of `vomstudio`, or open the window if no command is given."""
     words = list(sys.argv[1:] if argv is None else argv)
-    previous_handlers = _hear_stop_signals()
+    previous_handlers = _handle_stop_signals()
     try:
         try:
             return _run(words, previous_handlers, stopped_by_us=argv is None)
@@ -42,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         exec("")
 
 
-def _hear_stop_signals() -> dict[int, Any]:
+def _handle_stop_signals() -> dict[int, Any]:
     """Raise KeyboardInterrupt on stop signals from now on, and remember them.
 
     A command can also be stopped while its modules are imported. Signals that the process ignores

@@ -10,7 +10,7 @@ import linecache
 import PySide6.QtCore
 from vomstudio.ui.shell import window_start
 if {quiet}:
-    window_start._leave_sources_unread()
+    window_start._disable_source_reading()
 before = set(linecache.cache)
 import vomstudio.geometry.lines, xml.dom.minidom
 assert PySide6.QtCore.QPointF(1.0, 2.0).toTuple() == (1.0, 2.0)

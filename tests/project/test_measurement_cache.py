@@ -145,7 +145,7 @@ def test_what_is_measured_already_is_not_measured_again():
     known = {"t1": replace(measure_all(RECORDS_OF_ALL, [bed("t1")])[0], plane=None)}
     line = ONE_OF_EACH["lineation"]
     assert measure_all(RECORDS_OF_ALL, [line])[0].rake_deg is not None
-    assert measure_all(RECORDS_OF_ALL, [line], known_items=known)[0].rake_deg is None
+    assert measure_all(RECORDS_OF_ALL, [line], known_measurements=known)[0].rake_deg is None
 
 
 def test_of_a_set_only_the_plane_that_changed_is_fitted_again(monkeypatch):

@@ -131,9 +131,9 @@ class BlindRepeats:
             return
         original = get(self._projects.records, self._offered, Repeatable)
         for id_, record in edit.after.items():
-            is_new = record is not None and edit.before[id_] is None
+            is_added = record is not None and edit.before[id_] is None
             if (
-                is_new
+                is_added
                 and original is not None
                 and type(record) is type(original)
                 and id_ != original.id

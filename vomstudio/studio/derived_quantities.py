@@ -62,8 +62,8 @@ class DerivedQuantities:
 
     def subject(self, feature: Feature, measured: Measurement) -> Subject:
         """Return a feature of the project with all inputs of its figures."""
-        nearest = partial(self.nearest_pick, feature.id)
-        return Subject(feature, measured, self._projects.records, nearest)
+        nearest_pick = partial(self.nearest_pick, feature.id)
+        return Subject(feature, measured, self._projects.records, nearest_pick)
 
     # --- the models' frames ------------------------------------------------------------------
     def north_known(self) -> bool:
@@ -79,8 +79,10 @@ class DerivedQuantities:
             return ()
         from vomstudio.registration.turn_checks import turn_findings
 
-        each = (turn_findings(registration.rotation_covariance()) for registration in registrations)
-        return tuple(finding for findings in each for finding in findings)
+        registration_findings = (
+            turn_findings(registration.rotation_covariance()) for registration in registrations
+        )
+        return tuple(finding for findings in registration_findings for finding in findings)
 
     def metres_known(self) -> bool:
         """Return whether the scale of every model of the project is known."""

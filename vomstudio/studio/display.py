@@ -66,34 +66,34 @@ class Display:
         self.handles = True
 
     # --- changes -----------------------------------------------------------------------------
-    def _tell(self, subject: str) -> None:
+    def _notify_change(self, subject: str) -> None:
         self._timer.start()
         self.changed.emit(subject)
 
     def set_mode(self, mode: str) -> None:
         """Set the display mode, a key of MODES."""
         self.mode = mode
-        self._tell("mode")
+        self._notify_change("mode")
 
     def set_lit(self, mode: str, is_lit: bool) -> None:
         """Set whether models are lit in a mode."""
         self.lit[mode] = is_lit
-        self._tell("lit")
+        self._notify_change("lit")
 
     def set_point_size(self, pixels: float | None) -> None:
         """Set the point size in pixels; None fills the gaps between points."""
         self.point_size = pixels
-        self._tell("point_size")
+        self._notify_change("point_size")
 
     def set_eye_dome(self, on: bool) -> None:
         """Set whether point clouds have eye-dome lighting."""
         self.eye_dome = on
-        self._tell("eye_dome")
+        self._notify_change("eye_dome")
 
     def set_cameras(self, on: bool) -> None:
         """Set whether the camera positions of reconstructed models are shown."""
         self.cameras = on
-        self._tell("cameras")
+        self._notify_change("cameras")
 
     def show_field(self, model_id: str, style: FieldStyle) -> None:
         """Set the display style of a model's field, and show the field."""
@@ -101,24 +101,24 @@ class Display:
         if self.mode != "field":
             self.mode = "field"
             self.changed.emit("mode")
-        self._tell("fields")
+        self._notify_change("fields")
 
     def show_no_field(self, model_id: str) -> None:
         """Stop showing the field of a model because its values are outdated."""
         if self.styles.pop(model_id, None) is not None:
-            self._tell("fields")
+            self._notify_change("fields")
 
     def set_clip(self, box: ClipBox | None, on: bool | None = None) -> None:
         """Set the clipping box, and switch clipping on or off if `on` is given."""
         was_clipping, self.box = self.clipping, box
         if on is not None:
             self.clipping = on and box is not None
-        self._tell("box" if self.clipping == was_clipping else "clip")
+        self._notify_change("box" if self.clipping == was_clipping else "clip")
 
     def set_handles(self, on: bool) -> None:
         """Set whether the faces of the clipping box can be dragged in the view."""
         self.handles = on
-        self._tell("clip")
+        self._notify_change("clip")
 
     @property
     def clip_shown(self) -> ClipBox | None:

@@ -52,23 +52,23 @@ def compare_drawing(drawing: DrawnLines, records: Mapping[str, Record]) -> list[
     ]
     frame = shapely.box(0.0, 0.0, drawing.picture.width, drawing.picture.height)
     tree = shapely.STRtree(shapes)
-    unchanged_items: dict[int, int] = {}
+    unchanged_lines: dict[int, int] = {}
     # Lines with a known id are matched first: two features may coincide.
     ids = {item.id for item in items}
     for i in sorted(range(len(shapes_drawn)), key=lambda i: drawing.lines[i].id not in ids):
         candidates = tree.query(shapes_drawn[i], predicate="dwithin", distance=MAX_ROUNDING_PX)
         matches = [int(j) for j in candidates if _is_same(shapes_drawn[i], shapes[j], frame)]
         matches_by_id = [j for j in matches if items[j].id == drawing.lines[i].id]
-        unmatched_ids = [j for j in matches if j not in unchanged_items.values()]
+        unmatched_ids = [j for j in matches if j not in unchanged_lines.values()]
         if matches:
-            unchanged_items[i] = (matches_by_id or unmatched_ids or matches)[0]
-    used = {items[j].id for j in unchanged_items.values()}
+            unchanged_lines[i] = (matches_by_id or unmatched_ids or matches)[0]
+    used_ids = {items[j].id for j in unchanged_lines.values()}
     comparisons = []
     for i, line in enumerate(drawing.lines):
-        if i in unchanged_items:
-            comparisons.append(LineComparison("unchanged", items[unchanged_items[i]].id))
-        elif line.id in ids and line.id not in used:
-            used.add(line.id)
+        if i in unchanged_lines:
+            comparisons.append(LineComparison("unchanged", items[unchanged_lines[i]].id))
+        elif line.id in ids and line.id not in used_ids:
+            used_ids.add(line.id)
             comparisons.append(LineComparison("edited", line.id))
         else:
             comparisons.append(LineComparison("new"))
@@ -85,7 +85,7 @@ def merge_vertices(
     drawn_px: FloatArray,
     projections: Sequence[FloatArray | None],
     stored_px: FloatArray,
-    stored_values: FloatArray,
+    stored_vertices: FloatArray,
 ) -> FloatArray:
     """Return the vertices of an edited line; unmoved vertices keep their coordinates.
 
@@ -96,15 +96,15 @@ def merge_vertices(
     projections : sequence of m (3,) arrays or None
         The same vertices projected onto the surface in the picture, or None for a vertex that
         misses it.
-    stored_px, stored_values : (k, 2) and (k, 3) float64
+    stored_px, stored_vertices : (k, 2) and (k, 3) float64
         Vertices of the feature, in pixels and as stored.
     """
     vertices = []
     for pixel, point in zip(drawn_px, projections, strict=True):
         distances = np.linalg.norm(stored_px - pixel, axis=1)
-        nearest = int(np.argmin(distances))
-        if distances[nearest] <= MAX_ROUNDING_PX:
-            vertices.append(stored_values[nearest])
+        nearest_row = int(np.argmin(distances))
+        if distances[nearest_row] <= MAX_ROUNDING_PX:
+            vertices.append(stored_vertices[nearest_row])
         elif point is not None:
             vertices.append(point)
     return np.array(vertices, np.float64).reshape(-1, 3)

@@ -62,11 +62,11 @@ class DrawnTraces:
     @property
     def messages(self) -> tuple[Finding, ...]:
         """Return all findings, including those about skipped lines."""
-        left_out = (
+        skipped_count = (
             Finding("feature.left-out", feature=name, reason=reason)
             for name, reason in self.skipped
         )
-        return (*self.warnings, *left_out)
+        return (*self.warnings, *skipped_count)
 
 
 @dataclass(frozen=True)
@@ -186,9 +186,9 @@ def create_drawn_traces(
         drawing=drawing.name,
     )
     traces: list[Trace] = []
-    edited_items: list[Trace] = []
-    unchanged_items: list[str] = []
-    skipped_items: list[tuple[str, Finding]] = []
+    edited_traces: list[Trace] = []
+    unchanged_traces: list[str] = []
+    skipped_lines: list[tuple[str, Finding]] = []
     off_surface = 0
     comparisons = compare_drawing(lines, records)
     types = iter(
@@ -204,11 +204,11 @@ def create_drawn_traces(
     )
     for line, comparison in zip(lines.lines, comparisons, strict=True):
         if comparison.state == "unchanged":
-            unchanged_items.append(comparison.id)
+            unchanged_traces.append(comparison.id)
             continue
         try:
             if comparison.state == "edited":
-                edited_items.append(
+                edited_traces.append(
                     _edited_trace(line, comparison.id, lines.picture, target, records)
                 )
                 continue
@@ -225,21 +225,21 @@ def create_drawn_traces(
             edits.add_trace(records, trace)
             traces.append(trace)
         except GeometryError as error:
-            skipped_items.append((line.name, cause_of(error)))
-    if skipped_items and not traces and not edited_items and not unchanged_items:
-        name, reason = skipped_items[0]
+            skipped_lines.append((line.name, cause_of(error)))
+    if skipped_lines and not traces and not edited_traces and not unchanged_traces:
+        name, reason = skipped_lines[0]
         raise GeometryError(
             Finding("drawing.no-plane", name=name, reason=reason),
             file=drawing,
         )
     warnings += off_surface_findings(off_surface, 0)
-    if unchanged_items:
-        warnings.append(Finding("drawing.unchanged", count=len(unchanged_items)))
+    if unchanged_traces:
+        warnings.append(Finding("drawing.unchanged", count=len(unchanged_traces)))
     return DrawnTraces(
         tuple(traces),
-        tuple(edited_items),
-        tuple(unchanged_items),
-        tuple(skipped_items),
+        tuple(edited_traces),
+        tuple(unchanged_traces),
+        tuple(skipped_lines),
         tuple(warnings),
     )
 
@@ -282,13 +282,13 @@ def _edited_trace(
         raise GeometryError(Finding("drawing.not-a-trace"))
     if trace.model_id != model.id:
         raise GeometryError(Finding("feature.on-other-model", model=model.name, feature=trace.name))
-    stored_values = np.array(trace.vertices, np.float64)
-    stored_world = transform.apply(transform.matrix(model.to_world), stored_values)
+    stored_vertices = np.array(trace.vertices, np.float64)
+    stored_world = transform.apply(transform.matrix(model.to_world), stored_vertices)
     vertices = merge_vertices(
         np.array(line.pixels),
         [None if point is None else np.array(point) for point in line.points],
         project_to_pixels(stored_world, picture),
-        stored_values,
+        stored_vertices,
     )
     drawn_trace = create_trace(
         trace.name, vertices, model, trace.type_id, trace.set_name, target.surface

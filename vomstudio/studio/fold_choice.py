@@ -71,8 +71,8 @@ class FoldChoice:
             from vomstudio.project.fold_planes import fold_planes
 
             features = self.features()
-            measured = self._derived.measured(f.id for f in features)
-            self._planes = fold_planes(records, features, measured, self.which)
+            measured_planes = self._derived.measured(f.id for f in features)
+            self._planes = fold_planes(records, features, measured_planes, self.which)
             # The owners are stored, so that no other object can have their identity.
             self._inputs = (*owners, *inputs)
         return self._planes

@@ -210,9 +210,9 @@ class HeadlessProject:
 
     def save_as(self, folder: Path) -> list[Finding]:
         """Save the project in another folder and continue there. Return the omitted files."""
-        left_out = self.project.save_as(folder)
+        skipped_files = self.project.save_as(folder)
         self._mark_saved()
-        return left_out
+        return skipped_files
 
     def _mark_saved(self) -> None:
         self.recovered, self._initial_top = False, self.session.top
@@ -302,9 +302,9 @@ class HeadlessProject:
         fields = {"name": values.name, "set_name": values.set, "domain": values.domain}
         if values.type is not None:
             fields["type_id"] = self.find_type(values.type).id
-        new_values = {field: value for field, value in fields.items() if value is not None}
+        new_fields = {field: value for field, value in fields.items() if value is not None}
         ids = [feature.id for feature in features]
-        self.session.apply(edits.set_attributes(self.session.records, ids, **new_values))
+        self.session.apply(edits.set_attributes(self.session.records, ids, **new_fields))
         return self.find_features(ids)
 
     def delete(self, names: Sequence[str]) -> list[Typed]:
@@ -327,10 +327,10 @@ class HeadlessProject:
         """
         path = path.resolve()
         if options.to_crs is not None:
-            converted, findings = write_converted(
+            converted_model, findings = write_converted(
                 path, self.project.folder / MODELS, options, self._progress
             )
-            added_model = self.add_model(converted)
+            added_model = self.add_model(converted_model)
             return replace(added_model, warnings=(*findings, *added_model.warnings))
         folder = model_cache.folder_of(path, self.project.cache)
         loaded_model = model_cache.load(path, folder, self._progress)
@@ -368,14 +368,14 @@ class HeadlessProject:
         """
         surface, warnings = self._surface_for_planes(model)
         records = self.session.records
-        added_items: dict[str, Record] = {}
+        new_records: dict[str, Record] = {}
         names = edits.NextNames(records)
         traces: list[Trace] = []
-        skipped_items: list[tuple[str, Finding]] = []
+        skipped_picks: list[tuple[str, Finding]] = []
         for pick in picks:
             points = transform.apply(_to_file(model), pick.points)
             if (reason := self._why_not_on(model, points)) is not None:
-                skipped_items.append((pick.name, reason))
+                skipped_picks.append((pick.name, reason))
                 continue
             feature_type = pick.kind or kind
             trace = create_trace(pick.name, points, model, feature_type.id, set_name, surface)
@@ -385,20 +385,20 @@ class HeadlessProject:
             try:
                 edit = edits.add_trace(records, trace)
             except GeometryError as error:
-                skipped_items.append((pick.name, cause_of(error)))
+                skipped_picks.append((pick.name, cause_of(error)))
                 continue
-            named = get(edit.after, trace.id, Trace)
-            assert named is not None
-            added_items[trace.id] = named
-            names.reserve(named)
-            traces.append(named)
+            named_trace = get(edit.after, trace.id, Trace)
+            assert named_trace is not None
+            new_records[trace.id] = named_trace
+            names.reserve(named_trace)
+            traces.append(named_trace)
         if not traces:
-            example = ": ".join(map(str, skipped_items[0])) if skipped_items else ""
+            example = ": ".join(map(str, skipped_picks[0])) if skipped_picks else ""
             raise GeometryError(Finding("picks.no-plane", count=len(picks), first=example))
         records_after: dict[str, Record | None] = {trace.id: trace for trace in traces}
         subject = traces[0].name if len(traces) == 1 else f"{len(traces)} traces"
         self.session.apply(change(self.session.records, f"Add {subject}", records_after))
-        return AddedPicks(tuple(traces), tuple(skipped_items), warnings)
+        return AddedPicks(tuple(traces), tuple(skipped_picks), warnings)
 
     def add_drawing(
         self,
@@ -586,38 +586,42 @@ class HeadlessProject:
         fitted_model = fit_model(
             self.read_model(model),
             reference,
-            near=None if pairs is None else register(evidence),
+            previous_placement=None if pairs is None else register(evidence),
             crs=crs,
             stable_text=stable,
             initial=InitialPlacement(model.to_world, frame.crs, frame.has_metres, scale_error),
             progress=self._progress,
         )
         evidence.reference = fitted_model.fitted.observation
-        placed = prepend_warnings(register(evidence), fitted_model.warnings)
-        if not placed.known.all:
+        placement = prepend_warnings(register(evidence), fitted_model.warnings)
+        if not placement.known.all:
             raise GeometryError(
                 Finding("registration.undetermined", parameters=fitted_model.fitted.free)
             )
-        record = create_registration(placed, pairs, model, fitted_model.crs, Path(reference).name)
+        record = create_registration(
+            placement, pairs, model, fitted_model.crs, Path(reference).name
+        )
         if fitted_model.reference is not None:
             record = add_reference_error(
                 record, fitted_model.reference, scale_fitted=fitted_model.scale_fitted
             )
-            placed = replace(placed, warnings=(*placed.warnings, *reference_findings(record)))
-        return *self._placed(model, placed, record), fitted_model
+            placement = replace(
+                placement, warnings=(*placement.warnings, *reference_findings(record))
+            )
+        return *self._placed(model, placement, record), fitted_model
 
     def _placed(
-        self, model: Model, placed: Placed, record: Registration
+        self, model: Model, placement: Placed, record: Registration
     ) -> tuple[Placed, float, dict[str, float]]:
         self.session.apply(edits.set_registration(self.session.records, record, [model.id]))
         model_after = get(self.session.records, model.id, Model)
         if model_after is None:
-            return placed, 0.0, {}
+            return placement, 0.0, {}
         features = self.session.features()
         figures = measure_all(self.session.records, features)
-        measured = {f.id: m for f, m in zip(features, figures, strict=True)}
-        sets = set_rotations_deg(self.session.records, model, model_after, measured)
-        return placed, rotation_deg(model, model_after), sets
+        measurements_by_id = {f.id: m for f, m in zip(features, figures, strict=True)}
+        sets = set_rotations_deg(self.session.records, model, model_after, measurements_by_id)
+        return placement, rotation_deg(model, model_after), sets
 
     def judge_by(self, profile: str) -> None:
         """Assess all features with a built-in profile, "error" or "textbook".
@@ -651,7 +655,7 @@ class HeadlessProject:
         DocumentError
             If every feature was measured by the present rule.
         """
-        measured_items: dict[str, dict[str, Any]] = {}
+        measured_fields: dict[str, dict[str, Any]] = {}
         findings: list[Finding] = []
         records = self.session.records
         features = features_of_earlier_rules(records)
@@ -662,11 +666,11 @@ class HeadlessProject:
             data = self._read(model)
             findings += data.why_not
             if data.surface is not None:
-                measured_items |= {f.id: remeasure(data.surface, f) for f in outdated_features}
-        if features and not measured_items:
+                measured_fields |= {f.id: remeasure(data.surface, f) for f in outdated_features}
+        if features and not measured_fields:
             return 0, tuple(findings)
-        self.session.apply(edits.update_surroundings(records, measured_items))
-        return len(measured_items), tuple(findings)
+        self.session.apply(edits.update_surroundings(records, measured_fields))
+        return len(measured_fields), tuple(findings)
 
     def undo(self) -> str:
         """Undo the last edit and return its label. Raises DocumentError if no edit is left."""

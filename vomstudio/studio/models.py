@@ -310,11 +310,11 @@ class Models:
         """Return the frame of a model of the project near the coordinates of a file, or None."""
         low, high = opened_model.data.bounds
         for model in reversed(self._projects.of(Model)):
-            other = self.open.get(model.id)
-            if model.frame.crs is None or other is None:
+            other_model = self.open.get(model.id)
+            if model.frame.crs is None or other_model is None:
                 continue
             unit_m = unit_in_metres(model.frame.crs)
-            near_low, near_high = world_bounds(other.data.bounds, model.to_world) / unit_m
+            near_low, near_high = world_bounds(other_model.data.bounds, model.to_world) / unit_m
             margin = MAX_DISTANCE_M / unit_m
             if np.all(low <= near_high + margin) and np.all(high >= near_low - margin):
                 return Frame("crs", model.frame.crs, unit_m)

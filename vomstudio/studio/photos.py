@@ -128,8 +128,11 @@ class PhotoLinks:
     def _remember(self, model_id: str, **values: str) -> None:
         choices = self._projects.view(VIEW_KEY, {})
         choice = choices.get(model_id)
-        new = {**choices, model_id: {**(choice if isinstance(choice, dict) else {}), **values}}
-        self._projects.keep_view(VIEW_KEY, new)
+        new_choices = {
+            **choices,
+            model_id: {**(choice if isinstance(choice, dict) else {}), **values},
+        }
+        self._projects.keep_view(VIEW_KEY, new_choices)
 
     # --- reading -----------------------------------------------------------------------------
     def cameras_path(self, model_id: str) -> Path | None:
@@ -190,9 +193,9 @@ class PhotoLinks:
         self.changed.emit(model_id)
 
     def _store(self, data: object, photos: ModelPhotos) -> None:
-        known = self._ready.get(photos.model_id)
+        known_photos = self._ready.get(photos.model_id)
         for finding in photos.warnings:
-            if known is None or finding not in known.warnings:
+            if known_photos is None or finding not in known_photos.warnings:
                 self._notices.warn(finding, finding.severity)
         self._ready[photos.model_id] = photos
         self._trees[photos.model_id] = (data, photos.views.tree)

@@ -52,10 +52,10 @@ class Preferences:
     def mark_open(self, folder: Path, is_open: bool) -> None:
         """Record whether a project is open, so that it is offered after a crash."""
         name = str(folder.resolve())
-        others = [path for path in self.settings.unclosed if path != name]
-        unclosed = [*others, name] if is_open else others
-        if unclosed != self.settings.unclosed:
-            self.settings.unclosed = unclosed
+        other_paths = [path for path in self.settings.unclosed if path != name]
+        unclosed_paths = [*other_paths, name] if is_open else other_paths
+        if unclosed_paths != self.settings.unclosed:
+            self.settings.unclosed = unclosed_paths
             self._write_soon()
 
     def _write_soon(self) -> None:

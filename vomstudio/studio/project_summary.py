@@ -106,9 +106,13 @@ def summarise(folder: Path) -> ProjectSummary:
 
 def model_facts(records: Mapping[str, Record]) -> tuple[ModelFacts, ...]:
     """Describe the models of a project, in the order in which they were added."""
-    on = Counter(getattr(f, "model_id", None) for f in records.values() if isinstance(f, Feature))
+    features_by_model = Counter(
+        getattr(f, "model_id", None) for f in records.values() if isinstance(f, Feature)
+    )
     return tuple(
-        ModelFacts(m.id, m.name, m.path, m.kind, m.frame.name(), m.frame.crs, on[m.id])
+        ModelFacts(
+            m.id, m.name, m.path, m.kind, m.frame.name(), m.frame.crs, features_by_model[m.id]
+        )
         for m in records.values()
         if isinstance(m, Model)
     )

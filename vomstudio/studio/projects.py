@@ -115,8 +115,8 @@ class Projects:
 
     def open(self, folder: Path) -> None:
         """Open a project. If it raises a VomError, the present project stays open."""
-        present = self._project
-        if present is not None and folder.resolve() == present.folder.resolve():
+        current_project = self._project
+        if current_project is not None and folder.resolve() == current_project.folder.resolve():
             return
         if self._is_opening:
             self._notices.warn(Finding("project.opening"))
@@ -160,10 +160,10 @@ class Projects:
 
     def unclosed(self, but: Collection[Path] = ()) -> list[Path]:
         """Return the projects that a crash left open, except those in `but`."""
-        named = [Path(path) for path in self._preferences.settings.unclosed]
-        folders = (*(f for f in named if is_free(f)), *untitled_projects(finished=False))
-        excluded = {path.resolve() for path in (self.project.folder, *but)}
-        return [f for f in folders if not excluded & {f.resolve(), f.resolve() / JOURNAL}]
+        unclosed_paths = [Path(path) for path in self._preferences.settings.unclosed]
+        folders = (*(f for f in unclosed_paths if is_free(f)), *untitled_projects(finished=False))
+        excluded_paths = {path.resolve() for path in (self.project.folder, *but)}
+        return [f for f in folders if not excluded_paths & {f.resolve(), f.resolve() / JOURNAL}]
 
     def _adopt(self, project: ProjectFolder, measurements: Measurements | None = None) -> None:
         if self._project is not None:
@@ -221,7 +221,7 @@ class Projects:
         """Save under another name. Raises TargetError."""
         self._mark_open(False)
         try:
-            left_out = self.project.save_as(folder)
+            skipped_files = self.project.save_as(folder)
         finally:
             self._mark_open(True)
         self._preferences.remember(folder)
@@ -229,7 +229,7 @@ class Projects:
         self.history_changed.emit()
         self.saved.emit()
         self._notices.info(Finding("project.saved-as", folder=folder))
-        for finding in left_out:
+        for finding in skipped_files:
             self._notices.warn(finding)
 
     def discard(self) -> None:

@@ -79,10 +79,10 @@ class _Newest:
             if isinstance(event, Step) and self._waiting is not None:
                 self._waiting[0] = event
                 return
-            passed = [event]
+            forwarded_events = [event]
             # A step after another event must not overtake it.
-            self._waiting = passed if isinstance(event, Step) else None
-        self._post(partial(self._pass_on, passed))
+            self._waiting = forwarded_events if isinstance(event, Step) else None
+        self._post(partial(self._pass_on, forwarded_events))
 
     def _pass_on(self, passed_events: list[Event]) -> None:
         with self._lock:

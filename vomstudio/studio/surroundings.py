@@ -65,15 +65,15 @@ class Surroundings:
             return
         features = list(self._updatable_features())
         surfaces = {f.model_id: self._models.surface(f.model_id) for f in features}
-        measured_items: dict[str, dict[str, Any]] = {}
+        measured_fields: dict[str, dict[str, Any]] = {}
 
         def fail(error: VomError) -> None:
             self._notices.fail(error)
-            self._finish(features, measured_items)
+            self._finish(features, measured_fields)
 
         self._background.run(
-            lambda: _measure(features, surfaces, measured_items),
-            lambda _: self._finish(features, measured_items),
+            lambda: _measure(features, surfaces, measured_fields),
+            lambda _: self._finish(features, measured_fields),
             fail,
         )
 
@@ -93,14 +93,14 @@ class Surroundings:
         return (f for f in self._earlier() if hashes.get(f.model_id) == f.model_hash)
 
     def _finish(
-        self, features: list[Surrounded], measured_items: Mapping[str, dict[str, Any]]
+        self, features: list[Surrounded], measured_fields: Mapping[str, dict[str, Any]]
     ) -> None:
         records = self._projects.records
         # Features that were changed meanwhile already follow the present rule.
         unchanged = {
-            f.id: measured_items[f.id]
+            f.id: measured_fields[f.id]
             for f in features
-            if f.id in measured_items and records.get(f.id) is f
+            if f.id in measured_fields and records.get(f.id) is f
         }
         if not unchanged or not self._editing.attempt(edits.update_surroundings, unchanged):
             return
@@ -113,9 +113,9 @@ class Surroundings:
 def _measure(
     features: list[Surrounded],
     surfaces: Mapping[str, Surface | None],
-    measured_items: dict[str, dict[str, Any]],
+    measured_fields: dict[str, dict[str, Any]],
 ) -> None:
     for feature in features:
         surface = surfaces[feature.model_id]
         if surface is not None:
-            measured_items[feature.id] = remeasure(surface, feature)
+            measured_fields[feature.id] = remeasure(surface, feature)

@@ -333,13 +333,13 @@ class ToolHost:
         return {id_: point.mean(axis=0) for id_, point in points.items() if len(point)}
 
     def select(self, feature_ids: Sequence[str], how: Combine) -> None:
-        current, others = self._selection.ids, set(feature_ids)
+        current, other_ids = self._selection.ids, set(feature_ids)
         if how == "add":
             self._selection.set((*current, *feature_ids))
         elif how == "new":
             self._selection.set(feature_ids)
         else:
-            self._selection.set(i for i in current if (i in others) is (how == "intersect"))
+            self._selection.set(i for i in current if (i in other_ids) is (how == "intersect"))
 
     def show(self, preview: Preview | None) -> None:
         self._tool_preview = preview

@@ -59,10 +59,10 @@ def intersection_direction(planes: Iterable[Measurement]) -> AxialDirection | Fi
     if len(uncertain_planes) != 2:
         return Finding("selection.not-two-planes")
     try:
-        met = intersection_line(*uncertain_planes)
+        axis_line = intersection_line(*uncertain_planes)
     except GeometryError as error:
         return finding_of(error)
-    return AxialDirection(met.line, met.max_confidence95_deg)
+    return AxialDirection(axis_line.line, axis_line.max_confidence95_deg)
 
 
 def depth_along(
@@ -84,7 +84,7 @@ def depth_along(
     bool
         Whether the depth is in metres.
     """
-    along_component, is_metric = [], True
+    depth_steps, is_metric = [], True
     for model_id, open_model in models.items():
         model = records.get(model_id)
         if not isinstance(model, Model):
@@ -92,6 +92,6 @@ def depth_along(
         low, high = np.asarray(open_model.data.bounds, np.float64)
         grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
         corners = transform.apply(model.to_world, np.where(grid == 1, high, low))
-        along_component.append(corners @ np.asarray(direction, np.float64))
+        depth_steps.append(corners @ np.asarray(direction, np.float64))
         is_metric = is_metric and model.frame.has_metres
-    return (float(np.ptp(np.concatenate(along_component))) if along_component else 0.0), is_metric
+    return (float(np.ptp(np.concatenate(depth_steps))) if depth_steps else 0.0), is_metric

@@ -33,8 +33,8 @@ class Visibility:
         features = self._projects.session.features()
         groups = {group_of(f) for f in features if f.id in ids}
         hidden_ids = {f.id for f in features if f.id not in ids}
-        changed = (self.hidden & (ids | groups)) | (hidden_ids - self.hidden)
-        self._set((self.hidden - ids - groups) | hidden_ids, changed)
+        changed_ids = (self.hidden & (ids | groups)) | (hidden_ids - self.hidden)
+        self._set((self.hidden - ids - groups) | hidden_ids, changed_ids)
 
     def show_all(self) -> None:
         """Show everything."""

@@ -81,9 +81,9 @@ class Workspace:
             post(lambda: None if self._is_closed else call())
 
         def background(name: str, **options: Any) -> Background:
-            created = Background(post, name, **options)
-            self._backgrounds.append(created)
-            return created
+            new_background = Background(post, name, **options)
+            self._backgrounds.append(new_background)
+            return new_background
 
         self._backgrounds: list[Background] = []
         self.preferences = Preferences(settings, self.notices, hand_over, later)
@@ -196,13 +196,13 @@ class Workspace:
         self.history_changed.emit()
         if session.recovered:
             self.notices.warn(Finding("project.recovered"))
-        self._tell_left_out(self.projects.project.problems)
+        self._report_skipped(self.projects.project.problems)
         for model in session.of(Model):
             self.models.load(model)
         if session.draft is not None:
             self.tools.restore(session.draft.state)
 
-    def _tell_left_out(self, problems: Sequence[Finding]) -> None:
+    def _report_skipped(self, problems: Sequence[Finding]) -> None:
         for problem in problems:
             self.notices.warn(_omitted_files_finding((problem,)))
         if len(problems) > 1:
@@ -283,8 +283,12 @@ class Workspace:
 
     def _show_hidden_types(self, edit: Edit) -> None:
         """Show the types of new features, which would otherwise vanish when they are added."""
-        new = [r for i, r in edit.after.items() if isinstance(r, Feature) and not edit.before[i]]
-        hidden_groups = {group for f in new if not self.visibility.visible(group := group_of(f))}
+        new_features = [
+            r for i, r in edit.after.items() if isinstance(r, Feature) and not edit.before[i]
+        ]
+        hidden_groups = {
+            group for f in new_features if not self.visibility.visible(group := group_of(f))
+        }
         if hidden_groups:
             self.visibility.set_visible(hidden_groups, True)
             names = sorted(self._group_name(group) for group in hidden_groups)
@@ -303,13 +307,13 @@ class Workspace:
         """
         new_records = {id_: r for id_, r in edit.after.items() if isinstance(r, Feature) and r.name}
         old_records = {id_: edit.before[id_] for id_ in new_records}
-        renamed = {
+        renamed_features = {
             i
             for i, r in old_records.items()
             if isinstance(r, Feature) and r.name != new_records[i].name
         }
         added_ids = {i for i, r in old_records.items() if r is None}
-        renamed_or_added = renamed | (added_ids if len(added_ids) > 1 else set())
+        renamed_or_added = renamed_features | (added_ids if len(added_ids) > 1 else set())
         if not renamed_or_added:
             return
         count = Counter(feature.name for feature in self.projects.session.features())

@@ -45,9 +45,11 @@ def mesh_dataset(mesh: Mesh, origin: FloatArray) -> Any:
         return _block(mesh, mesh.faces, origin, material)
     blocks = pyvista.MultiBlock()
     for i, material in enumerate(mesh.materials):
-        first, last = mesh.material_offsets[i : i + 2]
-        if last > first:
-            blocks.append(_block(mesh, mesh.faces[first:last], origin, material), material.name)
+        first, last_face = mesh.material_offsets[i : i + 2]
+        if last_face > first:
+            blocks.append(
+                _block(mesh, mesh.faces[first:last_face], origin, material), material.name
+            )
     blocks.add_field_data(origin, "origin")
     return blocks
 
@@ -68,13 +70,13 @@ def _block(mesh: Mesh, faces: Int32Array, origin: FloatArray, material: Material
     import pyvista
 
     places, rows = np.unique(faces, return_inverse=True)
-    used = places.astype(np.int64)
+    used_places = places.astype(np.int64)
     corners: Any = rows.reshape(-1, 3).astype(np.int64)
-    data: Any = pyvista.PolyData.from_regular_faces(mesh.vertices[used] - origin, corners)
-    _add_values(data, mesh.colors, mesh.fields, used)
+    data: Any = pyvista.PolyData.from_regular_faces(mesh.vertices[used_places] - origin, corners)
+    _add_values(data, mesh.colors, mesh.fields, used_places)
     if mesh.uv is not None:
         # VTK requires separate texture coordinates for every corner.
-        data.active_texture_coordinates = np.nan_to_num(mesh.uv[used])
+        data.active_texture_coordinates = np.nan_to_num(mesh.uv[used_places])
     if material is not None:
         data.add_field_data([material.name], "material")
         if material.texture is not None:

@@ -75,16 +75,19 @@ def finite_bounds(points: FloatingArray, stop: threading.Event) -> FloatArray:
     for part in pieces(len(points), stop):
         # Reduces long rows, because a reduction along rows of three elements is eight times
         # slower.
-        flat_values = np.ascontiguousarray(points[part]).reshape(-1)
-        row_end = len(flat_values) // ROW * ROW
-        for rows in (flat_values[:row_end].reshape(-1, ROW), flat_values[row_end:].reshape(-1, 3)):
+        flat_coordinates = np.ascontiguousarray(points[part]).reshape(-1)
+        row_end = len(flat_coordinates) // ROW * ROW
+        for rows in (
+            flat_coordinates[:row_end].reshape(-1, ROW),
+            flat_coordinates[row_end:].reshape(-1, 3),
+        ):
             if rows.size:
-                lowest_values, highest_values = (
+                lowest_corner, highest_corner = (
                     np.fmin.reduce(rows, axis=0),
                     np.fmax.reduce(rows, axis=0),
                 )
-                low = np.fmin(low, np.fmin.reduce(lowest_values.reshape(-1, 3), axis=0))
-                high = np.fmax(high, np.fmax.reduce(highest_values.reshape(-1, 3), axis=0))
+                low = np.fmin(low, np.fmin.reduce(lowest_corner.reshape(-1, 3), axis=0))
+                high = np.fmax(high, np.fmax.reduce(highest_corner.reshape(-1, 3), axis=0))
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
         return np.zeros((2, 3))
     return np.stack([low, high])
@@ -150,37 +153,37 @@ def vertex_colors(
     """Return vertex colours (n, 3) from the file or else from downsampled textures."""
     if mesh.colors is not None:
         return np.array(mesh.colors, np.uint8)
-    small = {
+    small_textures = {
         i: overview(m.texture) if m.texture is not None and mesh.uv is not None else None
         for i, m in enumerate(mesh.materials)
     }
     diffuse = [m.diffuse for m in mesh.materials]
-    if all(s is None for s in small.values()) and all(d is None for d in diffuse):
+    if all(s is None for s in small_textures.values()) and all(d is None for d in diffuse):
         return None
     out = np.empty((len(mesh.vertices), 3), np.uint8)
     out[:] = NEUTRAL
     for material, rows in groups:
         if material < 0:
             continue
-        tint, picture = diffuse[material], small[material]
+        tint, picture = diffuse[material], small_textures[material]
         worn = np.zeros(len(out), np.bool_)
         for part in pieces(rows.stop - rows.start, stop):
             worn[mesh.faces[rows.start + part.start : rows.start + part.stop].reshape(-1)] = True
         used_vertices = np.flatnonzero(worn)
         for part in pieces(len(used_vertices), stop):
-            used = used_vertices[part]
+            used_part = used_vertices[part]
             if picture is not None and mesh.uv is not None:
-                uv = mesh.uv[used]
-                is_good = np.isfinite(uv).all(axis=1)
+                uv = mesh.uv[used_part]
+                is_finite_uv = np.isfinite(uv).all(axis=1)
                 height, width = picture.shape[:2]
-                turned_values = uv[is_good] - np.floor(uv[is_good])
-                column = np.minimum((turned_values[:, 0] * width).astype(np.int32), width - 1)
-                line = np.minimum(
-                    ((1.0 - turned_values[:, 1]) * height).astype(np.int32), height - 1
-                )
-                out[used[is_good]] = picture[line, column]
+                wrapped_uv = uv[is_finite_uv] - np.floor(uv[is_finite_uv])
+                column = np.minimum((wrapped_uv[:, 0] * width).astype(np.int32), width - 1)
+                line = np.minimum(((1.0 - wrapped_uv[:, 1]) * height).astype(np.int32), height - 1)
+                out[used_part[is_finite_uv]] = picture[line, column]
             elif tint is not None:
-                out[used] = np.round(np.clip(tint, 0.0, 1.0) * np.array(255.0)).astype(np.uint8)
+                out[used_part] = np.round(np.clip(tint, 0.0, 1.0) * np.array(255.0)).astype(
+                    np.uint8
+                )
     return out
 
 
@@ -241,14 +244,20 @@ def compact(data: vtkPolyData, is_colored: bool) -> tuple[vtkPolyData, Int32Arra
     faces = faces[
         np.argsort(spatial_blocks.morton(corner, low, float((corner.max(axis=0) - low).max())))
     ]
-    used, first, inverse = np.unique(faces.reshape(-1), return_index=True, return_inverse=True)
+    used_vertices, first, inverse = np.unique(
+        faces.reshape(-1), return_index=True, return_inverse=True
+    )
     order = np.argsort(first)
-    place = np.empty(len(used), np.int32)
-    place[order] = np.arange(len(used), dtype=np.int32)
-    used = used[order]
-    colors = vtk_data.to_array(data.GetPointData().GetScalars())[used] if is_colored else None
+    place = np.empty(len(used_vertices), np.int32)
+    place[order] = np.arange(len(used_vertices), dtype=np.int32)
+    used_vertices = used_vertices[order]
+    colors = (
+        vtk_data.to_array(data.GetPointData().GetScalars())[used_vertices] if is_colored else None
+    )
     faces = place[inverse.reshape(-1)].reshape(-1, 3)
-    return vtk_data.triangles(points[used], faces, colors=colors), used.astype(np.int32)
+    return vtk_data.triangles(points[used_vertices], faces, colors=colors), used_vertices.astype(
+        np.int32
+    )
 
 
 def mesh_chunks(
@@ -275,29 +284,34 @@ def mesh_chunks(
     position = np.empty(len(points), np.int32)
     for part in pieces(len(faces), stop, FACES_PER_CHUNK):
         ids = order[part]
-        big = faces[ids]
-        is_used[big.reshape(-1)] = True
+        large_faces = faces[ids]
+        is_used[large_faces.reshape(-1)] = True
         vertex_ids = np.flatnonzero(is_used)
         is_used[vertex_ids] = False
         position[vertex_ids] = np.arange(len(vertex_ids), dtype=np.int32)
-        small = position[big]
+        reduced_positions = position[large_faces]
         place_position = points[vertex_ids]
-        corners = place_position[small]
+        corners = place_position[reduced_positions]
         boxes = spatial_blocks.block_boxes(
             corners.min(axis=1), corners.max(axis=1), spatial_blocks.FACES_PER_BLOCK
         )
         coordinates, density = None, 0.0
         if uv is not None:
             coordinates = np.nan_to_num(np.asarray(uv[vertex_ids], np.float32))
-            density = uv_per_metre(corners, coordinates[small])
+            density = uv_per_metre(corners, coordinates[reduced_positions])
         data = vtk_data.triangles(
             place_position,
-            small,
+            reduced_positions,
             uv=coordinates,
             colors=None if colors is None else colors[vertex_ids],
         )
         chunk = FaceChunk(
-            place_position, small, (ids + rows.start).astype(np.int32), vertex_ids, boxes, material
+            place_position,
+            reduced_positions,
+            (ids + rows.start).astype(np.int32),
+            vertex_ids,
+            boxes,
+            material,
         )
         yield MeshChunkReady(chunk, data, density)
 
@@ -344,23 +358,23 @@ def prepare_textures(
     whole_side : int, optional
         Maximum side length of textures that are not divided into quarters, pixels.
     """
-    loaded_items: dict[Path, Texture | None] = {}
+    loaded_textures: dict[Path, Texture | None] = {}
     for i, material in enumerate(mesh.materials):
         if stop.is_set():
             raise Stopped
         path = material.texture
         if path is None or mesh.uv is None:
             continue
-        if path not in loaded_items:
+        if path not in loaded_textures:
             try:
-                loaded_items[path] = load_texture(path, limit, whole_side)
-                reduced = loaded_items[path]
+                loaded_textures[path] = load_texture(path, limit, whole_side)
+                reduced = loaded_textures[path]
                 if reduced is not None and reduced.note is not None:
                     emit(Problem(reduced.note))
             except TextureProblem as error:
-                loaded_items[path] = None
+                loaded_textures[path] = None
                 emit(Problem(error.finding))
-        emit(TextureReady(i, loaded_items[path]))
+        emit(TextureReady(i, loaded_textures[path]))
     emit(TexturesDone())
 
 

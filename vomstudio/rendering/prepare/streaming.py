@@ -126,14 +126,14 @@ class Streamer:
         if view == self._view:
             return None
         self._view = view
-        needed = self.needed(view)
-        rows = tuple(needed)
+        needed_nodes = self.needed(view)
+        rows = tuple(needed_nodes)
         if rows != self._requested:
             self._requested = rows
             self.turn += 1
             turn = self.turn
             self._submit(lambda: self._follow(rows, turn))
-        return needed
+        return needed_nodes
 
     def _follow(self, rows: tuple[int, ...], turn: int) -> None:
         try:
@@ -181,14 +181,14 @@ class Streamer:
     def _make_room(self, requested_points: int, turn: int) -> None:
         point_count = sum(int(self._nodes.counts[row]) for row in self._fetched)
         kept_rows = set(self._nodes.first)
-        dropped_items: dict[int, NodePoints] = {}
+        dropped_nodes: dict[int, NodePoints] = {}
         for row in sorted(self._fetched.keys() - kept_rows, key=lambda r: self._used.get(r, 0)):
             if point_count + requested_points <= self._nodes.budget or self._used.get(row) == turn:
                 break
-            dropped_items[row] = self._fetched.pop(row)
+            dropped_nodes[row] = self._fetched.pop(row)
             point_count -= int(self._nodes.counts[row])
-        if dropped_items:
-            self._emit(NodesDropped(dropped_items, self._nodes))
+        if dropped_nodes:
+            self._emit(NodesDropped(dropped_nodes, self._nodes))
 
     def _hand_over(self, row: int, piece: NodePoints) -> None:
         rows, ids = piece.rows, piece.ids

@@ -91,9 +91,9 @@ def overview(path: Path) -> ByteArray | None:
     try:
         with open_picture(path) as picture:
             picture.draft("RGB", (OVERVIEW_SIDE, OVERVIEW_SIDE))
-            small = convert_to_rgb(picture)
-            factor = max(1, min(small.size) // OVERVIEW_SIDE)
-            return np.asarray(small.reduce(factor) if factor > 1 else small)
+            reduced_picture = convert_to_rgb(picture)
+            factor = max(1, min(reduced_picture.size) // OVERVIEW_SIDE)
+            return np.asarray(reduced_picture.reduce(factor) if factor > 1 else reduced_picture)
     except (TextureProblem, OSError, ValueError, SyntaxError):
         return None
 
@@ -155,10 +155,10 @@ def make_level(pixels: ByteArray, whole_side: int | None) -> Level:
     height, width = pixels.shape[:2]
     if whole_side is None or max(height, width) <= whole_side or min(height, width) < 2:
         return Level(width, height, (pixels,))
-    padded_values = np.pad(pixels, ((1, 1), (1, 1), (0, 0)), mode="wrap")
+    padded_pixels = np.pad(pixels, ((1, 1), (1, 1), (0, 0)), mode="wrap")
     rows = [(0, height // 2 + 2), (height // 2, height + 2)]
     columns = [(0, width // 2 + 2), (width // 2, width + 2)]
     tiles = tuple(
-        np.ascontiguousarray(padded_values[a:b, c:d]) for a, b in rows for c, d in columns
+        np.ascontiguousarray(padded_pixels[a:b, c:d]) for a, b in rows for c, d in columns
     )
     return Level(width, height, tiles)

@@ -77,10 +77,10 @@ def triangles(
 def triangle_cells(faces: Int32Array) -> vtkCellArray:
     """Return triangles (m, 3), given as rows of points, as VTK cells."""
     cells = vtkCellArray()
-    flat_values = np.ascontiguousarray(faces, np.int32).reshape(-1)
-    offsets = np.arange(0, len(flat_values) + 1, 3, dtype=np.int32)
+    flat_indices = np.ascontiguousarray(faces, np.int32).reshape(-1)
+    offsets = np.arange(0, len(flat_indices) + 1, 3, dtype=np.int32)
     cells.SetData(
-        numpy_to_vtk(offsets, array_type=VTK_INT), numpy_to_vtk(flat_values, array_type=VTK_INT)
+        numpy_to_vtk(offsets, array_type=VTK_INT), numpy_to_vtk(flat_indices, array_type=VTK_INT)
     )
     return cells
 

@@ -144,10 +144,10 @@ class Annotations:
         square = np.maximum(np.einsum("ij,ij->i", ab, ab), 1e-12)
         t = np.clip(np.einsum("ij,ij->i", point - a, ab) / square, 0.0, 1.0)
         distance = np.hypot(*(a + t[:, None] * ab - point).T)
-        best = int(np.argmin(distance))
-        if distance[best] > PICK_DISTANCE:
+        best_row = int(np.argmin(distance))
+        if distance[best_row] > PICK_DISTANCE:
             return None
-        return self._ready.drawings[int(self._owners[best])].id
+        return self._ready.drawings[int(self._owners[best_row])].id
 
     def paint(
         self,
@@ -208,7 +208,7 @@ class Annotations:
     def _prepare(self, features: Mapping[str, FeatureDrawing]) -> _Ready:
         drawings = [d for d in features.values() if d.visible and (d.label or d.symbol)]
         symbols = list(map(_SYMBOL, drawings))
-        valid = list(filter(None, symbols))
+        valid_symbols = list(filter(None, symbols))
         positions, sizes = self._measure(drawings)
         return _Ready(
             drawings,
@@ -218,8 +218,8 @@ class Annotations:
             sizes,
             np.fromiter(map(bool, map(_LABEL, drawings)), np.bool_, len(drawings)),
             np.flatnonzero(np.fromiter(map(bool, symbols), np.bool_, len(drawings))),
-            SymbolSet(valid),
-            np.array([s.kind == "disc" for s in valid], np.bool_),
+            SymbolSet(valid_symbols),
+            np.array([s.kind == "disc" for s in valid_symbols], np.bool_),
         )
 
     def _measure(self, drawings: list[FeatureDrawing]) -> tuple[FloatArray, FloatArray]:
@@ -297,7 +297,7 @@ class Annotations:
         order = order_by_importance(is_selected[rows], was_shown, extents, is_moving=is_moving)
         # Includes a margin, because a symbol may be partly outside the image.
         available_space = LabelGrid(size[0] + 40.0, size[1] + 40.0)
-        full, dots, discs = [], [], []
+        full_signs, dots, discs = [], [], []
         # A few selected symbols are drawn over all others, but many would overlap each other.
         selected_rows = np.flatnonzero(is_selected[rows])
         certain = (
@@ -319,19 +319,19 @@ class Annotations:
                     2 * SYMBOL_HALF_SIZE,
                     2 * SYMBOL_HALF_SIZE,
                 )
-                full.append(i)
+                full_signs.append(i)
                 grid.block(x - 6.0, y - 6.0, 12.0, 12.0)
             else:
                 dots.append(i)
-        self._remember(self._symbols_shown, ready, rows[full].tolist(), is_visible)
+        self._remember(self._symbols_shown, ready, rows[full_signs].tolist(), is_visible)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         colors = [ready.drawings[i].color for i in rows]
         # The most important symbol is drawn last, over the others.
         self._paint_dots(painter, signs.pixels, discs[::-1], colors, MIN_DISC_PIXELS)
         self._paint_dots(painter, signs.pixels, dots[::-1], colors, DOT_DIAMETER)
-        strokes, owners = signs.strokes(full)
+        strokes, owners = signs.strokes(full_signs)
         self._paint_strokes(painter, strokes, owners, colors, is_selected[rows])
-        self._paint_numbers(painter, ready, signs, full, grid)
+        self._paint_numbers(painter, ready, signs, full_signs, grid)
         dots += discs
         dot_strokes = np.repeat(signs.pixels[dots][:, None], 2, axis=1).reshape(-1, 2, 2)
         self._strokes = np.concatenate([strokes, dot_strokes])
@@ -377,9 +377,9 @@ class Annotations:
         if not len(strokes):
             return
         # Slightly longer strokes with flat ends take a third of the time of round ends.
-        along_component = strokes[:, 1] - strokes[:, 0]
-        along_component *= CAP_LENGTH / np.maximum(np.hypot(*along_component.T), 1e-9)[:, None]
-        longer = strokes + np.stack([-along_component, along_component], axis=1)
+        stroke_vectors = strokes[:, 1] - strokes[:, 0]
+        stroke_vectors *= CAP_LENGTH / np.maximum(np.hypot(*stroke_vectors.T), 1e-9)[:, None]
+        longer = strokes + np.stack([-stroke_vectors, stroke_vectors], axis=1)
         lines = [QLineF(*ends) for ends in longer.reshape(-1, 4).tolist()]
         groups: dict[tuple[bool, tuple[float, float, float]], list[QLineF]] = {}
         for line, owner in zip(lines, owners.tolist(), strict=True):
@@ -392,25 +392,25 @@ class Annotations:
             stroke_lines = [line for part in selected_groups.values() for line in part]
             if not stroke_lines:
                 continue
-            wider = 2.0 if selected else 0.0
+            extra_width = 2.0 if selected else 0.0
             # A light casing inside the dark one separates a symbol from the line of its own
             # trace. If there are very many symbols, only one casing is drawn to save time.
             casing = [(shade, 6.2), (painting.TEXT, 4.6)]
-            for tint, wide in (
+            for tint, stroke_width in (
                 casing if len(stroke_lines) < MAX_DOUBLE_CASED_STROKES else [(painting.TEXT, 4.6)]
             ):
-                painter.setPen(_flat_pen(tint, wide + wider))
+                painter.setPen(_flat_pen(tint, stroke_width + extra_width))
                 painter.drawLines(stroke_lines)
             for color, part in selected_groups.items():
                 painter.setPen(_flat_pen(painting.to_color(color), 3.2 if selected else 2.4))
                 painter.drawLines(part)
 
     def _paint_numbers(
-        self, painter: QPainter, ready: _Ready, signs: Signs, full: list[int], grid: LabelGrid
+        self, painter: QPainter, ready: _Ready, signs: Signs, full_signs: list[int], grid: LabelGrid
     ) -> None:
         ratio = painter.device().devicePixelRatioF()
         centres = signs.numbers()
-        for i in full:
+        for i in full_signs:
             symbol = ready.drawings[int(ready.symbol_rows[i])].symbol
             if symbol is None or not symbol.text or not np.isfinite(centres[i]).all():
                 continue
@@ -502,28 +502,28 @@ class Annotations:
 
     # --- memory ------------------------------------------------------------------------------
     def _patient(
-        self, ready: _Ready, is_visible: BoolArray, shown_items: dict[str, int], is_moving: bool
+        self, ready: _Ready, is_visible: BoolArray, shown_positions: dict[str, int], is_moving: bool
     ) -> BoolArray:
         """Return which drawings are visible, or were visible recently if the view is moving."""
-        if not is_moving or not shown_items:
+        if not is_moving or not shown_positions:
             return is_visible
         return is_visible | ready.flags(
-            id_ for id_, gone in shown_items.items() if gone < MAX_HIDDEN_FRAMES
+            id_ for id_, gone in shown_positions.items() if gone < MAX_HIDDEN_FRAMES
         )
 
     def _remember(
         self,
-        shown_items: dict[str, int],
+        shown_positions: dict[str, int],
         ready: _Ready,
         shown_rows: Iterable[int],
         is_visible: BoolArray,
     ) -> None:
         """Count the frames for which each shown row has been invisible."""
-        previous = dict(shown_items)
-        shown_items.clear()
+        previous = dict(shown_positions)
+        shown_positions.clear()
         for row in shown_rows:
             id_ = ready.drawings[row].id
-            shown_items[id_] = 0 if is_visible[row] else previous.get(id_, 0) + 1
+            shown_positions[id_] = 0 if is_visible[row] else previous.get(id_, 0) + 1
 
 
 def _flat_pen(color: QColor, width: float) -> QPen:
@@ -538,7 +538,7 @@ def _places(drawing: FeatureDrawing) -> FloatArray:
     anchor = np.asarray(drawing.anchor, float)
     if len(line) < 2:
         return np.repeat(anchor[None], 1 + len(LINE_POSITIONS), axis=0)
-    rows = [round(along_component * (len(line) - 1)) for along_component in LINE_POSITIONS]
+    rows = [round(line_share * (len(line) - 1)) for line_share in LINE_POSITIONS]
     return np.concatenate([anchor[None], line[rows]])
 
 

@@ -40,16 +40,18 @@ class ColorBar:
     ) -> None:
         self.scale = scale
         self._bold, self._font = system_font(bold=True), system_font()
-        bold, plain = QFontMetricsF(self._bold), QFontMetricsF(self._font)
-        self._line = plain.height()
+        bold, plain_metrics = QFontMetricsF(self._bold), QFontMetricsF(self._font)
+        self._line = plain_metrics.height()
         title = captions[0] + (f" [{scale.unit}]" if scale.unit else "")
         elide = Qt.TextElideMode.ElideRight
         self._captions = [bold.elidedText(title, elide, MAX_TITLE_WIDTH)]
-        self._captions += [plain.elidedText(t, elide, MAX_TITLE_WIDTH) for t in captions[1:] if t]
+        self._captions += [
+            plain_metrics.elidedText(t, elide, MAX_TITLE_WIDTH) for t in captions[1:] if t
+        ]
         self._head = bold.height() + self._line * (len(self._captions) - 1) + 5.0
         self._foot = self._line + 5.0 if scale.missing else 0.0
         total_width = [bold.horizontalAdvance(self._captions[0])]
-        total_width += [plain.horizontalAdvance(t) for t in self._captions[1:]]
+        total_width += [plain_metrics.horizontalAdvance(t) for t in self._captions[1:]]
         available_space = max(bottom - top, 40.0)
         self._left_out = 0
         if scale.kind == "categories":
@@ -63,19 +65,17 @@ class ColorBar:
                 self._left_out = len(self._rows) - (max_rows - 1)
                 self._rows = self._rows[: max_rows - 1]
             words = [c.name for c in self._rows] + self._omitted_text()
-            inner_values = row * len(words)
+            inner_width = row * len(words)
         else:
-            inner_values = (
-                min(MAX_BAR_HEIGHT, available_space) - self._head - self._foot - 2.0 * PAD
-            )
-            words = [text for _, text in self._ticks(inner_values)]
-        text_width = max([plain.horizontalAdvance(w) for w in words], default=0.0)
+            inner_width = min(MAX_BAR_HEIGHT, available_space) - self._head - self._foot - 2.0 * PAD
+            words = [text for _, text in self._ticks(inner_width)]
+        text_width = max([plain_metrics.horizontalAdvance(w) for w in words], default=0.0)
         total_width.append(BAR_WIDTH + 8.0 + text_width)
         if scale.missing:
-            total_width.append(BAR_WIDTH + 8.0 + plain.horizontalAdvance(tr(MISSING_TEXT)))
+            total_width.append(BAR_WIDTH + 8.0 + plain_metrics.horizontalAdvance(tr(MISSING_TEXT)))
         width = max(total_width) + 2.0 * PAD
-        height = self._head + inner_values + self._foot + 2.0 * PAD
-        self._inner = inner_values
+        height = self._head + inner_width + self._foot + 2.0 * PAD
+        self._inner = inner_width
         self.box = QRectF(right - width, top, width, height)
 
     def _omitted_text(self) -> list[str]:
@@ -102,12 +102,12 @@ class ColorBar:
         ]
         clear = 1.25 * self._line / max(height, 1.0)
         max_ticks = max(1, int(1.0 / max(1.6 * clear, 0.14)))
-        between = [
+        minor_ticks = [
             ((v - scale.low) / width, text)
             for v, text in scale.ticks(max_ticks)
             if clear <= (v - scale.low) / width <= 1.0 - clear
         ]
-        return [ends[0], *between, ends[1]]
+        return [ends[0], *minor_ticks, ends[1]]
 
     def paint(self, painter: QPainter) -> None:
         painter.save()
@@ -176,7 +176,7 @@ def lay_out_bars(
     shown_pairs: Sequence[tuple[Scale, Sequence[str]]],
     width: float,
     height: float,
-    covered: QRectF | None = None,
+    covered_rect: QRectF | None = None,
 ) -> list[ColorBar]:
     """Lay out colour bars from right to left above the scale bar; omit those that do not fit.
 
@@ -186,8 +186,8 @@ def lay_out_bars(
     right, bottom = width - MARGIN, scale_bar_box(width, height).top() - 10.0
     for scale, captions in shown_pairs:
         bar = ColorBar(scale, captions, right, TOP, bottom)
-        if covered is not None and bar.box.intersects(covered):
-            bar = ColorBar(scale, captions, covered.left() - 8.0, TOP, bottom)
+        if covered_rect is not None and bar.box.intersects(covered_rect):
+            bar = ColorBar(scale, captions, covered_rect.left() - 8.0, TOP, bottom)
         if bar.box.left() < MARGIN or (bars and bar.box.left() < width / 2.0):
             break
         bars.append(bar)

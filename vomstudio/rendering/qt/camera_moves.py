@@ -24,7 +24,7 @@ class CameraMoves(QObject):
         self,
         camera: Camera,
         pane: Pane,
-        everything: Callable[[], FloatArray],
+        scene_bounds: Callable[[], FloatArray],
         picture: Redraws,
         parent: QObject,
     ) -> None:
@@ -32,12 +32,12 @@ class CameraMoves(QObject):
 
         Parameters
         ----------
-        everything : callable
+        scene_bounds : callable
             Returns World points (n, 3) around all visible contents.
         """
         super().__init__(parent)
         self.camera = camera
-        self._pane, self._everything, self._picture = pane, everything, picture
+        self._pane, self._everything, self._picture = pane, scene_bounds, picture
         self._fitted: FloatArray | None = None
 
     def moved(self) -> None:

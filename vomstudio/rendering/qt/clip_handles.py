@@ -96,24 +96,24 @@ class ClipHandles(QObject):
         corners, _ = self._camera.project(self.box.corners(), extent)
         centres = np.stack([self.box.face_centre(*face) for face in BOX_FACES])
         pixels, _ = self._camera.project(centres, extent)
-        usable_items = []
+        is_usable_face = []
         for (axis, _side), position in zip(BOX_FACES, pixels, strict=True):
             is_drawable = bool(np.isfinite(position).all())
             if is_drawable:
                 origin, direction = self._camera.ray(float(position[0]), float(position[1]), extent)
                 is_drawable = along_axis(origin, direction, np.zeros(3), axis) is not None
-            usable_items.append(is_drawable)
-        return corners, pixels, usable_items
+            is_usable_face.append(is_drawable)
+        return corners, pixels, is_usable_face
 
     def face_at(self, x: float, y: float) -> int | None:
         """Return the face whose handle is at a pixel, or None."""
         if self.box is None or not self.handles:
             return None
-        _, pixels, usable = self.places()
+        _, pixels, is_usable = self.places()
         distance = np.hypot(pixels[:, 0] - x, pixels[:, 1] - y)
-        distance = np.where(np.isfinite(distance) & np.array(usable), distance, np.inf)
-        best = int(np.argmin(distance))
-        return best if distance[best] <= FACE_PIXELS else None
+        distance = np.where(np.isfinite(distance) & np.array(is_usable), distance, np.inf)
+        best_row = int(np.argmin(distance))
+        return best_row if distance[best_row] <= FACE_PIXELS else None
 
     def drag_face(self, face: int, x: float, y: float) -> None:
         """Move a face along its axis so that it follows the cursor at a pixel."""
@@ -143,6 +143,6 @@ class ClipHandles(QObject):
 
     def paint(self, painter: QPainter, held_face: int | None, letters: Sequence[str]) -> None:
         if self.box is not None and self.handles:
-            corners, centres, usable = self.places()
+            corners, centres, is_usable = self.places()
             hot = self.hot if held_face is None else held_face
-            bar_painting.draw_clip_box(painter, corners, centres, usable, hot, letters)
+            bar_painting.draw_clip_box(painter, corners, centres, is_usable, hot, letters)

@@ -50,15 +50,15 @@ def draw_compass(painter: QPainter, frame: FloatArray, height: float, north_know
     needle = np.array([0.0, 1.0, 0.0])
     side = np.array([1.0, 0.0, 0.0]) * 0.3
     north = QPolygonF([place(needle), place(side), place(-side)])
-    south = QPolygonF([place(-needle), place(side), place(-side)])
+    south_needle = QPolygonF([place(-needle), place(side), place(-side)])
     painter.setPen(QPen(painting.DARK, 1.2))
     painter.setBrush(QColor(235, 235, 235))
-    painter.drawPolygon(south)
+    painter.drawPolygon(south_needle)
     painter.setBrush(QColor("#e0402a") if north_known else QColor("#f0a500"))
     painter.drawPolygon(north)
-    bold, plain = painting.system_font(bold=True), painting.system_font()
+    bold, plain_font = painting.system_font(bold=True), painting.system_font()
     letters = (tr("N"), tr("E"), tr("S"), tr("W")) if north_known else ("y", "x", "", "")
-    occupied_items: list[QPointF] = []
+    occupied_points: list[QPointF] = []
     for k, letter in enumerate(letters):
         if not letter:
             continue
@@ -66,11 +66,11 @@ def draw_compass(painter: QPainter, frame: FloatArray, height: float, north_know
         position = place((math.sin(turned_value), math.cos(turned_value), 0.0), radius + 9.0)
         # In a horizontal view the letters meet at the needle, and only the first one is drawn.
         if any(
-            math.hypot(position.x() - q.x(), position.y() - q.y()) < 13.0 for q in occupied_items
+            math.hypot(position.x() - q.x(), position.y() - q.y()) < 13.0 for q in occupied_points
         ):
             continue
-        occupied_items.append(position)
-        font = bold if k == 0 else plain
+        occupied_points.append(position)
+        font = bold if k == 0 else plain_font
         metrics = QFontMetricsF(font)
         painting.outlined_text(
             painter,
@@ -80,11 +80,11 @@ def draw_compass(painter: QPainter, frame: FloatArray, height: float, north_know
             font,
         )
     if not north_known:
-        small = painting.system_font()
+        small_font = painting.system_font()
         text = tr("local frame")
-        width = QFontMetricsF(small).horizontalAdvance(text)
+        width = QFontMetricsF(small_font).horizontalAdvance(text)
         painting.outlined_text(
-            painter, max(box.left(), centre.x() - width / 2.0), box.top() - 4.0, text, small
+            painter, max(box.left(), centre.x() - width / 2.0), box.top() - 4.0, text, small_font
         )
     painter.restore()
 
@@ -122,9 +122,9 @@ def draw_scale_bar(
     bar.lineTo(left, y)
     bar.lineTo(right, y)
     bar.lineTo(right, y - 6.0)
-    for color, wide in ((painting.DARK, 5.0), (painting.TEXT, 2.2)):
-        pen = QPen(color, wide)
-        pen.setCapStyle(Qt.PenCapStyle.FlatCap if wide < 3 else Qt.PenCapStyle.SquareCap)
+    for color, line_width in ((painting.DARK, 5.0), (painting.TEXT, 2.2)):
+        pen = QPen(color, line_width)
+        pen.setCapStyle(Qt.PenCapStyle.FlatCap if line_width < 3 else Qt.PenCapStyle.SquareCap)
         pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
         painter.setPen(pen)
         painter.drawPath(bar)
@@ -138,12 +138,12 @@ def draw_scale_bar(
         font,
     )
     if note:
-        small = painting.system_font()
+        small_font = painting.system_font()
         painting.outlined_text(
             painter,
-            right - QFontMetricsF(small).horizontalAdvance(note),
+            right - QFontMetricsF(small_font).horizontalAdvance(note),
             y - 11.0 - QFontMetricsF(font).height(),
             note,
-            small,
+            small_font,
         )
     painter.restore()

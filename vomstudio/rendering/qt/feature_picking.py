@@ -42,13 +42,13 @@ def feature_at(
         distance[(owner[:-1] != owner[1:]) | ~np.isfinite(distance)] = np.inf
         if len(distance) and distance.min() <= FEATURE_PIXELS:
             return lines[int(owner[int(np.argmin(distance))])].id
-    best, feature_id = np.inf, None
+    best_distance, feature_id = np.inf, None
     for d in shown_feature_drawings if discs else ():
         if d.disc is None:
             continue
         ring, depth = camera.project(np.asarray(d.disc, float), extent)
-        if np.isfinite(ring).all() and inside_convex(ring, x, y) and depth.mean() < best:
-            best, feature_id = float(depth.mean()), d.id
+        if np.isfinite(ring).all() and inside_convex(ring, x, y) and depth.mean() < best_distance:
+            best_distance, feature_id = float(depth.mean()), d.id
     return feature_id
 
 

@@ -145,8 +145,8 @@ class Gestures(QObject):
         pixels, _ = self._camera.project(np.asarray(preview.line, float), self._view.extent())
         distance = np.hypot(pixels[:, 0] - x, pixels[:, 1] - y)
         distance = np.where(np.isfinite(distance), distance, np.inf)
-        best = int(np.argmin(distance))
-        return best if distance[best] <= HANDLE_PIXELS else None
+        best_row = int(np.argmin(distance))
+        return best_row if distance[best_row] <= HANDLE_PIXELS else None
 
     def _event(
         self,
@@ -178,12 +178,12 @@ class Gestures(QObject):
         self._press = self._last = position
         self._button = event.button()
         self._action = None
-        is_left = event.button() == Qt.MouseButton.LeftButton
+        is_left_button = event.button() == Qt.MouseButton.LeftButton
         shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
         self._held_handle = (
-            self.handle_at(position.x(), position.y()) if is_left and not shift else None
+            self.handle_at(position.x(), position.y()) if is_left_button and not shift else None
         )
-        is_free = is_left and not shift and self._held_handle is None
+        is_free = is_left_button and not shift and self._held_handle is None
         self.held_face = self._faces.face_at(position.x(), position.y()) if is_free else None
         event.accept()
 
@@ -260,9 +260,11 @@ class Gestures(QObject):
             camera.zoom(ZOOM_PER_NOTCH ** (-dy / 30.0), camera.pivot)
         self._moves.moved()
 
-    def _drag_tool(self, event: QMouseEvent, cursor_position: QPointF, last: QPointF) -> None:
+    def _drag_tool(
+        self, event: QMouseEvent, cursor_position: QPointF, last_position: QPointF
+    ) -> None:
         """Pass a drag to the tool, in steps that leave no gaps in a brush stroke."""
-        movement, steps = cursor_position - last, 1
+        movement, steps = cursor_position - last_position, 1
         preview, camera = self._view.preview, self._camera
         brush = preview.brush if preview is not None else None
         if brush is not None:
@@ -272,7 +274,7 @@ class Gestures(QObject):
             steps = min(max(1, math.ceil(2.0 * length / max(pixels, 2.0))), BRUSH_STEPS)
         self._still.start()
         for step in range(1, steps + 1):
-            position = last + movement * (step / steps)
+            position = last_position + movement * (step / steps)
             move = self._event(Pointer.DRAG_MOVE, position, self._button, event)
             self.pointer.emit(replace(move, handle=None, more=step < steps))
 
@@ -322,8 +324,8 @@ class Gestures(QObject):
 
     def wheel(self, event: QWheelEvent) -> None:
         # Some systems report a horizontal wheel movement while Shift is held.
-        turned = event.angleDelta()
-        notches = (turned.y() or turned.x()) / 120.0
+        wheel_angle = event.angleDelta()
+        notches = (wheel_angle.y() or wheel_angle.x()) / 120.0
         if notches == 0.0:
             return
         view, position = self._view, event.position()

@@ -45,10 +45,12 @@ class ColorLegend:
         if not self.entries:
             return QRectF()
         bold = QFontMetricsF(painting.system_font(bold=True))
-        plain = QFontMetricsF(painting.system_font())
-        rows = [SWATCH + GAP + plain.horizontalAdvance(entry.text) for entry in self.entries]
+        plain_metrics = QFontMetricsF(painting.system_font())
+        rows = [
+            SWATCH + GAP + plain_metrics.horizontalAdvance(entry.text) for entry in self.entries
+        ]
         width = max(bold.horizontalAdvance(self.title), *rows) + 2.0 * PADDING
-        height = bold.height() + plain.height() * len(self.entries) + 2.0 * PADDING
+        height = bold.height() + plain_metrics.height() * len(self.entries) + 2.0 * PADDING
         return QRectF(MARGIN, TOP, width, height)
 
     def paint(self, painter: QPainter) -> None:
@@ -61,15 +63,15 @@ class ColorLegend:
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(painting.PANEL)
         painter.drawRoundedRect(box, 5.0, 5.0)
-        bold, plain = painting.system_font(bold=True), painting.system_font()
+        bold, plain_font = painting.system_font(bold=True), painting.system_font()
         metrics = QFontMetricsF(bold)
         x, y = box.left() + PADDING, box.top() + PADDING
         painter.setFont(bold)
         painter.setPen(painting.TEXT)
         painter.drawText(QPointF(x, y + metrics.ascent()), self.title)
         y += metrics.height()
-        metrics = QFontMetricsF(plain)
-        painter.setFont(plain)
+        metrics = QFontMetricsF(plain_font)
+        painter.setFont(plain_font)
         for entry in self.entries:
             swatch = QRectF(x, y + (metrics.height() - SWATCH) / 2.0, SWATCH, SWATCH)
             if entry.verdict:

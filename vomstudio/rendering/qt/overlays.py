@@ -120,4 +120,4 @@ class Overlays:
             (scale, (scale.title, self._captions.get(model_id, "") if is_several else ""))
             for scale, model_id in scales
         ]
-        return bar_painting.lay_out_bars(captioned, *size, covered=self.covered)
+        return bar_painting.lay_out_bars(captioned, *size, covered_rect=self.covered)

@@ -157,10 +157,10 @@ class PreviewPainter:
         if not np.isfinite(pixels).all():
             return
         steps = np.clip(np.hypot(*np.diff(pixels, axis=0).T) / 6.0, 1, 400).astype(int)
-        fine = [
+        fine_points = [
             line[i] + (line[i + 1] - line[i]) * np.linspace(0.0, 1.0, n, endpoint=False)[:, None]
             for i, n in enumerate(steps)
         ]
-        points = np.concatenate([*fine, line[-1:]])
+        points = np.concatenate([*fine_points, line[-1:]])
         pixels, is_visible = self._project(points)
         painting.draw_runs(self._painter, pixels, is_visible, color, width)

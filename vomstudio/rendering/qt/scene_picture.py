@@ -263,16 +263,16 @@ class ScenePicture(QObject):
         _leave_qt_context()
         picture = scene.picture
         if picture.refining:
-            done = picture.refine()
-            if done:
+            is_finished = picture.refine()
+            if is_finished:
                 self._is_dirty = False
                 self._features_dirty = False
         elif picture.layering and not self._is_dirty and not self._features_dirty:
-            done = picture.draw_band()
+            is_finished = picture.draw_band()
         else:
             # The next paint starts the drawing again.
             return
-        if not done:
+        if not is_finished:
             self._refine.start()
             return
         self._grab(scene)

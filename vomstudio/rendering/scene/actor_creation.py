@@ -100,9 +100,9 @@ class Intake:
             self._frame.outdate()
 
     def _take_away(self, model: ModelScene, event: NodesDropped) -> None:
-        dropped = model.drop(event.pieces)
-        self._frame.dismiss(dropped)
-        for part in dropped:
+        dropped_pieces = model.drop(event.pieces)
+        self._frame.dismiss(dropped_pieces)
+        for part in dropped_pieces:
             self.drop(part)
         for row, piece in event.pieces.items():
             event.nodes.let_go(row, piece)

@@ -197,15 +197,17 @@ class AreaLayer:
                 self._selected_piece = self._piece(
                     emphasis, SELECTED_OPACITY, SELECTED_BORDER_WIDTH
                 )
-            selected = [d for key, d in self._drawings.items() if key in self._selected]
+            selected_drawings = [d for key, d in self._drawings.items() if key in self._selected]
             self._selected_piece.set(
-                [(d.area, d.color, WHITE) for d in selected if d.area], self._origin
+                [(d.area, d.color, WHITE) for d in selected_drawings if d.area], self._origin
             )
         if self._live_stale:
             self._live_stale = False
             if self._live_piece is None:
                 self._live_piece = self._piece(emphasis, OPACITY, BORDER_WIDTH)
-            self._live_piece.set([(*live, WHITE) for live in self._live], self._origin)
+            self._live_piece.set(
+                [(*live_drawing, WHITE) for live_drawing in self._live], self._origin
+            )
         offset = PROXY_OFFSET if is_moving else OVER_SURFACE
         for piece in (*self._bins.values(), self._selected_piece, self._live_piece):
             if piece is not None:

@@ -87,13 +87,13 @@ class CameraLayer:
             return
         self._is_stale = False
         emphasised = [f for f in self.frusta if f.name in self.selection]
-        plain = [f for f in self.frusta if f.name not in self.selection]
+        plain_cameras = [f for f in self.frusta if f.name not in self.selection]
         width = {"halo": HALO_WIDTH, "lines": LINE_WIDTH, "lines+": 1.5 * LINE_WIDTH}
         for name, group in (
-            ("faces", plain),
+            ("faces", plain_cameras),
             ("faces+", emphasised),
             ("halo", list(self.frusta)),
-            ("lines", plain),
+            ("lines", plain_cameras),
             ("lines+", emphasised),
         ):
             actor = self._actors[name]

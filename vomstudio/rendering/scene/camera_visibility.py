@@ -46,8 +46,8 @@ class SceneVisibility:
 
     def size_points_of(self, model: ModelScene, part: Part) -> None:
         assert self.eye is not None
-        look, height = self._contents.look, self._canvas.size[1]
-        visible_parts.size_points(model, part, self.eye, self.camera, height, look)
+        style, height = self._contents.look, self._canvas.size[1]
+        visible_parts.size_points(model, part, self.eye, self.camera, height, style)
 
     def texels_per_pixel(self) -> dict[int, float]:
         """Return the texels per pixel for each skin in view, keyed by its `id`."""
@@ -73,11 +73,14 @@ class SceneVisibility:
         """
         width, height = self._canvas.size
         pixels, depth = self.camera.project(points, (width, height))
-        ok = np.isfinite(pixels).all(axis=1) & (depth > 0.0)
-        x, y = np.where(ok, pixels[:, 0], 0.0), np.where(ok, pixels[:, 1], 0.0)
-        ok &= (x >= 0) & (x < width) & (y >= 0) & (y < height)
-        if self.eye is None or not ok.any():
-            return np.asarray(ok, np.bool_)
+        is_visible_pixel = np.isfinite(pixels).all(axis=1) & (depth > 0.0)
+        x, y = (
+            np.where(is_visible_pixel, pixels[:, 0], 0.0),
+            np.where(is_visible_pixel, pixels[:, 1], 0.0),
+        )
+        is_visible_pixel &= (x >= 0) & (x < width) & (y >= 0) & (y < height)
+        if self.eye is None or not is_visible_pixel.any():
+            return np.asarray(is_visible_pixel, np.bool_)
         column = np.clip(x.astype(int), 0, width - 1)
         row = np.clip(height - 1 - y.astype(int), 0, height - 1)
         buffer = self._canvas.depth()[row, column].astype(np.float64)
@@ -85,5 +88,6 @@ class SceneVisibility:
         depth_of_points = self.eye.depth(np.asarray(points, float).reshape(-1, 3))
         tolerance = 0.004 * np.abs(surface) + depth_tolerance
         return np.asarray(
-            ok & ((buffer >= 1.0) | (depth_of_points <= surface + tolerance)), np.bool_
+            is_visible_pixel & ((buffer >= 1.0) | (depth_of_points <= surface + tolerance)),
+            np.bool_,
         )

@@ -146,8 +146,10 @@ class Canvas:
         report = window.ReportCapabilities().lower()
         names = [line for line in report.splitlines() if "opengl renderer" in line]
         self.software = not names or any(word in names[0] for word in SOFTWARE_RENDERERS)
-        largest = int(vtkTextureObject.GetMaximumTextureSize(window))
-        self.texture_limit = min(largest, SOFTWARE_TEXTURE_SIDE) if self.software else largest
+        max_texture_size = int(vtkTextureObject.GetMaximumTextureSize(window))
+        self.texture_limit = (
+            min(max_texture_size, SOFTWARE_TEXTURE_SIDE) if self.software else max_texture_size
+        )
         self.whole_texture_side = SOFTWARE_WHOLE_SIDE if self.software else None
 
     def make_current(self) -> None:

@@ -86,26 +86,26 @@ class FeatureLayer:
             mapper = vtkPolyDataMapper()
             mapper.SetInputData(vtkPolyData())
             actor.SetMapper(mapper)
-            look = actor.GetProperty()
-            look.LightingOff()
+            actor_property = actor.GetProperty()
+            actor_property.LightingOff()
             # Drawn in this order without writing depth, because lines with an offset would hide
             # their own points in the test of visibility.
             actor.ForceTranslucentOn()
-            selected = name.endswith("+")
-            offset = 2.5 * OVER_SURFACE if selected else OVER_SURFACE
+            is_selected = name.endswith("+")
+            offset = 2.5 * OVER_SURFACE if is_selected else OVER_SURFACE
             if name == "discs":
-                look.SetOpacity(DISC_OPACITY)
+                actor_property.SetOpacity(DISC_OPACITY)
             elif name.startswith("halo"):
                 mapper.ScalarVisibilityOff()
-                look.SetColor(*(v / 255.0 for v in (BRIGHT if selected else DARK)))
+                actor_property.SetColor(*(v / 255.0 for v in (BRIGHT if is_selected else DARK)))
                 mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, offset)
             elif name.startswith("line"):
                 mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, offset - 8.0)
             else:
-                look.SetOpacity(HIDDEN_OPACITY)
+                actor_property.SetOpacity(HIDDEN_OPACITY)
                 mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, HIDDEN_LINE_OFFSET)
             self._actors[name] = actor
-            (emphasis if selected else renderer).AddActor(actor)
+            (emphasis if is_selected else renderer).AddActor(actor)
         self._stale = True
 
     def set_origin(self, origin: FloatArray) -> None:
@@ -209,24 +209,24 @@ class FeatureLayer:
             keys = sorted(self.selected & self.drawings.keys(), key=self._numbers.__getitem__)
             visible = [d for d in map(self.drawings.__getitem__, keys) if d.visible]
             runs = lines_of(visible, self._origin)
-            self._dress("+", _poly(runs, polygons=False), SELECTED_WIDTH, SELECTED_HALO_EXTRA)
+            self._dress("+", _poly_data(runs, polygons=False), SELECTED_WIDTH, SELECTED_HALO_EXTRA)
         for name, actor in self._actors.items():
             points = actor.GetMapper().GetInput().GetNumberOfPoints()
             is_omitted = self.thin and points >= THIN_ABOVE and name.startswith(("halo", "hidden"))
             actor.SetVisibility(points > 0 and not is_omitted)
 
     def _fill(self, lines: Runs, discs: Runs) -> None:
-        self._dress("", _poly(lines, polygons=False), LINE_WIDTH, HALO_EXTRA)
-        vtk_data.show(self._actors["discs"], _poly(discs, polygons=True))
+        self._dress("", _poly_data(lines, polygons=False), LINE_WIDTH, HALO_EXTRA)
+        vtk_data.show(self._actors["discs"], _poly_data(discs, polygons=True))
 
     def _dress(self, mark: str, data: vtkPolyData, width: float, halo: float) -> None:
-        for name, wide in (("halo", width + halo), ("line", width), ("hidden", width)):
+        for name, line_width in (("halo", width + halo), ("line", width), ("hidden", width)):
             actor = self._actors[name + mark]
             vtk_data.show(actor, data)
-            actor.GetProperty().SetLineWidth(wide * self.scale)
+            actor.GetProperty().SetLineWidth(line_width * self.scale)
 
 
-def _poly(runs: Runs, *, polygons: bool) -> vtkPolyData:
+def _poly_data(runs: Runs, *, polygons: bool) -> vtkPolyData:
     data = vtkPolyData()
     if not len(runs.sizes):
         return data

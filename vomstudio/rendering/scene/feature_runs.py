@@ -130,8 +130,8 @@ class FeatureRuns:
         blocks = self._all()
         boxes = np.concatenate([np.zeros((0, 2, 3)), *(item.boxes for item in blocks)])
         drawings = (drawing for item in blocks for drawing in item.shown)
-        selected = list(compress(drawings, is_needed(boxes).tolist()))
-        return lines_of(selected, self._origin), discs_of(selected, self._origin)
+        selected_drawings = list(compress(drawings, is_needed(boxes).tolist()))
+        return lines_of(selected_drawings, self._origin), discs_of(selected_drawings, self._origin)
 
     def box(self) -> FloatArray:
         """Return the bounds (2, 3) of the visible features, or (0, 3) without visible features."""

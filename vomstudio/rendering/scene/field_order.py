@@ -50,13 +50,13 @@ def _shift_m(model: ModelScene) -> float:
     scale = model.field.scale
     extent = float(np.linalg.norm(np.ptp(model.corners_world(), axis=0)))
     is_distance = scale.kind == "diverging" and scale.unit == "m"
-    shown = max(abs(scale.low), abs(scale.high)) if is_distance else 0.0
-    return min(max(shown, MIN_SHARE * extent), MAX_SHARE * extent)
+    max_shown = max(abs(scale.low), abs(scale.high)) if is_distance else 0.0
+    return min(max(max_shown, MIN_SHARE * extent), MAX_SHARE * extent)
 
 
 def _offset(model: ModelScene, eye: Eye, shift_m: float) -> float:
     """Return the difference of depth-buffer values that is at least `shift_m` within a model."""
     if shift_m == 0.0:
         return 0.0
-    nearest = max(float(eye.depth(model.corners_world()).min()), eye.near)
-    return eye.buffer_from_depth(nearest + shift_m) - eye.buffer_from_depth(nearest)
+    nearest_depth = max(float(eye.depth(model.corners_world()).min()), eye.near)
+    return eye.buffer_from_depth(nearest_depth + shift_m) - eye.buffer_from_depth(nearest_depth)

@@ -117,7 +117,7 @@ class FramePicture:
         else:
             self._levels.choose()
             show = self._tinted(self._sight.parts())
-        fresh = any(not p.uploaded for p in show)
+        has_new_parts = any(not p.uploaded for p in show)
         started = time.perf_counter()
         self._show(show)
         self._canvas.surface_saved = False
@@ -135,7 +135,7 @@ class FramePicture:
             self.pace.learn(show, elapsed_s)
             self._frame.complete = not self._levels.due and not self.domed
         else:
-            if not fresh:
+            if not has_new_parts:
                 self.pace.learn_moving(elapsed_s, proxies.MOVING_SETS)
             if not any(m.parts for m in self._contents.visible()):
                 self._frame.complete = True
@@ -162,7 +162,7 @@ class FramePicture:
 
         Afterwards call `draw_band` while `layering` is true, or else `refine`.
         """
-        begun, self._bands = self._bands, []
+        begun_bands, self._bands = self._bands, []
         canvas, frame, eye = self._canvas, self._frame, self._sight.eye
         if not canvas.surface_saved or eye is None:
             if not self.refining:
@@ -174,18 +174,18 @@ class FramePicture:
             # The saved depth has another range, so that these features would be clipped.
             self.draw(is_moving=False)
             return
-        if self.refining and begun:
+        if self.refining and begun_bands:
             self._begin_bands()
             return
         busy = self.refining and not frame.first
         if busy:
             canvas.buffers.save("frame")
-        changed = self._contents.features.changed() if canvas.features_saved else None
-        if changed is None or self._contents.cameras.stale:
+        changed_features = self._contents.features.changed() if canvas.features_saved else None
+        if changed_features is None or self._contents.cameras.stale:
             self._render_layer(keep=not busy)
-        elif not len(changed):
+        elif not len(changed_features):
             self._render_emphasis()
-        elif (spot := find_spot(changed, eye, canvas.size)) is not None:
+        elif (spot := find_spot(changed_features, eye, canvas.size)) is not None:
             self._render_spot(spot, eye)
         else:
             self._render_layer(keep=not busy)

@@ -73,7 +73,7 @@ def pick_front(
         radius, spread = tangent * camera.distance, 0.0
     else:
         radius, spread = 0.0, tangent
-    best, best_depth = None, np.inf
+    best_hit, best_depth = None, np.inf
     for model in models:
         hit = pick_model(model, origin, direction, radius, spread, clip)
         if hit is None:
@@ -81,8 +81,8 @@ def pick_front(
         world = model.to_world[:3, :3] @ np.array(hit.position) + model.to_world[:3, 3]
         depth = float((world - origin) @ direction)
         if depth < best_depth:
-            best, best_depth = hit, depth
-    return best
+            best_hit, best_depth = hit, depth
+    return best_hit
 
 
 def pick_model(
@@ -131,11 +131,11 @@ def pick_model(
 def _pick_mesh(
     model: Pickable, mesh: Mesh, start: FloatArray, heading: FloatArray, limits: PickLimits | None
 ) -> Hit | None:
-    between = (0.0, np.inf) if limits is None else (limits.first, limits.last)
+    distance_range = (0.0, np.inf) if limits is None else (limits.first, limits.last)
     face = (
-        _locate(model, start, heading, between)
+        _locate(model, start, heading, distance_range)
         if model.locators and model.hidden is None
-        else first_face(model.face_chunks, start, heading, between, model.hidden)
+        else first_face(model.face_chunks, start, heading, distance_range, model.hidden)
     )
     if face is None:
         return None
@@ -181,19 +181,19 @@ def _locate(
     Only locators of chunks whose boxes are hit by the ray are used.
     """
     low, high = model.chunk_boxes()
-    enter, leave = box_range(low, high, start, heading)
-    slack = 1e-3 * (leave - enter) + 1e-6
+    enter, leave_distances = box_range(low, high, start, heading)
+    slack = 1e-3 * (leave_distances - enter) + 1e-6
     # The section of the ray inside the chunk is slightly extended, within the permitted depths.
     first_picks = np.maximum(enter - slack, depth_range[0])
-    lasts = np.minimum(leave + slack, depth_range[1])
-    met = ((leave >= enter) & (lasts >= first_picks)).nonzero()[0]
-    best, face = np.inf, None
+    lasts = np.minimum(leave_distances + slack, depth_range[1])
+    met_blocks = ((leave_distances >= enter) & (lasts >= first_picks)).nonzero()[0]
+    best_distance, face = np.inf, None
     t: Any = mutable(0.0)
     sub: Any = mutable(0)
     cell: Any = mutable(-1)
     x, pcoords = [0.0] * 3, [0.0] * 3
-    for i in met[np.argsort(enter[met])]:
-        if enter[i] > best:
+    for i in met_blocks[np.argsort(enter[met_blocks])]:
+        if enter[i] > best_distance:
             break
         first_depth, last_depth = float(first_picks[i]), float(lasts[i])
         hit = model.locators[i].IntersectWithLine(
@@ -208,8 +208,8 @@ def _locate(
         )
         if hit and int(cell) >= 0:
             depth = first_depth + float(t) * (last_depth - first_depth)
-            if depth < best:
-                best, face = depth, int(model.face_chunks[i].face_ids[int(cell)])
+            if depth < best_distance:
+                best_distance, face = depth, int(model.face_chunks[i].face_ids[int(cell)])
     return face
 
 
@@ -224,7 +224,7 @@ def _pick_cloud(
 ) -> Hit | None:
     if not model.point_chunks:
         return None
-    rows, depth, off = points_near_ray(
+    rows, depth, distance_to_ray = points_near_ray(
         model.point_chunks,
         model.chunk_boxes(),
         start,
@@ -242,6 +242,6 @@ def _pick_cloud(
     front = float(depth.min())
     thick = SURFACE_THICKNESS * (radius + spread * front) * MAX_PICK_DISTANCE_PIXELS
     surface_rows = np.flatnonzero(depth <= front + thick)
-    row = int(rows[surface_rows[np.argmin(off[surface_rows])]])
+    row = int(rows[surface_rows[np.argmin(distance_to_ray[surface_rows])]])
     x, y, z = (float(v) for v in cloud.position(row))
     return Hit(model.model_id, "point", row, (x, y, z))

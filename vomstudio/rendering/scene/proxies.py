@@ -40,17 +40,17 @@ def coarse_nodes(entries: list[Entry], sets: int) -> tuple[list[Entry], bool]:
     """
     nodes = [entry for entry in entries if isinstance(entry[0].data, PointCloud)]
     nodes.sort(key=lambda entry: -entry[1].spacing)
-    remaining_values = sets * POINTS_PER_SET
+    remaining_points = sets * POINTS_PER_SET
     show: list[Entry] = []
-    fresh = 0
+    new_node_count = 0
     for model, part in nodes:
-        remaining_values -= part.elements
-        if show and remaining_values < 0:
+        remaining_points -= part.elements
+        if show and remaining_points < 0:
             break
         if not part.uploaded:
             # Only a few at a time, because the first drawing uploads them.
-            fresh += part.elements
-            if show and fresh > POINTS_PER_SET:
+            new_node_count += part.elements
+            if show and new_node_count > POINTS_PER_SET:
                 return show, True
         show.append((model, part))
     return show, False

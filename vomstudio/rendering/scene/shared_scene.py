@@ -62,24 +62,24 @@ class SharedScene(Scene):
             Whether the models must be drawn again; features are redrawn separately.
         """
         source = self._source
-        changed = self._follow_look(source.look)
+        has_changed = self._follow_look(source.look)
         for model_id in [i for i in self.models if i not in source.models]:
             self.remove_model(model_id)
-            changed = True
+            has_changed = True
         for model_id, model in source.models.items():
-            changed |= self._follow_model(model)
+            has_changed |= self._follow_model(model)
             if self.models[model_id].visible != is_shown(model_id):
                 self.set_visible(model_id, not self.models[model_id].visible)
-                changed = True
+                has_changed = True
         if source.clip_box is not self.clip_box:
             self.set_clip(source.clip_box)
-            changed = True
+            has_changed = True
         if source.picture.eye_dome != self.picture.eye_dome:
             self.set_eye_dome(source.picture.eye_dome)
-            changed = True
-        if changed:
+            has_changed = True
+        if has_changed:
             self.picture.abandon()
-        return changed
+        return has_changed
 
     def follow_features(self) -> bool:
         """Adopt the drawings and the selection of the source. Return whether they have changed."""
@@ -89,13 +89,13 @@ class SharedScene(Scene):
             for key, drawing in source.drawings.items()
             if layer.drawings.get(key) is not drawing
         }
-        removed = dict.fromkeys(layer.drawings.keys() - source.drawings.keys())
-        if changes or removed:
-            self.set_features({**changes, **removed})
+        removed_ids = dict.fromkeys(layer.drawings.keys() - source.drawings.keys())
+        if changes or removed_ids:
+            self.set_features({**changes, **removed_ids})
         is_selected = source.selected != layer.selected
         if is_selected:
             self.set_selected(source.selected)
-        return bool(changes or removed or is_selected)
+        return bool(changes or removed_ids or is_selected)
 
     def pick(self, x: float, y: float, size: tuple[float, float]) -> Hit | None:
         """Return the front-most point of the visible models at a pixel, or None."""
@@ -153,12 +153,14 @@ class SharedScene(Scene):
         """Adopt the parts of a model, which share the data of their sources."""
         is_changed = False
         if [id(part.source) for part in parts] != [id(source) for source in sources]:
-            present = {id(part.source): part for part in parts}
+            present_parts = {id(part.source): part for part in parts}
             parts[:] = [
-                present.pop(id(source)) if id(source) in present else self._share(twin, source)
+                present_parts.pop(id(source))
+                if id(source) in present_parts
+                else self._share(twin, source)
                 for source in sources
             ]
-            for part in present.values():
+            for part in present_parts.values():
                 gpu_textures.remove_textures(part.actor)
                 self.canvas.remove(part.actor)
             twin.forget_boxes()

@@ -22,11 +22,11 @@ class TextureLevels:
     def choose(self) -> None:
         """Choose the coarsest levels that have about one texel per pixel."""
         software = self._canvas.software
-        needed = self._sight.texels_per_pixel() if software else {}
+        needed_levels = self._sight.texels_per_pixel() if software else {}
         for model in self._contents.models.values():
             for skin in model.skins.values():
                 if software:
-                    skin.want(needed.get(id(skin)))
+                    skin.want(needed_levels.get(id(skin)))
                 else:
                     skin.target_level = 0
 
@@ -48,8 +48,8 @@ class TextureLevels:
         return False
 
     def _textured(self) -> list[ModelScene]:
-        look = self._contents.look
-        return [model for model in self._contents.visible() if look.textured(model)]
+        style = self._contents.look
+        return [model for model in self._contents.visible() if style.textured(model)]
 
     def _dress(self, model: ModelScene, material: int) -> None:
         for part in model.parts:

@@ -33,18 +33,18 @@ class VisibleNodes:
             if streamer is None:
                 continue
             view = view_of(eye, camera, self._canvas.size, model.to_world, model.from_world)
-            needed = streamer.look(view) if fetch else streamer.needed(view)
+            needed_nodes = streamer.look(view) if fetch else streamer.needed(view)
             present_rows = {part.row for part in model.parts}
-            if needed is None:
-                needed = model.needed
+            if needed_nodes is None:
+                needed_nodes = model.needed
             elif fetch:
-                model.needed = needed
-                model.settled = present_rows.issuperset(needed)
+                model.needed = needed_nodes
+                model.settled = present_rows.issuperset(needed_nodes)
                 self._requested_at_s = time.perf_counter()
-            model.shown_rows = needed
-            if not present_rows.issuperset(needed):
-                model.shown_rows = needed | streamer.closing(
-                    [r for r in needed if r in present_rows]
+            model.shown_rows = needed_nodes
+            if not present_rows.issuperset(needed_nodes):
+                model.shown_rows = needed_nodes | streamer.closing(
+                    [r for r in needed_nodes if r in present_rows]
                 )
 
     @property

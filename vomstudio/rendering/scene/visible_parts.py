@@ -85,7 +85,7 @@ def texels_per_pixel(
 
     The value is that at the nearest point of the skin.
     """
-    best: dict[int, float] = {}
+    best_density: dict[int, float] = {}
     for model, part in parts:
         if not part.has_uv or part.material not in model.skins:
             continue
@@ -94,5 +94,5 @@ def texels_per_pixel(
         per_pixel = camera.metres_per_pixel(height, depth)
         finest = skin.texture.levels[0]
         texels = part.density / scale * max(finest.width, finest.height) * per_pixel
-        best[id(skin)] = min(best.get(id(skin), np.inf), texels)
-    return best
+        best_density[id(skin)] = min(best_density.get(id(skin), np.inf), texels)
+    return best_density

@@ -172,26 +172,26 @@ class Camera:
         position = self.position
         depth = (corners - position) @ self.direction if len(corners) else np.zeros(0)
         depth = depth[np.isfinite(depth)]
-        nearest, farthest = (
+        nearest_depth, farthest = (
             (float(depth.min()), float(depth.max())) if len(depth) else (0.5, 2.0 * self.distance)
         )
-        margin = 0.05 * (farthest - nearest) + 0.02 * self.distance + 1e-6
-        nearest, farthest = nearest - margin, farthest + margin
+        margin = 0.05 * (farthest - nearest_depth) + 0.02 * self.distance + 1e-6
+        nearest_depth, farthest = nearest_depth - margin, farthest + margin
         if self.orthographic:
             max_distance = DEPTH_RANGE * self.distance
-            nearest = max(nearest, min(farthest, self.distance) - max_distance)
-            farthest = min(farthest, max(nearest, self.distance) + max_distance)
-            retreat = max(0.0, 1e-3 * (farthest - nearest) - nearest)
+            nearest_depth = max(nearest_depth, min(farthest, self.distance) - max_distance)
+            farthest = min(farthest, max(nearest_depth, self.distance) + max_distance)
+            retreat = max(0.0, 1e-3 * (farthest - nearest_depth) - nearest_depth)
             position = position - retreat * self.direction
-            nearest, farthest = nearest + retreat, farthest + retreat
+            nearest_depth, farthest = nearest_depth + retreat, farthest + retreat
             half = self.distance * self.tangent
         else:
             farthest = max(farthest, 1e-3 * self.distance)
-            nearest = max(nearest, min(5e-4 * farthest, 0.1 * self.distance), 1e-6)
-            nearest = min(nearest, 0.5 * farthest)
+            nearest_depth = max(nearest_depth, min(5e-4 * farthest, 0.1 * self.distance), 1e-6)
+            nearest_depth = min(nearest_depth, 0.5 * farthest)
             half = self.tangent
         right, up, direction = self.frame
-        return Eye(position, right, up, direction, nearest, farthest, half, self.orthographic)
+        return Eye(position, right, up, direction, nearest_depth, farthest, half, self.orthographic)
 
     def project(
         self, points: FloatArray, size: tuple[float, float]

@@ -51,18 +51,18 @@ def limits_for(
 
 
 def along_axis(
-    origin: FloatArray, direction: FloatArray, through: FloatArray, axis: int
+    origin: FloatArray, direction: FloatArray, passing_point: FloatArray, axis: int
 ) -> float | None:
     """Return the coordinate on an axis-parallel line of the point nearest to a ray.
 
     Returns None if the ray is parallel to the line.
     """
-    along_component = np.zeros(3)
-    along_component[axis] = 1.0
-    cos = float(direction @ along_component)
+    distances_along = np.zeros(3)
+    distances_along[axis] = 1.0
+    cos = float(direction @ distances_along)
     sin2 = 1.0 - cos * cos
     if sin2 < 1e-3:
         return None
-    gap = through - origin
-    shift = (cos * float(gap @ direction) - float(gap @ along_component)) / sin2
-    return float(through[axis] + shift)
+    gap = passing_point - origin
+    shift = (cos * float(gap @ direction) - float(gap @ distances_along)) / sin2
+    return float(passing_point[axis] + shift)

@@ -25,8 +25,8 @@ class LabelGrid:
 
     def block(self, x: float, y: float, width: float, height: float) -> None:
         """Mark a rectangle as occupied."""
-        first, last, mask = self._cells(x, y, width, height)
-        for row in range(first, last):
+        first, last_row, mask = self._cells(x, y, width, height)
+        for row in range(first, last_row):
             self._rows[row] |= mask
 
     def take(self, x: float, y: float, width: float, height: float) -> bool:
@@ -47,8 +47,8 @@ class LabelGrid:
 
     def is_free(self, x: float, y: float, width: float, height: float) -> bool:
         """Return whether the part of a rectangle inside the image is free."""
-        first, last, mask = self._cells(x, y, width, height)
-        return not any(row & mask for row in self._rows[first:last])
+        first, last_row, mask = self._cells(x, y, width, height)
+        return not any(row & mask for row in self._rows[first:last_row])
 
     def collisions(self, boxes: FloatArray) -> BoolArray:
         """Return which rectangles (n, 4) overlap another one or leave the image.
@@ -67,8 +67,8 @@ class LabelGrid:
         size = (columns + 7) // 8
         bits = b"".join((row & ((1 << columns) - 1)).to_bytes(size, "little") for row in self._rows)
         cells = np.frombuffer(bits, np.uint8).reshape(-1, size)
-        filled_values = np.unpackbits(cells, axis=1, bitorder="little")[:, :columns]
-        sums[1:, 1:] = filled_values.cumsum(axis=0, dtype=np.int64).cumsum(axis=1)
+        is_filled = np.unpackbits(cells, axis=1, bitorder="little")[:, :columns]
+        sums[1:, 1:] = is_filled.cumsum(axis=0, dtype=np.int64).cumsum(axis=1)
         occupied_sums = (
             sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left]
         )
@@ -79,8 +79,8 @@ class LabelGrid:
         left = max(int(x) // CELL, 0)
         right = max(min(int(x + width), int(self.width)) // CELL + 1, left)
         first = max(int(y) // CELL, 0)
-        last = max(min(int(y + height) // CELL + 1, len(self._rows)), first)
-        return first, last, ((1 << (right - left)) - 1) << left
+        last_row = max(min(int(y + height) // CELL + 1, len(self._rows)), first)
+        return first, last_row, ((1 << (right - left)) - 1) << left
 
 
 def place_labels(
@@ -115,9 +115,9 @@ def place_labels(
         Margin, in pixels, that must be free around a label at its first position. Otherwise the
         label is omitted.
     """
-    placed_items: dict[int, tuple[float, float]] = {}
-    finite_values = np.asarray(np.isfinite(anchors).all(axis=1))
-    rows = order[finite_values[order]]
+    placed_labels: dict[int, tuple[float, float]] = {}
+    is_finite_anchor = np.asarray(np.isfinite(anchors).all(axis=1))
+    rows = order[is_finite_anchor[order]]
     spots = _spots(grid, anchors[rows], sizes[rows], gap)
     margins = np.zeros(len(rows)) if clear is None else clear[rows]
     stop = 0
@@ -127,20 +127,20 @@ def place_labels(
         part = slice(stop, max(2 * stop, BATCH_SIZE))
         stop = part.stop
         blocked = grid.collisions(spots[part].reshape(-1, 4)).reshape(-1, len(POSITIONS))
-        open_rows = np.flatnonzero(~blocked.all(axis=1))
-        each = zip(
-            rows[part][open_rows].tolist(),
-            spots[part][open_rows].tolist(),
-            blocked[open_rows].tolist(),
-            margins[part][open_rows].tolist(),
+        open_indices = np.flatnonzero(~blocked.all(axis=1))
+        candidates_by_anchor = zip(
+            rows[part][open_indices].tolist(),
+            spots[part][open_indices].tolist(),
+            blocked[open_indices].tolist(),
+            margins[part][open_indices].tolist(),
             strict=True,
         )
         # Uses plain numbers, because accessing single array elements would take longer than the
         # placement.
-        for i, own_spots, shut, free_spots in each:
-            last = 0 if corners is None else int(corners[i])
+        for i, own_spots, shut, free_spots in candidates_by_anchor:
+            last_corner = 0 if corners is None else int(corners[i])
             if free_spots > 0.0:
-                x0, y0, width, height = own_spots[last]
+                x0, y0, width, height = own_spots[last_corner]
                 if not grid.is_free(
                     x0 - free_spots,
                     y0 - free_spots,
@@ -148,13 +148,13 @@ def place_labels(
                     height + 2 * free_spots,
                 ):
                     continue
-            for k in (last, *(k for k in POSITIONS if k != last)):
+            for k in (last_corner, *(k for k in POSITIONS if k != last_corner)):
                 if not shut[k] and grid.take(*own_spots[k]):
-                    placed_items[i] = (own_spots[k][0], own_spots[k][1])
+                    placed_labels[i] = (own_spots[k][0], own_spots[k][1])
                     if corners is not None:
                         corners[i] = k
                     break
-    return placed_items
+    return placed_labels
 
 
 def _spots(

@@ -43,10 +43,10 @@ def first_view(data: Mesh | PointCloud, to_world: FloatArray) -> tuple[float, fl
 def _mesh_side(mesh: Mesh) -> FloatArray | None:
     step = max(1, len(mesh.faces) // MAX_SAMPLE)
     corners = mesh.vertices[mesh.faces[::step]]
-    doubled_values = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    total = doubled_values.sum(axis=0)
+    doubled_areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    total = doubled_areas.sum(axis=0)
     length = float(np.linalg.norm(total))
-    if not length > MIN_ONE_SIDED_SHARE * float(np.linalg.norm(doubled_values, axis=1).sum()):
+    if not length > MIN_ONE_SIDED_SHARE * float(np.linalg.norm(doubled_areas, axis=1).sum()):
         return None
     return np.asarray(total / length)
 

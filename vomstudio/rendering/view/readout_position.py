@@ -209,11 +209,11 @@ def _covered(box: PixelBox, picked_points: PickedPoints, margin: float) -> float
     The cost is the length of covered lines in pixels; each vertex, and especially the cursor,
     counts as many pixels.
     """
-    x, y, wide, high = box
-    wider = (x - margin, y - margin, wide + 2 * margin, high + 2 * margin)
-    cost = float(_lengths_in(wider, picked_points.segments()).sum())
+    x, y, box_width, high = box
+    widened_box = (x - margin, y - margin, box_width + 2 * margin, high + 2 * margin)
+    cost = float(_lengths_in(widened_box, picked_points.segments()).sum())
     points = picked_points.points()
-    cost += VERTEX_COST * int(_inside(wider, points, 0.0).sum())
+    cost += VERTEX_COST * int(_inside(widened_box, points, 0.0).sum())
     max_distance = max(CURSOR_CLEARANCE, picked_points.clear)
     cost += CURSOR_COST * int(
         _inside(box, np.array([picked_points.cursor], float), max_distance).sum()
@@ -223,23 +223,23 @@ def _covered(box: PixelBox, picked_points: PickedPoints, margin: float) -> float
     return cost
 
 
-def _overlaps(box: PixelBox, other: PixelBox) -> bool:
-    (x, y, width, height), (other_x, other_y, other_width, other_height) = box, other
+def _overlaps(box: PixelBox, other_box: PixelBox) -> bool:
+    (x, y, width, height), (other_x, other_y, other_width, other_height) = box, other_box
     overlaps_in_x = x < other_x + other_width and other_x < x + width
     return overlaps_in_x and y < other_y + other_height and other_y < y + height
 
 
 def _inside(box: PixelBox, points: FloatArray, margin: float) -> BoolArray:
-    x, y, wide, high = box
-    low, top = np.array([x, y]) - margin, np.array([x + wide, y + high]) + margin
+    x, y, box_width, high = box
+    low, top = np.array([x, y]) - margin, np.array([x + box_width, y + high]) + margin
     return np.asarray(((points > low) & (points < top)).all(axis=1))
 
 
 def _lengths_in(box: PixelBox, segments: FloatArray) -> FloatArray:
     """Return the length (s,) of each segment inside a box (Liang and Barsky 1984)."""
-    x, y, wide, high = box
+    x, y, box_width, high = box
     start, direction = segments[:, :2], segments[:, 2:] - segments[:, :2]
-    low, top = np.array([x, y]), np.array([x + wide, y + high])
+    low, top = np.array([x, y]), np.array([x + box_width, y + high])
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         a, b = (low - start) / direction, (top - start) / direction
     is_parallel = direction == 0.0
@@ -247,5 +247,7 @@ def _lengths_in(box: PixelBox, segments: FloatArray) -> FloatArray:
     a = np.where(is_parallel, np.where(is_within, -np.inf, np.inf), a)
     b = np.where(is_parallel, np.where(is_within, np.inf, -np.inf), b)
     enter = np.clip(np.minimum(a, b).max(axis=1, initial=0.0), 0.0, None)
-    leave = np.maximum(np.where(is_parallel & ~is_within, -np.inf, a), b).min(axis=1, initial=1.0)
-    return np.asarray(np.clip(leave - enter, 0.0, None) * np.hypot(*direction.T))
+    leave_distances = np.maximum(np.where(is_parallel & ~is_within, -np.inf, a), b).min(
+        axis=1, initial=1.0
+    )
+    return np.asarray(np.clip(leave_distances - enter, 0.0, None) * np.hypot(*direction.T))

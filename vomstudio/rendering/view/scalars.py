@@ -193,8 +193,8 @@ class Scale:
         step = round_step(width / maximum)
         decimals = max(0, -math.floor(math.log10(step) + 1e-9))
         first = math.ceil(self.low / step - 1e-9)
-        last = math.floor(self.high / step + 1e-9)
-        return [(k * step, number(k * step, decimals)) for k in range(first, last + 1)]
+        last_tick = math.floor(self.high / step + 1e-9)
+        return [(k * step, number(k * step, decimals)) for k in range(first, last_tick + 1)]
 
     def end_texts(self) -> tuple[str, str]:
         """Return both ends of the range as text, with enough digits to distinguish them."""
@@ -241,8 +241,8 @@ def field_unit(name: str) -> str:
     for unit in ("px", "m"):
         if name.endswith(f"_{unit}"):
             return unit
-    plain = _plain(name)
-    return next((unit for words, unit in NAME_UNITS if any(w in plain for w in words)), "")
+    plain_name = _plain(name)
+    return next((unit for words, unit in NAME_UNITS if any(w in plain_name for w in words)), "")
 
 
 def _plain(name: str) -> str:
@@ -273,37 +273,46 @@ def make_scale(
     check: Callable[[], None] = lambda: None,
 ) -> Scale:
     """Return the colour scale of a field; `check` is called regularly and may raise to stop."""
-    count, read_values = reader(data, style.name, to_world)
-    lowest_value, highest, is_missing = math.inf, -math.inf, False
+    count, field_numbers = reader(data, style.name, to_world)
+    lowest_number, highest, has_missing = math.inf, -math.inf, False
     for part in _pieces(count):
         check()
-        values = read_values(part)
+        values = field_numbers(part)
         if values.dtype.kind == "f":
-            is_good = np.isfinite(values)
-            is_missing |= not is_good.all()
-            values = values[is_good]
+            is_finite = np.isfinite(values)
+            has_missing |= not is_finite.all()
+            values = values[is_finite]
         if len(values):
-            lowest_value = min(lowest_value, float(values.min()))
+            lowest_number = min(lowest_number, float(values.min()))
             highest = max(highest, float(values.max()))
     title, unit = field_title(style.name), field_unit(style.name)
-    if lowest_value > highest:
+    if lowest_number > highest:
         table = np.array([MISSING], np.uint8)
         return Scale(title, unit, "sequential", 0.0, 0.0, table, missing=True)
-    codes = _codes(data, style.name, lowest_value, highest, check)
+    codes = _codes(data, style.name, lowest_number, highest, check)
     if codes is not None:
         categories = tuple(_categories(style.name, codes))
         table = np.array([c.rgb for c in categories], np.uint8)
         return Scale(
-            title, "", "categories", math.nan, math.nan, table, categories, False, False, is_missing
+            title,
+            "",
+            "categories",
+            math.nan,
+            math.nan,
+            table,
+            categories,
+            False,
+            False,
+            has_missing,
         )
-    kind = _kind(style.name, lowest_value, highest)
+    kind = _kind(style.name, lowest_number, highest)
     rows = np.unique(np.linspace(0, count - 1, min(count, SAMPLE)).astype(np.int64))
-    sample = np.asarray(read_values(rows), np.float64)
+    sample = np.asarray(field_numbers(rows), np.float64)
     sample = sample[np.isfinite(sample)]
-    low, high = _range(kind, style, sample if len(sample) else np.array([lowest_value, highest]))
+    low, high = _range(kind, style, sample if len(sample) else np.array([lowest_number, highest]))
     palette = style.palette or PALETTES[kind][0]
     if kind == "cyclic":
-        return Scale(title, unit, kind, low, high, map_table(palette), missing=is_missing)
+        return Scale(title, unit, kind, low, high, map_table(palette), missing=has_missing)
     return Scale(
         title,
         unit,
@@ -311,23 +320,23 @@ def make_scale(
         low,
         high,
         map_table(palette),
-        below=lowest_value < low,
+        below=lowest_number < low,
         above=highest > high,
-        missing=is_missing,
+        missing=has_missing,
     )
 
 
-def _kind(name: str, lowest_value: float, highest_value: float) -> Kind:
-    plain = _plain(name)
+def _kind(name: str, lowest_number: float, highest_value: float) -> Kind:
+    plain_name = _plain(name)
     if (
-        any(word in plain for word in AZIMUTH_NAMES)
-        and lowest_value >= -180.0
+        any(word in plain_name for word in AZIMUTH_NAMES)
+        and lowest_number >= -180.0
         and highest_value <= 360.0
     ):
         return "cyclic"
-    if name == ELEVATION or plain in ("x", "y", "z"):
+    if name == ELEVATION or plain_name in ("x", "y", "z"):
         return "sequential"
-    is_signed = lowest_value < 0.0 < highest_value or name in SIGNED_NAMES
+    is_signed = lowest_number < 0.0 < highest_value or name in SIGNED_NAMES
     return "diverging" if is_signed else "sequential"
 
 
@@ -352,34 +361,34 @@ def _range(kind: Kind, style: FieldStyle, sample: FloatArray) -> tuple[float, fl
 def _codes(
     data: Mesh | PointCloud,
     name: str,
-    lowest_value: float,
+    lowest_number: float,
     highest_value: float,
     check: Callable[[], None],
 ) -> IntArray | None:
     """Return the codes that occur in a field, or None if its values are not codes."""
-    plain = _plain(name)
-    if name == ELEVATION or "intensity" in plain:
+    plain_name = _plain(name)
+    if name == ELEVATION or "intensity" in plain_name:
         return None
     values = data.fields[name]
-    is_named = plain.partition(",")[0] in NAMED_CATEGORIES or any(
-        word in plain for word in CODE_NAMES
+    is_named = plain_name.partition(",")[0] in NAMED_CATEGORIES or any(
+        word in plain_name for word in CODE_NAMES
     )
     if values.dtype.kind == "f" and not is_named:
         return None
-    if not 0.0 <= lowest_value <= highest_value <= 65535.0:
+    if not 0.0 <= lowest_number <= highest_value <= 65535.0:
         return None
     occurs = np.zeros(int(highest_value) + 1, np.bool_)
     for part in _pieces(len(values)):
         check()
-        part_values = np.asarray(values[part])
-        if part_values.dtype.kind == "f":
-            part_values = part_values[np.isfinite(part_values)]
-            if (part_values != np.floor(part_values)).any():
+        part_numbers = np.asarray(values[part])
+        if part_numbers.dtype.kind == "f":
+            part_numbers = part_numbers[np.isfinite(part_numbers)]
+            if (part_numbers != np.floor(part_numbers)).any():
                 return None
-        occurs[part_values.astype(np.int64)] = True
+        occurs[part_numbers.astype(np.int64)] = True
     codes = np.flatnonzero(occurs)
-    max_categories = len(LAS_CLASSES) if "class" in plain else MAX_CATEGORIES
-    max_categories = MAX_LABEL_CODES if "label" in plain else max_categories
+    max_categories = len(LAS_CLASSES) if "class" in plain_name else MAX_CATEGORIES
+    max_categories = MAX_LABEL_CODES if "label" in plain_name else max_categories
     return codes if len(codes) <= max_categories else None
 
 

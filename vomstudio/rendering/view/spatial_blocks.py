@@ -69,8 +69,8 @@ def ray_triangles(
         t = np.einsum("ij,ij->i", e2, q) * inverse
         # A ray through a shared edge must not pass between two triangles because of rounding.
         slack = 1e-9
-        ok = (u >= -slack) & (v >= -slack) & (u + v <= 1.0 + slack) & (t > 0.0)
-    return t, u, v, ok & (det != 0.0)
+        is_hit = (u >= -slack) & (v >= -slack) & (u + v <= 1.0 + slack) & (t > 0.0)
+    return t, u, v, is_hit & (det != 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +157,7 @@ def first_face(
         return None
     low = np.stack([c.blocks.low.min(axis=0) for c in chunks])
     high = np.stack([c.blocks.high.max(axis=0) for c in chunks])
-    best, face = np.inf, None
+    best_distance, face = np.inf, None
     for i in np.flatnonzero(hits_boxes(low, high, origin, direction)):
         chunk = chunks[i]
         rows = chunk.blocks.elements(
@@ -168,11 +168,11 @@ def first_face(
         if not len(rows):
             continue
         corners = chunk.points[chunk.faces[rows]].astype(np.float64)
-        t, _, _, ok = ray_triangles(origin, direction, *(corners[:, k] for k in range(3)))
-        t = np.where(ok & (t >= between[0]) & (t <= between[1]), t, np.inf)
+        t, _, _, is_hit = ray_triangles(origin, direction, *(corners[:, k] for k in range(3)))
+        t = np.where(is_hit & (t >= between[0]) & (t <= between[1]), t, np.inf)
         k = int(np.argmin(t))
-        if t[k] < best:
-            best, face = float(t[k]), int(chunk.face_ids[rows[k]])
+        if t[k] < best_distance:
+            best_distance, face = float(t[k]), int(chunk.face_ids[rows[k]])
     return face
 
 
@@ -221,10 +221,10 @@ def points_near_ray(
         high - low, axis=1
     )
     pad = (radius + spread * far_depth)[:, None]
-    enter, leave = box_range(low - pad, high + pad, origin, direction)
-    met = np.flatnonzero(leave >= np.maximum(enter, 0.0))
+    enter, leave_distances = box_range(low - pad, high + pad, origin, direction)
+    met_boxes = np.flatnonzero(leave_distances >= np.maximum(enter, 0.0))
     front = np.inf
-    for i in met[np.argsort(enter[met])]:
+    for i in met_boxes[np.argsort(enter[met_boxes])]:
         if enter[i] > front + thickness * (radius + spread * front):
             break
         chunk = chunks[i]
@@ -240,14 +240,14 @@ def points_near_ray(
         depth = q @ direction
         side = q - depth[:, None] * direction
         offset = np.sqrt(np.einsum("ij,ij->i", side, side))
-        allowed_values = radius + spread * np.maximum(depth, 0.0)
-        near_rows = np.flatnonzero((depth > 0.0) & (offset <= allowed_values))
+        allowed_distances = radius + spread * np.maximum(depth, 0.0)
+        near_rows = np.flatnonzero((depth > 0.0) & (offset <= allowed_distances))
         if counts is not None and len(near_rows):
             near_rows = near_rows[counts(chunk.points[rows[near_rows]].astype(np.float64))]
         if len(near_rows):
             rows_out.append(chunk.point_ids[rows[near_rows]].astype(np.int64))
             depth_out.append(depth[near_rows])
-            off_out.append(offset[near_rows] / allowed_values[near_rows])
+            off_out.append(offset[near_rows] / allowed_distances[near_rows])
             front = min(front, float(depth_out[-1].min()))
     if not rows_out:
         return np.zeros(0, np.int64), np.zeros(0), np.zeros(0)

@@ -90,12 +90,10 @@ class Signs:
     def strokes(self, rows: Sequence[int]) -> tuple[FloatArray, IntArray]:
         """Return the end points (s, 2, 2) of the strokes of some symbols, and their rows (s,)."""
         parts, owners = [], []
-        selected_values = np.asarray(rows, dtype=np.int64)
-        kinds = np.array([self.kinds[i] for i in selected_values])
+        selected_rows = np.asarray(rows, dtype=np.int64)
+        kinds = np.array([self.kinds[i] for i in selected_rows])
         for kind, shape in _SHAPES.items():
-            rows_of_kind = (
-                selected_values[kinds == kind] if len(selected_values) else selected_values
-            )
+            rows_of_kind = selected_rows[kinds == kind] if len(selected_rows) else selected_rows
             if not len(rows_of_kind):
                 continue
             axes = np.stack([self.along[rows_of_kind], self.across[rows_of_kind]], axis=1)
@@ -155,20 +153,20 @@ class SymbolSet:
 
         def projected(vectors: FloatArray) -> FloatArray:
             """Return the projections (n, 2) of one-pixel steps along unit vectors (n, 3)."""
-            flat_values = (
+            flat_vectors = (
                 vectors @ camera.frame[:2].T - slant * (vectors @ camera.direction)[:, None]
             )
-            return flat_values * [1.0, -1.0]
+            return flat_vectors * [1.0, -1.0]
 
-        along_component = _clamp_length(
+        strike_vectors = _clamp_length(
             projected(self._along), MIN_LENGTH_SHARE, np.array([1.0, 0.0])
         )
-        sideways = np.stack([-along_component[:, 1], along_component[:, 0]], axis=1)
-        sideways /= np.hypot(*sideways.T)[:, None]
+        cross_directions = np.stack([-strike_vectors[:, 1], strike_vectors[:, 0]], axis=1)
+        cross_directions /= np.hypot(*cross_directions.T)[:, None]
         # The head of an arrow is flat on the screen.
-        across_component = _clamp_length(projected(self._across), MIN_TICK_SHARE, sideways)
-        across_component = np.where(self._lines[:, None], sideways, across_component)
-        return Signs(self.kinds, pixels, depth, metres, along_component, across_component)
+        cross_ticks = _clamp_length(projected(self._across), MIN_TICK_SHARE, cross_directions)
+        cross_ticks = np.where(self._lines[:, None], cross_directions, cross_ticks)
+        return Signs(self.kinds, pixels, depth, metres, strike_vectors, cross_ticks)
 
 
 def _stacked(vectors: Sequence[FloatArray]) -> FloatArray:
@@ -176,13 +174,15 @@ def _stacked(vectors: Sequence[FloatArray]) -> FloatArray:
     return np.concatenate([np.zeros(0), *vectors]).reshape(-1, 3)
 
 
-def _clamp_length(vectors: FloatArray, least_value: float, instead: FloatArray) -> FloatArray:
+def _clamp_length(vectors: FloatArray, min_length: float, instead: FloatArray) -> FloatArray:
     """Extend vectors (n, 2) to a minimum length; end-on vectors are replaced by `instead`."""
-    long = np.hypot(*vectors.T)[:, None]
-    grown_values = np.where(
-        long < END_ON_SINE, least_value * instead, vectors * (least_value / np.maximum(long, 1e-12))
+    lengths = np.hypot(*vectors.T)[:, None]
+    enlarged_vectors = np.where(
+        lengths < END_ON_SINE,
+        min_length * instead,
+        vectors * (min_length / np.maximum(lengths, 1e-12)),
     )
-    return np.asarray(np.where(long < least_value, grown_values, vectors))
+    return np.asarray(np.where(lengths < min_length, enlarged_vectors, vectors))
 
 
 def plane_symbol(

@@ -112,7 +112,7 @@ class Cluster:
         worker_errors = (distributed.KilledWorker, distributed.CancelledError)
         done = 0
         progress.step(0)
-        running_items: dict[Any, tuple[int, Item, int]] = {}
+        running_futures: dict[Any, tuple[int, Item, int]] = {}
         numbered = enumerate(items)
         completed = threading.Event()
 
@@ -120,22 +120,22 @@ class Cluster:
             # Large items are sent as data, not inside the description of the task.
             sent = self._client.scatter(item, direct=False, hash=False)
             future = self._client.submit(work, sent, pure=False)
-            running_items[future] = (number, item, tries)
+            running_futures[future] = (number, item, tries)
             future.add_done_callback(lambda _: completed.set())
 
         try:
             for number, item in itertools.islice(numbered, self.workers + 1):
                 submit(number, item)
-            while running_items:
+            while running_futures:
                 # `distributed.wait` would raise for all futures if one was lost with its worker.
                 completed.wait(CHECK_PERIOD_S)
                 completed.clear()
                 progress.step(done)
-                finished = [future for future in running_items if future.done()]
-                if not finished:
+                finished_futures = [future for future in running_futures if future.done()]
+                if not finished_futures:
                     self._require_workers()
-                for future in finished:
-                    number, item, tries = running_items.pop(future)
+                for future in finished_futures:
+                    number, item, tries = running_futures.pop(future)
                     try:
                         result = future.result()
                     except worker_errors as error:
@@ -155,7 +155,7 @@ class Cluster:
                     yield number, result
                     progress.step(done)
         finally:
-            self._client.cancel(list(running_items))
+            self._client.cancel(list(running_futures))
 
     def _require_workers(self) -> None:
         if not self._wait_for_workers():

@@ -92,10 +92,10 @@ def _list_photos(request: PhotosRequest, progress: Progress) -> PhotoListing:
     rows = []
     for number, photo in enumerate(survey.photos):
         progress.step(number)
-        looks = None
+        sample_looks = None
         if photo.yaw_deg is not None and (photo.pitch_deg is None or photo.pitch_deg > -80):
             yaw = math.radians(photo.yaw_deg)
-            looks = (math.sin(yaw), math.cos(yaw))
+            sample_looks = (math.sin(yaw), math.cos(yaw))
         east, north = (float(value) for value in positions[number, :2])
         rows.append(
             ListedPhoto(
@@ -110,7 +110,7 @@ def _list_photos(request: PhotosRequest, progress: Progress) -> PhotoListing:
                 mask=None if photo.mask is None else str(photo.mask),
                 thumbnail=_cache_thumbnail(photo, thumbnails, thumbnail),
                 place=(east, north) if math.isfinite(east) else None,
-                looks=looks,
+                looks=sample_looks,
                 found_sha256="" if photo.mask is None else _sha256(photo.mask),
             )
         )

@@ -226,11 +226,12 @@ class Worker:
             cancelled = set(self._timers)
             is_expected = self._closed or process is self._released
         if not is_expected and not cancelled.intersection(lost_jobs):
-            how = ending(process.returncode)
-            _log.error("the worker process %d ended (%s)", process.pid, how)
+            ending_text = ending(process.returncode)
+            _log.error("the worker process %d ended (%s)", process.pid, ending_text)
             self._on_fault(
                 Fault(
-                    lost_jobs[0] if lost_jobs else 0, tr("its process ended, {ending}", ending=how)
+                    lost_jobs[0] if lost_jobs else 0,
+                    tr("its process ended, {ending}", ending=ending_text),
                 )
             )
         for job in lost_jobs:

@@ -70,11 +70,11 @@ def build_evidence(
     )
     evidence_found.azimuths, evidence_found.lengths = (
         [
-            Segment(a, b, line.value + added, line.sigma, line.name)
+            Segment(a, b, line.value + added_error, line.sigma, line.name)
             for line, a, b in ends
             if line.kind == kind and line.value is not None
         ]
-        for kind, added in (("azimuth", turned_deg), ("length", 0.0))
+        for kind, added_error in (("azimuth", turned_deg), ("length", 0.0))
     )
     return evidence_found
 
@@ -137,9 +137,9 @@ def place_by_known(
         evidence.scale = transform.scale_factor(transform.matrix(model.to_world))
         registration = model.registration
         evidence.scale_error = None if registration is None else registration.scale_error
-    placed = register(evidence, extent)
-    if placed.known.all:
-        return placed
+    placement = register(evidence, extent)
+    if placement.known.all:
+        return placement
     # If only the file were used, a model that was rotated before would return to its original
     # orientation.
     return solve_from(evidence, extent, transform.matrix(model.to_world))
@@ -166,9 +166,9 @@ def solve_from(evidence: Evidence, extent: FloatArray | None, to_world: FloatArr
     GeometryError
     """
     evidence = _transform_evidence(evidence, to_world)
-    placed = register(evidence, None if extent is None else transform.apply(to_world, extent))
-    scale = placed.scale * transform.scale_factor(to_world)
-    return replace(placed, matrix=placed.matrix @ to_world, scale=scale)
+    placement = register(evidence, None if extent is None else transform.apply(to_world, extent))
+    scale = placement.scale * transform.scale_factor(to_world)
+    return replace(placement, matrix=placement.matrix @ to_world, scale=scale)
 
 
 def up_direction(model: Model) -> FloatArray | None:
@@ -189,30 +189,34 @@ def photo_up(path: Path) -> FloatArray | None:
     return np.array([0.0, 0.0, 1.0]) if has_known_scale(path) is False else None
 
 
-def _transform_evidence(evidence: Evidence, by: FloatArray) -> Evidence:
+def _transform_evidence(evidence: Evidence, change_matrix: FloatArray) -> Evidence:
     """Transform the observations on a model by a 4 x 4 similarity matrix."""
 
     def transform_point(place: Point) -> Point:
-        x, y, z = transform.apply(by, [place])[0].tolist()
+        x, y, z = transform.apply(change_matrix, [place])[0].tolist()
         return x, y, z
 
     pairs = evidence.pairs
     if pairs is not None:
-        pairs = replace(pairs, model=transform.apply(by, pairs.model))
+        pairs = replace(pairs, model=transform.apply(change_matrix, pairs.model))
     compass = evidence.compass
     if compass is not None:
-        turn = by[:3, :3] / transform.scale_factor(by)
+        turn = change_matrix[:3, :3] / transform.scale_factor(change_matrix)
         compass = replace(compass, model=compass.model @ turn.T)
     return replace(
         evidence,
         pairs=pairs,
         compass=compass,
-        scale=None if evidence.scale is None else evidence.scale / transform.scale_factor(by),
+        scale=None
+        if evidence.scale is None
+        else evidence.scale / transform.scale_factor(change_matrix),
         resolution=None
         if evidence.resolution is None
-        else evidence.resolution * transform.scale_factor(by),
-        up=None if evidence.up is None else by[:3, :3] @ evidence.up / transform.scale_factor(by),
-        photo_up=None if evidence.photo_up is None else by[:3, :3] @ evidence.photo_up,
+        else evidence.resolution * transform.scale_factor(change_matrix),
+        up=None
+        if evidence.up is None
+        else change_matrix[:3, :3] @ evidence.up / transform.scale_factor(change_matrix),
+        photo_up=None if evidence.photo_up is None else change_matrix[:3, :3] @ evidence.photo_up,
         level_lines=[_transform_direction(line, transform_point) for line in evidence.level_lines],
         plumb_lines=[_transform_direction(line, transform_point) for line in evidence.plumb_lines],
         azimuths=[_transform_segment(line, transform_point) for line in evidence.azimuths],
@@ -232,7 +236,7 @@ def _transform_segment(line: Segment, transform_point: Callable[[Point], Point])
 
 def line_residuals(
     lines: Sequence[KnownLine],
-    placed: Placed,
+    placement: Placed,
     directions: Mapping[str, ModelDirection] = MappingProxyType({}),
     turned_deg: float = 0.0,
 ) -> list[LineResidual]:
@@ -241,7 +245,7 @@ def line_residuals(
     Parameters
     ----------
     lines : sequence of KnownLine
-    placed : Placed
+    placement : Placed
     directions : mapping of str to ModelDirection
         Directions of the compass readings on the model, keyed by reading id.
     turned_deg : float
@@ -253,10 +257,10 @@ def line_residuals(
             continue
         if line.is_read:
             if line.id in directions:
-                distance = residual_deg(line, directions[line.id], placed, turned_deg)
+                distance = residual_deg(line, directions[line.id], placement, turned_deg)
                 evidence_found.append(LineResidual(line.id, distance))
             continue
-        ends = placed(np.array([line.vertices[0], line.vertices[-1]], np.float64))
+        ends = placement(np.array([line.vertices[0], line.vertices[-1]], np.float64))
         segments = ends[1] - ends[0]
         length = float(np.linalg.norm(segments))
         if not length > 0:
@@ -275,50 +279,50 @@ def line_residuals(
     return evidence_found
 
 
-def known_after_placement(placed: Placed, model: Model) -> Known:
+def known_after_placement(placement: Placed, model: Model) -> Known:
     """Return the parameters that are known after a placement, including earlier ones."""
-    frame, known = model.frame, placed.known
-    vertical = known.vertical or frame.has_up
+    frame, known_parts = model.frame, placement.known
+    has_vertical = known_parts.vertical or frame.has_up
     return Known(
-        north=vertical and (known.north or frame.has_north),
-        vertical=vertical,
-        scale=known.scale or frame.has_metres,
-        position=known.position or frame.kind == "crs",
+        north=has_vertical and (known_parts.north or frame.has_north),
+        vertical=has_vertical,
+        scale=known_parts.scale or frame.has_metres,
+        position=known_parts.position or frame.kind == "crs",
     )
 
 
-def frame_after_placement(placed: Placed, model: Model, crs: str | None) -> Frame:
+def frame_after_placement(placement: Placed, model: Model, crs: str | None) -> Frame:
     """Return the frame after a placement; points without a `crs` are in a local frame."""
-    if placed.known.all:
+    if placement.known.all:
         return Frame("local") if crs is None else Frame("crs", crs=crs)
-    known = known_after_placement(placed, model)
-    if known.north and known.scale:
+    known_parts = known_after_placement(placement, model)
+    if known_parts.north and known_parts.scale:
         is_crs_kept = world_crs(model.frame.crs, model.frame.unit_m)
         return Frame("local") if is_crs_kept is None else Frame("crs", crs=is_crs_kept)
-    if known.north:
+    if known_parts.north:
         return Frame("oriented")
-    return Frame("scaled" if known.scale else "undeclared", level=known.vertical)
+    return Frame("scaled" if known_parts.scale else "undeclared", level=known_parts.vertical)
 
 
-def covariance_after(placed: Placed, before: Registration | None) -> FloatArray:
+def covariance_after(placement: Placed, previous_registration: Registration | None) -> FloatArray:
     """Return the covariance (7, 7) of a placement.
 
     Undetermined parameters have the covariance of the previous registration, because it still
     defines them.
     """
-    total = np.array(placed.covariance, np.float64)
-    known = placed.known
-    if known.all or before is None:
+    total = np.array(placement.covariance, np.float64)
+    known_parts = placement.known
+    if known_parts.all or previous_registration is None:
         return total
     earlier = np.zeros((7, 7))
-    shape = before.shape_covariance()
+    shape = previous_registration.shape_covariance()
     if shape is not None:
         earlier[:4, :4] = shape
-    if before.covariance is not None and before.centre is not None:
+    if previous_registration.covariance is not None and previous_registration.centre is not None:
         # A rotation or scale about the centre also shifts other points.
         moves = np.eye(7)
-        moves[4:] = jacobian(np.subtract(placed.centre, before.centre))
-        earlier = moves @ np.array(before.covariance, np.float64) @ moves.T
-    free_values = [not known.vertical] * 2 + [not known.north, not known.scale]
-    keep = np.array(free_values + [not known.position] * 3, np.float64)
-    return np.asarray(total + earlier * np.outer(keep, keep))
+        moves[4:] = jacobian(np.subtract(placement.centre, previous_registration.centre))
+        earlier = moves @ np.array(previous_registration.covariance, np.float64) @ moves.T
+    is_free = [not known_parts.vertical] * 2 + [not known_parts.north, not known_parts.scale]
+    is_kept = np.array(is_free + [not known_parts.position] * 3, np.float64)
+    return np.asarray(total + earlier * np.outer(is_kept, is_kept))

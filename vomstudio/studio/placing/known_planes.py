@@ -47,7 +47,7 @@ class ModelDirection:
 
 
 def measure_directions(
-    lines: Iterable[KnownLine], measured_items: Mapping[str, Measurement], model: Model
+    lines: Iterable[KnownLine], measurements: Mapping[str, Measurement], model: Model
 ) -> dict[str, ModelDirection]:
     """Return the directions on the model, keyed by reading id.
 
@@ -56,7 +56,7 @@ def measure_directions(
     Parameters
     ----------
     lines : iterable of KnownLine
-    measured_items : mapping of str to Measurement
+    measurements : mapping of str to Measurement
         Measurements of the features, keyed by feature id.
     model : Model
     """
@@ -64,7 +64,7 @@ def measure_directions(
     turn = rows[:3, :3] / transform.scale_factor(rows)
     directions = {}
     for line in lines:
-        measurement = measured_items.get(line.feature_id)
+        measurement = measurements.get(line.feature_id)
         if not line.is_read or measurement is None:
             continue
         world = _direction(measurement, line.kind == "plane")
@@ -88,18 +88,18 @@ def _direction(measurement: Measurement, plane: bool) -> FloatArray | None:
 
 def _direction_sigma(measurement: Measurement, plane: bool) -> float | None:
     """Return the standard deviation of a direction in degrees, or None if unknown."""
-    largest, smallest = measurement.max_confidence95_deg, measurement.min_confidence95_deg
+    major_deg, minor_deg = measurement.max_confidence95_deg, measurement.min_confidence95_deg
     if plane and measurement.fit is not None:
-        largest, smallest = governing_half_angles(
+        major_deg, minor_deg = governing_half_angles(
             measurement.fit,
             measurement.judged_as,
             measurement.resolution_m,
             measurement.outcrop_normal,
             measurement.stretch_error_deg,
         )
-    if largest is None or smallest is None:
+    if major_deg is None or minor_deg is None:
         return None
-    return float(np.hypot(largest, smallest) / np.sqrt(2.0) / SIGMAS_95)
+    return float(np.hypot(major_deg, minor_deg) / np.sqrt(2.0) / SIGMAS_95)
 
 
 def placement_readings(
@@ -142,7 +142,7 @@ def _combine_sigmas(reading_deg: float | None, feature_deg: float | None) -> flo
 
 
 def residual_deg(
-    line: KnownLine, model_direction: ModelDirection, placed: Placed, turned_deg: float
+    line: KnownLine, model_direction: ModelDirection, placement: Placed, turned_deg: float
 ) -> float:
     """Return the angle between a reading and its direction on the placed model, 0 to 90.
 
@@ -151,7 +151,7 @@ def residual_deg(
     line : KnownLine
     model_direction : ModelDirection
         Direction of the reading on the model.
-    placed : Placed
+    placement : Placed
     turned_deg : float
         Correction that is added to the azimuth, degrees.
     """
@@ -163,16 +163,16 @@ def residual_deg(
         model_direction.direction[None],
         np.array([np.nan]),
     )
-    direction = placed_direction(model_direction, placed)
+    direction = placed_direction(model_direction, placement)
     cosine = abs(float(reading.vectors()[0] @ direction))
     # Avoids the arc cosine, which is inaccurate for very small angles.
     sine = float(np.linalg.norm(np.cross(reading.vectors()[0], direction)))
     return float(np.degrees(np.arctan2(sine, cosine)))
 
 
-def placed_direction(model_direction: ModelDirection, placed: Placed) -> FloatArray:
+def placed_direction(model_direction: ModelDirection, placement: Placed) -> FloatArray:
     """Return a direction on the model as a unit vector (3,) in the World frame."""
-    rotation = np.asarray(placed.matrix)[:3, :3] / placed.scale
+    rotation = np.asarray(placement.matrix)[:3, :3] / placement.scale
     return np.asarray(rotation @ model_direction.direction, np.float64)
 
 
@@ -259,12 +259,15 @@ def why_not_read(
 
 
 def create_reading(
-    feature: Any, measurement: Measurement, parsed_reading: ParsedReading, others: Iterable[str]
+    feature: Any,
+    measurement: Measurement,
+    parsed_reading: ParsedReading,
+    other_names: Iterable[str],
 ) -> KnownLine:
-    """Create the record of a reading; `others` are the names that are in use."""
+    """Create the record of a reading; `other_names` are the names that are in use."""
     return KnownLine(
         new_id("reading"),
-        _name(feature.name, set(others)),
+        _name(feature.name, set(other_names)),
         reading_kind(measurement),
         feature.model_id,
         feature.model_hash,
@@ -284,7 +287,7 @@ def reading_kind(measurement: Measurement) -> ReadKind:
 def _name(name: str, used_names: set[str]) -> str:
     """Return the name of the feature, with a number if the name is already in use."""
     return next(
-        each
+        unused_name
         for n in range(1, len(used_names) + 2)
-        if (each := name if n == 1 else f"{name} ({n})") not in used_names
+        if (unused_name := name if n == 1 else f"{name} ({n})") not in used_names
     )

@@ -73,16 +73,18 @@ def marked_pairs(
             raise
         messages += name_findings(list(positions), evidence.marks, evidence.views)
     used_marks = [mark for mark in evidence.marks if mark[0] in positions]
-    marked = marked_places(evidence, used_marks, messages)
-    triangulated_points = [p for p in points if p.label in marked]
+    places_by_label = marked_places(evidence, used_marks, messages)
+    triangulated_points = [p for p in points if p.label in places_by_label]
     sigma = [[p.sigma_m or math.nan] * 3 for p in triangulated_points]
     pairs = Pairs(
         tuple(p.label for p in triangulated_points),
-        np.array([marked[p.label][0] for p in triangulated_points]).reshape(-1, 3),
+        np.array([places_by_label[p.label][0] for p in triangulated_points]).reshape(-1, 3),
         np.array([p.position for p in triangulated_points], np.float64).reshape(-1, 3),
         np.array(sigma, np.float64).reshape(-1, 3),
         np.array([p.check for p in triangulated_points], bool),
-        covariance=np.array([marked[p.label][1] for p in triangulated_points]).reshape(-1, 3, 3),
+        covariance=np.array([places_by_label[p.label][1] for p in triangulated_points]).reshape(
+            -1, 3, 3
+        ),
     )
     if evidence.pairs is not None:
         pairs = evidence.pairs.joined_with(pairs)

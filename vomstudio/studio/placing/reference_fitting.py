@@ -81,7 +81,7 @@ def fit_model(
     loaded_model: LoadedModel,
     reference: str | Path,
     *,
-    near: Placed | None,
+    previous_placement: Placed | None,
     crs: str | None,
     stable_text: str | Path | None = None,
     initial: InitialPlacement | None = None,
@@ -93,7 +93,7 @@ def fit_model(
     ----------
     loaded_model : LoadedModel
     reference : str or Path
-    near : Placed or None
+    previous_placement : Placed or None
         Initial placement by other observations. If None, the fit starts with the frames of the
         files.
     crs : str or None
@@ -117,12 +117,12 @@ def fit_model(
     similarity = similarity_of(initial.to_world)
     scale = not initial.metric
     points, spacing = points_and_spacing(loaded_model.data, loaded_model.path)
-    if near is None:
+    if previous_placement is None:
         messages += crs_findings(initial.crs, target.crs, names)
         start = similarity
         require_overlap(box_of(similarity(points)), box_of(points_of(target.data)), names)
     else:
-        start = similarity_of(near.matrix)
+        start = similarity_of(previous_placement.matrix)
         if not scale:
             start = replace_scale(start, similarity.scale, points.mean(axis=0))
     target_points, target_spacing = points_and_spacing(target.data, target.loaded.path)

@@ -115,7 +115,7 @@ def register_model(model: str, options: RegisterOptions, progress: Progress) -> 
         evidence.reference = reference_fit.fitted.observation
         messages += reference_fit.warnings
     try:
-        placed = _solved(evidence, loaded_model, to_world)
+        placement = _solved(evidence, loaded_model, to_world)
     except GeometryError as failure:
         if failure.file is None and failure.field is None:
             failure.file = _pairs_file(options)
@@ -125,13 +125,13 @@ def register_model(model: str, options: RegisterOptions, progress: Progress) -> 
     registration = None
     if record is not None:
         registration = _registration(
-            placed, evidence, record, crs, reference_fit, read_north, messages
+            placement, evidence, record, crs, reference_fit, read_north, messages
         )
-    warnings = [*messages, *_relocation_findings(placed, loaded_model, crs), *placed.warnings]
-    for name, error in _bars_as_checks(evidence, placed):
+    warnings = [*messages, *_relocation_findings(placement, loaded_model, crs), *placement.warnings]
+    for name, error in _bars_as_checks(evidence, placement):
         warnings.append(Finding("scale.check-bar", name=name, error_m=error))
-    result = replace(placed, warnings=tuple(warnings))
-    misses = attitude_misses(evidence, placed)
+    result = replace(placement, warnings=tuple(warnings))
+    misses = attitude_misses(evidence, placement)
     return RegistrationResult(result, misses, loaded_model, crs, reference_fit, registration)
 
 
@@ -153,7 +153,7 @@ def _model_record(
 
 
 def _registration(
-    placed: Placed,
+    placement: Placed,
     evidence: Evidence,
     model: Model,
     crs: str | None,
@@ -169,7 +169,7 @@ def _registration(
         reference_findings,
     )
 
-    if not placed.known.all and model.to_world != IDENTITY:
+    if not placement.known.all and model.to_world != IDENTITY:
         # Undetermined parameters keep their values of the file frame, which is not the World
         # frame.
         if model.registration is not None:
@@ -177,7 +177,7 @@ def _registration(
             messages.append(Finding("registration.incomplete", file=file))
         model = replace(model, placement=UNDECLARED_FRAME)
     reference = "" if reference_fit is None else reference_fit.name
-    record = create_registration(placed, evidence.pairs, model, crs, reference, read_north)
+    record = create_registration(placement, evidence.pairs, model, crs, reference, read_north)
     if reference_fit is None or reference_fit.reference is None:
         return record
     record = add_reference_error(
@@ -207,7 +207,7 @@ def _pairs_file(options: RegisterOptions) -> str | None:
     return options.pairs or options.gcp
 
 
-def _bars_as_checks(evidence: Evidence, placed: Placed) -> list[tuple[str, float]]:
+def _bars_as_checks(evidence: Evidence, placement: Placed) -> list[tuple[str, float]]:
     """Return the names of check scale bars, and the errors of their lengths in metres."""
     pairs = evidence.pairs
     if pairs is None:
@@ -216,7 +216,7 @@ def _bars_as_checks(evidence: Evidence, placed: Placed) -> list[tuple[str, float
     return [
         (
             f"{bar.first} - {bar.second}",
-            float(placed.scale * np.linalg.norm(positions[bar.second] - positions[bar.first]))
+            float(placement.scale * np.linalg.norm(positions[bar.second] - positions[bar.first]))
             - bar.length_m,
         )
         for bar in evidence.bars
@@ -245,7 +245,7 @@ def _fitted(
     return fit_model(
         loaded_model,
         options.reference,
-        near=initial,
+        previous_placement=initial,
         crs=crs,
         stable_text=options.stable,
         progress=progress,
@@ -284,17 +284,17 @@ def _up(loaded_model: LoadedModel, options: RegisterOptions) -> FloatArray | Non
 
 
 def _relocation_findings(
-    placed: Placed, loaded_model: LoadedModel | None, crs: str | None
+    placement: Placed, loaded_model: LoadedModel | None, crs: str | None
 ) -> list[Finding]:
     """Return a finding if a model is moved far from the coordinates in its file."""
     from vomstudio.registration.coordinate_checks import relocation_findings
 
-    if loaded_model is None or loaded_model.crs is None or not placed.known.position:
+    if loaded_model is None or loaded_model.crs is None or not placement.known.position:
         return []
     if crs is not None and crs != loaded_model.crs:
         return []
     extent = _extent(loaded_model)
-    return relocation_findings(extent, placed(extent), loaded_model.crs)
+    return relocation_findings(extent, placement(extent), loaded_model.crs)
 
 
 def _evidence(

@@ -81,33 +81,35 @@ def import_control_points(
 def control_pairs(points: Sequence[ControlPoint]) -> Pairs:
     """Return pairs for the points that were located on the model and have coordinates."""
     located_points = [p for p in points if p.vertices and p.position is not None]
-    nothing = (np.nan, np.nan, np.nan)
+    unknown_place = (np.nan, np.nan, np.nan)
     return Pairs(
         tuple(p.name for p in located_points),
         np.array([p.vertices[0] for p in located_points], np.float64).reshape(-1, 3),
         np.array([p.position for p in located_points], np.float64).reshape(-1, 3),
-        np.array([p.sigma_m or nothing for p in located_points], np.float64).reshape(-1, 3),
+        np.array([p.sigma_m or unknown_place for p in located_points], np.float64).reshape(-1, 3),
         np.array([p.check for p in located_points], bool),
     )
 
 
 def expected_positions(
-    points: Sequence[ControlPoint], placed: Placed | None, model: Model
+    points: Sequence[ControlPoint], placement: Placed | None, model: Model
 ) -> dict[str, FloatArray]:
     """Return the expected positions of points without a location, keyed by id.
 
     The positions (3,) are in the World frame of the present placement. They are computed from
-    `placed` or, without it, from two points on a model with a known vertical direction.
+    `placement` or, without it, from two points on a model with a known vertical direction.
     """
     remaining_points = [p for p in points if not p.vertices and p.position is not None]
     to_model = (
-        _match_two_points(points, model) if placed is None else transform.invert(placed.matrix)
+        _match_two_points(points, model)
+        if placement is None
+        else transform.invert(placement.matrix)
     )
     if not remaining_points or to_model is None:
         return {}
     world = np.array([p.position for p in remaining_points], np.float64)
     positions = transform.apply(to_model, world)
-    if placed is not None:
+    if placement is not None:
         positions = transform.apply(model.to_world, positions)
     return {p.id: position for p, position in zip(remaining_points, positions, strict=True)}
 
@@ -200,9 +202,9 @@ def place_by_points(
             evidence.scale = transform.scale_factor(model.to_world)
             registration = model.registration
             evidence.scale_error = None if registration is None else registration.scale_error
-        placed = register(evidence, extent)
+        placement = register(evidence, extent)
     else:
-        placed = place_by_known(
+        placement = place_by_known(
             pairs,
             lines,
             model,
@@ -217,22 +219,22 @@ def place_by_points(
             resolution=resolution,
         )
     if not len(pairs.labels):
-        return placed
+        return placement
     findings = check_area(pairs.world, crs)
     # The position of a registered model differs from that in its file.
     is_in_file_frame = (
-        model.registration is None and model.frame.crs == crs and placed.known.position
+        model.registration is None and model.frame.crs == crs and placement.known.position
     )
     if bounds is not None and crs is not None and is_in_file_frame:
         checked_points = bounds if extent is None or not len(extent) else extent
         findings += relocation_findings(
-            transform.apply(model.to_world, checked_points), placed(checked_points), crs
+            transform.apply(model.to_world, checked_points), placement(checked_points), crs
         )
-    return prepend_warnings(placed, findings)
+    return prepend_warnings(placement, findings)
 
 
 def create_registration(
-    placed: Placed,
+    placement: Placed,
     pairs: Pairs | None,
     model: Model,
     crs: str | None,
@@ -247,14 +249,14 @@ def create_registration(
     """
     previous_registration = model.registration
     has_points = pairs is not None and bool(len(pairs.labels))
-    method, name = _method(placed, model.name, reference, has_points=has_points)
+    method, name = _method(placement, model.name, reference, has_points=has_points)
     id_ = (
         previous_registration.id
         if previous_registration is not None and previous_registration.method == method
         else new_id("registration")
     )
-    error = placed.rotation_error_deg
-    covariance = covariance_after(placed, previous_registration)
+    error = placement.rotation_error_deg
+    covariance = covariance_after(placement, previous_registration)
     up_error = None
     if (
         error.about_up is not None
@@ -266,17 +268,17 @@ def create_registration(
         id_,
         name,
         method,
-        frame_after_placement(placed, model, crs),
-        _matrix(placed),
+        frame_after_placement(placement, model, crs),
+        _matrix(placement),
         rotation_error_deg=up_error,
         scale_error=float(np.sqrt(covariance[3, 3])),
-        rms_control_m=placed.rms_control_m,
-        rms_check_m=placed.rms_check_m,
-        control=() if pairs is None else _points(placed, pairs),
+        rms_control_m=placement.rms_control_m,
+        rms_check_m=placement.rms_check_m,
+        control=() if pairs is None else _points(placement, pairs),
         covariance=tuple(tuple(row) for row in covariance.tolist()),
-        centre=placed.centre,
-        reach_m=placed.reach_m,
-        normal=placed.normal,
+        centre=placement.centre,
+        reach_m=placement.reach_m,
+        normal=placement.normal,
         # Angles and ratios are invariant under a similarity.
         lens_bowing95_deg=None
         if previous_registration is None
@@ -285,18 +287,20 @@ def create_registration(
         if previous_registration is None
         else previous_registration.lens_stretch95,
         read_north=read_north,
-        observations=placed.observations,
-        click_sigma_m=placed.click_sigma_m,
+        observations=placement.observations,
+        click_sigma_m=placement.click_sigma_m,
     )
 
 
-def _method(placed: Placed, model: str, reference: str, *, has_points: bool) -> tuple[Method, str]:
+def _method(
+    placement: Placed, model: str, reference: str, *, has_points: bool
+) -> tuple[Method, str]:
     """Return the main method of a registration, and the name of the registration."""
     if reference:
         return "reference", tr("{model} fitted to {reference}", model=model, reference=reference)
     if has_points:
         return "points", tr("points on {model}", model=model)
-    kinds = {group.kind for group in placed.observations}
+    kinds = {group.kind for group in placement.observations}
     if "cameras" in kinds:
         return "gps", tr("positions of the cameras of {model}", model=model)
     if kinds & {"attitudes", "verticals"}:
@@ -305,7 +309,7 @@ def _method(placed: Placed, model: str, reference: str, *, has_points: bool) -> 
 
 
 def add_reference_error(
-    record: Registration, other: Registration | None, *, scale_fitted: bool
+    record: Registration, other_registration: Registration | None, *, scale_fitted: bool
 ) -> Registration:
     """Add the error of the reference to the registration of a model fitted to it.
 
@@ -313,7 +317,7 @@ def add_reference_error(
     ----------
     record : Registration
         Registration by the fit, without the errors of the reference.
-    other : Registration, optional
+    other_registration : Registration, optional
         Registration of the reference, or None if the reference has no registration.
     scale_fitted : bool
         Whether the model was scaled to the reference. Otherwise a scale error of the reference
@@ -325,27 +329,27 @@ def add_reference_error(
         Registration with combined errors, or `record` unchanged if the errors of either are
         unknown.
     """
-    if other is None or record.covariance is None or record.centre is None:
+    if other_registration is None or record.covariance is None or record.centre is None:
         return record
-    shape = other.shape_covariance()
+    shape = other_registration.shape_covariance()
     if shape is None:
         return record
-    theirs, offsets = np.zeros((7, 7)), np.zeros(3)
-    theirs[:4, :4] = shape
-    if other.covariance is not None and other.centre is not None:
-        theirs = np.array(other.covariance, np.float64)
-        offsets = np.subtract(record.centre, other.centre)
+    other_covariance, offsets = np.zeros((7, 7)), np.zeros(3)
+    other_covariance[:4, :4] = shape
+    if other_registration.covariance is not None and other_registration.centre is not None:
+        other_covariance = np.array(other_registration.covariance, np.float64)
+        offsets = np.subtract(record.centre, other_registration.centre)
     # A rotation or scale about the centre also shifts other points.
     moves = np.eye(7)
     moves[4:] = jacobian(offsets)
     moves[3, 3] = 1.0 if scale_fitted else 0.0
-    total = np.array(record.covariance, np.float64) + moves @ theirs @ moves.T
+    total = np.array(record.covariance, np.float64) + moves @ other_covariance @ moves.T
     east, north, up, scale = np.sqrt(np.diag(total)[:4]).tolist()
-    turns = np.degrees([up, east, north]).tolist()
+    axis_turns_deg = np.degrees([up, east, north]).tolist()
     return replace(
         record,
         covariance=tuple(tuple(row) for row in total.tolist()),
-        rotation_error_deg=(turns[0], turns[1], turns[2]),
+        rotation_error_deg=(axis_turns_deg[0], axis_turns_deg[1], axis_turns_deg[2]),
         scale_error=scale,
     )
 
@@ -368,7 +372,7 @@ def set_rotations_deg(
     records: Mapping[str, Record],
     before: Model,
     after: Model,
-    measured_items: Mapping[str, Measurement],
+    measurements: Mapping[str, Measurement],
 ) -> dict[str, float]:
     """Return the rotation of the mean pole of each set of planes, degrees.
 
@@ -379,7 +383,7 @@ def set_rotations_deg(
     records : mapping
     before, after : Model
         Model before and after the placement.
-    measured_items : mapping of str to Measurement
+    measurements : mapping of str to Measurement
         Measurements of the features in `records` after the placement.
 
     Returns
@@ -388,7 +392,7 @@ def set_rotations_deg(
         Rotation, keyed by feature type and set name.
     """
     poles: dict[str, list[FloatArray]] = {}
-    for id_, figures in measured_items.items():
+    for id_, figures in measurements.items():
         feature = records.get(id_)
         if (
             figures.plane is None
@@ -410,9 +414,9 @@ def set_rotations_deg(
     return rotations
 
 
-def set_rotation_finding(turned_items: Mapping[str, float]) -> Finding | None:
+def set_rotation_finding(turn_by_set: Mapping[str, float]) -> Finding | None:
     """Return the finding on the rotation of sets, largest first, or None without sets."""
-    ordered = sorted(turned_items.items(), key=lambda each: -each[1])
+    ordered = sorted(turn_by_set.items(), key=lambda each: -each[1])
     parts = [
         tr("{set_name} by {turn:.1f}°", set_name=name, turn=rotation)
         for name, rotation in ordered[:MAX_SETS_REPORTED]
@@ -431,15 +435,15 @@ def _turn(before: Model, after: Model) -> FloatArray:
     )
 
 
-def _matrix(placed: Placed) -> Matrix:
-    rows = [(row[0], row[1], row[2], row[3]) for row in placed.matrix.tolist()]
+def _matrix(placement: Placed) -> Matrix:
+    rows = [(row[0], row[1], row[2], row[3]) for row in placement.matrix.tolist()]
     return (rows[0], rows[1], rows[2], rows[3])
 
 
-def _points(placed: Placed, pairs: Pairs) -> tuple[RegistrationPoint, ...]:
+def _points(placement: Placed, pairs: Pairs) -> tuple[RegistrationPoint, ...]:
     """Return the points of a registration in the order of the table."""
     residuals: dict[str, PointResidual] = {
-        point.label: point for point in (*placed.control, *placed.check)
+        point.label: point for point in (*placement.control, *placement.check)
     }
     rows = []
     for row, label in enumerate(pairs.labels):

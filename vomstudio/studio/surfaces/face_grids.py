@@ -51,11 +51,11 @@ def compute_exposed(
 
 
 def picked_lines(
-    records: Records, measured_items: Mapping[str, Measurement], model_id: str
+    records: Records, measurements: Mapping[str, Measurement], model_id: str
 ) -> list[FloatArray]:
     """Return the picks on a model as World lines (k, 3); a patch is its centre."""
     lines = []
-    for id_, measurement in measured_items.items():
+    for id_, measurement in measurements.items():
         feature = records.get(id_)
         if not (isinstance(feature, Typed) and isinstance(feature, OnAModel)):
             continue

@@ -112,14 +112,14 @@ class Proposals:
     @property
     def provenance(self) -> str:
         """Description of the search for the notes of accepted facets."""
-        of = self.options
-        parts = [tr("angle {angle:g}°", angle=of.used_angle_deg)]
+        facet_options = self.options
+        parts = [tr("angle {angle:g}°", angle=facet_options.used_angle_deg)]
         parts.append(tr("distance {distance:.3g} m", distance=self.result.reach_m))
         parts.append(tr("at least {count} points", count=self.result.min_points))
-        if of.min_area_m2:
-            parts.append(tr("at least {area:g} m²", area=of.min_area_m2))
-        if of.min_coplanarity is not None:
-            parts.append(tr("coplanarity at least {value:g}", value=of.min_coplanarity))
+        if facet_options.min_area_m2:
+            parts.append(tr("at least {area:g} m²", area=facet_options.min_area_m2))
+        if facet_options.min_coplanarity is not None:
+            parts.append(tr("coplanarity at least {value:g}", value=facet_options.min_coplanarity))
         return tr(
             "Proposed facet ({limits}), accepted.",
             limits=", ".join(parts),
@@ -169,9 +169,9 @@ class FacetProposals(ProposalQueue[Proposals]):
         def judge(result: FoundFacets) -> None:
             # Processing thousands of facets takes too long for the main thread.
             records, thresholds = dict(self._projects.records), self._thresholds()
-            is_whole = sight is None
+            is_whole_model = sight is None
             self._read(
-                lambda: assess_facets(record, options, result, is_whole, records, thresholds),
+                lambda: assess_facets(record, options, result, is_whole_model, records, thresholds),
                 self._show_proposals,
             )
 
@@ -228,8 +228,8 @@ class FacetProposals(ProposalQueue[Proposals]):
         values = np.full(len(proposals.patches) + 1, np.nan, np.float32)
         for row, fraction in fractions.items():
             values[row] = 100.0 * fraction
-        finite_values = values[np.isfinite(values)]
-        maximum = max(float(finite_values.max(initial=0.0)), MIN_RANGE_PERCENT)
+        finite_shares = values[np.isfinite(values)]
+        maximum = max(float(finite_shares.max(initial=0.0)), MIN_RANGE_PERCENT)
         style = FieldStyle(SHARES[mode], low=0.0, high=maximum)
         self._show_painted(proposals.model_id, values[proposals.label], style)
 
@@ -238,10 +238,12 @@ class FacetProposals(ProposalQueue[Proposals]):
         if self.proposals is not None:
             self._restore_colours(self.proposals.model_id)
 
-    def _show_painted(self, model_id: str, painted_values: Float32Array, style: FieldStyle) -> None:
+    def _show_painted(
+        self, model_id: str, painted_numbers: Float32Array, style: FieldStyle
+    ) -> None:
         self._unpaint(model_id)
         open_model = self._models.open[model_id]
-        if open_model.give_fields({style.name: painted_values}):
+        if open_model.give_fields({style.name: painted_numbers}):
             if not self._mode_before:
                 self._mode_before = self._display.mode
             self._display.show_field(model_id, style)
@@ -269,8 +271,8 @@ class FacetProposals(ProposalQueue[Proposals]):
         The list is empty if the edit was rejected.
         """
         proposals = self.proposals
-        open_rows = [row for row in rows if row in self.open]
-        if proposals is None or not open_rows:
+        open_indices = [row for row in rows if row in self.open]
+        if proposals is None or not open_indices:
             return []
         note = proposals.provenance
         patches = [
@@ -281,26 +283,28 @@ class FacetProposals(ProposalQueue[Proposals]):
                 set_name=set_name,
                 notes=note,
             )
-            for row in open_rows
+            for row in open_indices
         ]
         # The edit must not discard the other proposals.
-        self.open -= set(open_rows)
-        measurements = [proposals.measured[row] for row in open_rows]
+        self.open -= set(open_indices)
+        measurements = [proposals.measured[row] for row in open_indices]
 
         def added(records: Mapping[str, Record], features: Sequence[Patch]) -> Edit:
             edit = edits.add_features(records, features)
             if records.get(proposals.model_id) is proposals.model:
                 # Avoids measuring hundreds of patches again while the window waits.
-                named = [f for f in edit.after.values() if isinstance(f, Feature)]
-                self._foresee(list(zip(named, measurements, strict=True)), proposals.judged_by)
+                new_features = [f for f in edit.after.values() if isinstance(f, Feature)]
+                self._foresee(
+                    list(zip(new_features, measurements, strict=True)), proposals.judged_by
+                )
             return edit
 
         if not self._editing.attempt(added, patches):
-            self.open |= set(open_rows)
+            self.open |= set(open_indices)
             return []
-        self.accepted |= set(open_rows)
+        self.accepted |= set(open_indices)
         self._accepted_rows |= {
-            patch.id: row for patch, row in zip(patches, open_rows, strict=True)
+            patch.id: row for patch, row in zip(patches, open_indices, strict=True)
         }
         self.changed.emit()
         return [patch.id for patch in patches]
@@ -318,7 +322,7 @@ class FacetProposals(ProposalQueue[Proposals]):
         """Reopen facets whose patch an edit removed, and close those whose patch it restored."""
         if self._accepted_rows.keys().isdisjoint(edit.after):
             return
-        removed = {
+        removed_rows = {
             self._accepted_rows[id_]
             for id_, record in edit.after.items()
             if id_ in self._accepted_rows and record is None
@@ -328,10 +332,10 @@ class FacetProposals(ProposalQueue[Proposals]):
             for id_, record in edit.after.items()
             if id_ in self._accepted_rows and record is not None
         }
-        if removed <= self.open and restored <= self.accepted:
+        if removed_rows <= self.open and restored <= self.accepted:
             return
-        self.open = (self.open | removed) - restored
-        self.accepted = (self.accepted | restored) - removed
+        self.open = (self.open | removed_rows) - restored
+        self.accepted = (self.accepted | restored) - removed_rows
         self.changed.emit()
 
 
@@ -351,13 +355,17 @@ def assess_facets(
         If the file of the facets has changed.
     """
     with open_arrays(result.out) as arrays:
-        of = {name: arrays[name] for name in arrays.files}
+        array_by_name = {name: arrays[name] for name in arrays.files}
     kinds = [r for r in records.values() if isinstance(r, FeatureType)]
     type_id = kinds[0].id if kinds else ""
     patches = []
     for i in range(result.count):
-        rows = of["rows"][of["row_cuts"][i] : of["row_cuts"][i + 1]]
-        ring = of["outline"][of["outline_cuts"][i] : of["outline_cuts"][i + 1]]
+        rows = array_by_name["rows"][
+            array_by_name["row_cuts"][i] : array_by_name["row_cuts"][i + 1]
+        ]
+        ring = array_by_name["outline"][
+            array_by_name["outline_cuts"][i] : array_by_name["outline_cuts"][i + 1]
+        ]
         patches.append(
             Patch(
                 f"facet-{i}",
@@ -367,21 +375,21 @@ def assess_facets(
                 model.content_hash,
                 "face" if result.element == "face" else "point",
                 ids_to_runs(rows),
-                int(of["n"][i]),
-                _triple(of["mean"][i]),
+                int(array_by_name["n"][i]),
+                _triple(array_by_name["mean"][i]),
                 (
-                    _triple(of["scatter"][i][0]),
-                    _triple(of["scatter"][i][1]),
-                    _triple(of["scatter"][i][2]),
+                    _triple(array_by_name["scatter"][i][0]),
+                    _triple(array_by_name["scatter"][i][1]),
+                    _triple(array_by_name["scatter"][i][2]),
                 ),
-                float(of["n_effective"][i]),
+                float(array_by_name["n_effective"][i]),
                 tuple(_triple(p) for p in ring),
-                float(of["area"][i]) if result.element == "face" else None,
-                float(of["resolution"][i]),
+                float(array_by_name["area"][i]) if result.element == "face" else None,
+                float(array_by_name["resolution"][i]),
                 rule=SURROUNDINGS_RULE,
-                level_gap=float(of["level_gap"][i]) or None,
-                bent=bool(of["bent"][i]),
-                bend_deg=float(of["bend_deg"][i]) or None,
+                level_gap=float(array_by_name["level_gap"][i]) or None,
+                bent=bool(array_by_name["bent"][i]),
+                bend_deg=float(array_by_name["bend_deg"][i]) or None,
             )
         )
     measurements = measure_all(records, patches, thresholds)
@@ -394,9 +402,9 @@ def assess_facets(
         result,
         tuple(patches),
         tuple(measurements),
-        of["label"],
-        of["covers"],
-        of["exposed_m2"],
+        array_by_name["label"],
+        array_by_name["covers"],
+        array_by_name["exposed_m2"],
         is_whole,
     )
 

@@ -74,25 +74,27 @@ def accept_proposals(
     # Reports a file that is missing or has changed.
     project.read_model(model)
     path = project.project.find_model(model) or Path(model.path)
-    placed = placed_model(model, path, project.project.cache)
+    model_with_placement = placed_model(model, path, project.project.cache)
     records = dict(project.session.records)
-    features, measured, warnings = _propose(model, placed, search, records, progress)
-    selected = [
+    features, measurements, warnings = _propose(
+        model, model_with_placement, search, records, progress
+    )
+    selected_rows = [
         replace(
             feature,
             id=new_id(feature.id.partition("-")[0]),
             type_id=kind.id,
             set_name=options.set or "",
         )
-        for feature, figures in zip(features, measured, strict=True)
+        for feature, figures in zip(features, measurements, strict=True)
         if options.quality is None
         or (figures.verdict is not None and figures.verdict.quality in QUALITIES[options.quality])
     ]
-    if not selected:
+    if not selected_rows:
         raise DocumentError(
             Finding("proposals.none", proposed=len(features), quality=options.quality)
         )
-    edit = edits.add_features(records, selected)
+    edit = edits.add_features(records, selected_rows)
     project.session.apply(edit)
     added_features = tuple(item for item in edit.after.values() if isinstance(item, Feature))
     return AcceptedProposals(added_features, len(features), warnings)
@@ -117,10 +119,10 @@ def _propose(
             proposals = assess_facets(model, search, facets, True, records, DEFAULT_THRESHOLDS)
             patches = [replace(item, notes=proposals.provenance) for item in proposals.patches]
             return patches, proposals.measured, facets.warnings
-        known = known_lines(records, model.id)
-        request = replace(search, max_lines=search.max_lines + len(known))
+        traces_known = known_lines(records, model.id)
+        request = replace(search, max_lines=search.max_lines + len(traces_known))
         result = PROPOSE_TRACES.do(TracesRequest(placed, request, out), progress)
-        lines = assess_lines(model, search, result, known, records, DEFAULT_THRESHOLDS)
+        lines = assess_lines(model, search, result, traces_known, records, DEFAULT_THRESHOLDS)
         note = lines.provenance("trace.accepted")
         traces = [replace(line.trace, notes=note) for line in lines.lines]
         return traces, [line.measured for line in lines.lines], result.warnings

@@ -114,10 +114,10 @@ class ModelElements:
         """Return the masks of hidden elements, keyed by model id."""
         return dict(self._hidden)
 
-    def hide_all(self, hidden_items: Mapping[str, BoolArray]) -> None:
+    def hide_all(self, hidden_masks: Mapping[str, BoolArray]) -> None:
         """Hide exactly the marked elements of open models with an unchanged element count."""
-        for model_id in {*self._hidden, *hidden_items}:
-            mask, data = hidden_items.get(model_id), self.data(model_id)
+        for model_id in {*self._hidden, *hidden_masks}:
+            mask, data = hidden_masks.get(model_id), self.data(model_id)
             current = self._hidden.get(model_id)
             if (
                 mask is current

@@ -211,23 +211,23 @@ class ModelFields(ModelWork):
         """Compute a field and show it, cancelling a running computation."""
         self.stop()
         self.findings = ()
-        why = self.why_not(model_id)
+        reason = self.why_not(model_id)
         name = self.name_of(model_id, request)
-        if why is not None:
-            self._report(why)
+        if reason is not None:
+            self._report(reason)
             return
         if name is None:
             self._report(Finding("field.feature-missing"))
             return
-        shown = ShownField(request, name, self._inputs(model_id, request), palette)
+        shown_field = ShownField(request, name, self._inputs(model_id, request), palette)
         if request.kind == TO_PLANE:
-            self._request_plane(model_id, shown)
+            self._request_plane(model_id, shown_field)
         elif request.kind == TO_MODEL:
-            self._request_distances(model_id, shown)
+            self._request_distances(model_id, shown_field)
         elif request.kind in (MEASURABLE, EXPECTED):
-            self._request_measurable(model_id, shown)
+            self._request_measurable(model_id, shown_field)
         else:
-            self._request_surface(model_id, shown)
+            self._request_surface(model_id, shown_field)
         self.changed.emit()
 
     def _request_surface(self, model_id: str, shown_field: ShownField) -> None:
@@ -383,9 +383,9 @@ class ModelFields(ModelWork):
 
     def edited(self, edit: Edit) -> None:
         """Update fields if a model was moved or a feature whose plane is used has changed."""
-        for model_id, shown in list(self.shown.items()):
-            inputs = self._inputs(model_id, shown.wanted)
-            if inputs == shown.rests_on:
+        for model_id, shown_field in list(self.shown.items()):
+            inputs = self._inputs(model_id, shown_field.wanted)
+            if inputs == shown_field.rests_on:
                 continue
             open_model = self._models.open.get(model_id)
             style = self._display.styles.get(model_id)
@@ -395,8 +395,8 @@ class ModelFields(ModelWork):
                 if is_visible:
                     self._display.show_no_field(model_id)
                 open_model.drop_fields(self._computed_names.pop(model_id, ()))
-            if open_model is not None and is_visible and self.name_of(model_id, shown.wanted):
-                self.ask(model_id, shown.wanted)
+            if open_model is not None and is_visible and self.name_of(model_id, shown_field.wanted):
+                self.ask(model_id, shown_field.wanted)
 
     def _loaded(self, model_id: str) -> None:
         """Request the field that was shown when the project was closed."""
@@ -438,11 +438,11 @@ class ModelFields(ModelWork):
 
 def statistics(values: GenericArray) -> Mapping[str, float] | None:
     """Return the median and the bounds of the central 90 % of the values, or None."""
-    finite_values = np.asarray(values[:: max(1, len(values) // 200_000)], np.float64)
-    finite_values = finite_values[np.isfinite(finite_values)]
-    if not len(finite_values):
+    finite_sample = np.asarray(values[:: max(1, len(values) // 200_000)], np.float64)
+    finite_sample = finite_sample[np.isfinite(finite_sample)]
+    if not len(finite_sample):
         return None
-    low, median, high = np.percentile(finite_values, [5.0, 50.0, 95.0])
+    low, median, high = np.percentile(finite_sample, [5.0, 50.0, 95.0])
     return {"low": float(low), "median": float(median), "high": float(high)}
 
 

@@ -183,8 +183,8 @@ class TraceProposals(ProposalQueue[ProposedLines]):
 
         The list is empty if the edit was rejected.
         """
-        proposals, open_rows = self.proposals, self.open
-        accepted_rows = [row for row in rows if row in open_rows]
+        proposals, open_indices = self.proposals, self.open
+        accepted_rows = [row for row in rows if row in open_indices]
         if proposals is None or not accepted_rows:
             return []
         note = proposals.provenance("trace.accepted")
@@ -228,11 +228,11 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         maximum = MAX_WAY_POINTS
         if proposals.options.onnx_model is not None:
             cost, maximum = None, MAX_VERTICES
-        opened = tool.begin_followed(model, _clicks(line.trace, maximum), cost, note)
-        if opened is not None:
-            self._trace_ids[row] = opened
+        opened_line = tool.begin_followed(model, _clicks(line.trace, maximum), cost, note)
+        if opened_line is not None:
+            self._trace_ids[row] = opened_line
         self._changed()
-        return opened is not None
+        return opened_line is not None
 
     def reject(self, rows: Collection[int]) -> None:
         """Reject lines, which are not proposed again; the project does not change."""
@@ -294,8 +294,10 @@ def known_lines(records: Mapping[str, Record], model_id: str) -> list[FloatArray
     -------
     list of ndarray of float
     """
-    picked = [r for r in records.values() if isinstance(r, Picked) and r.model_id == model_id]
-    traces = [feature for feature in picked if kind_of(feature).name == "trace"]
+    picked_features = [
+        r for r in records.values() if isinstance(r, Picked) and r.model_id == model_id
+    ]
+    traces = [feature for feature in picked_features if kind_of(feature).name == "trace"]
     return [np.asarray(trace.vertices, np.float64).reshape(-1, 3) for trace in traces]
 
 
@@ -317,10 +319,13 @@ def assess_lines(
     from vomstudio.extraction.proposals.known_lines import are_along_known_lines
 
     with open_arrays(result.out) as arrays:
-        of = {name: arrays[name] for name in arrays.files}
-    lines = [of["places"][a:b] for a, b in zip(of["cuts"][:-1], of["cuts"][1:], strict=True)]
-    spacing = of["resolution"][np.isfinite(of["resolution"])]
-    lengths = of["length_m"] / transform.scale_factor(model.to_world)
+        array_by_name = {name: arrays[name] for name in arrays.files}
+    lines = [
+        array_by_name["places"][a:b]
+        for a, b in zip(array_by_name["cuts"][:-1], array_by_name["cuts"][1:], strict=True)
+    ]
+    spacing = array_by_name["resolution"][np.isfinite(array_by_name["resolution"])]
+    lengths = array_by_name["length_m"] / transform.scale_factor(model.to_world)
     median = float(np.median(spacing)) if len(spacing) else 0.01 * float(lengths.max(initial=1.0))
     is_known = are_along_known_lines(lines, known_arrays, SAME_LINE_RESOLUTIONS * median)
     kinds = [r for r in records.values() if isinstance(r, FeatureType)]
@@ -329,7 +334,10 @@ def assess_lines(
     for row in range(result.count):
         if is_known[row] or len(rows) == options.max_lines:
             continue
-        resolution, normal = float(of["resolution"][row]), of["outcrop_normal"][row]
+        resolution, normal = (
+            float(array_by_name["resolution"][row]),
+            array_by_name["outcrop_normal"][row],
+        )
         traces.append(
             Trace(
                 f"proposal-{row}",
@@ -351,9 +359,9 @@ def assess_lines(
             trace,
             transform.apply(model.to_world, lines[row]),
             figures,
-            float(of["length_m"][row]),
-            float(of["evidence"][row]),
-            float(of["doubt"][row]),
+            float(array_by_name["length_m"][row]),
+            float(array_by_name["evidence"][row]),
+            float(array_by_name["doubt"][row]),
         )
         for row, trace, figures in zip(rows, traces, measurements, strict=True)
     ]

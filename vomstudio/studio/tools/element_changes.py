@@ -88,8 +88,8 @@ class ElementChanges:
         selection = self._tool.selection
         if selection is None:
             return
-        again = self.wider if gains else self.narrower
-        neighbours = self._context.elements.neighbours(selection.model_id, again)
+        growth_steps = self.wider if gains else self.narrower
+        neighbours = self._context.elements.neighbours(selection.model_id, growth_steps)
         if neighbours is None:
             self._context.hint(Finding("neighbours.pending"))
         elif isinstance(neighbours, Finding):

@@ -80,7 +80,7 @@ def new_patch(context: ToolContext, model: Model, element: Literal["face", "poin
     -------
     Patch
     """
-    zero = (0.0, 0.0, 0.0)
+    zero_vector = (0.0, 0.0, 0.0)
     return Patch(
         id=new_id("patch"),
         name="",
@@ -90,8 +90,8 @@ def new_patch(context: ToolContext, model: Model, element: Literal["face", "poin
         element=element,
         runs=(),
         n=0,
-        mean=zero,
-        scatter=(zero, zero, zero),
+        mean=zero_vector,
+        scatter=(zero_vector, zero_vector, zero_vector),
         n_effective=0.0,
         set_name=context.next_set,
     )

@@ -169,8 +169,8 @@ class ElementTool:
         if event.in_photo:
             self._context.hint(Finding("selection.not-in-photo"))
         elif self.mode != "pick":
-            how = combination(event, self.combine)
-            self._shape = DrawnShape(self.mode, how, (event.x, event.y))
+            combination_mode = combination(event, self.combine)
+            self._shape = DrawnShape(self.mode, combination_mode, (event.x, event.y))
 
     def _close_shape(self) -> None:
         """Use the unfinished shape, if it is complete."""
@@ -181,23 +181,25 @@ class ElementTool:
             self._context.hint(reason)
             return
         self._shape = None
-        looking = self._context.elements.looking()
-        if looking is not None:
-            self._apply_shape(shape, looking)
+        snapshot = self._context.elements.looking()
+        if snapshot is not None:
+            self._apply_shape(shape, snapshot)
         self._changed()
 
     def _apply_shape(self, shape: DrawnShape, looking: ViewSnapshot) -> None:
         """Select the elements inside a shape."""
-        selection_before, how = self._selection, shape.combine
-        ids = self._models(how)
+        selection_before, combination_mode = self._selection, shape.combine
+        ids = self._models(combination_mode)
         masks = inside(self._context, looking, shape, ids, through=self.through)
-        best = max(masks, key=lambda id_: int(np.count_nonzero(masks[id_])), default=None)
-        if best is None:
+        best_model_id = max(masks, key=lambda id_: int(np.count_nonzero(masks[id_])), default=None)
+        if best_model_id is None:
             self._context.hint(Finding("selection.no-model"))
-        elif not masks[best].any() and (selection_before is None or how in ("new", "add")):
+        elif not masks[best_model_id].any() and (
+            selection_before is None or combination_mode in ("new", "add")
+        ):
             self._context.hint(Finding("selection.nothing-inside", through=self.through))
         else:
-            self.take(best, masks[best], how, tr(MODES[shape.mode]))
+            self.take(best_model_id, masks[best_model_id], combination_mode, tr(MODES[shape.mode]))
 
     def _models(self, how: Combine) -> list[str]:
         """Return the ids of the models to search; an existing selection restricts them."""
@@ -353,7 +355,7 @@ class ElementTool:
 
 def inside(
     context: ToolContext,
-    looking: ViewSnapshot,
+    snapshot: ViewSnapshot,
     shape: DrawnShape,
     model_ids: list[str],
     *,
@@ -364,7 +366,7 @@ def inside(
     Parameters
     ----------
     context : ToolContext
-    looking : ViewSnapshot
+    snapshot : ViewSnapshot
     shape : DrawnShape
     model_ids : list of str
     through : bool
@@ -373,13 +375,13 @@ def inside(
     -------
     dict of str to ndarray of bool
     """
-    filled_ring = looking.filled(shape.ring())
+    filled_ring = snapshot.filled(shape.ring())
     elements, masks = context.elements, {}
     for model_id in model_ids:
         data = elements.data(model_id)
         model = get(context.session.records, model_id, Model)
         if data is not None and model is not None:
-            masks[model_id] = looking.inside(
+            masks[model_id] = snapshot.inside(
                 data,
                 transform.matrix(model.to_world),
                 filled_ring,

@@ -12,4 +12,4 @@ WIDTH = 44
 
 def first_reason(verdict: Verdict) -> list[str]:
     """Return the first reason of a verdict, wrapped to WIDTH."""
-    return [line for why in verdict.reasons[:1] for line in wrap(why.message, WIDTH)]
+    return [line for finding in verdict.reasons[:1] for line in wrap(finding.message, WIDTH)]

@@ -151,8 +151,8 @@ class FollowedLine:
 
     def ways(self, model_id: str, way_points: Sequence[Point]) -> list[FollowedPath]:
         """Return the known legs between way-points."""
-        by = self.by(model_id)
-        keys = (self._key(model_id, a, b, by) for a, b in pairwise(way_points))
+        cost_name = self.by(model_id)
+        keys = (self._key(model_id, a, b, cost_name) for a, b in pairwise(way_points))
         return [leg for key in keys if (leg := self._legs.get(key)) is not None]
 
     def path(self, model_id: str, way_points: Sequence[Point], *, live: bool = False) -> FloatArray:
@@ -172,8 +172,8 @@ class FollowedLine:
             return points
         if self.cost == AUTO and not live:
             self._update_best_cost(model_id, tuple(way_points))
-        by = self.by(model_id)
-        legs = [self._leg(model_id, a, b, by, is_live=live) for a, b in pairwise(way_points)]
+        cost_name = self.by(model_id)
+        legs = [self._leg(model_id, a, b, cost_name, is_live=live) for a, b in pairwise(way_points)]
         return _joined(way_points, legs)
 
     def doubtful(
@@ -193,16 +193,22 @@ class FollowedLine:
         """
         from vomstudio.extraction.path_jumps import find_jumps
 
-        by = cost or self.by(model_id)
-        legs = [self._legs.get(self._key(model_id, a, b, by)) for a, b in pairwise(way_points)]
+        cost_name = cost or self.by(model_id)
+        legs = [
+            self._legs.get(self._key(model_id, a, b, cost_name)) for a, b in pairwise(way_points)
+        ]
         known_legs = [leg for leg in legs if leg is not None and leg.costs is not None]
         if not known_legs or len(known_legs) < len(legs):
             return ()
         line = np.concatenate([leg.points for leg in known_legs])
         costs = np.concatenate([leg.costs for leg in known_legs if leg.costs is not None])
-        is_new = _new_places(line)
-        position = np.cumsum(is_new)[np.cumsum([len(leg.points) for leg in known_legs]) - 1] - 1
-        return find_jumps(line[is_new], costs[is_new], np.append(0, position), resolution)
+        is_new_place = _new_places(line)
+        position = (
+            np.cumsum(is_new_place)[np.cumsum([len(leg.points) for leg in known_legs]) - 1] - 1
+        )
+        return find_jumps(
+            line[is_new_place], costs[is_new_place], np.append(0, position), resolution
+        )
 
     def by(self, model_id: str) -> str:
         """Return the current cost on a model, or the best cost so far if it is AUTO."""
@@ -232,8 +238,8 @@ class FollowedLine:
                 rank = self._rank(model_id, _joined(way_points, legs), way_points, cost)
                 ranks.append((rank, number))
         if not is_waiting:
-            best = costs[min(ranks)[1]] if ranks else costs[0]
-            self._best = (model_id, way_points, costs), best
+            best_cost = costs[min(ranks)[1]] if ranks else costs[0]
+            self._best = (model_id, way_points, costs), best_cost
 
     def _candidates(self, model_id: str, way_points: Sequence[Point]) -> tuple[str, ...]:
         """Return the candidate costs for AUTO; legs in photos permit only photo costs."""

@@ -179,7 +179,7 @@ class FollowingTool(PolylineTool[F]):
 
     @property
     def _next_type(self) -> tuple[str, str]:
-        """Type and set of the next feature; waiting clicks keep those of their time."""
+        """Return type and set of the next feature; queued clicks use those of their time."""
         if self._is_going_on and self._type_of_later is not None:
             return self._type_of_later
         return self._context.next_type_id, self._context.next_set
@@ -202,21 +202,21 @@ class FollowingTool(PolylineTool[F]):
 
     def _go_on(self) -> None:
         """Handle the clicks made while the path of the previous feature was pending."""
-        later, self._later = self._later, []
+        later_calls, self._later = self._later, []
         if self.open:
             # The feature could not be finished and has shown the reason; the clicks do not
             # belong to it.
             return
         self._is_going_on = True
-        while later and not self._finish_when_found:
-            event, *later = later
+        while later_calls and not self._finish_when_found:
+            event, *later_calls = later_calls
             if event is None:
                 self.finish()
             else:
                 self.pointer(event)
         self._is_going_on = False
-        self._later = later
-        if later:
+        self._later = later_calls
+        if later_calls:
             self._show_waiting()
 
     def _show_waiting(self) -> None:
@@ -301,9 +301,9 @@ class FollowingTool(PolylineTool[F]):
 
     def _followed_words(self, feature: F) -> str:
         """Return the notes for a followed feature."""
-        by, count = self._line.by(feature.model_id), len(feature.vertices)
+        cost_name, count = self._line.by(feature.model_id), len(feature.vertices)
         code = "follow.by-best-cost" if self._line.cost == AUTO else "follow.by-cost"
-        text = Finding(code, cost=by, points=count).message
+        text = Finding(code, cost=cost_name, points=count).message
         votes = self.votes
         return text if votes is None else f"{text} {votes}"
 

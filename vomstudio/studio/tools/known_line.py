@@ -101,8 +101,8 @@ class KnownLineTool(PolylineTool[KnownLine]):
         """Do nothing, because a known line has no vertices between its ends."""
 
     def _edit(self, feature: KnownLine) -> Edit:
-        if (why := self.why_not_finish()) is not None:
-            raise GeometryError(why)
+        if (reason := self.why_not_finish()) is not None:
+            raise GeometryError(reason)
         if feature.vertices[0] == feature.vertices[1]:
             raise GeometryError(Finding("points.coincident"))
         records = self._context.session.records

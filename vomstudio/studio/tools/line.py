@@ -145,7 +145,7 @@ class LineTool(PolylineTool[Lineation]):
 
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Lineation:
         # An unknown sense of slip makes the draft invalid.
-        slip = {known: known for known, _ in SENSES}[state["slip"]]
+        slip = {sense: sense for sense, _ in SENSES}[state["slip"]]
         lineation = Lineation(
             id=str(state["line_id"]),
             name="",

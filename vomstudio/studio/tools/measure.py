@@ -60,8 +60,8 @@ class MeasureTool(PolylineTool[Dimension]):
         return self._feature.plane_id if self._feature else self.next_plane_id
 
     def hint(self) -> str:
-        if (why := self._no_plane()) is not None:
-            return why.message
+        if (reason := self._no_plane()) is not None:
+            return reason.message
         if self._feature is None:
             return tr(_HINTS[self.kind])
         if self.kind in TWO_ENDS:
@@ -77,10 +77,10 @@ class MeasureTool(PolylineTool[Dimension]):
     def why_not_finish(self) -> Finding | None:
         if self._feature is None:
             return Finding("tool.nothing-open")
-        missing_values = MIN_POINTS[self.kind] - len(self.vertices)
-        if missing_values > 0:
+        missing_count = MIN_POINTS[self.kind] - len(self.vertices)
+        if missing_count > 0:
             return Finding(
-                "feature.too-few-points", count=missing_values, minimum=MIN_POINTS[self.kind]
+                "feature.too-few-points", count=missing_count, minimum=MIN_POINTS[self.kind]
             )
         return self._no_plane()
 
@@ -98,16 +98,16 @@ class MeasureTool(PolylineTool[Dimension]):
             self._context.tool_changed()
             return
         new_kind = open_one.kind if kind is None else kind
-        across_component = self.next_plane_id if new_kind == "thickness" else ""
-        changed = replace(open_one, kind=new_kind, plane_id=across_component)
+        new_plane_id = self.next_plane_id if new_kind == "thickness" else ""
+        changed_measure = replace(open_one, kind=new_kind, plane_id=new_plane_id)
         if self._continued:
             return
         steps, points = self._steps, self.vertices
-        if changed.kind in TWO_ENDS and len(points) > 2:
-            changed = replace(changed, vertices=(points[0], points[-1]))
+        if changed_measure.kind in TWO_ENDS and len(points) > 2:
+            changed_measure = replace(changed_measure, vertices=(points[0], points[-1]))
             steps = [*steps, points]
-        if changed != open_one:
-            self._keep(changed, steps, None)
+        if changed_measure != open_one:
+            self._keep(changed_measure, steps, None)
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Dimension:
         return Dimension(
@@ -134,8 +134,8 @@ class MeasureTool(PolylineTool[Dimension]):
             super().insert_vertex(position)
 
     def _edit(self, feature: Dimension) -> Edit:
-        if (why := self.why_not_finish()) is not None:
-            raise GeometryError(why)
+        if (reason := self.why_not_finish()) is not None:
+            raise GeometryError(reason)
         measurement = self.measurement
         if measurement is None or measurement.problem:
             problem = None if measurement is None else measurement.problem

@@ -126,9 +126,9 @@ class SteppedFeature(Generic[F]):
 
     def move_vertex(self, index: int, position: Point) -> None:
         """Move a vertex to `position` (model file frame)."""
-        changed = list(self.vertices)
-        changed[index] = position
-        self._set_vertices(tuple(changed), index)
+        changed_vertices = list(self.vertices)
+        changed_vertices[index] = position
+        self._set_vertices(tuple(changed_vertices), index)
 
     def delete_vertex(self, index: int | None = None) -> None:
         """Delete a vertex, by default the marked vertex."""
@@ -197,6 +197,6 @@ def _nearest_segment(line: FloatArray, position: FloatArray) -> int:
     """Return the index of the segment of a line (k, 3) nearest to a position (3,)."""
     start, step = line[:-1], np.diff(line, axis=0)
     length = np.maximum((step**2).sum(axis=1), 1e-300)
-    along_component = np.clip(((position - start) * step).sum(axis=1) / length, 0.0, 1.0)
-    gap = np.linalg.norm(start + along_component[:, None] * step - position, axis=1)
+    fractions_along = np.clip(((position - start) * step).sum(axis=1) / length, 0.0, 1.0)
+    gap = np.linalg.norm(start + fractions_along[:, None] * step - position, axis=1)
     return int(gap.argmin())

@@ -29,8 +29,8 @@ def known_ids(patch: Painted, count: int) -> IntArray:
 def local_corners(corners: FloatArray, model: Model, origin: FloatArray) -> Float32Array:
     """Transform points (k, 3) or (k, 3, 3) of a file frame to World minus `origin`."""
     rows = transform.matrix(model.to_world)
-    near = transform.apply(transform.invert(rows), [origin])[0]
-    x, y, z = (corners.reshape(-1, 3) - near).astype(np.float32).T
+    local_origin = transform.apply(transform.invert(rows), [origin])[0]
+    x, y, z = (corners.reshape(-1, 3) - local_origin).astype(np.float32).T
     local_points = np.empty((len(x), 3), np.float32)
     # Computed axis by axis, because a matrix product of many short rows takes ten times as long.
     for axis, (a, b, c) in enumerate(rows[:3, :3].astype(np.float32)):
@@ -71,11 +71,15 @@ def merge_areas(areas: Sequence[Area]) -> Area | None:
     if not areas:
         return None
     origin = areas[0].origin
-    shifts = [(area.origin - origin).astype(np.float32) for area in areas]
+    origin_shifts = [(area.origin - origin).astype(np.float32) for area in areas]
     return Area(
         origin,
-        np.concatenate([area.corners + shift for area, shift in zip(areas, shifts, strict=True)]),
-        np.concatenate([area.border + shift for area, shift in zip(areas, shifts, strict=True)]),
+        np.concatenate(
+            [area.corners + shift for area, shift in zip(areas, origin_shifts, strict=True)]
+        ),
+        np.concatenate(
+            [area.border + shift for area, shift in zip(areas, origin_shifts, strict=True)]
+        ),
     )
 
 

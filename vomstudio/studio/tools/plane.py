@@ -149,8 +149,8 @@ class PlaneTool(ElementTool):
             return self._shape.hint()
         if self.count:
             return tr(_HINT_OPEN, count=count_text(self.count))
-        how = tr(_PICK_HINT) if self.mode == "pick" else tr(SHAPE_HINTS[self.mode])
-        return tr(_HINT, how=how, count=count_text(0))
+        hint_text = tr(_PICK_HINT) if self.mode == "pick" else tr(SHAPE_HINTS[self.mode])
+        return tr(_HINT, how=hint_text, count=count_text(0))
 
     def why_not_finish(self) -> Finding | None:
         if self._shape is not None:
@@ -232,11 +232,11 @@ class PlaneTool(ElementTool):
         if event.hit is None:
             self._context.hint(Finding("tool.no-surface"))
             return
-        how = combination(event, self.combine)
-        if how != "new" and self._is_elsewhere(event.hit):
+        combination_mode = combination(event, self.combine)
+        if combination_mode != "new" and self._is_elsewhere(event.hit):
             self._context.hint(Finding("tool.other-model"))
             return
-        self._waiting.append(Seed(event.hit, how))
+        self._waiting.append(Seed(event.hit, combination_mode))
         self._grow_waiting()
 
     def _is_elsewhere(self, hit: Hit) -> bool:
@@ -303,10 +303,10 @@ class PlaneTool(ElementTool):
             self._context.tool_changed()
             return None
         self._suggest_radius(model, surface)
-        before = np.zeros(surface.count, np.bool_)
+        previous_mask = np.zeros(surface.count, np.bool_)
         if not starts_empty and selection is not None and len(selection.mask) == surface.count:
-            before = selection.mask
-        return Stroke.begin(hit, model, surface, before, removes=self._removes)
+            previous_mask = selection.mask
+        return Stroke.begin(hit, model, surface, previous_mask, removes=self._removes)
 
     def _paint(self, hit: Hit | None) -> None:
         self._hover = hit
@@ -319,13 +319,13 @@ class PlaneTool(ElementTool):
             stroke.paint(hit, self.radius)
 
     def _release(self) -> None:
-        stroke, how = self._stroke, self._stroke_how
+        stroke, combination_mode = self._stroke, self._stroke_how
         self._stop_stroke()
         if stroke is not None and stroke.count:
             # The stroke already contains the previous selection.
-            what = ERASED if stroke.removes else PAINTED
-            then: Combine = "intersect" if how == "intersect" else "new"
-            self.take(stroke.model.id, stroke.selected, then, tr(what))
+            step_name = ERASED if stroke.removes else PAINTED
+            next_combine: Combine = "intersect" if combination_mode == "intersect" else "new"
+            self.take(stroke.model.id, stroke.selected, next_combine, tr(step_name))
         self._changed()
 
     def _stop_stroke(self) -> None:
@@ -453,8 +453,10 @@ class PlaneTool(ElementTool):
                 self._drop()
                 self._keep_draft()
                 return
-            back = partial(self._set_continued, self._continued)
-            self._discard(selection, f"Discard the changes of {self._continued.name}", back)
+            restore_continued = partial(self._set_continued, self._continued)
+            self._discard(
+                selection, f"Discard the changes of {self._continued.name}", restore_continued
+            )
 
     def _cancel_stroke(self) -> None:
         """Discard the unfinished stroke, which redo repeats, or undo if it was the first."""

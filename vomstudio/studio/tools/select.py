@@ -50,8 +50,8 @@ class SelectTool(ElementTool):
         if self._shape is not None:
             return self._shape.hint()
         mode: ShapeMode = "rectangle" if self.mode == "pick" else self.mode
-        how = tr(SHAPE_HINTS[mode])
-        return tr(_HINTS[self.target], how=how, count=count_text(self.count))
+        hint_text = tr(SHAPE_HINTS[mode])
+        return tr(_HINTS[self.target], how=hint_text, count=count_text(self.count))
 
     def why_not_finish(self) -> Finding | None:
         return Finding("tool.no-shape") if self._shape is None else self._shape.why_not_close()
@@ -78,13 +78,13 @@ class SelectTool(ElementTool):
         positions = self._context.feature_places()
         ids = list(positions)
         pixels = looking.pixels(np.array([positions[id_] for id_ in ids]).reshape(-1, 3))
-        filled = looking.filled(shape.ring())
-        height, width = filled.shape
+        filled_ring = looking.filled(shape.ring())
+        height, width = filled_ring.shape
         with np.errstate(invalid="ignore"):
             is_in_picture = (pixels >= 0.0) & (pixels < [width, height])
         is_seen = np.asarray(is_in_picture.all(axis=1))
         columns, rows = np.where(is_seen[:, None], pixels, 0.0).astype(int).T
-        is_inside = is_seen & (filled[rows, columns] > 0)
+        is_inside = is_seen & (filled_ring[rows, columns] > 0)
         inside = tuple(id_ for id_, is_in in zip(ids, is_inside, strict=True) if is_in)
         if not inside and shape.combine == "new":
             self._context.hint(Finding("selection.no-feature-inside"))

@@ -96,14 +96,14 @@ class StationTool(PolylineTool[Station]):
         self.next = NextStation()
 
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Station:
-        what = {known: known for known, _ in STATION_KINDS}[state["what"]]
+        station_kind = {kind_name: kind_name for kind_name, _ in STATION_KINDS}[state["what"]]
         return Station(
             str(state["station_id"]),
             "",
             str(state["model_id"]),
             str(state["model_hash"]),
             vertices[:1],
-            what,
+            station_kind,
             str(state["number"]),
             str(state["photo"]),
         )

@@ -147,7 +147,7 @@ def ask_for_target(
         Names of the formats, keyed by file extension. The extension of the selected format is
         added if the user does not type one.
     """
-    patterns = {f"{label} (*.{ending})": f".{ending}" for ending, label in formats.items()}
+    patterns = {f"{label} (*.{suffix})": f".{suffix}" for suffix, label in formats.items()}
     file = results_folder(studio) / proposed_text
     answer = ask_for_file(parent, title, file, patterns, ending_decides=True)
     if answer is None:
@@ -189,7 +189,7 @@ def ask_for_file(
         if pattern not in patterns:
             pattern = first
         endings = patterns.values() if ending_decides else (patterns[pattern],)
-        if Path(filename).suffix.lower() in {Path(f"name{ending}").suffix for ending in endings}:
+        if Path(filename).suffix.lower() in {Path(f"name{suffix}").suffix for suffix in endings}:
             return Path(filename), pattern
         path = Path(filename + patterns[pattern])
         # The dialog has confirmed the name without the ending, which is a different file.

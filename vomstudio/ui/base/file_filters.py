@@ -10,7 +10,7 @@ from vomstudio.core.words import tr
 def _patterns(endings: Iterable[str]) -> str:
     """Return patterns in lower and upper case, because some dialogs are case-sensitive."""
     variants = dict.fromkeys(item for e in endings for item in (e.lower(), e.upper()))
-    return " ".join(f"*{ending}" for ending in variants)
+    return " ".join(f"*{suffix}" for suffix in variants)
 
 
 def _and_all(kind: str) -> str:

@@ -35,9 +35,9 @@ def fit_height_to_text(window: QWidget) -> None:
         return
     size = _size_when_shown(window)
     layout.activate()
-    needed = layout.totalHeightForWidth(size.width())
-    if needed > size.height():
-        window.resize(size.width(), min(needed, available_area(window).height()))
+    needed_height = layout.totalHeightForWidth(size.width())
+    if needed_height > size.height():
+        window.resize(size.width(), min(needed_height, available_area(window).height()))
 
 
 def _size_when_shown(window: QWidget) -> QSize:

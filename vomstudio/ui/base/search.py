@@ -149,15 +149,15 @@ def rank(
     use, then by the order of the entries; a query without words returns all entries.
     """
     words = _words(query)
-    scored_items = []
+    scored_commands = []
     for position, entry in enumerate(entries):
         score = _score(words, entry)
         if score is not None:
             used_index = (
                 recent_names.index(entry.key) if entry.key in recent_names else len(recent_names)
             )
-            scored_items.append(((*score, used_index, position), entry))
-    return [entry for _, entry in sorted(scored_items, key=lambda each: each[0])]
+            scored_commands.append(((*score, used_index, position), entry))
+    return [entry for _, entry in sorted(scored_commands, key=lambda each: each[0])]
 
 
 def _words(text: str) -> list[str]:

@@ -48,8 +48,8 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
     def rename() -> None:
         current = selected_features(studio)[-1]
         old_name = studio.records[current].name
-        name, accepted = QInputDialog.getText(parent, tr("Rename"), tr("Name"), text=old_name)
-        if accepted and name.strip() != old_name:
+        name, is_accepted = QInputDialog.getText(parent, tr("Rename"), tr("Name"), text=old_name)
+        if is_accepted and name.strip() != old_name:
             studio.attempt(edits.set_attributes, [current], name=name.strip())
 
     def select_all() -> None:

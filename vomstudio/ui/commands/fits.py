@@ -58,8 +58,12 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
 def planes_to_fit(studio: Studio) -> Sequence[Picked]:
     """Return the selected planes that were fitted to picked points, or else all such planes."""
     records = studio.records
-    selected = [f for f in planes_among(records, studio.selection.ids) if isinstance(f, Picked)]
-    return selected or [f for f in planes_among(records, list(records)) if isinstance(f, Picked)]
+    selected_features = [
+        f for f in planes_among(records, studio.selection.ids) if isinstance(f, Picked)
+    ]
+    return selected_features or [
+        f for f in planes_among(records, list(records)) if isinstance(f, Picked)
+    ]
 
 
 def _ask_for_figure(studio: Studio, parent: QWidget) -> None:

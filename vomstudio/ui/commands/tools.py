@@ -158,7 +158,7 @@ def _choose_tool(studio: Studio, entry: ToolEntry) -> Command:
 
 def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Command]:
     """Create the tool commands; `directions` sets the view and `docks` shows the stereonet."""
-    picking, following = _OpenFeature(studio), _ContactFollowing(studio)
+    picking, following_commands = _OpenFeature(studio), _ContactFollowing(studio)
 
     def measure_thickness() -> None:
         studio.activate("measure")
@@ -179,13 +179,13 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
         Command(
             "follow",
             tr("&Follow contacts"),
-            following.toggle,
+            following_commands.toggle,
             icon="vector-curve",
             shortcut="Shift+T",
             tip=tr("Follow the contact between clicks, or draw straight lines."),
-            why_not=following.why_not,
+            why_not=following_commands.why_not,
             is_viewport_key=True,
-            is_checked=lambda: following.tool.cost is not None,
+            is_checked=lambda: following_commands.tool.cost is not None,
         ),
         Command(
             "finish",

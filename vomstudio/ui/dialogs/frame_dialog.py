@@ -141,35 +141,35 @@ class FrameDialog(QDialog):
         if not text.strip() or _CODE.fullmatch(text.strip()):
             self._check()
         else:
-            ok = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
-            allow(ok, Finding("action.crs-pending"))
+            ok_button = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
+            allow(ok_button, Finding("action.crs-pending"))
             self._check_timer.start()
 
     def _check(self, *_: object) -> None:
         self._check_timer.stop()
-        ok = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
+        ok_button = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
         no_crs_button = Finding("action.frame-without-crs")
         allow(self._crs, None if self._crs_button.isChecked() else no_crs_button)
         unknown_frame = Finding("action.frame-unknown")
         allow(self._unit, unknown_frame if self._unknown_button.isChecked() else None)
         if not self._crs_button.isChecked():
             self._show_message("")
-            allow(ok, None)
+            allow(ok_button, None)
             return
         if not self._crs.text().strip():
             problem = Finding("action.no-crs")
             self._show_message(problem.message)
-            allow(ok, problem)
+            allow(ok_button, problem)
             return
         try:
             code, unit = parse_crs(self._crs.text())
         except InputError as error:
             self._show_message(error.message)
-            allow(ok, cause_of(error))
+            allow(ok_button, cause_of(error))
             return
         self._show_message(crs_name(code))
         self._unit.setCurrentIndex(max(0, self._unit.findData(unit)))
-        allow(ok, None)
+        allow(ok_button, None)
 
     def _show_message(self, text: str) -> None:
         self._crs_message.setText(text)

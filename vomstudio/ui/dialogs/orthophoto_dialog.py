@@ -221,8 +221,10 @@ class OrthoDialog(QDialog):
         depth = float(np.ptp(corners[:, 2]))
         is_metric = model.frame.has_metres
         self._unit.setText(unit)
-        effect = view_directions.cost_of_direction(self._error_deg, depth, is_metric=is_metric)
-        self._error_effect.setText(effect.message)
+        direction_cost = view_directions.cost_of_direction(
+            self._error_deg, depth, is_metric=is_metric
+        )
+        self._error_effect.setText(direction_cost.message)
         self._check()
         # Labels with several lines have received their text only now.
         fit_height_to_text(self)

@@ -238,8 +238,8 @@ class ReadingsDialog(QDialog):
     def _assign_role(self, column: int) -> None:
         """Assign a role to the column that was selected last, and to no other column."""
         role = self._column_roles[column].currentData()
-        for other, combo in enumerate(self._column_roles):
-            if role and other != column and combo.currentData() == role:
+        for other_column, combo in enumerate(self._column_roles):
+            if role and other_column != column and combo.currentData() == role:
                 combo.setCurrentIndex(0)
         self._read()
 
@@ -439,11 +439,11 @@ class ReadingsDialog(QDialog):
         is_magnetic = self._north.currentData() == "magnetic"
         allow(self._declination, None if is_magnetic else Finding("action.not-magnetic"))
         correction, count = self.north_correction(), len(self._field_readings.rows)
-        ok = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
-        ok.setText(tr_n("Add {count} reading", "Add {count} readings", count))
+        ok_button = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
+        ok_button.setText(tr_n("Add {count} reading", "Add {count} readings", count))
         about_types = self._type_findings()
         is_unclear = any(finding.severity == "error" for finding in about_types)
-        ok.setEnabled(correction is not None and count > 0 and not is_unclear)
+        ok_button.setEnabled(correction is not None and count > 0 and not is_unclear)
         lines: list[str] = []
         if self._missing_choice:
             lines.append(self._missing_choice.message)

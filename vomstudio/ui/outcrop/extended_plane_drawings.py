@@ -57,10 +57,10 @@ class ExtendedPlaneDrawings:
 
     def _redraw(self) -> None:
         drawings = {drawing.id: drawing for drawing in self._drawings()}
-        removed_values = self._drawn_keys - drawings.keys()
+        removed_keys = self._drawn_keys - drawings.keys()
         self._drawn_keys = set(drawings)
-        if removed_values or drawings:
-            self._layer.change({**dict.fromkeys(removed_values), **drawings})
+        if removed_keys or drawings:
+            self._layer.change({**dict.fromkeys(removed_keys), **drawings})
 
     def _drawings(self) -> list[FeatureDrawing]:
         lines = self._lines

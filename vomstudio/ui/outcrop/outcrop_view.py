@@ -219,8 +219,8 @@ class OutcropView(QObject):
         """Set the cursor and the mouse buttons for a tool."""
         if self.viewport is not None:
             active = self._studio.tools.get(tool)
-            arrow, cross = Qt.CursorShape.ArrowCursor, Qt.CursorShape.CrossCursor
-            self.viewport.setCursor(arrow if active is None else cross)
+            arrow, cross_cursor = Qt.CursorShape.ArrowCursor, Qt.CursorShape.CrossCursor
+            self.viewport.setCursor(arrow if active is None else cross_cursor)
             paints = active is not None and active.paints
             self.viewport.gestures.orbit_button = (
                 Qt.MouseButton.RightButton if paints else Qt.MouseButton.LeftButton

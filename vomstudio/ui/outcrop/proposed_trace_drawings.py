@@ -31,21 +31,21 @@ class ProposedTraceDrawings:
 
     def _redraw(self) -> None:
         drawings = {drawing.id: drawing for drawing in self._drawings()}
-        removed_values = self._drawn_keys - drawings.keys()
+        removed_keys = self._drawn_keys - drawings.keys()
         self._drawn_keys = set(drawings)
-        if removed_values or drawings:
-            self._layer.change({**dict.fromkeys(removed_values), **drawings})
+        if removed_keys or drawings:
+            self._layer.change({**dict.fromkeys(removed_keys), **drawings})
 
     def _drawings(self) -> list[FeatureDrawing]:
         studio, traces = self._studio, self._studio.proposed_traces
-        proposals, open_rows = traces.proposals, sorted(traces.open)
+        proposals, open_indices = traces.proposals, sorted(traces.open)
         if proposals is None or not isinstance(studio.records.get(proposals.model_id), Model):
             return []
         drawings = []
         for key, color in _COLORS.items():
             lines = [
                 proposals.lines[row].points
-                for row in open_rows
+                for row in open_indices
                 if (proposals.lines[row].doubt <= MAX_DOUBT) == (key == "sure")
             ]
             area = line_area(lines)

@@ -244,8 +244,8 @@ class ScenePresenter:
             self._moves.home()
             return
         self._face(ids[0])
-        extra = [] if besides is None else [besides]
-        self._moves.frame(np.concatenate([*(self._corners(i) for i in ids), *extra]))
+        extra_bounds = [] if besides is None else [besides]
+        self._moves.frame(np.concatenate([*(self._corners(i) for i in ids), *extra_bounds]))
 
     def _face(self, model_id: str) -> None:
         model = self._studio.records[model_id]
@@ -263,12 +263,12 @@ class ScenePresenter:
 
     def _warn_if_far(self, model_id: str) -> None:
         """Show a newly opened model, and warn if it is far from the other models."""
-        others = [i for i in self._drawn_models if i != model_id and i in self._studio.models]
-        if model_id not in self._drawn_models or not others:
+        other_models = [i for i in self._drawn_models if i != model_id and i in self._studio.models]
+        if model_id not in self._drawn_models or not other_models:
             return
         corners, other_corners = (
             self._corners(model_id),
-            np.concatenate([self._corners(i) for i in others]),
+            np.concatenate([self._corners(i) for i in other_models]),
         )
         gap = max(
             float((corners.min(axis=0) - other_corners.max(axis=0)).max()),
@@ -318,8 +318,8 @@ class ScenePresenter:
             return
         records = self._studio.records
         ids = [i for i in self._studio.affected(edit) if not self._is_drawn_alike(edit, i)]
-        is_large = len(ids) > _STEP_FEATURES or _count_painted(records, ids) > _LARGE_POINTS
-        if len(ids) > 1 and is_large:
+        is_large_edit = len(ids) > _STEP_FEATURES or _count_painted(records, ids) > _LARGE_POINTS
+        if len(ids) > 1 and is_large_edit:
             self._drawing_work.finish()
             self._drawing_work.start(self._draw_in_steps(list(ids)))
         else:
@@ -327,12 +327,12 @@ class ScenePresenter:
 
     def _is_drawn_alike(self, edit: Edit, id_: str) -> bool:
         """Return whether an edit changes only attributes of a feature that are not drawn."""
-        before, after = edit.before.get(id_), edit.after.get(id_)
-        if id_ not in self._features or not isinstance(before, Feature):
+        record_before, record_after = edit.before.get(id_), edit.after.get(id_)
+        if id_ not in self._features or not isinstance(record_before, Feature):
             return False
         is_set_drawn = self._studio.settings.color_by == "set"
         hidden_fields = _UNDRAWN_FIELDS - {"set_name"} if is_set_drawn else _UNDRAWN_FIELDS
-        return is_equal_except(before, after, hidden_fields)
+        return is_equal_except(record_before, record_after, hidden_fields)
 
     def _settings_changed(self) -> None:
         if self._drawn_settings != self._settings():
@@ -523,12 +523,12 @@ class ScenePresenter:
     def _pointer(self, event: PointerEvent) -> None:
         if event.kind is Pointer.MOVE:
             self._hover(event)
-        is_left = event.button is Button.LEFT
+        is_left_button = event.button is Button.LEFT
         if not self._studio.clicks_select:
             self._studio.pointer(event)
-        elif event.kind is Pointer.CLICK and is_left:
+        elif event.kind is Pointer.CLICK and is_left_button:
             self.select_at(self._viewport, event)
-        elif event.kind is Pointer.DOUBLE_CLICK and is_left and self._studio.tool is None:
+        elif event.kind is Pointer.DOUBLE_CLICK and is_left_button and self._studio.tool is None:
             # The first click has selected the feature.
             if self.feature_at(self._viewport, event.x, event.y) in self._studio.selection.ids:
                 self.edit_requested()

@@ -122,12 +122,12 @@ class ViewHistory(QObject):
     def why_not_back(self) -> Finding | None:
         """Return the reason why `back` is not possible, or None if it is possible."""
         # A camera move that is not recorded yet is also a step.
-        moving = (
+        is_moving = (
             self._settle_timer.isActive()
             and self._current is not None
             and self._view() != self._current
         )
-        return None if self._back or moving else Finding("view.no-earlier")
+        return None if self._back or is_moving else Finding("view.no-earlier")
 
     def why_not_forward(self) -> Finding | None:
         """Return the reason why `forward` is not possible, or None if it is possible."""

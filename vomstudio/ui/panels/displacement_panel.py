@@ -157,8 +157,8 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
         fault = self.fault.id
         traces = (i for i in ids if i != fault and isinstance(get_feature(records, i), Picked))
         # Thousands of traces may be selected.
-        picked = tuple(islice(traces, 3))
-        return (picked[0], picked[1]) if len(picked) == 2 else None
+        picked_traces = tuple(islice(traces, 3))
+        return (picked_traces[0], picked_traces[1]) if len(picked_traces) == 2 else None
 
     def add_pair(self) -> None:
         pair = self._selected_pair()

@@ -298,9 +298,9 @@ class DisplayPanel(QWidget):
         self._restyle(**{name: value})
 
     def _change_percentiles(self, _: float) -> None:
-        first, last = self.first_percentile.value(), self.last_percentile.value()
-        if first < last:
-            self._restyle(percentiles=(first, last), low=None, high=None)
+        first, last_percentile = self.first_percentile.value(), self.last_percentile.value()
+        if first < last_percentile:
+            self._restyle(percentiles=(first, last_percentile), low=None, high=None)
         else:
             self.refresh()
 

@@ -63,24 +63,24 @@ class JobsPanel(QTableWidget):
         self._refresh()
 
     def _refresh(self) -> None:
-        running = {id(job): job for job in self._jobs.visible()}
+        running_jobs = {id(job): job for job in self._jobs.visible()}
         for key, job in self._running.items():
-            if key not in running:
+            if key not in running_jobs:
                 duration_s = time.monotonic() - self._start_times.pop(key)
                 if duration_s >= _MIN_DURATION_S:
                     status = _end_text(job)
                     self._history.insert(0, (job.title, status, _duration_text(duration_s)))
         del self._history[_MAX_ENDED_JOBS:]
-        if list(running) != list(self._running):
-            for key in running:
+        if list(running_jobs) != list(self._running):
+            for key in running_jobs:
                 self._start_times.setdefault(key, time.monotonic())
-            self._running = running
+            self._running = running_jobs
             self._build()
-        for row, job in enumerate(running.values()):
+        for row, job in enumerate(running_jobs.values()):
             self._show(row, job)
-        if running and not self._clock.isActive():
+        if running_jobs and not self._clock.isActive():
             self._clock.start()
-        elif not running:
+        elif not running_jobs:
             self._clock.stop()
 
     def _build(self) -> None:
@@ -130,6 +130,10 @@ def _end_text(job: RunningJob) -> str:
 
 
 def _duration_text(seconds: float) -> str:
-    minutes, remainder = divmod(round(seconds), 60)
+    minutes, remaining_seconds = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02d}:{remainder:02d}" if hours else f"{minutes}:{remainder:02d}"
+    return (
+        f"{hours}:{minutes:02d}:{remaining_seconds:02d}"
+        if hours
+        else f"{minutes}:{remaining_seconds:02d}"
+    )

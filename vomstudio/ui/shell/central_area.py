@@ -33,8 +33,8 @@ class CentralArea(QWidget):
         self.room = QWidget()
         """Area below tabs and purpose. Messages and the net lie over it."""
         self._column = QVBoxLayout(self.room)
-        whole = QVBoxLayout(self)
-        for column in (self._column, whole):
+        outer_layout = QVBoxLayout(self)
+        for column in (self._column, outer_layout):
             column.setContentsMargins(0, 0, 0, 0)
             column.setSpacing(0)
         self._purpose = Label()
@@ -43,9 +43,9 @@ class CentralArea(QWidget):
         self._purpose.setContentsMargins(8, 4, 8, 4)
         self._purpose.setFrameShape(QFrame.Shape.NoFrame)
         self.tabs = self._make_tabs()
-        whole.addWidget(self.tabs)
-        whole.addWidget(self._purpose)
-        whole.addWidget(self.room, 1)
+        outer_layout.addWidget(self.tabs)
+        outer_layout.addWidget(self._purpose)
+        outer_layout.addWidget(self.room, 1)
         self._column.addWidget(first, 1)
         self._outcrop = first
         self._photo: QWidget | None = None
@@ -166,9 +166,11 @@ class CentralArea(QWidget):
             self.tabs.setCurrentIndex(current)
         self.tabs.setVisible(self._photo is not None or has_page)
         self._purpose.setVisible(self._has_purpose and self.shows_outcrop)
-        shown = ((self._outcrop, self.shows_outcrop), (self._photo, self.shows_photo))
+        visible_widgets = ((self._outcrop, self.shows_outcrop), (self._photo, self.shows_photo))
         # Hidden first, because otherwise both widgets would request space.
-        for widget, is_shown in sorted((*shown, (self._page, has_page)), key=lambda each: each[1]):
+        for widget, is_shown in sorted(
+            (*visible_widgets, (self._page, has_page)), key=lambda each: each[1]
+        ):
             if widget is not None:
                 widget.setVisible(is_shown)
         if self._bar is not None:

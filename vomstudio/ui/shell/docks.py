@@ -118,9 +118,9 @@ class WindowDocks(Mapping[str, QDockWidget]):
         dock.setTitleBarWidget(DockTitle(dock, self))
         dock.setWidget(widget)
         self._window.addDockWidget(_AREAS[REGIONS[name]], dock)
-        for other in self._docks.values():
-            if REGIONS[other.objectName()] == REGIONS[name]:
-                self._window.tabifyDockWidget(other, dock)
+        for other_dock in self._docks.values():
+            if REGIONS[other_dock.objectName()] == REGIONS[name]:
+                self._window.tabifyDockWidget(other_dock, dock)
                 break
         dock.hide()
         self._docks[name] = dock
@@ -192,9 +192,13 @@ class WindowDocks(Mapping[str, QDockWidget]):
         self._window.setUpdatesEnabled(False)
         try:
             dock.show()
-            for other in self._docks:
-                if other != name and REGIONS[other] == REGIONS[name] and self._is_docked(other):
-                    self[other].hide()
+            for other_dock in self._docks:
+                if (
+                    other_dock != name
+                    and REGIONS[other_dock] == REGIONS[name]
+                    and self._is_docked(other_dock)
+                ):
+                    self[other_dock].hide()
             dock.raise_()
             if not was_open and not self._docked_before and REGIONS[name] == "drawer":
                 self.give_sizes()
@@ -264,10 +268,10 @@ class WindowDocks(Mapping[str, QDockWidget]):
         """Replace the widget of a page in its present host."""
         was_shown, was_in_center = self.is_shown(name), name == self.center_page
         self.close_page(name)
-        old = self[name].widget()
+        old_page = self[name].widget()
         self[name].setWidget(widget)
-        if old is not None:
-            old.deleteLater()
+        if old_page is not None:
+            old_page.deleteLater()
         if was_in_center:
             self.take_center(name)
         elif was_shown:

@@ -67,6 +67,6 @@ def why_not_drawn() -> Finding | None:
     version_found = context.format().version()
     context.doneCurrent()
     if tuple(version_found) < _NEEDED:
-        version, needed = (".".join(map(str, item)) for item in (version_found, _NEEDED))
-        return Finding("screen.old-opengl", version=version, needed=needed)
+        version, needed_version = (".".join(map(str, item)) for item in (version_found, _NEEDED))
+        return Finding("screen.old-opengl", version=version, needed=needed_version)
     return None

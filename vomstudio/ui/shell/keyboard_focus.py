@@ -119,14 +119,16 @@ class KeyboardFocus(QObject):
 
     def _editing(self) -> bool:
         """Return whether the text of the focused field has uncommitted changes."""
-        now = self._window.focusWidget()
-        if now is None or not now.isVisible():
+        focus_widget = self._window.focusWidget()
+        if focus_widget is None or not focus_widget.isVisible():
             return False
-        if now is not self._watched or not _is_text(now):
+        if focus_widget is not self._watched or not _is_text(focus_widget):
             # The editor of a cell must be closed by its table.
-            return _is_text(now)
+            return _is_text(focus_widget)
         # The arrow buttons of a number field change its value permanently.
-        is_changed = not isinstance(now, QAbstractSpinBox) and _text_of(now) != self._text
+        is_changed = (
+            not isinstance(focus_widget, QAbstractSpinBox) and _text_of(focus_widget) != self._text
+        )
         return self._has_typed or is_changed
 
     def _rests(self, entered_qenter_event: QEnterEvent) -> bool:
@@ -134,9 +136,9 @@ class KeyboardFocus(QObject):
 
         The outcrop was then entered only because a widget above it has disappeared.
         """
-        now = self._window.focusWidget()
+        focus_widget = self._window.focusWidget()
         position = entered_qenter_event.globalPosition().toPoint()
-        return now is not None and _is_text(now) and position == self._cursor
+        return focus_widget is not None and _is_text(focus_widget) and position == self._cursor
 
     # --- who has it --------------------------------------------------------------------------
     def _focus_changed(self, old: QWidget | None, new: QWidget | None) -> None:
@@ -160,9 +162,9 @@ class KeyboardFocus(QObject):
             new.activated.connect(self._return_focus)
 
     def _leave(self) -> None:
-        before = (self._watched, self._passed_on)
+        previous_state = (self._watched, self._passed_on)
         self._watched = self._passed_on = None
-        for widget in before:
+        for widget in previous_state:
             # The panel may have been rebuilt after the confirmation.
             if widget is not None and shiboken6.isValid(widget):
                 widget.removeEventFilter(self)
@@ -292,9 +294,11 @@ def _has_own_keys(widget: QWidget) -> bool:
 
 def _table_of(widget: QWidget) -> QAbstractItemView | None:
     """Return the item view in which a widget is a cell editor, or None."""
-    room = widget.parentWidget()
-    view = None if room is None else room.parentWidget()
-    return view if isinstance(view, QAbstractItemView) and view.viewport() is room else None
+    ancestor_widget = widget.parentWidget()
+    view = None if ancestor_widget is None else ancestor_widget.parentWidget()
+    return (
+        view if isinstance(view, QAbstractItemView) and view.viewport() is ancestor_widget else None
+    )
 
 
 def _goes_into_cell(view: QAbstractItemView, letter: str) -> bool:

@@ -199,7 +199,11 @@ class MainWindow(QMainWindow):
             *line_commands.commands(studio, self.view_panel, self),
             *surfaces.commands(studio, self),
             *type_commands.commands(self._type_box),
-            *(item for some in tool_panels.commands(studio).values() for item in some),
+            *(
+                item
+                for panel_commands in tool_panels.commands(studio).values()
+                for item in panel_commands
+            ),
             *net_commands.commands(
                 studio,
                 lambda: getattr(self, "net", None),
@@ -280,8 +284,8 @@ class MainWindow(QMainWindow):
         self.tool_panel = ActiveToolPanel(studio, tool_panels.make_panels(studio, actions))
         self.display_panel = DisplayPanel(studio, actions, partial(current_model, studio))
         self.display_panel.set_clip_callback(actions["clipping_box"].trigger)
-        keep = actions["keep_intersection"]
-        self.properties = PropertiesPanel(studio, actions, keep)
+        keep_action = actions["keep_intersection"]
+        self.properties = PropertiesPanel(studio, actions, keep_action)
         self.table = TablePanel(studio, actions["export_csv"], self._menus, actions["edit_feature"])
         self.photos_panel = PhotosPanel(self.survey, actions)
         photos.photo_selected.connect(self.photos_panel.select_photo)
@@ -405,7 +409,7 @@ class MainWindow(QMainWindow):
         viewport.setFocus()
         # Only the first window is frozen, because a window that is closed before the process
         # ends must be freed.
-        self._first = thread_switching.nothing_frozen()
+        self._first = thread_switching.is_unfrozen()
         if self._first:
             thread_switching.freeze_objects()
         for path in paths:

@@ -137,9 +137,9 @@ class NetOverlay(QFrame):
     def _tools(self) -> QWidget | None:
         return self._widget.tools if isinstance(self._widget, OverlayPage) else None
 
-    def cover(self, covered: bool) -> None:
+    def cover(self, is_covered: bool) -> None:
         """Hide the overlay while another widget covers the outcrop."""
-        self._covered = covered
+        self._covered = is_covered
         self._refresh()
 
     def _refresh(self) -> None:
@@ -149,14 +149,14 @@ class NetOverlay(QFrame):
     # --- place and size ----------------------------------------------------------------------
     def place(self) -> None:
         """Position the overlay at its distance from the corner, inside the outcrop view."""
-        room = self._room.rect()
-        limit = round(_MAX_SHARE * min(room.width(), room.height()))
+        room_rect = self._room.rect()
+        limit = round(_MAX_SHARE * min(room_rect.width(), room_rect.height()))
         side = max(_MIN_SIDE, min(self._side, limit))
-        right, bottom = room.width() - side - _MARGIN, room.height() - side - _MARGIN
-        x = room.width() - side - self._offset.x() if self._is_right else self._offset.x()
-        y = room.height() - side - self._offset.y()
+        right, bottom = room_rect.width() - side - _MARGIN, room_rect.height() - side - _MARGIN
+        x = room_rect.width() - side - self._offset.x() if self._is_right else self._offset.x()
+        y = room_rect.height() - side - self._offset.y()
         if not self._is_bottom:
-            y = max(_MARGIN, min(self._offset.y(), room.height() - side - _SCALE_BAR_PX))
+            y = max(_MARGIN, min(self._offset.y(), room_rect.height() - side - _SCALE_BAR_PX))
         place = QPoint(max(0, min(x, max(0, right + _MARGIN))), max(0, min(y, bottom + _MARGIN)))
         tools = self._tools
         height = side if tools is None or tools.isHidden() else side + tools.sizeHint().height()
@@ -167,12 +167,12 @@ class NetOverlay(QFrame):
 
     def _anchor(self) -> None:
         """Store the distance from the nearest corner."""
-        room, box = self._room.rect(), self.geometry()
+        room_rect, box = self._room.rect(), self.geometry()
         self._side = box.width()
-        self._is_right = box.center().x() > room.center().x()
-        self._is_bottom = box.center().y() > room.center().y()
-        x = room.width() - box.right() - 1 if self._is_right else box.x()
-        y = room.height() - box.bottom() - 1 if self._is_bottom else box.y()
+        self._is_right = box.center().x() > room_rect.center().x()
+        self._is_bottom = box.center().y() > room_rect.center().y()
+        x = room_rect.width() - box.right() - 1 if self._is_right else box.x()
+        y = room_rect.height() - box.bottom() - 1 if self._is_bottom else box.y()
         self._offset = QPoint(max(0, x), max(0, y))
 
     def state(self) -> str:

@@ -86,8 +86,8 @@ class NoticePresenter(QObject):
         self._offer = partial(self.offer_recovery, folders, restore)
         self._messages.add(notice)
         button = (tr("Restore"), lambda: restore(newest))
-        shown = self._bar.notice if self._bar.isVisible() else None
-        if shown is None or shown.level == "hint":
+        shown_notice = self._bar.notice if self._bar.isVisible() else None
+        if shown_notice is None or shown_notice.level == "hint":
             self._bar.show_notice(notice, button)
         else:
             # A message about a crash or about a file that the user has opened stays in front.

@@ -44,8 +44,8 @@ class StartPage(QFrame):
         layout = QVBoxLayout(page)
         layout.setSpacing(8)
         layout.addWidget(title)
-        about = Label(tr("From photos of an outcrop to orientations with their errors"))
-        layout.addWidget(about)
+        subtitle = Label(tr("From photos of an outcrop to orientations with their errors"))
+        layout.addWidget(subtitle)
         layout.addSpacing(6)
         self._buttons: list[QToolButton] = []
         for name in ("open", "choose_photos", "open_sample", "open_project"):
@@ -65,12 +65,12 @@ class StartPage(QFrame):
         layout.addLayout(self._recent)
         drop = Label(tr("or drop a file or a folder of photos onto the window"))
         layout.addWidget(drop)
-        self._column, self._long_words = layout, (about, drop)
+        self._column, self._long_words = layout, (subtitle, drop)
         self._buttons.append(self._tour)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
+        outer_layout = QVBoxLayout(self)
+        outer_layout.setContentsMargins(0, 0, 0, 0)
         self._area = PanelScrollArea(page)
-        whole.addWidget(self._area)
+        outer_layout.addWidget(self._area)
         studio.recent_changed.connect(self._fill)
         self._fill()
 

@@ -111,7 +111,7 @@ class StatusLine(QStatusBar):
 
     def refresh(self, *_: object) -> None:
         """Update the hint, selection and frame."""
-        studio, before = self._studio, self._hint.text()
+        studio, previous_text = self._studio, self._hint.text()
         if self._photo_hint:
             self._hint.setText(self._photo_hint)
         elif (tool := studio.tool) is not None:
@@ -123,32 +123,38 @@ class StatusLine(QStatusBar):
                     "click a feature to select it."
                 )
             )
-        if self._hint.text() != before:
+        if self._hint.text() != previous_text:
             # The user has continued, so the hint for the next click replaces an earlier message.
             self.clearMessage()
         count = len(studio.selection.ids)
         self._selected.setText(tr("{count} selected", count=count) if count else "")
         self._badge.setVisible(bool(studio.session.of(Model)))
-        known_north, poor = studio.north_known(), studio.turn_findings()
+        known_north, poor_turns = studio.north_known(), studio.turn_findings()
         frames = list(dict.fromkeys(m.frame for m in studio.session.of(Model)))
-        nothing = not any(frame.has_up or frame.has_metres for frame in frames)
-        warned_text = tr("⚠ Local frame: not registered") if nothing else f"⚠ {studio.frame_name()}"
-        if known_north and poor:
-            worst_deg = max(finding.values["rotation95_deg"] for finding in poor)
+        has_no_frame = not any(frame.has_up or frame.has_metres for frame in frames)
+        warned_text = (
+            tr("⚠ Local frame: not registered") if has_no_frame else f"⚠ {studio.frame_name()}"
+        )
+        if known_north and poor_turns:
+            worst_deg = max(finding.values["rotation95_deg"] for finding in poor_turns)
             warned_text = tr(
                 "{frame}, rotated by up to {error:.0f}°", frame=warned_text, error=worst_deg
             )
-        self._badge.setText(studio.frame_name() if known_north and not poor else warned_text)
+        self._badge.setText(studio.frame_name() if known_north and not poor_turns else warned_text)
         subject = (
             tr("Frame of displayed coordinates and orientations. Click to change it.")
             if known_north
             else tr("Orientations are not geographic yet. Click to declare the model's frame.")
         )
-        lines = [*(item.known_text() for item in frames), *(item.message for item in poor), subject]
+        lines = [
+            *(item.known_text() for item in frames),
+            *(item.message for item in poor_turns),
+            subject,
+        ]
         self._badge.setToolTip(escape_markup("\n".join(lines)))
         self._badge.setStyleSheet(
             ""
-            if known_north and not poor
+            if known_north and not poor_turns
             else "background: #e69f00; color: black; padding: 1px 6px;"
         )
 
@@ -172,8 +178,8 @@ class StatusLine(QStatusBar):
             return
         point = transform.apply(model.to_world, [event.hit.position])[0]
         names = (tr("E"), tr("N"), tr("Z")) if model.frame.has_north else ("x", "y", "z")
-        thin = "\N{NARROW NO-BREAK SPACE}"
-        values = (f"{value:,.3f}".replace(",", thin) for value in point)
+        thin_space = "\N{NARROW NO-BREAK SPACE}"
+        values = (f"{value:,.3f}".replace(",", thin_space) for value in point)
         text = "  ".join(f"{name} {value}" for name, value in zip(names, values, strict=True))
         self._position.setText(f"{text} {'m' if model.frame.has_metres else tr('units')}")
 

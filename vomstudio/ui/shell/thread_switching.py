@@ -20,7 +20,7 @@ def shorten_switch_interval() -> None:
     gc.set_threshold(YOUNG, *gc.get_threshold()[1:])
 
 
-def nothing_frozen() -> bool:
+def is_unfrozen() -> bool:
     """Return whether `freeze_objects` has not been called yet in this process."""
     return gc.get_freeze_count() == 0
 

@@ -137,8 +137,8 @@ class Tour(QObject):
             self._frame.raise_()
         # The net is read while planes are picked.
         net = self._net()
-        covered = None if net is None else self._box_of(net)
-        position = card_place(box, self._card.size(), self._window.size(), covered)
+        covered_box = None if net is None else self._box_of(net)
+        position = card_place(box, self._card.size(), self._window.size(), covered_box)
         if self._card.pos() != position:
             self._card.move(position)
         self._card.raise_()

@@ -72,11 +72,11 @@ def steps(
     def direction() -> np.ndarray | None:
         return None if view.viewport is None else view.viewport.camera.direction.copy()
 
-    def turned(before: np.ndarray | None) -> bool:
-        now = direction()
-        if now is None or before is None:
+    def turned(direction_before: np.ndarray | None) -> bool:
+        current_direction = direction()
+        if current_direction is None or direction_before is None:
             return False
-        return bool(now @ before < np.cos(np.radians(_TURNED_DEG)))
+        return bool(current_direction @ direction_before < np.cos(np.radians(_TURNED_DEG)))
 
     def picked() -> int:
         tool = studio.open_tool

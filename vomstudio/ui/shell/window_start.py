@@ -30,9 +30,9 @@ def run_window(paths: Sequence[str]) -> int:
     """Open the window with models, projects or photo folders, and return the exit code."""
     from vomstudio.ui.shell.drawing_check import why_no_screen
 
-    if (refused := why_no_screen()) is not None:
+    if (refusal := why_no_screen()) is not None:
         # Otherwise Qt would abort the process with its own long message.
-        print(refused, file=sys.stderr)
+        print(refusal, file=sys.stderr)
         return 2
     # Objects imported now remain; scanning them repeatedly would take a tenth of the start time.
     gc.disable()
@@ -41,9 +41,9 @@ def run_window(paths: Sequence[str]) -> int:
         from PySide6.QtGui import QIcon
         from PySide6.QtWidgets import QApplication, QMessageBox
     except ImportError as error:
-        return _say_missing(error)
+        return _report_missing(error)
 
-    _leave_sources_unread()
+    _disable_source_reading()
     _ask_for_opengl()
     # The name becomes the window class on X11, by which desktops find the menu entry
     # (StartupWMClass). argv[0] is __main__.py in a bundle.
@@ -64,7 +64,7 @@ def run_window(paths: Sequence[str]) -> int:
         from vomstudio.ui.shell.main_window import MainWindow
         from vomstudio.ui.widgets.failure_notices import FailureNotices
     except ImportError as error:
-        return _say_missing(error)
+        return _report_missing(error)
 
     theme.enlarge_small_font(application)
     settings, problems = read_settings()
@@ -77,7 +77,7 @@ def run_window(paths: Sequence[str]) -> int:
     def begin() -> None:
         # The window is visible by now; only its viewport uses OpenGL.
         if (refused := why_not_drawn()) is not None:
-            _tell(refused)
+            _print_refusal(refused)
             application.exit(2)
             return
         try:
@@ -97,7 +97,7 @@ def run_window(paths: Sequence[str]) -> int:
         notices.begin()
 
     FirstPaint(window, begin)
-    listener = _hear_signals(window)
+    listener = _connect_signals(window)
     code = application.exec()
     listener.stop()
     notices.close()
@@ -105,7 +105,7 @@ def run_window(paths: Sequence[str]) -> int:
     return code
 
 
-def _hear_signals(window: QMainWindow) -> QTimer:
+def _connect_signals(window: QMainWindow) -> QTimer:
     """Close the window on Ctrl+C in the terminal, as its close button does.
 
     The returned timer lets Python handle the signal, until it is stopped.
@@ -125,7 +125,7 @@ def _hear_signals(window: QMainWindow) -> QTimer:
     return listener
 
 
-def _say_missing(error: ImportError) -> int:
+def _report_missing(error: ImportError) -> int:
     """Report a missing or damaged system library; raise any other error again."""
     finding = missing_library(error)
     if finding is None:
@@ -134,7 +134,7 @@ def _say_missing(error: ImportError) -> int:
     return 2
 
 
-def _tell(refused_finding: Finding) -> None:
+def _print_refusal(refused_finding: Finding) -> None:
     from PySide6.QtCore import QTimer
     from PySide6.QtWidgets import QMessageBox
 
@@ -146,7 +146,7 @@ def _tell(refused_finding: Finding) -> None:
     box.exec()
 
 
-def _leave_sources_unread() -> None:
+def _disable_source_reading() -> None:
     """Prevent PySide from reading the source of every imported module.
 
     It searches for the use of snake-case names, which takes a tenth of the start time. No module

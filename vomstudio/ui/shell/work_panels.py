@@ -101,9 +101,9 @@ def _all(view: OutcropView) -> tuple[object, ...]:
     return (view,)
 
 
-def _made_at(where: str, needs: Needs = _nothing) -> Make:
-    """Return the factory of a panel: `where` names its class, `needs` its other arguments."""
-    module, _, kind = where.rpartition(".")
+def _made_at(call_site: str, needs: Needs = _nothing) -> Make:
+    """Return the factory of a panel: `call_site` names its class, `needs` its other arguments."""
+    module, _, kind = call_site.rpartition(".")
 
     def make(studio: Studio, view: OutcropView) -> QWidget:
         panel: QWidget = getattr(import_module(f"vomstudio.ui.{module}"), kind)(

@@ -130,8 +130,8 @@ class WorkspaceSwitching(QObject):
 
     def refresh(self, *_: object) -> None:
         """Show the purpose of an empty workspace."""
-        shown, has_photos = self._workspaces.shown, self._survey.folder is not None
-        is_empty = not (self._has_model if shown.needs == "model" else self._has_feature)
-        if shown.center and has_photos:
+        shown_workspace, has_photos = self._workspaces.shown, self._survey.folder is not None
+        is_empty = not (self._has_model if shown_workspace.needs == "model" else self._has_feature)
+        if shown_workspace.center and has_photos:
             is_empty = False
-        self._area.show_purpose(tr(shown.purpose) if is_empty else "")
+        self._area.show_purpose(tr(shown_workspace.purpose) if is_empty else "")

@@ -47,16 +47,16 @@ class Workspaces(QObject):
     settled = Signal()
 
     def __init__(
-        self, window: QMainWindow, docks: WindowDocks, stored_items: Mapping[str, str]
+        self, window: QMainWindow, docks: WindowDocks, stored_state: Mapping[str, str]
     ) -> None:
         """Use an arrangement that `to_store` returned in an earlier session."""
         super().__init__(window)
         self._window, self._docks = window, docks
-        self._state = screens.from_text(stored_items.get(_DOCKS, ""))
-        self._pages = {item.name: _read_pages(stored_items, item) for item in WORKSPACES}
-        self._shown = workspace_of(stored_items.get(_SHOWN, FIRST))
+        self._state = screens.from_text(stored_state.get(_DOCKS, ""))
+        self._pages = {item.name: _read_pages(stored_state, item) for item in WORKSPACES}
+        self._shown = workspace_of(stored_state.get(_SHOWN, FIRST))
         self._hidden: tuple[QByteArray, bool] | None = None
-        self._net = stored_items.get(_NET, "")
+        self._net = stored_state.get(_NET, "")
         self._has_begun = False
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
@@ -203,17 +203,17 @@ class Workspaces(QObject):
         }
 
 
-def stored_geometry(stored_items: Mapping[str, str]) -> str | None:
+def stored_geometry(stored_state: Mapping[str, str]) -> str | None:
     """Return the window position and size contained in a result of `to_store`."""
-    return stored_items.get(_GEOMETRY)
+    return stored_state.get(_GEOMETRY)
 
 
 def _initial_pages() -> dict[Region, str]:
     return {"inspector": "project", "drawer": ""}
 
 
-def _read_pages(stored_items: Mapping[str, str], workspace: WorkspaceLayout) -> dict[Region, str]:
-    inspector, _, drawer = stored_items.get(f"{_PAGES} {workspace.name}", "project,").partition(",")
+def _read_pages(stored_state: Mapping[str, str], workspace: WorkspaceLayout) -> dict[Region, str]:
+    inspector, _, drawer = stored_state.get(f"{_PAGES} {workspace.name}", "project,").partition(",")
     pages = _initial_pages()
     if REGIONS.get(inspector) == "inspector":
         pages["inspector"] = inspector

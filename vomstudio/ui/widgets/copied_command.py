@@ -108,8 +108,8 @@ def copy_with_file(
         Writes the file and may raise VomError. It replaces an existing file, which the dialog has
         confirmed.
     """
-    ending = Path(default_name).suffix.removeprefix(".")
-    formats = {ending: ending.upper()}
+    suffix = Path(default_name).suffix.removeprefix(".")
+    formats = {suffix: suffix.upper()}
     path = ask_for_target(parent, studio, tr("File for the command"), default_name, formats)
     if path is None:
         return

@@ -38,6 +38,6 @@ def copy_with_table(
     copy_with_file(parent, studio, proposed_text, write, arguments)
 
 
-def result_path(table: Path, ending: str) -> Path:
+def result_path(table: Path, suffix: str) -> Path:
     """Return the path of a result next to its table: NAME_result.ENDING."""
-    return table.with_name(f"{table.stem}_result.{ending}")
+    return table.with_name(f"{table.stem}_result.{suffix}")

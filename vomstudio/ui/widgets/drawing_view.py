@@ -201,7 +201,7 @@ class DrawingView(QWidget):
                 (-size.width() - 5, 3),
             ):
                 box = QRectF(anchor.x() + dx, anchor.y() + dy, size.width(), size.height())
-                if not any(box.intersects(other) for other in boxes):
+                if not any(box.intersects(other_box) for other_box in boxes):
                     boxes.append(box)
                     painter.fillRect(box, QColor(255, 255, 255, 190))
                     painter.setPen(color)
@@ -266,15 +266,19 @@ class DrawingView(QWidget):
         length = round_length(0.2 * frame.width() / per_metre)
         bar = QRectF(frame.left(), row.center().y(), length * per_metre, 4)
         text = bar_text(length, is_metric=drawing.metric)
-        available = frame.right() - bar.right() - metrics.horizontalAdvance(drawing.axes[0]) - 20
-        full = tr("{length}, true to scale", length=text)
+        available_width = (
+            frame.right() - bar.right() - metrics.horizontalAdvance(drawing.axes[0]) - 20
+        )
+        scale_text = tr("{length}, true to scale", length=text)
         painter.drawText(row, int(Qt.AlignmentFlag.AlignRight), drawing.axes[0])
-        if metrics.horizontalAdvance(text) > available:
+        if metrics.horizontalAdvance(text) > available_width:
             return
-        text = full if metrics.horizontalAdvance(full) <= available else text
+        text = scale_text if metrics.horizontalAdvance(scale_text) <= available_width else text
         painter.fillRect(bar, _INK)
         painter.drawText(
-            QRectF(bar.right() + 6, bar.center().y() - line_height / 2, available, line_height),
+            QRectF(
+                bar.right() + 6, bar.center().y() - line_height / 2, available_width, line_height
+            ),
             int(Qt.AlignmentFlag.AlignVCenter),
             text,
         )
@@ -288,5 +292,5 @@ def thin_ticks(ticks: FloatArray, min_spacing: float) -> list[float]:
     if len(ticks) < 2:
         return [float(tick) for tick in ticks]
     step = float(ticks[1] - ticks[0])
-    every = max(1, math.ceil(min_spacing / step))
-    return [float(tick) for tick in ticks if round(tick / step) % every == 0]
+    stride = max(1, math.ceil(min_spacing / step))
+    return [float(tick) for tick in ticks if round(tick / step) % stride == 0]

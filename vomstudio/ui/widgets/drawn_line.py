@@ -41,8 +41,12 @@ class DrawnLine(QObject):
     def _edited(self, edit: Edit) -> None:
         if not self._is_waiting:
             return
-        new = [get(edit.after, i, Dimension) for i in edit.after if edit.before[i] is None]
-        drawn = [item for item in new if item is not None and item.kind == "polyline"]
-        if drawn:
+        new_dimensions = [
+            get(edit.after, i, Dimension) for i in edit.after if edit.before[i] is None
+        ]
+        drawn_lines = [
+            item for item in new_dimensions if item is not None and item.kind == "polyline"
+        ]
+        if drawn_lines:
             self._is_waiting = False
-            self.finished.emit(drawn[-1])
+            self.finished.emit(drawn_lines[-1])

@@ -141,10 +141,10 @@ def can_close(host: Host, parent: QWidget, questions: Sequence[Callable[[], bool
                 error=escape_markup(str(error)),
             ),
         )
-        leave = box.addButton(tr("Close anyway"), QMessageBox.ButtonRole.DestructiveRole)
+        leave_button = box.addButton(tr("Close anyway"), QMessageBox.ButtonRole.DestructiveRole)
         box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
         _answer(box, host, parent)
-        return box.clickedButton() is leave
+        return box.clickedButton() is leave_button
 
 
 def close_all(host: Host, parent: QWidget, steps: Sequence[Callable[[], object]]) -> None:
@@ -152,22 +152,22 @@ def close_all(host: Host, parent: QWidget, steps: Sequence[Callable[[], object]]
 
     This function never raises an error.
     """
-    failed_items: list[Exception] = []
+    failures: list[Exception] = []
     for step in steps:
         try:
             step()
         except Exception as error:  # noqa: BLE001 - the rest must be closed all the same
             ERRORS.report(error, "while the window was closed")
-            failed_items.append(error)
-    if not failed_items:
+            failures.append(error)
+    if not failures:
         return
     box = _box(
         host,
         parent,
         tr(
             "The window closes, but an internal error occurred while closing ({kind}: {error}).",
-            kind=type(failed_items[0]).__name__,
-            error=escape_markup(str(failed_items[0])),
+            kind=type(failures[0]).__name__,
+            error=escape_markup(str(failures[0])),
         ),
     )
     box.addButton(QMessageBox.StandardButton.Close)
@@ -207,8 +207,8 @@ def save_report(host: Host, parent: QWidget) -> None:
     """Ask for a file and write the error report to it; nothing is sent."""
     from vomstudio.ui.base.command_targets import ask_for_file
 
-    proposed = Path.home() / report.file_name()
-    answer = ask_for_file(parent, tr("Save report"), proposed, {tr("Text (*.txt)"): ".txt"})
+    proposed_path = Path.home() / report.file_name()
+    answer = ask_for_file(parent, tr("Save report"), proposed_path, {tr("Text (*.txt)"): ".txt"})
     if answer is None:
         return
     path = answer[0]

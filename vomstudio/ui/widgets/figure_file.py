@@ -27,5 +27,5 @@ def ask_for_figure_file(parent: QWidget, studio: Studio, title: str, stem: str) 
     """
     project = studio.project
     proposed_stem = stem if project.untitled else f"{project.name}-{stem}"
-    formats = {ending: tr(name) for ending, name in _FORMATS.items()}
+    formats = {suffix: tr(name) for suffix, name in _FORMATS.items()}
     return ask_for_target(parent, studio, title, f"{proposed_stem}.svg", formats)

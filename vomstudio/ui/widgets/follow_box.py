@@ -51,9 +51,9 @@ class FollowBox(ComboBox):
                     self.addItem(tr("low values of {field}", field=name), name)
             titles = dict(COST_TITLES)
             cost_in_use = self._tool.followed_by if self._tool.cost == AUTO else None
-            best = tr(titles[AUTO])
+            best_cost_name = tr(titles[AUTO])
             if cost_in_use is not None and cost_in_use in titles:
-                best = tr("automatic: {cost}", cost=tr(titles[cost_in_use]))
-            self.setItemText(self.findData(AUTO), best)
+                best_cost_name = tr("automatic: {cost}", cost=tr(titles[cost_in_use]))
+            self.setItemText(self.findData(AUTO), best_cost_name)
             self.setCurrentIndex(max(0, self.findData(self._tool.cost)))
         allow(self, Finding("follow.continued") if self._tool.continued else None)

@@ -80,5 +80,5 @@ class FormWithPicture(QWidget):
         """Set the minimum height of the form, which is completely visible above a picture."""
         size = self._form.sizeHint()
         height = self._form.heightForWidth(max(self._scroll_area.width(), size.width()))
-        needed = QSize(size.width(), max(size.height(), height))
-        self._scroll_area.setMinimumHeight(0 if self._is_beside else needed.height())
+        needed_size = QSize(size.width(), max(size.height(), height))
+        self._scroll_area.setMinimumHeight(0 if self._is_beside else needed_size.height())

@@ -82,8 +82,12 @@ class GroupBox(ComboBox):
         kind, type_id, name = self.choice()
         if kind == "selection":
             records = self._studio.records
-            selected: list[Record | None] = [records.get(i) for i in self._studio.selection.ids]
-            return [f for f in selected if isinstance(f, Typed) and kind_of(f).net is not None]
+            selected_records: list[Record | None] = [
+                records.get(i) for i in self._studio.selection.ids
+            ]
+            return [
+                f for f in selected_records if isinstance(f, Typed) and kind_of(f).net is not None
+            ]
         return [
             f
             for f in self._studio.session.of(Typed)

@@ -177,8 +177,8 @@ class NumberTable(QTableView):
         """Set one cell of the first row whose values match."""
         for number, (values, note) in enumerate(self.numbers.rows):
             if match(values):
-                changed = (*values[:column], value, *values[column + 1 :])
-                self.numbers.rows[number] = (changed, note)
+                changed_row = (*values[:column], value, *values[column + 1 :])
+                self.numbers.rows[number] = (changed_row, note)
                 index = self.numbers.index(number, column)
                 self.numbers.dataChanged.emit(index, index)
                 return

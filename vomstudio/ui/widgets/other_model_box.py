@@ -147,8 +147,8 @@ class OtherModelBox(QWidget):
         for model in self._studio.session.of(Model):
             if model.id != self._excluded_id and model.id in self._studio.models:
                 self.models.addItem(model.name, model.id)
-        for key, other in self._files.items():
-            self.models.addItem(other.name, key)
+        for key, other_model in self._files.items():
+            self.models.addItem(other_model.name, key)
         if not self.models.count():
             self.models.addItem(tr("Choose a file"), "")
 
@@ -176,10 +176,10 @@ class OtherModelBox(QWidget):
                 lambda: _fetched(path, cached_model), arrived, lambda error: refuse(str(error))
             )
 
-        def arrived(other: OtherModel) -> None:
+        def arrived(other_model: OtherModel) -> None:
             self._job = None
             self.browse.setEnabled(True)
-            self._add(other)
+            self._add(other_model)
 
         def refuse(reason: str) -> None:
             self._job = None
@@ -197,17 +197,17 @@ class OtherModelBox(QWidget):
             on_failed=self._background.guard(failed),
         )
 
-    def _add(self, other: OtherModel) -> None:
-        key = str(other.path)
+    def _add(self, other_model: OtherModel) -> None:
+        key = str(other_model.path)
         is_listed = key in self._files
-        self._files[key] = other
+        self._files[key] = other_model
         if not self.models.currentData() and self.models.count() == 1:
-            self.models.setItemText(0, other.name)
+            self.models.setItemText(0, other_model.name)
             self.models.setItemData(0, key)
             self._changed()
             return
         if not is_listed:
-            self.models.addItem(other.name, key)
+            self.models.addItem(other_model.name, key)
         self.models.setCurrentIndex(self.models.findData(key))
 
 

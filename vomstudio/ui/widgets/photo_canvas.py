@@ -166,8 +166,8 @@ class PhotoCanvas(QWidget):
         box = turn.mapRect(QRectF(0, 0, *self._size))
         self._upright = QSize(round(box.width()), round(box.height()))
 
-    def set_features(self, drawn: Sequence[Drawn], selected_names: frozenset[str]) -> None:
-        self._drawn, self._selected = drawn, selected_names
+    def set_features(self, drawn_features: Sequence[Drawn], selected_names: frozenset[str]) -> None:
+        self._drawn, self._selected = drawn_features, selected_names
         self.update()
 
     def set_preview(self, preview: Preview | None) -> None:
@@ -240,14 +240,14 @@ class PhotoCanvas(QWidget):
             and (widget_pixels[:, 1] < self.height()).all()
         )
 
-    def zoom(self, factor: float, about: QPointF | None = None) -> None:
+    def zoom(self, factor: float, zoom_centre: QPointF | None = None) -> None:
         """Zoom by a factor about a point of the widget, by default its centre."""
-        about = about or QPointF(self.width() / 2, self.height() / 2)
+        zoom_centre = zoom_centre or QPointF(self.width() / 2, self.height() / 2)
         min_scale = 0.5 * min(
             self.width() / self._upright.width(), self.height() / self._upright.height()
         )
         scale = min(max(self._scale * factor, min_scale), _MAX_ZOOM)
-        self._offset = about + (self._offset - about) * (scale / self._scale)
+        self._offset = zoom_centre + (self._offset - zoom_centre) * (scale / self._scale)
         self._scale, self._is_fitted = scale, False
         self.update()
 
@@ -307,13 +307,13 @@ class PhotoCanvas(QWidget):
         painter.save()
         painter.setTransform(self.to_screen, True)
         pixel_ratio = self._scale * self.devicePixelRatioF()
-        whole = QRectF(0, 0, *self._size)
+        picture_rect = QRectF(0, 0, *self._size)
         # Use the smallest level with at least the resolution of the screen.
-        fine = [i for i in picture.levels if i.width() >= 0.98 * pixel_ratio * self._size[0]]
-        level = fine[-1] if fine else picture.levels[0]
+        fine_levels = [i for i in picture.levels if i.width() >= 0.98 * pixel_ratio * self._size[0]]
+        level = fine_levels[-1] if fine_levels else picture.levels[0]
         hint = QPainter.RenderHint.SmoothPixmapTransform
         painter.setRenderHint(hint, pixel_ratio < 4.0 or not picture.is_complete)
-        painter.drawImage(whole, level)
+        painter.drawImage(picture_rect, level)
         painter.restore()
 
     def _paint_feature(self, painter: QPainter, drawing: Drawn) -> None:
@@ -394,7 +394,7 @@ class PhotoCanvas(QWidget):
     def feature_at(self, x: float, y: float) -> str | None:
         """Return the id of the feature at a pixel of the photo, or None."""
         position = self.to_widget([x, y])[0]
-        best, feature_id = LINE_PIXELS, None
+        best_distance, feature_id = LINE_PIXELS, None
         for drawing in self._drawn:
             is_segment_visible = drawing.is_visible[:-1] & drawing.is_visible[1:]
             widget_pixels = self.to_widget(drawing.pixels)
@@ -408,8 +408,8 @@ class PhotoCanvas(QWidget):
                 square = np.maximum((ab**2).sum(axis=1), 1e-12)
                 t = np.clip(((position - a) * ab).sum(axis=1) / square, 0.0, 1.0)
                 distances = np.hypot(*(a + t[:, None] * ab - position).T)
-            if len(distances) and distances.min() < best:
-                best, feature_id = float(distances.min()), drawing.id
+            if len(distances) and distances.min() < best_distance:
+                best_distance, feature_id = float(distances.min()), drawing.id
         return feature_id
 
     def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
@@ -417,8 +417,8 @@ class PhotoCanvas(QWidget):
             return
         self._press = self._last = event.position()
         self._button, self._action = event.button(), None
-        is_left = event.button() == Qt.MouseButton.LeftButton
-        self._handle = self._handle_at(event.position()) if is_left else None
+        is_left_button = event.button() == Qt.MouseButton.LeftButton
+        self._handle = self._handle_at(event.position()) if is_left_button else None
         event.accept()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802
@@ -456,8 +456,8 @@ class PhotoCanvas(QWidget):
 
     def _begin(self, event: QMouseEvent) -> str:
         assert self._press is not None
-        is_left = self._button == Qt.MouseButton.LeftButton
-        if self._handle is None and not (is_left and self.is_left_button_painting):
+        is_left_button = self._button == Qt.MouseButton.LeftButton
+        if self._handle is None and not (is_left_button and self.is_left_button_painting):
             return "pan"
         self._drag(Pointer.DRAG_START, self._press, event)
         return "tool"
@@ -511,7 +511,7 @@ class _Eye:
     def project(
         self, points: FloatArray, size: tuple[float, float]
     ) -> tuple[FloatArray, FloatArray]:
-        look = self._canvas.projection
-        assert look is not None
-        pixels, _ = look(points)
+        projection = self._canvas.projection
+        assert projection is not None
+        pixels, _ = projection(points)
         return self._canvas.to_widget(pixels), np.ones(len(pixels))

@@ -166,9 +166,9 @@ class PicturePanes(QWidget):
         picture, box = self._pictures[pane], self.box(pane)
         width, height = (1.0, 1.0) if picture is None else picture.size
         title = QFontMetricsF(system_font()).height() + 14.0
-        available = max(box.width() - self._reserve, 20.0)
+        available_width = max(box.width() - self._reserve, 20.0)
         zoom = min(
-            available / max(width, 1.0), max(box.height() - 2 * title, 20) / max(height, 1.0)
+            available_width / max(width, 1.0), max(box.height() - 2 * title, 20) / max(height, 1.0)
         )
         return np.array([width / 2, height / 2]), zoom
 
@@ -200,12 +200,12 @@ class PicturePanes(QWidget):
         pane = self.pane_at(position)
         if pane is None:
             return
-        about = self.to_picture(pane, position)
+        zoom_centre = self.to_picture(pane, position)
         centre, zoom = self._view(pane)
         min_zoom = 0.5 * self._fit(pane)[1]
         new_zoom = min(max(zoom * factor, min_zoom), MAX_ZOOM)
         view = self._views[pane]
-        view.centre, view.zoom = about + (centre - about) * (zoom / new_zoom), new_zoom
+        view.centre, view.zoom = zoom_centre + (centre - zoom_centre) * (zoom / new_zoom), new_zoom
         self._renew()
 
     def look_at(self, pane: int, position: npt.ArrayLike, zoom: float) -> None:
@@ -268,10 +268,10 @@ class PicturePanes(QWidget):
         target = QRectF(QPointF(*corners[0]), QPointF(*corners[1]))
         if picture.image is not None:
             per_pixel = target.width() / max(picture.image.width(), 1)
-            smooth = QPainter.RenderHint.SmoothPixmapTransform
-            painter.setRenderHint(smooth, per_pixel < 3.0)
+            smooth_hint = QPainter.RenderHint.SmoothPixmapTransform
+            painter.setRenderHint(smooth_hint, per_pixel < 3.0)
             painter.drawImage(target, picture.image)
-            painter.setRenderHint(smooth)
+            painter.setRenderHint(smooth_hint)
         else:
             painter.setPen(TEXT)
             painter.setFont(system_font())
@@ -346,8 +346,8 @@ class PicturePanes(QWidget):
         if pane is None or positions is None or not len(positions):
             return None
         distances = np.hypot(*(self.to_screen(pane, positions) - [position.x(), position.y()]).T)
-        best = int(distances.argmin())
-        return best if distances[best] <= PICK_RADIUS_PIXELS else None
+        best_row = int(distances.argmin())
+        return best_row if distances[best_row] <= PICK_RADIUS_PIXELS else None
 
     def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         pane = self.pane_at(event.position())

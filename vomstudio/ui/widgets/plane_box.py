@@ -144,10 +144,10 @@ class PlaneBox(ComboBox):
 
     def _selected(self, ids: tuple[str, ...]) -> None:
         records = self._studio.records
-        last = next((i for i in reversed(ids) if has_plane(records.get(i))), None)
-        if last is None or last == self._last:
+        last_plane_id = next((i for i in reversed(ids) if has_plane(records.get(i))), None)
+        if last_plane_id is None or last_plane_id == self._last:
             return
-        self._last = last
+        self._last = last_plane_id
         if self._follows:
             self._plane_id = self._last
             self.plane_selected.emit(self._last)

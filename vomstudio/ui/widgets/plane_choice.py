@@ -60,8 +60,8 @@ class PlaneChoice(QWidget):
         self.refresh()
 
     def take_selected(self) -> None:
-        if selected := self._selected():
-            self._choose(selected)
+        if selected_plane_id := self._selected():
+            self._choose(selected_plane_id)
 
     def _selected(self) -> str:
         studio = self._studio

@@ -87,8 +87,8 @@ class PlaneField(QWidget):
         if previous_notation and previous_notation != notation:
             with suppress(VomError):
                 plane = parse_plane(self.line.text(), previous_notation)
-                is_whole = (plane.dip_direction_deg % 1.0, plane.dip_deg % 1.0) == (0.0, 0.0)
-                self.show_plane(plane, 0 if is_whole else 2)
+                is_rounded = (plane.dip_direction_deg % 1.0, plane.dip_deg % 1.0) == (0.0, 0.0)
+                self.show_plane(plane, 0 if is_rounded else 2)
 
     def _refresh(self) -> None:
         allow(self.take_button, Finding("selection.no-plane") if self._selected() is None else None)

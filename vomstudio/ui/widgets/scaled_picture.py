@@ -37,10 +37,10 @@ class ScaledPicture(Label):
             self.clear()
             return
         ratio = self.devicePixelRatioF()
-        scaled = self._image.scaled(
+        scaled_image = self._image.scaled(
             self.size() * ratio,
             Qt.AspectRatioMode.KeepAspectRatio,
             Qt.TransformationMode.SmoothTransformation,
         )
-        scaled.setDevicePixelRatio(ratio)
-        self.setPixmap(QPixmap.fromImage(scaled))
+        scaled_image.setDevicePixelRatio(ratio)
+        self.setPixmap(QPixmap.fromImage(scaled_image))

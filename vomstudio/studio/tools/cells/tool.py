@@ -108,7 +108,7 @@ class CellsTool(StatelessTool):
         position = np.array([hit.position])
         for grid in reversed(self._context.session.of(FaceGrid)):
             if grid.model_id == hit.model_id:
-                cell = int(_in_file(grid).at(position)[0])
+                cell = int(_file_grid(grid).at(position)[0])
                 if cell >= 0:
                     return grid.id, cell
         return None
@@ -121,7 +121,7 @@ class CellsTool(StatelessTool):
         if grid is None or model is None or self.under is None:
             self._context.show(None)
             return
-        cells, cell = _in_file(grid), self.under[1]
+        cells, cell = _file_grid(grid), self.under[1]
         corners = transform.apply(model.to_world, cells.corners(np.array([cell]))[0])
         title = tr(MARK_TITLES[grid_edits.marks_of(grid)[cell]])
         text = tr(
@@ -144,7 +144,7 @@ class CellsTool(StatelessTool):
         self.leave()
 
 
-def _in_file(grid: FaceGrid) -> SquareGrid:
+def _file_grid(grid: FaceGrid) -> SquareGrid:
     return SquareGrid(
         np.array(grid.origin),
         np.array(grid.right),

@@ -77,8 +77,8 @@ class ShownPhoto:
 
     def upright_vectors(self, vectors: npt.ArrayLike) -> FloatArray:
         """Rotate vectors (n, 2) of the stored image to the upright image."""
-        zero = pixels_upright([[0.0, 0.0]], self.orientation, self.width, self.height)
-        return self.upright_points(vectors) - zero
+        origin_pixel = pixels_upright([[0.0, 0.0]], self.orientation, self.width, self.height)
+        return self.upright_points(vectors) - origin_pixel
 
     @property
     def picture(self) -> Picture:

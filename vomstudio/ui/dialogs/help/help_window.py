@@ -179,9 +179,9 @@ class HelpWindow(QDialog):
         self.view.follow(QUrl(address))
 
     def _bar(self) -> QHBoxLayout:
-        back, forward = QPushButton(tr("Back")), QPushButton(tr("Forward"))
+        back_button, forward = QPushButton(tr("Back")), QPushButton(tr("Forward"))
         for button, icon, step in (
-            (back, "arrow-left", self.view.go_back),
+            (back_button, "arrow-left", self.view.go_back),
             (forward, "arrow-right", self.view.go_forward),
         ):
             button.setIcon(theme.icon(icon))
@@ -189,7 +189,7 @@ class HelpWindow(QDialog):
             button.clicked.connect(lambda _=False, step=step: step())
 
         def allow_buttons(has_past: bool, has_future: bool) -> None:
-            allow(back, None if has_past else Finding("action.first-page"))
+            allow(back_button, None if has_past else Finding("action.first-page"))
             allow(forward, None if has_future else Finding("action.last-page"))
 
         self.view.history_changed.connect(allow_buttons)
@@ -200,7 +200,7 @@ class HelpWindow(QDialog):
         self.search.setPlaceholderText(tr("Search all pages (Enter: next)"))
         self.search.returnPressed.connect(self._find)
         row = QHBoxLayout()
-        row.addWidget(back)
+        row.addWidget(back_button)
         row.addWidget(forward)
         row.addWidget(self.search, 1)
         return row

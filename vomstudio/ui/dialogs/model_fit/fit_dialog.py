@@ -449,19 +449,19 @@ class FitDialog(QDialog):
             set_rotations_deg,
         )
 
-        studio, before, reference = self._studio, self._find_model(), self.reference
-        if before is None or reference is None or self.fit_result is None:
+        studio, model_before, reference = self._studio, self._find_model(), self.reference
+        if model_before is None or reference is None or self.fit_result is None:
             return
         record = self._create_record()
-        if record is None or not studio.attempt(edits.set_registration, record, [before.id]):
+        if record is None or not studio.attempt(edits.set_registration, record, [model_before.id]):
             return
-        after = studio.records[before.id]
-        assert isinstance(after, Model)
+        model_after = studio.records[model_before.id]
+        assert isinstance(model_after, Model)
         measurements = studio.measured(f.id for f in studio.session.features())
-        turn_deg = rotation_deg(before, after)
-        names = {"model": before.name, "other": reference.name}
+        turn_deg = rotation_deg(model_before, model_after)
+        names = {"model": model_before.name, "other": reference.name}
         studio.info(Finding("registration.fitted", **names, turn_deg=turn_deg))
-        set_rotations = set_rotations_deg(studio.records, before, after, measurements)
+        set_rotations = set_rotations_deg(studio.records, model_before, model_after, measurements)
         if (finding := set_rotation_finding(set_rotations)) is not None:
             studio.info(finding)
         super().accept()

@@ -55,8 +55,8 @@ class PickingView(Viewport):
     def show_marks(
         self,
         marks: Mapping[str, FloatArray],
-        pending_values: FloatArray | None,
-        expected_values: FloatArray | None,
+        pending_pixels: FloatArray | None,
+        expected_pixels: FloatArray | None,
     ) -> None:
         """Show labelled points (3,), given in the file frame of the model.
 
@@ -64,12 +64,12 @@ class PickingView(Viewport):
         ----------
         marks : mapping
             Points of the complete pairs, keyed by label.
-        pending_values : ndarray or None
+        pending_pixels : ndarray or None
             Point whose counterpart has not been clicked yet.
-        expected_values : ndarray or None
+        expected_pixels : ndarray or None
             Expected position of the next point.
         """
-        self._marks, self._pending, self._expected = marks, pending_values, expected_values
+        self._marks, self._pending, self._expected = marks, pending_pixels, expected_pixels
         self.update()
 
     def _handle_pointer(self, event: PointerEvent) -> None:

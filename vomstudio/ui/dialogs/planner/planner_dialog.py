@@ -129,12 +129,12 @@ class PlannerDialog(QDialog):
         layout.addLayout(columns, 1)
         layout.addWidget(self._make_buttons())
         stored_view = studio.project.journal.view(_VIEW_KEY, {})
-        valid = {
+        is_valid = {
             name: stored_view[name]
             for name, value in _DEFAULTS.items()
             if type(stored_view.get(name)) is type(value)
         }
-        self._fill({**_DEFAULTS, **valid})
+        self._fill({**_DEFAULTS, **is_valid})
         self._compute()
 
     # --- widgets -----------------------------------------------------------------------------

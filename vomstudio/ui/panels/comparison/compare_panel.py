@@ -243,9 +243,10 @@ class ComparePanel(QWidget):
             no_result = Finding("action.no-model")
         allow(self.export, Finding("action.busy") if is_busy else no_result)
         self.copy.allow(self._why_not())
-        other = self.other.current()
+        other_model = self.other.current()
         self.agreement.show_models(
-            "" if self._model is None else self._model.id, "" if other is None else other.id
+            "" if self._model is None else self._model.id,
+            "" if other_model is None else other_model.id,
         )
 
     def _has_moved(self) -> bool:
@@ -268,13 +269,13 @@ class ComparePanel(QWidget):
 
     # --- command -----------------------------------------------------------------------------
     def _copy_command(self) -> None:
-        model, other = self._model, self.other.current()
+        model, other_model = self._model, self.other.current()
         path = None if model is None else self._studio.project.find_model(model)
-        if model is None or path is None or other is None:
+        if model is None or path is None or other_model is None:
             return
         options = option_words(self._options(model))
         place = ("--project", self._studio.project.folder)
-        copy_command(self._studio, ["compare", path, other.path, place, *options])
+        copy_command(self._studio, ["compare", path, other_model.path, place, *options])
 
     def _options(self, model: Model) -> CompareOptions:
         """Return the options; the registration error of the model is the default error."""
@@ -290,20 +291,23 @@ class ComparePanel(QWidget):
         if self._job is not None:
             self._studio.jobs.cancel(self._job)
             return
-        studio, model, other = self._studio, self._model, self.other.current()
+        studio, model, other_model = self._studio, self._model, self.other.current()
         entry = None if model is None else project_model(studio, model)
-        if entry is None or model is None or other is None:
+        if entry is None or model is None or other_model is None:
             return
         cache = studio.project.cache
         out = distances_file(studio.project.folder, new_id("comparison"))
         request = ComparisonRequest(
-            entry.to_placed_model(cache), other.to_placed_model(cache), self._options(model), out
+            entry.to_placed_model(cache),
+            other_model.to_placed_model(cache),
+            self._options(model),
+            out,
         )
         self.message.setText(tr("Comparing…"))
         self._job = studio.jobs.submit(
             COMPARE_MODELS,
             request,
-            title=tr("Comparing {model} with {other}", model=entry.name, other=other.name),
+            title=tr("Comparing {model} with {other}", model=entry.name, other=other_model.name),
             on_done=self._background.guard(
                 lambda result: self._store_result(model.id, request, result)
             ),

@@ -22,8 +22,8 @@ def count_distances(distances: FloatArray, limit_m: float) -> IndexArray:
 
     NaNs are ignored. Distances beyond the limits are counted in the outermost bins.
     """
-    clipped_values = np.clip(distances[np.isfinite(distances)], -limit_m, limit_m)
-    return np.histogram(clipped_values, bins=_BINS, range=(-limit_m, limit_m))[0]
+    clipped_distances = np.clip(distances[np.isfinite(distances)], -limit_m, limit_m)
+    return np.histogram(clipped_distances, bins=_BINS, range=(-limit_m, limit_m))[0]
 
 
 class Histogram(QWidget):

@@ -58,9 +58,9 @@ def create_face_grid(request: GridRequest) -> FaceGrid:
     centre = points.mean(axis=0) if len(points) else np.zeros(3)
     cell = request.cell_m or proposed_cell(points, frame)
     grid = create_grid(points - centre, frame.right, -frame.down, cell)
-    back = transform.invert(rows)
+    file_from_world = transform.invert(rows)
     scale = transform.scale_factor(rows)
-    origin = transform.apply(back, [grid.origin + centre])[0]
+    origin = transform.apply(file_from_world, [grid.origin + centre])[0]
     rotation = rows[:3, :3].T / scale
     model = request.model
     return FaceGrid(

@@ -80,7 +80,7 @@ def _figures_by_word() -> dict[str, tuple[Figure, ...]]:
     for figure in (*_TEXT_FIGURES, *_NUMBER_FIGURES, *FIGURES.values()):
         for word in (*figure.words, figure.name):
             figures = figures_by_word.get(word.casefold(), ())
-            if all(known.name != figure.name for known in figures):
+            if all(known_figure.name != figure.name for known_figure in figures):
                 figures_by_word[word.casefold()] = (*figures, figure)
     return figures_by_word
 

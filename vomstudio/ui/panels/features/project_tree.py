@@ -254,7 +254,7 @@ class ProjectTree(QWidget):
 
         New items are added at the end of their groups.
         """
-        new_items: dict[str, tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = {}
+        new_tree_items: dict[str, tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = {}
         updated: list[QTreeWidgetItem] = []
         unsorted: list[QTreeWidgetItem] = []
         for feature in features:
@@ -265,10 +265,10 @@ class ProjectTree(QWidget):
                 item.name, item.sort_key = feature.name, natural_sort_key(feature.name)
                 unsorted.append(item)
             if parent is not None:
-                new_items.setdefault(group, (parent, []))[1].append(item)
+                new_tree_items.setdefault(group, (parent, []))[1].append(item)
             else:
                 updated.append(item)
-        for parent, items in new_items.values():
+        for parent, items in new_tree_items.values():
             parent.addChildren(items)
         self.tree.update_items(updated)
         return unsorted
@@ -340,7 +340,7 @@ class ProjectTree(QWidget):
         for (group, set_name, _), count in studio.session.records.count_by(group_and_set).items():
             totals[group] += count
             has_sets = has_sets or bool(set_name)
-        hidden_ids, passing = self._test_features(features, totals)
+        hidden_ids, passing_counts = self._test_features(features, totals)
         with QSignalBlocker(self.tree):
             changed_ids = self._hidden_ids ^ hidden_ids
             for id_ in changed_ids:
@@ -350,10 +350,10 @@ class ProjectTree(QWidget):
             # Items that are added later are hidden once filling ends.
             self._hidden_ids = {id_ for id_ in hidden_ids if id_ in self._items}
             for kind in studio.session.of(FeatureType):
-                self._show_type(kind, totals.get(kind.id, 0), passing.get(kind.id, 0))
+                self._show_type(kind, totals.get(kind.id, 0), passing_counts.get(kind.id, 0))
             self._items["models"].setHidden(self._items["models"].childCount() == 0)
             for group_kind in GROUPS:
-                self._items[group_kind.id].setHidden(passing.get(group_kind.id, 0) == 0)
+                self._items[group_kind.id].setHidden(passing_counts.get(group_kind.id, 0) == 0)
         self.tree.show_sets(has_sets)
         is_empty = not (studio.session.of(Model) or features or self._photos.has_photos)
         self._stack.setCurrentIndex(0 if is_empty else 1)
@@ -376,7 +376,7 @@ class ProjectTree(QWidget):
             return set(), totals
         measurements = self._studio.measured(f.id for f in features)
         hidden_ids: set[str] = set()
-        passing: dict[str, int] = {}
+        passing_counts: dict[str, int] = {}
         rows: dict[str, Row] = {}
         for feature in features:
             row, measurement = self._rows.get(feature.id), measurements[feature.id]
@@ -385,11 +385,11 @@ class ProjectTree(QWidget):
             rows[feature.id] = row
             if test(row):
                 group = group_of(feature)
-                passing[group] = passing.get(group, 0) + 1
+                passing_counts[group] = passing_counts.get(group, 0) + 1
             else:
                 hidden_ids.add(feature.id)
         self._rows = rows
-        return hidden_ids, passing
+        return hidden_ids, passing_counts
 
     def _show_type(self, kind: FeatureType, count: int, passing: int) -> None:
         """Show a feature type with its number of features and the number that pass the filter."""
@@ -418,24 +418,24 @@ class ProjectTree(QWidget):
             self.tree.setUpdatesEnabled(False)
             ids = list(dict.fromkeys((*edit.ids, *self._studio.affected(edit))))
             records = self._studio.records
-            unsorted_items: list[QTreeWidgetItem] = []
+            unsorted_nodes: list[QTreeWidgetItem] = []
             is_shorter = False
             for id_ in ids:
                 record = records.get(id_)
-                before = self._items.get(id_)
+                item_before = self._items.get(id_)
                 if isinstance(record, Model):
-                    old_name = None if before is None else before.text(NAME)
+                    old_name = None if item_before is None else item_before.text(NAME)
                     self._show_model(record)
                     if old_name != record.name:
-                        unsorted_items.append(self._items[id_])
-                elif before is not None and not isinstance(record, Feature):
+                        unsorted_nodes.append(self._items[id_])
+                elif item_before is not None and not isinstance(record, Feature):
                     remove_from_parent(self._items.pop(id_))
                     self._hidden_ids.discard(id_)
                     is_shorter = True
-            unsorted_items += self._show_features(
+            unsorted_nodes += self._show_features(
                 f for id_ in ids if isinstance(f := records.get(id_), Feature)
             )
-            for item in unsorted_items:
+            for item in unsorted_nodes:
                 if (parent := item.parent()) is not None:
                     unsorted.setdefault(id(parent), (parent, []))[1].append(item)
                     # Qt resets the hidden state of an item that is moved.
@@ -445,7 +445,7 @@ class ProjectTree(QWidget):
             self.tree.setUpdatesEnabled(True)
         self._photos.apply_edit(edit)
         is_filtered_anew = self._update_counts()
-        if unsorted_items or is_shorter or is_filtered_anew:
+        if unsorted_nodes or is_shorter or is_filtered_anew:
             # Qt deselects the items that are moved or hidden.
             self._show_selection(self._studio.selection.ids)
 

@@ -80,12 +80,12 @@ class RecordMenus(QObject):
         """Add the commands for a feature, which act on all selected features."""
         if feature.id not in self._studio.selection.ids:
             self._studio.selection.set([feature.id])
-        first, *others = self._groups(feature)
+        first, *other_groups = self._groups(feature)
         menu.addActions(first)
         if isinstance(feature, Typed):
             self._add_type_menu(menu, feature)
             self._add_set_menu(menu, feature)
-        self._add_groups(menu, others)
+        self._add_groups(menu, other_groups)
 
     def _groups(self, record: Record) -> list[list[QAction]]:
         return self._menu_actions(record, is_visible=self._studio.visible(record.id))

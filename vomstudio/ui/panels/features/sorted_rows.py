@@ -72,15 +72,15 @@ class SortedRows(QAbstractTableModel):
 
     def _sort_rows(self) -> list[int]:
         """Return the passing source rows in sort order; undefined values always come last."""
-        passing = [source_row for source_row, passes in enumerate(self._passes) if passes]
+        passing_rows = [source_row for source_row, passes in enumerate(self._passes) if passes]
         if self._column < 0:
-            return passing
+            return passing_rows
         keys = self._keys
-        defined = [source_row for source_row in passing if keys[source_row] is not None]
+        defined = [source_row for source_row in passing_rows if keys[source_row] is not None]
         defined.sort(key=keys.__getitem__, reverse=self._order == Qt.SortOrder.DescendingOrder)
-        if len(defined) == len(passing):
+        if len(defined) == len(passing_rows):
             return defined
-        return defined + [source_row for source_row in passing if keys[source_row] is None]
+        return defined + [source_row for source_row in passing_rows if keys[source_row] is None]
 
     def _set_shown_rows(self, source_rows: list[int]) -> None:
         self._shown_rows = source_rows
@@ -166,10 +166,10 @@ class SortedRows(QAbstractTableModel):
     def _update_rows(self, first: QModelIndex, last: QModelIndex) -> None:
         source_rows = range(first.row(), last.row() + 1)
         start, end = first.row(), last.row() + 1
-        before = self._keys[start:end], self._passes[start:end]
+        previous_rows = self._keys[start:end], self._passes[start:end]
         self._keys[start:end] = [self._key(source_row) for source_row in source_rows]
         self._passes[start:end] = [self._passes_test(source_row) for source_row in source_rows]
-        if before != (self._keys[start:end], self._passes[start:end]):
+        if previous_rows != (self._keys[start:end], self._passes[start:end]):
             self._update_shown_rows(self._sort_rows())
         rows = [
             row

@@ -237,8 +237,8 @@ class OrientationModel(QAbstractTableModel):
             spans = [(min(source_rows), max(source_rows))]
         else:
             spans = [(row, row) for row in source_rows]
-        for first, last in spans:
-            self.dataChanged.emit(self.index(first, 0), self.index(last, len(COLUMNS) - 1))
+        for first, last_row in spans:
+            self.dataChanged.emit(self.index(first, 0), self.index(last_row, len(COLUMNS) - 1))
 
     def _append_rows(self, rows: dict[str, Row]) -> None:
         if rows:
@@ -254,8 +254,8 @@ class OrientationModel(QAbstractTableModel):
             if source_row is not None:
                 self.beginRemoveRows(QModelIndex(), source_row, source_row)
                 del self._rows[source_row], self._source_rows[id_]
-                after = (row.feature.id for row in self._rows[source_row:])
-                self._source_rows.update(zip(after, count(source_row), strict=False))
+                later_ids = (row.feature.id for row in self._rows[source_row:])
+                self._source_rows.update(zip(later_ids, count(source_row), strict=False))
                 self.endRemoveRows()
 
     def row(self, source_row: int) -> Row:

@@ -171,8 +171,8 @@ class TablePanel(QWidget):
         self._portions.start(self._fill())
 
     def _fill(self) -> Iterator[None]:
-        is_large, rows = len(self._studio.session.features()) > MAX_IMMEDIATE_FEATURES, None
-        if is_large:
+        is_large_project, rows = len(self._studio.session.features()) > MAX_IMMEDIATE_FEATURES, None
+        if is_large_project:
             self.model.clear()
             yield
             # An edit in the meantime completes this step before it updates its own rows.
@@ -180,7 +180,7 @@ class TablePanel(QWidget):
             yield
         self.model.reset(rows)
         self._show_count()
-        if is_large:
+        if is_large_project:
             yield
         self._fit_columns()
 
@@ -322,15 +322,15 @@ class TablePanel(QWidget):
         rows = self.view.selectionModel().selectedRows()
         ids = [self.model.id_at(self._sorted.mapToSource(i).row()) for i in rows]
         current = self._sorted.mapToSource(self.view.currentIndex())
-        if current.isValid() and (last := self.model.id_at(current.row())) in ids:
-            ids = [i for i in ids if i != last] + [last]
+        if current.isValid() and (last_id := self.model.id_at(current.row())) in ids:
+            ids = [i for i in ids if i != last_id] + [last_id]
         self._studio.selection.set(ids)
 
     def _show_selection(self, ids: tuple[str, ...]) -> None:
         find_row, find_source_row = self._sorted.find_row, self.model.find_source_row
         positions = (find_row(find_source_row(id_)) for id_ in ids)
         rows = [row for row in positions if row is not None]
-        last = self._sorted.index(rows[-1], 0) if rows else QModelIndex()
+        last_index = self._sorted.index(rows[-1], 0) if rows else QModelIndex()
         # Runs of rows are faster, because Qt checks each column of each range.
         rows.sort()
         ranges = QItemSelection()
@@ -347,7 +347,7 @@ class TablePanel(QWidget):
             QItemSelectionModel.SelectionFlag.ClearAndSelect
             | QItemSelectionModel.SelectionFlag.Rows,
         )
-        if last.isValid():
-            selection.setCurrentIndex(last, QItemSelectionModel.SelectionFlag.NoUpdate)
-            self.view.scrollTo(last)
+        if last_index.isValid():
+            selection.setCurrentIndex(last_index, QItemSelectionModel.SelectionFlag.NoUpdate)
+            self.view.scrollTo(last_index)
         self._is_updating = False

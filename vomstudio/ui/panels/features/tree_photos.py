@@ -149,12 +149,12 @@ class TreePhotos(QObject):
         lines += [
             tr(
                 "Reconstruction, {quality}: {registered} of {photos} photos are aligned.",
-                quality=each.quality,
-                registered=each.registered,
-                photos=each.photos,
+                quality=reconstruction.quality,
+                registered=reconstruction.registered,
+                photos=reconstruction.photos,
             )
-            for each in self._studio.session.of(ReconstructionRecord)
-            if each.photo_set_id == photo_set.id
+            for reconstruction in self._studio.session.of(ReconstructionRecord)
+            if reconstruction.photo_set_id == photo_set.id
         ]
         item.setToolTip(NAME, "\n".join(lines))
 

@@ -152,14 +152,14 @@ class FeatureTree(QTreeWidget):
     def _fit_sets(self) -> None:
         """Fit the set column to the width that the names and orientations leave."""
         header = self.header()
-        room = self.viewport().width() - header.sectionSize(ORIENTATION)
+        available_width = self.viewport().width() - header.sectionSize(ORIENTATION)
         self.setIndentation(INDENTATION_PX)
         name_width = self._name_width()
-        if name_width > room:
+        if name_width > available_width:
             # In a narrow inspector, names need the space before them.
             self.setIndentation(NARROW_INDENTATION_PX)
             name_width = self._name_width()
-        width = room - name_width
+        width = available_width - name_width
         header.setSectionHidden(SET, not self._has_sets or width < MIN_SET_WIDTH_PX)
         header.resizeSection(SET, max(MIN_SET_WIDTH_PX, min(width, MAX_SET_WIDTH_PX)))
 
@@ -167,7 +167,11 @@ class FeatureTree(QTreeWidget):
         """Return the width of the longest name, also of rows out of sight, which Qt ignores."""
         width = self.sizeHintForColumn(NAME)
         groups = (self.topLevelItem(i) for i in range(self.topLevelItemCount()))
-        for group in (each for each in groups if each is not None and each.childCount()):
+        for group in (
+            group_item
+            for group_item in groups
+            if group_item is not None and group_item.childCount()
+        ):
             rows = (group.child(row) for row in range(group.childCount()))
             items = [item for item in rows if item is not None]
             max_length = max(items, key=_name_length)
@@ -222,9 +226,9 @@ class FeatureTree(QTreeWidget):
                 if is_many
                 else [(row, row) for row in map(group.indexOfChild, children)]
             )
-            for first, last in rows:
+            for first, last_row in rows:
                 model.dataChanged.emit(
-                    model.index(first, 0, parent), model.index(last, SET, parent)
+                    model.index(first, 0, parent), model.index(last_row, SET, parent)
                 )
 
     def startDrag(self, actions: Qt.DropAction) -> None:  # noqa: N802 - Qt's name
@@ -320,8 +324,8 @@ def sort_children(parent: QTreeWidgetItem, items: list[QTreeWidgetItem]) -> None
         low, high = 0, parent.childCount()
         while low < high:
             centre = (low + high) // 2
-            other = parent.child(centre)
-            if other is not None and item < other:
+            other_item = parent.child(centre)
+            if other_item is not None and item < other_item:
                 high = centre
             else:
                 low = centre + 1

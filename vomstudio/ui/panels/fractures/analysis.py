@@ -233,9 +233,9 @@ def _window_around(points: FloatArray, snap_m: float) -> tuple[float, ...]:
 
     A margin separates the trace ends from the edge, where they would count as censored.
     """
-    lower, upper = points.min(axis=0), points.max(axis=0)
-    margin = _MARGIN * float((upper - lower).max()) + 2.0 * snap_m
-    return (*(lower - margin).tolist(), *(upper + margin).tolist())
+    lower, upper_corner = points.min(axis=0), points.max(axis=0)
+    margin = _MARGIN * float((upper_corner - lower).max()) + 2.0 * snap_m
+    return (*(lower - margin).tolist(), *(upper_corner + margin).tolist())
 
 
 def _project_cells(cells: GridCells | None, face: Curtain) -> FloatArray:

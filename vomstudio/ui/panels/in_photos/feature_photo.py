@@ -181,11 +181,11 @@ class FeaturePhoto(QObject):
         if position is not None and views.shows(self.view, position[None])[0]:
             spot = views.pixels(self.view, position[None])[0]
         self.canvas.set_marker(spot)
-        selected = self._studio.selection.ids
+        selected_ids = self._studio.selection.ids
         features = {} if self._viewport is None else self._viewport.features.drawings
         # Selected features are drawn before all others, since drawing takes time.
         drawings = sorted(
-            (d for d in features.values() if d.visible), key=lambda d: d.id not in selected
+            (d for d in features.values() if d.visible), key=lambda d: d.id not in selected_ids
         )
         photos, view = self.photos, self.view
         self._background.run_request(
@@ -226,8 +226,8 @@ class FeaturePhoto(QObject):
     def _tool_changed(self, name: str) -> None:
         tool = self._studio.tools.get(name)
         self.canvas.is_left_button_painting = tool is not None and tool.paints
-        arrow, cross = Qt.CursorShape.ArrowCursor, Qt.CursorShape.CrossCursor
-        self.canvas.setCursor(arrow if tool is None else cross)
+        arrow, cross_cursor = Qt.CursorShape.ArrowCursor, Qt.CursorShape.CrossCursor
+        self.canvas.setCursor(arrow if tool is None else cross_cursor)
 
     def _handle_pointer(self, pointer: PhotoPointer) -> None:
         photos = self.photos

@@ -295,9 +295,11 @@ class InPhotosPanel(QWidget):
                 self._show(0)
             return
         current = [s for s in self._sightings if s.view == view]
-        best = self._sightings[0]
-        if not current or (follow and self._studio.open_tool is None and best.view != view):
-            self._show(best.view)
+        best_sighting = self._sightings[0]
+        if not current or (
+            follow and self._studio.open_tool is None and best_sighting.view != view
+        ):
+            self._show(best_sighting.view)
         else:
             self.feature_photo.look_at_target(only_if_lost=True)
         self.list.select_photo(self.photo)

@@ -59,12 +59,14 @@ class SightingList(QListWidget):
             return
         self._rows, self._paths = rows, paths
         files = {name: path for path, name in paths.items()}
-        blank = QPixmap(THUMBNAIL)
-        blank.fill(Qt.GlobalColor.transparent)
+        blank_pixmap = QPixmap(THUMBNAIL)
+        blank_pixmap.fill(Qt.GlobalColor.transparent)
         with QSignalBlocker(self):
             self.clear()
             for name, text in rows:
-                item = QListWidgetItem(QIcon(blank), f"{name.rpartition('/')[2]}\n{text}".strip())
+                item = QListWidgetItem(
+                    QIcon(blank_pixmap), f"{name.rpartition('/')[2]}\n{text}".strip()
+                )
                 item.setData(Qt.ItemDataRole.UserRole, name)
                 item.setSizeHint(QSize(0, THUMBNAIL.height() + 6))
                 item.setToolTip(escape_markup(self._tip(name, text)))

@@ -30,14 +30,14 @@ def write(result: LogAnswer, path: Path) -> None:
     """
     from vomstudio.project.tables.log_table import about_log, write_log
 
-    ending = path.suffix.lower().removeprefix(".")
-    if ending == "csv":
+    suffix = path.suffix.lower().removeprefix(".")
+    if suffix == "csv":
         description = about_log(result.bed, result.bed95_deg)
         metric = result.question.metric
         write_log(path, result.log, description=description, is_metric=metric, force=True)
     else:
         with atomic_write(path, True) as temporary:
-            _write_figure(result, temporary, ending, 300.0)
+            _write_figure(result, temporary, suffix, 300.0)
 
 
 def _write_figure(result: LogAnswer, target: io.BytesIO | Path, format_: str, dpi: float) -> None:

@@ -54,7 +54,7 @@ def build_sets(
     kind: FeatureType,
     name: str,
     features: Sequence[Typed],
-    measured_items: Mapping[str, Measurement],
+    measurements: Mapping[str, Measurement],
     marker: str,
     turns: tuple[Mapping[str, int], Turns],
     variant: int = 0,
@@ -65,7 +65,7 @@ def build_sets(
     """
     planes, lines = [], []
     for feature in features:
-        measurement = measured_items[feature.id]
+        measurement = measurements[feature.id]
         if (plane := measurement.plane) is not None:
             planes.append((feature.id, plane))
         elif (line := measurement.line) is not None:
@@ -96,7 +96,7 @@ def build_sets(
         angle = np.array([line.plunge_deg for _, line in lines], dtype=float)
         ids = tuple(id_ for id_, _ in lines)
         set_turns = model_turns.of([rows[id_] for id_ in ids])
-        slips = _slips([measured_items[id_] for id_ in ids])
+        slips = _slips([measurements[id_] for id_ in ids])
         result.append(
             NetSet(
                 name=name,
@@ -129,13 +129,17 @@ def distinct_symbols(sets: Sequence[NetSet]) -> list[NetSet]:
     list of NetSet
     """
     unused_symbols = [marker for marker in _SYMBOLS if all(s.marker != marker for s in sets)]
-    used: set[str] = set()
+    used_symbols: set[str] = set()
     result = []
     for s in sets:
         marker = (
-            s.marker if s.marker not in used else unused_symbols.pop(0) if unused_symbols else ""
+            s.marker
+            if s.marker not in used_symbols
+            else unused_symbols.pop(0)
+            if unused_symbols
+            else ""
         )
-        used.add(s.marker)
+        used_symbols.add(s.marker)
         result.append(replace(s, marker=marker, variant=0) if marker else s)
     return result
 
@@ -170,15 +174,15 @@ def split_set(net_set: NetSet, classes: Mapping[str, ColorEntry]) -> list[NetSet
     return [
         replace(
             net_set,
-            name=f"{net_set.name}, {each.text}",
+            name=f"{net_set.name}, {set_name.text}",
             azimuth_deg=net_set.azimuth_deg[members],
             angle_deg=net_set.angle_deg[members],
             ids=tuple(net_set.ids[row] for row in members),
-            color=each.color,
+            color=set_name.color,
             turns=None if net_set.turns is None else net_set.turns.of(members),
             slips=None if net_set.slips is None else net_set.slips[members],
         )
-        for each, members in sorted(rows.items(), key=lambda item: item[1][0])
+        for set_name, members in sorted(rows.items(), key=lambda item: item[1][0])
     ]
 
 

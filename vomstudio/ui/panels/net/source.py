@@ -106,7 +106,7 @@ class NetSource:
         ]
         measurements = studio.measured(f.id for f in features)
         model_turns = turns_of(models_of(studio.records, features))
-        turns = {f.id: row for row, f in enumerate(features)}, model_turns
+        turns_by_feature = {f.id: row for row, f in enumerate(features)}, model_turns
         groups: dict[str, dict[str, list[Typed]]] = {}
         for feature in features:
             groups.setdefault(feature.type_id, {}).setdefault(feature.set_name, []).append(feature)
@@ -126,9 +126,9 @@ class NetSource:
                         kind=replace(kind, color=color),
                         name=f"{title}{appearance.suffix}",
                         features=members,
-                        measured_items=measurements,
+                        measurements=measurements,
                         marker=marker,
-                        turns=turns,
+                        turns=turns_by_feature,
                         variant=variant,
                     )
         sets = distinct_symbols(sets)
@@ -259,7 +259,7 @@ class NetSource:
         return replace(contents, notes=(*notes, Finding(code, count=skipped_count).message))
 
     def _pool_by_type(self, sets: Sequence[NetSet]) -> list[NetSet]:
-        """Join the sets of each type and appearance, because many small roses show nothing."""
+        """Join sets of equal type and appearance, because small roses are not informative."""
         records = self._studio.records
         groups: dict[str, list[NetSet]] = {}
         for s in sets:
@@ -352,26 +352,26 @@ def error_ellipse(measurement: Measurement) -> AnyEllipse | None:
     if fit is None or total is None or fit.error_rake_deg is None:
         return None
     plane = Plane.from_normal(fit.normal)
-    largest, smallest = fit.max_confidence95_deg or 0.0, fit.min_confidence95_deg or 0.0
-    return NetEllipse.enlarge_to_total(plane, largest, smallest, fit.error_rake_deg, total)
+    major_deg, minor_deg = fit.max_confidence95_deg or 0.0, fit.min_confidence95_deg or 0.0
+    return NetEllipse.enlarge_to_total(plane, major_deg, minor_deg, fit.error_rake_deg, total)
 
 
 def _line_ellipse(measurement: Measurement) -> NetLineEllipse | None:
     total = measurement.total
     if measurement.line is not None and total is not None and measurement.registration_error_deg:
         return NetLineEllipse(measurement.line, total.largest_deg, total.smallest_deg, total.axis)
-    line, largest, smallest = (
+    line, major_deg, minor_deg = (
         measurement.line,
         measurement.max_confidence95_deg,
         measurement.min_confidence95_deg,
     )
-    if line is None or largest is None or smallest is None:
+    if line is None or major_deg is None or minor_deg is None:
         return None
     # A circular cone has no major axis, so any perpendicular direction can be used.
     axis = measurement.confidence_axis
     if axis is None:
         axis = np.cross(line.vector(), np.eye(3)[int(np.argmin(np.abs(line.vector())))])
-    return NetLineEllipse(line, largest, smallest, axis)
+    return NetLineEllipse(line, major_deg, minor_deg, axis)
 
 
 def _rotate_live(live_net: NetLive, turning: Turning) -> NetLive:

@@ -296,8 +296,8 @@ class StereonetPanel(QWidget):
         """
         source, view_settings, studio = self._source, self.view_settings, self._studio
         sets = source.visible_sets()
-        live = source.live()
-        has_north = self._has_north(sets) and (live is None or project_axes(studio).north)
+        live_drawings = source.live()
+        has_north = self._has_north(sets) and (live_drawings is None or project_axes(studio).north)
         overlays = view_settings.overlays
         circles, marks = view_settings.rotated_drawings()
         net = NetContents(
@@ -313,7 +313,7 @@ class StereonetPanel(QWidget):
             circles_typed=circles,
             marks=marks,
             errors=source.error_ellipses(sets) if "errors" in overlays else (),
-            live=live,
+            live=live_drawings,
             notation=studio.settings.notation,
             notes=(
                 *source.repeat_notes(),
@@ -336,8 +336,8 @@ class StereonetPanel(QWidget):
     def _contouring(self, sets: Sequence[NetSet]) -> Contouring:
         """Return the settings of the contours of these sets."""
         contouring = replace(self.contours.contouring, levels=self.view_settings.levels)
-        only = None if contouring.each_set else self._source.contoured_type(sets)
-        return replace(contouring, only=only)
+        contoured_type = None if contouring.each_set else self._source.contoured_type(sets)
+        return replace(contouring, only=contoured_type)
 
     def rose_contents(self) -> RoseContents:
         """Return the contents of the roses or histograms."""
@@ -415,14 +415,14 @@ class StereonetPanel(QWidget):
             else (NetContents(), None)
         )
         # Printed figures and copied commands contain features only.
-        shown = (*net.sets, *self._source.proposals())
+        shown_sets = (*net.sets, *self._source.proposals())
         net = replace(
             net,
-            sets=shown,
+            sets=shown_sets,
             selected=self._source.selected_ids(),
-            contouring=self._contouring(shown),
+            contouring=self._contouring(shown_sets),
         )
-        is_large = _is_large(net)
+        is_large_net = _is_large(net)
         style = NetStyle.dock(dark=is_dark, dpi=DPI, font_px=_FONT_PX)
         style = replace(style, paper=style.paper + self._paper_opacity)
         size = (self.canvas.width(), self.canvas.height())
@@ -436,7 +436,7 @@ class StereonetPanel(QWidget):
         if self.view_settings.view != "net":
             self._background.cancel(_NET_KEY)
             self._draw_roses(request)
-        elif is_large:
+        elif is_large_net:
             draw = partial(DrawnNet.draw, request)
             self._background.run(draw, partial(self._show_drawn_net, request), key=_NET_KEY)
         else:
@@ -444,7 +444,7 @@ class StereonetPanel(QWidget):
             self._show(DrawnNet.draw(request))
         elapsed_ms = 1000.0 * (perf_counter() - start)
         # The outcrop shows a changed feature before a large net does.
-        is_slow = elapsed_ms > _MAX_DIRECT_REDRAW_MS or is_large
+        is_slow = elapsed_ms > _MAX_DIRECT_REDRAW_MS or is_large_net
         self._timer.setInterval(
             min(_MAX_REDRAW_DELAY_MS, int(5 * elapsed_ms)) if is_slow else _REDRAW_DELAY_MS
         )

@@ -224,8 +224,8 @@ class MarkCanvas(PhotoCanvas):
         step = _LARGE_NUDGE_PX if shift else _NUDGE_PX
         # The arrow keys refer to the screen, whatever the orientation of the stored photo.
         t = self._turn
-        back, _ = QTransform(t.m11(), t.m12(), t.m21(), t.m22(), 0, 0).inverted()
-        vector = back.map(QPointF(*direction))
+        inverse_transform, _ = QTransform(t.m11(), t.m12(), t.m21(), t.m22(), 0, 0).inverted()
+        vector = inverse_transform.map(QPointF(*direction))
         length = math.hypot(vector.x(), vector.y())
         self.nudged.emit(step * vector.x() / length, step * vector.y() / length)
 

@@ -56,8 +56,10 @@ class MarkEditing(QObject):
         symbols = []
         for label, pixel in pixels.items():
             prediction = self._marks.prediction(label)
-            residual, worst = prediction.residuals_px.get(photo), prediction.worst
-            is_bad = worst is not None and worst[0] == photo and worst[1] > BAD_PX
+            residual, worst_mark = prediction.residuals_px.get(photo), prediction.worst
+            is_inaccurate = (
+                worst_mark is not None and worst_mark[0] == photo and worst_mark[1] > BAD_PX
+            )
             role = marking.role(label)
             symbols.append(
                 ShownMark(
@@ -67,7 +69,7 @@ class MarkEditing(QObject):
                     is_selected=label == selected_label,
                     is_predicted=False,
                     residual_px=residual,
-                    is_worst=is_bad,
+                    is_worst=is_inaccurate,
                 )
             )
         for label in marking.labels:

@@ -212,10 +212,10 @@ class PhotoDocument(QObject):
         photo_set = self.photo_set
         if photo_set is None:
             return False
-        last, current_time = self._last, time.monotonic()
+        last_selection, current_time = self._last, time.monotonic()
         joins = None
-        if last is not None and join is not None and last[0] == join:
-            joins = last[1] if current_time - last[2] < _JOIN_DELAY_S else None
+        if last_selection is not None and join is not None and last_selection[0] == join:
+            joins = last_selection[1] if current_time - last_selection[2] < _JOIN_DELAY_S else None
         try:
             edit = build_edit(self._studio.records, photo_set.id)
             if not edit.after:

@@ -275,12 +275,12 @@ class PhotoExports(QObject):
             with self._write_lock:
                 try:
                     mask = find_mask(name)
-                    used_values = (
+                    used_tables = (
                         np.ones((row.height, row.width), np.bool_)
                         if mask is None
                         else load_mask(mask, row.width, row.height)
                     )
-                    return store_mask(target, used_values, sidecar)
+                    return store_mask(target, used_tables, sidecar)
                 except VomError as error:
                     return error
 

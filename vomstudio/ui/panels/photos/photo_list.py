@@ -93,14 +93,14 @@ class PhotoList(QListWidget):
             counts[mark.photo] = counts.get(mark.photo, 0) + 1
         for name in names:
             item = self._items[name]
-            text, is_bad = self._state_text(name, counts.get(name, 0))
+            text, is_inaccurate = self._state_text(name, counts.get(name, 0))
             item.setText(f"{name.rpartition('/')[2]}\n{text}")
             item.setToolTip(escape_markup(f"{name}\n{text}"))
-            color = theme.error_color() if is_bad else self.palette().text().color()
+            color = theme.error_color() if is_inaccurate else self.palette().text().color()
             item.setForeground(color)
 
     def _state_text(self, name: str, count: int) -> tuple[str, bool]:
-        label, is_bad = self._label, False
+        label, is_inaccurate = self._label, False
         parts = []
         if label:
             prediction = self._marks.prediction(label)
@@ -109,8 +109,10 @@ class PhotoList(QListWidget):
                 parts.append(tr("{label} marked", label=label))
                 if residual is not None:
                     parts.append(f"{residual:.2f} px")
-                worst = prediction.worst
-                is_bad = worst is not None and worst[0] == name and worst[1] > BAD_PX
+                worst_mark = prediction.worst
+                is_inaccurate = (
+                    worst_mark is not None and worst_mark[0] == name and worst_mark[1] > BAD_PX
+                )
             elif name in prediction.expected:
                 parts.append(tr("{label} predicted", label=label))
         elif count:
@@ -124,7 +126,7 @@ class PhotoList(QListWidget):
                 parts.append(tr("not aligned"))
             elif part:
                 parts.append(tr("component {number}", number=part + 1))
-        return " · ".join(parts), is_bad
+        return " · ".join(parts), is_inaccurate
 
     def open(self, name: str) -> None:
         self.setCurrentItem(self._items[name])

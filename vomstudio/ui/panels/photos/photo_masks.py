@@ -233,16 +233,18 @@ class PhotoMasks(QObject):
         if self.why_not_repeat() is not None or shape is None:
             return
 
-        others = self._same_size_photos(shape.photo)
-        other_size_count = len(self.rows) - 1 - len(others)
+        other_photos = self._same_size_photos(shape.photo)
+        other_size_count = len(self.rows) - 1 - len(other_photos)
         new_masks: dict[str, Asset | None] = {}
         previous_masks: dict[str, Asset | None] = {}
-        queue = list(others)
+        queue = list(other_photos)
 
         def draw(name: str) -> dict[str, Asset | None]:
-            used = self._load(self.rows[name])
-            changes = [draw_area(used, area, shape.is_masking) for area in shape.areas]
-            return {name: self._store_file(used)} if any(c is not None for c in changes) else {}
+            used_pixels = self._load(self.rows[name])
+            changes = [draw_area(used_pixels, area, shape.is_masking) for area in shape.areas]
+            return (
+                {name: self._store_file(used_pixels)} if any(c is not None for c in changes) else {}
+            )
 
         def collect(masks: dict[str, Asset | None]) -> None:
             new_masks.update(masks)
@@ -256,8 +258,8 @@ class PhotoMasks(QObject):
             if not queue:
                 done()
                 return
-            count = len(others) - len(queue)
-            self._set_busy(Finding("mask.repeating", done=count, count=len(others)))
+            count = len(other_photos) - len(queue)
+            self._set_busy(Finding("mask.repeating", done=count, count=len(other_photos)))
             name = queue.pop(0)
             previous_masks[name] = self._document.masks().get(name)
             self._background.run(lambda: draw(name), collect, failed)

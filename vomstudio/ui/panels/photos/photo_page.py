@@ -245,9 +245,9 @@ class PhotoPage(QWidget):
         self.masks.open(name)
         if self.list.currentItem() is None or self.list.names[self.list.currentRow()] != name:
             self.list.open(name)
-        short = name.rpartition("/")[2]
-        self._title.setText(short)
-        self.setWindowTitle(tr("{photo} – {folder}", photo=short, folder=self.folder.name))
+        short_name = name.rpartition("/")[2]
+        self._title.setText(short_name)
+        self.setWindowTitle(tr("{photo} – {folder}", photo=short_name, folder=self.folder.name))
         self.points.show_photo(name, row.width, row.height)
         self._show_marks()
         self._editing.look_at_point()
@@ -255,9 +255,9 @@ class PhotoPage(QWidget):
     # --- masks -------------------------------------------------------------------------------
     def _update_mask(self, name: str) -> None:
         if name == self.photo:
-            used = self.masks.used(name)
-            if used is not self.canvas.used:
-                self.canvas.set_used(used)
+            used_pixels = self.masks.used(name)
+            if used_pixels is not self.canvas.used:
+                self.canvas.set_used(used_pixels)
             else:
                 self.canvas.update_mask()
             if not self.masks.is_drawing:
@@ -395,18 +395,18 @@ class PhotoPage(QWidget):
             # slow.
             self._steps = steps
             self.changed.emit()
-        used = self.masks.used(self.photo)
+        used_pixels = self.masks.used(self.photo)
         if self.masks.busy_reason is not None:
             text = self.masks.busy_reason.message
         elif self.survey.exports.problem is not None:
             text = tr("Saved in the project, but not beside the photos.")
-        elif used is None:
+        elif used_pixels is None:
             text = tr("Reading…") if self.photo else ""
         else:
-            fraction = 100.0 * (1.0 - float(used[::4, ::4].mean()))
+            fraction = 100.0 * (1.0 - float(used_pixels[::4, ::4].mean()))
             text = (
                 tr("Nothing is masked.")
-                if used.all()
+                if used_pixels.all()
                 else tr("{share:.0f} % of this photo is masked.", share=max(fraction, 1.0))
             )
         self.mask_box.status_label.setText(text)

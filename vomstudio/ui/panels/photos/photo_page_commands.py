@@ -230,9 +230,11 @@ def mask_commands(
         return Finding("mask.pending")
 
     def clear() -> None:
-        used = masks.used(photo.name)
-        if used is not None:
-            masks.draw_once(photo.name, whole_area(used.shape[1], used.shape[0]), is_masking=False)
+        used_pixels = masks.used(photo.name)
+        if used_pixels is not None:
+            masks.draw_once(
+                photo.name, whole_area(used_pixels.shape[1], used_pixels.shape[0]), is_masking=False
+            )
 
     return [
         Command(

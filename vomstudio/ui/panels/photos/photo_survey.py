@@ -428,9 +428,9 @@ class PhotoSurvey(QObject):
             self.changed.emit()
 
         named_tables = self.settings.control, self.settings.marks
-        running = self.sidecar_import.begin(self.rows, named_tables, done, is_repeat=is_repeat)
-        if running is not None:
-            self._list_job = running
+        is_running = self.sidecar_import.begin(self.rows, named_tables, done, is_repeat=is_repeat)
+        if is_running is not None:
+            self._list_job = is_running
             self.changed.emit()
 
     def _show_masks(self, _: object = None) -> None:

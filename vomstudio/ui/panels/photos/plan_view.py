@@ -125,12 +125,12 @@ class PlanView(QWidget):
         if not self._rows:
             return None
         scale = self._scale()
-        nearest = min(
+        nearest_photo = min(
             self._rows,
             key=lambda row: (self._screen_point(row, *scale) - position).manhattanLength(),
         )
-        is_near = (self._screen_point(nearest, *scale) - position).manhattanLength() < 14
-        return nearest if is_near else None
+        is_near = (self._screen_point(nearest_photo, *scale) - position).manhattanLength() < 14
+        return nearest_photo if is_near else None
 
     def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         row = self._nearest(event.position())

@@ -88,11 +88,11 @@ class PointsBox(QGroupBox):
         table = QTableWidget(0, len(titles))
         table.setObjectName("point_table")
         table.setHorizontalHeaderLabels(titles)
-        worst = QTableWidgetItem(titles[3])
-        worst.setToolTip(
+        worst_item = QTableWidgetItem(titles[3])
+        worst_item.setToolTip(
             tr("Largest distance in pixels between a mark and its predicted position.")
         )
-        table.setHorizontalHeaderItem(3, worst)
+        table.setHorizontalHeaderItem(3, worst_item)
         table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
@@ -199,12 +199,12 @@ class PointsBox(QGroupBox):
     def _fill_row(self, row: int, label: str) -> None:
         marking = self._marks.marking
         role, prediction = marking.role(label), self._marks.prediction(label)
-        worst = prediction.worst
+        worst_mark = prediction.worst
         cells = (
             label,
             {CONTROL: tr("control"), CHECK: tr("check"), TIE: tr("tie")}[role],
             str(len(marking.of(label))),
-            "–" if worst is None else f"{worst[1]:.2f} px",
+            "–" if worst_mark is None else f"{worst_mark[1]:.2f} px",
         )
         for column, text in enumerate(cells):
             item = self.table.item(row, column)
@@ -217,13 +217,15 @@ class PointsBox(QGroupBox):
             if column >= 2:
                 item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
             residual_item = item
-        is_bad = worst is not None and worst[1] > BAD_PX
-        residual_item.setIcon(theme.icon("alert-outline") if is_bad else theme.verdict_icon(None))
-        residual_item.setForeground(theme.error_color() if is_bad else self.palette().text())
+        is_inaccurate = worst_mark is not None and worst_mark[1] > BAD_PX
+        residual_item.setIcon(
+            theme.icon("alert-outline") if is_inaccurate else theme.verdict_icon(None)
+        )
+        residual_item.setForeground(theme.error_color() if is_inaccurate else self.palette().text())
         residual_item.setToolTip(
             ""
-            if worst is None
-            else tr("Largest residual in {photo}", photo=escape_markup(worst[0]))
+            if worst_mark is None
+            else tr("Largest residual in {photo}", photo=escape_markup(worst_mark[0]))
         )
 
     def show_photo(self, name: str, width: int, height: int) -> None:

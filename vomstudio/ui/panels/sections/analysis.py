@@ -85,14 +85,14 @@ def answer(question: SectionQuestion) -> SectionAnswer:
         assign_domain_axes(items, "domains") if has_domains else ProjectionDirections(q.direction)
     )
     direction_warnings = directions.check(q.curtain)
-    projected_items, left_out = writing.project_items(
+    projected_features, n_skipped = writing.project_items(
         items, q.curtain, directions, q.features.within_m
     )
-    figures = writing.figures_of(cut, q.curtain, projected_items, left_out, directions)
+    figures = writing.figures_of(cut, q.curtain, projected_features, n_skipped, directions)
     drawing = writing.section_drawing(
         cut,
         q.curtain,
-        projected_items,
+        projected_features,
         is_metric=q.metric,
         north_known=q.north_known,
         model=str(q.path),
@@ -101,10 +101,10 @@ def answer(question: SectionQuestion) -> SectionAnswer:
     return SectionAnswer(
         question=q,
         cut=cut,
-        projected_items=projected_items,
+        projected_items=projected_features,
         figures=figures,
         drawing=drawing,
-        warnings=direction_warnings if projected_items else (),
+        warnings=direction_warnings if projected_features else (),
     )
 
 
@@ -130,14 +130,16 @@ def write(result: SectionAnswer, path: Path) -> None:
     )
 
 
-def build_curtain(plane: object, through: FloatArray | None, line: FloatArray | None) -> Curtain:
+def build_curtain(
+    plane: object, passing_point: FloatArray | None, line: FloatArray | None
+) -> Curtain:
     """Build the section surface from a line or a plane.
 
     Parameters
     ----------
     plane : Plane
         Plane of the section, used if `line` is not given.
-    through : (3,) float64 or None
+    passing_point : (3,) float64 or None
         Point on the plane.
     line : (n, 2) or (n, 3) float64 or None
         Vertices of the section line.
@@ -148,5 +150,5 @@ def build_curtain(plane: object, through: FloatArray | None, line: FloatArray | 
     if line is not None:
         return curtain_of_line(line)
     assert isinstance(plane, Plane)
-    assert through is not None
-    return curtain_of_plane(plane, through)
+    assert passing_point is not None
+    return curtain_of_plane(plane, passing_point)

@@ -252,15 +252,15 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         plane, direction = self.plane.plane(), self.direction.direction()
         if not is_line and plane is None:
             raise InputError(Finding("field.plane-missing"))
-        through = None if is_line else self._point(model)
-        curtain = build_curtain(plane, through, self.line if is_line else None)
+        passing_point = None if is_line else self._point(model)
+        curtain = build_curtain(plane, passing_point, self.line if is_line else None)
         # The switch mirrors the side that faces the view of the outcrop.
         flip = self._is_seen_from_behind(curtain) != self.section_options.options().flip
         curtain = curtain.flipped() if flip else curtain
         data, frame = studio.models[model.id].data, model.frame
         options = self.section_options.options(
             plane=None if plane is None or is_line else plane_text(plane),
-            through=None if through is None else format_numbers(through.tolist()),
+            through=None if passing_point is None else format_numbers(passing_point.tolist()),
             section_line=self._line_name if is_line else None,
             flip=flip,
             **{} if isinstance(data, PointCloud) else {"slab_m": None},

@@ -128,17 +128,17 @@ class SlopeResults(QWidget):
 
     def _list_planes(self) -> None:
         """List the critical planes of the selected mode."""
-        critical = self._critical()
+        critical_planes = self._critical()
         with QSignalBlocker(self.planes):
             self.planes.clear()
-            for plane in critical:
+            for plane in critical_planes:
                 item = QListWidgetItem(self._plane_text(plane))
                 item.setToolTip(item.text())
                 item.setData(Qt.ItemDataRole.UserRole, plane.id)
                 self.planes.addItem(item)
-        self.planes.setVisible(bool(critical))
+        self.planes.setVisible(bool(critical_planes))
         self.heading.setVisible(self._answer is not None)
-        self.heading.setText(self._heading(len(critical)))
+        self.heading.setText(self._heading(len(critical_planes)))
 
     def _heading(self, count: int) -> str:
         _, title, counts_planes = next(entry for entry in _MODES if entry[0] == self.mode)

@@ -222,7 +222,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
 
     def _facets_question(self) -> FacetsQuestion:
         studio, proposals = self._studio, self._studio.facets.proposals
-        features, measured = self._planes()
+        features, measurements = self._planes()
         loaded_model = None if proposals is None else studio.models.get(proposals.model_id)
         model = None if proposals is None else studio.records.get(proposals.model_id)
         if proposals is None or loaded_model is None or not isinstance(model, Model):
@@ -231,7 +231,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         return FacetsQuestion(
             records=dict(studio.records),
             features=features,
-            measured=measured,
+            measured=measurements,
             proposals=proposals,
             rows=rows,
             data=loaded_model.data,

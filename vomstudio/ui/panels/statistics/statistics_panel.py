@@ -138,7 +138,7 @@ class StatisticsPanel(LazyPanel):
         return pages
 
     def _fold_pages(
-        self, features: Sequence[Typed], measured_items: Mapping[str, Measurement]
+        self, features: Sequence[Typed], measurements: Mapping[str, Measurement]
     ) -> list[tuple[str, Rows]]:
         """Return the titles and rows for the fold axis of planes of one type and of its domains."""
         from vomstudio.project.fold_planes import fold_planes
@@ -149,7 +149,7 @@ class StatisticsPanel(LazyPanel):
         else:
             # The group already restricts the planes to the set.
             fold_filter = replace(fold_filter, set_name=None)
-            planes = fold_planes(self._studio.records, features, measured_items, fold_filter)
+            planes = fold_planes(self._studio.records, features, measurements, fold_filter)
         if len(features) < 3:
             return []
         title = tr("As a fold")

@@ -181,7 +181,7 @@ class FieldsPanel(ModelPanel):
 
     def _list_others(self) -> None:
         model_id = "" if self._model is None else self._model.id
-        others = [
+        other_models = [
             (m.name, m.id)
             for m in (self._studio.session.of(Model) if self._studio.has_project else [])
             if m.id != model_id and m.id in self._studio.models
@@ -190,11 +190,11 @@ class FieldsPanel(ModelPanel):
             (self.other_model.itemText(i), self.other_model.itemData(i))
             for i in range(self.other_model.count())
         ]
-        if items == others:
+        if items == other_models:
             return
         previous = self.other_model.currentData()
         self.other_model.clear()
-        for name, id_ in others:
+        for name, id_ in other_models:
             self.other_model.addItem(name, id_)
         self.other_model.setCurrentIndex(max(self.other_model.findData(previous), 0))
 
@@ -225,8 +225,8 @@ class FieldsPanel(ModelPanel):
         if kind == TO_PLANE:
             return FieldRequest(kind, of=self._plane_id) if self._plane_id else None
         if kind == TO_MODEL:
-            other = self.other_model.currentData()
-            return FieldRequest(kind, of=str(other)) if other else None
+            other_model = self.other_model.currentData()
+            return FieldRequest(kind, of=str(other_model)) if other_model else None
         if kind in (MEASURABLE, EXPECTED):
             request = FieldRequest(
                 kind, self.measurable.length.value(), self.measurable.plane_source()

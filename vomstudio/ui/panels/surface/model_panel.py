@@ -99,10 +99,10 @@ class ModelPanel(LazyPanel):
 
     def _refresh_buttons(self) -> None:
         is_busy = self._work.running is not None
-        why = None if is_busy else self._why_not()
+        reason = None if is_busy else self._why_not()
         self.start.setText(tr("Stop") if is_busy else self._start_text)
-        self.start.setEnabled(why is None)
-        self.start.setToolTip("" if why is None else str(why))
+        self.start.setEnabled(reason is None)
+        self.start.setToolTip("" if reason is None else str(reason))
 
     def _show_progress(self) -> None:
         job = self._work.running
@@ -199,8 +199,8 @@ class ProposalsPanel(ModelPanel):
         self._selection_changed()
 
     def _filter_row(self, row: tuple[tuple[Any, ...], str]) -> Row:
-        feature, measured = self._measured_feature(int(row[0][-1]) - 1)
-        return create_feature_row(self._studio, feature, measured)
+        feature, measurement = self._measured_feature(int(row[0][-1]) - 1)
+        return create_feature_row(self._studio, feature, measurement)
 
     def _measured_feature(self, index: int) -> tuple[Feature, Measurement]:
         """Return the feature that a proposal would become, with its measurement."""
@@ -235,8 +235,8 @@ class ProposalsPanel(ModelPanel):
     def _picked(self, ids: Iterable[str], is_adding: bool) -> None:
         """Select the proposals that were picked on the net."""
         if self.isVisible() and self._queue.proposals is not None:
-            picked = set(proposal_indices(self._prefix, ids))
-            self.table.select_rows(lambda values: values[-1] - 1 in picked, add=is_adding)
+            picked_indices = set(proposal_indices(self._prefix, ids))
+            self.table.select_rows(lambda values: values[-1] - 1 in picked_indices, add=is_adding)
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
         super().showEvent(event)

@@ -257,22 +257,22 @@ class TracesPanel(ProposalsPanel):
 
     # --- proposals ---------------------------------------------------------------------------
     def _show_proposals(self) -> None:
-        proposals, open_rows = self._traces.proposals, self._traces.open
+        proposals, open_indices = self._traces.proposals, self._traces.open
         for part in (self.table, self._decision_row, self._type_row, self.filter):
             part.setVisible(proposals is not None)
-        if (proposals, open_rows) != self._table_state:
-            self._table_state = (proposals, open_rows)
-            self._fill(proposals, open_rows)
+        if (proposals, open_indices) != self._table_state:
+            self._table_state = (proposals, open_indices)
+            self._fill(proposals, open_indices)
         text = " ".join(map(str, self._traces.findings))
         if not text and proposals is not None:
-            text = summary_text(proposals, len(open_rows))
+            text = summary_text(proposals, len(open_indices))
         self.summary.setText(text)
         self.summary.setVisible(bool(text))
         self._refresh_buttons()
 
-    def _fill(self, proposals: ProposedLines | None, open_rows: frozenset[int]) -> None:
+    def _fill(self, proposals: ProposedLines | None, open_indices: frozenset[int]) -> None:
         rows = []
-        for row in sorted(open_rows) if proposals is not None else ():
+        for row in sorted(open_indices) if proposals is not None else ():
             assert proposals is not None
             line = proposals.lines[row]
             plane = error = None
@@ -308,12 +308,14 @@ class TracesPanel(ProposalsPanel):
             row: float(np.linalg.norm(proposals.lines[row].points - point, axis=1).min())
             for row in self._traces.open
         }
-        nearest = min(distances, key=lambda row: distances[row], default=None)
-        if nearest is None:
+        nearest_row = min(distances, key=lambda row: distances[row], default=None)
+        if nearest_row is None:
             return None
         scale = transform.scale_factor(model.to_world)
-        max_distance = _CLICK_TOLERANCE * scale * (proposals.lines[nearest].trace.resolution or 0.0)
-        return nearest if distances[nearest] <= max_distance else None
+        max_distance = (
+            _CLICK_TOLERANCE * scale * (proposals.lines[nearest_row].trace.resolution or 0.0)
+        )
+        return nearest_row if distances[nearest_row] <= max_distance else None
 
     # --- decision ----------------------------------------------------------------------------
     def _accept(self, indices: list[int]) -> bool:

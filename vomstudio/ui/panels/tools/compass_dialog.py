@@ -167,8 +167,8 @@ class CompassDialog(QDialog):
         self._current = compass
         if problem is not None:
             self.summary.setText(problem.message)
-        ok = self.buttons.button(QDialogButtonBox.StandardButton.Ok)
-        allow(ok, problem)
+        ok_button = self.buttons.button(QDialogButtonBox.StandardButton.Ok)
+        allow(ok_button, problem)
 
     def _show_placeholders(self, compass: Compass, inputs: North) -> None:
         """Show the default values of empty fields as placeholders."""

@@ -319,10 +319,10 @@ class ControlPanel(QWidget):
         self._show_placement(None, problem.message)
         self._allow_buttons(problem)
 
-    def _show_placement(self, placed: Placed | None, text: str) -> None:
+    def _show_placement(self, placement: Placed | None, text: str) -> None:
         from vomstudio.studio.placing.registering import expected_positions
 
-        self.placed = placed
+        self.placed = placement
         self.summary.setText(text)
         self._show_residuals()
         self._show_map()
@@ -334,20 +334,22 @@ class ControlPanel(QWidget):
     def _show_residuals(self) -> None:
         from vomstudio.studio.placing.known_lines import line_residuals
 
-        placed = self.placed
-        self.table.show_residuals(self._points, placed)
+        placement = self.placed
+        self.table.show_residuals(self._points, placement)
         directions, turned_deg = (
             self.readings.directions,
             0.0 if self.north is None else self.north.turned_deg,
         )
         residuals = (
-            [] if placed is None else line_residuals(self._lines, placed, directions, turned_deg)
+            []
+            if placement is None
+            else line_residuals(self._lines, placement, directions, turned_deg)
         )
-        blunders = set() if placed is None else {blunder.label for blunder in placed.blunders}
+        blunders = set() if placement is None else {blunder.label for blunder in placement.blunders}
         tips = reading_tips(
             lines=self._lines,
             readings=self.readings,
-            placed=placed,
+            placement=placement,
             turned_deg=turned_deg,
             studio=self._studio,
         )
@@ -541,12 +543,12 @@ class ControlPanel(QWidget):
             set_rotations_deg,
         )
 
-        previous_model, placed = self.model, self.placed
-        if previous_model is None or placed is None:
+        previous_model, placement = self.model, self.placed
+        if previous_model is None or placement is None:
             return
         north = None if self.north is None else placement_north(self.north, self._lines)
         record = create_registration(
-            placed, control_pairs(self._points), previous_model, self.crs, read_north=north
+            placement, control_pairs(self._points), previous_model, self.crs, read_north=north
         )
         if not self._studio.attempt(edits.set_registration, record, [previous_model.id]):
             return
@@ -554,7 +556,7 @@ class ControlPanel(QWidget):
         assert isinstance(registered_model, Model)
         studio = self._studio
         measurements = studio.measured(f.id for f in studio.session.features())
-        points, lines = len(placed.control), len(placement_lines(self._lines))
+        points, lines = len(placement.control), len(placement_lines(self._lines))
         readings = len(placement_readings(self._lines, self.readings.directions))
         studio.info(
             Finding(

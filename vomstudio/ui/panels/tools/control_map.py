@@ -61,8 +61,8 @@ class ControlMap(QWidget):
     def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         return QSize(220, 190)
 
-    def show_points(self, points: Sequence[MapPoint], placed: Placed | None) -> None:
-        self._points, self._placed = points, placed
+    def show_points(self, points: Sequence[MapPoint], placement: Placed | None) -> None:
+        self._points, self._placed = points, placement
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
@@ -140,7 +140,7 @@ class ControlMap(QWidget):
         text_color = self.palette().color(QPalette.ColorRole.WindowText)
         muted_color = self.palette().color(QPalette.ColorRole.PlaceholderText)
         line_height = painter.fontMetrics().height()
-        occupied: set[tuple[int, int]] = set()
+        occupied_cells: set[tuple[int, int]] = set()
         for point in self._points:
             position = to_widget(point.x, point.y)
             if point.residual is not None and factor:
@@ -159,13 +159,13 @@ class ControlMap(QWidget):
             label_dx = _DOT_RADIUS_PX + 3.0 if fits_right else -_DOT_RADIUS_PX - 3.0 - label_width
             # A label that would overlap another one is omitted.
             line = int(position.y() // line_height)
-            first, last = (
+            first, last_point = (
                 int((position.x() + label_dx) // line_height),
                 int((position.x() + label_dx + label_width) // line_height),
             )
-            label_cells = {(column, line) for column in range(first, last + 1)}
-            if not label_cells & occupied:
-                occupied |= label_cells
+            label_cells = {(column, line) for column in range(first, last_point + 1)}
+            if not label_cells & occupied_cells:
+                occupied_cells |= label_cells
                 painter.drawText(position + QPointF(label_dx, -_DOT_RADIUS_PX), point.label)
         return [tr("residuals {times} times", times=_format_factor(factor))] if factor else []
 

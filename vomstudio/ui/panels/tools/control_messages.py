@@ -52,20 +52,20 @@ def placement_problem(
     return finding_of(error)
 
 
-def format_placement(placed: Placed, model: Model | None, crs: str | None) -> str:
+def format_placement(placement: Placed, model: Model | None, crs: str | None) -> str:
     """Format the residuals, frame accuracy and warnings of a placement."""
     from vomstudio.registration.warnings import vertical_error_findings
     from vomstudio.studio.placing.known_lines import frame_after_placement
 
-    lines = [_format_residuals(placed)]
-    if model is not None and not placed.known.all:
-        accuracy = frame_after_placement(placed, model, crs).known_text()
+    lines = [_format_residuals(placement)]
+    if model is not None and not placement.known.all:
+        accuracy = frame_after_placement(placement, model, crs).known_text()
         frame_lines = [
             tr("After registering: {known}", known=accuracy),
-            *map(str, vertical_error_findings(placed)),
+            *map(str, vertical_error_findings(placement)),
         ]
         # Blunders are listed before the accuracy, which they affect.
-        lines = [*lines, *frame_lines] if placed.blunders else [*frame_lines, *lines]
+        lines = [*lines, *frame_lines] if placement.blunders else [*frame_lines, *lines]
     text = "\n".join(lines)
     for option, name in _WINDOW_NAMES.items():
         text = text.replace(option, tr(name))
@@ -75,7 +75,7 @@ def format_placement(placed: Placed, model: Model | None, crs: str | None) -> st
 def reading_tips(
     lines: Sequence[KnownLine],
     readings: Readings,
-    placed: Placed | None,
+    placement: Placed | None,
     turned_deg: float,
     studio: Studio,
 ) -> Mapping[str, str]:
@@ -97,13 +97,13 @@ def reading_tips(
                 if feature is None
                 else tr("{feature} currently has no plane or direction.", feature=feature.name)
             )
-        elif placed is not None:
+        elif placement is not None:
             notation = studio.settings.notation
             tips[line.id] = "\n".join(
                 _format_reading_tip(
                     line=line,
                     readings=readings,
-                    placed=placed,
+                    placement=placement,
                     turned_deg=turned_deg,
                     notation=notation,
                 )
@@ -112,7 +112,7 @@ def reading_tips(
 
 
 def _format_reading_tip(
-    line: KnownLine, readings: Readings, placed: Placed, turned_deg: float, notation: str
+    line: KnownLine, readings: Readings, placement: Placed, turned_deg: float, notation: str
 ) -> list[str]:
     from dataclasses import replace
 
@@ -121,7 +121,7 @@ def _format_reading_tip(
     from vomstudio.studio.placing.known_planes import placed_direction
 
     direction = readings.directions[line.id]
-    vector = placed_direction(direction, placed)
+    vector = placed_direction(direction, placement)
     if line.kind == "plane":
         plane = Plane.from_normal(vector)
         angles = round(plane.dip_direction_deg, 1), round(plane.dip_deg, 1)
@@ -147,7 +147,7 @@ def _format_reading_tip(
                 error=direction.sigma_deg,
             )
         )
-    for result in placed.without:
+    for result in placement.without:
         if result.label == line.name:
             lines.append(
                 tr(
@@ -160,19 +160,19 @@ def _format_reading_tip(
     return lines
 
 
-def _format_residuals(placed: Placed) -> str:
+def _format_residuals(placement: Placed) -> str:
     from vomstudio.registration.warnings import worst_axis_findings
 
     lines = []
-    if placed.rms_control_m is not None:
+    if placement.rms_control_m is not None:
         lines.append(
             tr(
                 "Control points: {control:.3f} m (RMS).",
-                control=placed.rms_control_m,
+                control=placement.rms_control_m,
             )
         )
-    if placed.rms_check_m is not None:
-        lines.append(tr("Check points: {check:.3f} m (RMS).", check=placed.rms_check_m))
-    lines += map(str, worst_axis_findings(placed))
+    if placement.rms_check_m is not None:
+        lines.append(tr("Check points: {check:.3f} m (RMS).", check=placement.rms_check_m))
+    lines += map(str, worst_axis_findings(placement))
     # Warnings about points are listed before the residuals.
-    return "\n".join([*map(str, reversed(placed.warnings)), " ".join(lines)])
+    return "\n".join([*map(str, reversed(placement.warnings)), " ".join(lines)])

@@ -93,13 +93,13 @@ class ControlTable(QTableWidget):
                 for column, item in enumerate(self._cells[-1]):
                     self.setItem(row, column, item)
 
-    def show_residuals(self, points: list[ControlPoint], placed: Placed | None) -> None:
+    def show_residuals(self, points: list[ControlPoint], placement: Placed | None) -> None:
         residuals: dict[str, PointResidual] = {}
         blunders: set[str] = set()
-        if placed is not None:
-            residuals = {p.label: p for p in (*placed.control, *placed.check)}
-            blunders = {blunder.label for blunder in placed.blunders}
-        largest = max((p.error_m for p in residuals.values()), default=0.0)
+        if placement is not None:
+            residuals = {p.label: p for p in (*placement.control, *placement.check)}
+            blunders = {blunder.label for blunder in placement.blunders}
+        largest_error = max((p.error_m for p in residuals.values()), default=0.0)
         alert = theme.icon("alert-outline")
         with self._resize_columns_once():
             for cells, point in zip(self._cells, points, strict=True):
@@ -113,7 +113,9 @@ class ControlTable(QTableWidget):
                     item.setText("" if point.vertices else tr("not found"))
                     item.setToolTip("")
                 fraction = (
-                    residual.error_m / largest if residual is not None and largest > 0.0 else 0.0
+                    residual.error_m / largest_error
+                    if residual is not None and largest_error > 0.0
+                    else 0.0
                 )
                 item.setData(_SHARE_ROLE, -fraction if point.name in blunders else fraction)
                 cells[LABEL].setIcon(alert if point.name in blunders else QIcon())
