@@ -104,9 +104,14 @@ def examples_text(program: str) -> str:
     examples = examples_of(program)
     if not examples:
         return ""
-    lines = [tr("examples, in the folder of the program:"), *(f"  {each}" for each in examples)]
-    outputs = {name for each in examples for name in re.findall(r" (?:-o|--labels) (\S+)", each)}
-    words = {word for each in examples for word in each.split()[1:]}
+    lines = [
+        tr("examples, in the folder of the program:"),
+        *(f"  {example}" for example in examples),
+    ]
+    outputs = {
+        name for example in examples for name in re.findall(r" (?:-o|--labels) (\S+)", example)
+    }
+    words = {word for example in examples for word in example.split()[1:]}
     for name, source in SOURCES.items():
         is_read = any(word == name or word.startswith(f"{name}/") for word in words)
         if is_read and name not in outputs:

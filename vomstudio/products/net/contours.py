@@ -161,9 +161,9 @@ def describe_density(net: NetContents) -> dict[str, Any] | None:
     plan = ContourPlan.of(net)
     if net.contour is None or plan is None:
         return None
-    look, parts = net.contouring, []
-    for (of, v), part in zip(contour_groups(net), plan.parts, strict=True):
-        place, top = densities.find_maximum(v, net.contour, look.sigma, part.values)
+    contouring, parts = net.contouring, []
+    for (contoured_set, v), part in zip(contour_groups(net), plan.parts, strict=True):
+        place, top = densities.find_maximum(v, net.contour, contouring.sigma, part.values)
         line = Line.from_vector(place)
         parts.append(
             {

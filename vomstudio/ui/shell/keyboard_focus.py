@@ -243,10 +243,10 @@ class KeyboardFocus(QObject):
             return False
         letter = event.text() if event.text().isprintable() else ""
         if isinstance(widget, QAbstractSpinBox):
-            allowed_values = _IN_NUMBERS + widget.locale().decimalPoint() + _around(widget)
+            allowed_characters = _IN_NUMBERS + widget.locale().decimalPoint() + _around(widget)
             if isinstance(widget, SpinBox | DoubleSpinBox) and continues_unit(widget, letter):
                 return False
-            return bool(letter) and letter not in allowed_values
+            return bool(letter) and letter not in allowed_characters
         if _is_text(widget):
             return False
         if isinstance(widget, QAbstractItemView) and (

@@ -297,11 +297,11 @@ class ControlPanel(QWidget):
         count = self._pair_count + len(self.readings.directions)
         self.summary.setText(tr("Placing the model by {count} observations…", count=f"{count:,}"))
 
-    def _show_result(self, placed: Placed) -> None:
-        if placed.click_sigma_m and self.options.options().click_sigma_m is None:
-            self.options.show_automatic("click_sigma_m", placed.click_sigma_m)
-        text = format_placement(placed, self.model, self.crs)
-        self._show_placement(placed, "\n".join(filter(None, [text, self._north_text])))
+    def _show_result(self, placement: Placed) -> None:
+        if placement.click_sigma_m and self.options.options().click_sigma_m is None:
+            self.options.show_automatic("click_sigma_m", placement.click_sigma_m)
+        text = format_placement(placement, self.model, self.crs)
+        self._show_placement(placement, "\n".join(filter(None, [text, self._north_text])))
         self._allow_buttons(None)
 
     def _show_error(self, error: VomError) -> None:
