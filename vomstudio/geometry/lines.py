@@ -70,13 +70,13 @@ def fit_line(points: npt.ArrayLike) -> FittedLine:
         raise GeometryError(Finding("points.coincident"))
     direction = axes[0] if axes[0, 2] <= 0.0 else -axes[0]
     projections = local_points @ direction
-    across_component = float((singular[1:] ** 2).sum())
+    residual_squares = float((singular[1:] ** 2).sum())
     confidence = None
     if n > 2:
         dof = 2.0 * n - 4.0
         # joint_quantile is 2 F / dof, and s^2 = across / free.
         tangent = (
-            float(joint_quantile(np.array([dof]))[0]) * across_component / float(singular[0] ** 2)
+            float(joint_quantile(np.array([dof]))[0]) * residual_squares / float(singular[0] ** 2)
         )
         confidence = float(np.degrees(np.arctan(np.sqrt(tangent))))
     return FittedLine(
@@ -84,7 +84,7 @@ def fit_line(points: npt.ArrayLike) -> FittedLine:
         centroid=xyz[0] + mean,
         direction=direction,
         length=float(np.ptp(projections)),
-        rms=float(np.sqrt(across_component / n)),
+        rms=float(np.sqrt(residual_squares / n)),
         confidence95_deg=confidence,
     )
 
@@ -195,10 +195,10 @@ def _nearest_of_segments(
 
     They are those of the nearest points.
     """
-    between = start - starts
+    start_offsets = start - starts
     a, e = float(step @ step), np.einsum("ij,ij->i", steps, steps)
-    b, c = steps @ step, between @ step
-    f = np.einsum("ij,ij->i", steps, between)
+    b, c = steps @ step, start_offsets @ step
+    f = np.einsum("ij,ij->i", steps, start_offsets)
     square = a * e - b * b
     is_skew = square > MIN_EXTENT_ROUNDINGS * np.finfo(float).eps * a * e
     s = np.where(is_skew, np.clip((b * f - c * e) / np.where(is_skew, square, 1.0), 0.0, 1.0), 0.0)

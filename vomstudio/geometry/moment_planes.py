@@ -64,10 +64,10 @@ def fit_moments(
         raise GeometryError(degenerate_points_finding(n, is_coincident=True))
     values, vectors = np.linalg.eigh(matrix / size)
     values, axes = np.maximum(values[::-1], 0.0), vectors.T[::-1].copy()
-    thin = 64.0 * float(np.finfo(np.float64).eps)
-    if values[1] <= max(thin, (rounding**2) / size):
+    rounding_error = 64.0 * float(np.finfo(np.float64).eps)
+    if values[1] <= max(rounding_error, (rounding**2) / size):
         raise GeometryError(degenerate_points_finding(n, is_coincident=False))
-    values = np.where(values <= thin, 0.0, values)
+    values = np.where(values <= rounding_error, 0.0, values)
     values /= values.sum()
     axes[2] = upward(axes[None, 2])[0]
     floor = max(MIN_TILT, rounding / float(np.sqrt(size * values[1])))
@@ -78,9 +78,9 @@ def fit_moments(
     dof = max(min(float(n_effective or n), float(n)) - 3.0, 1.0)
     q = plane_errors.joint_quantile(np.array([dof]))
     h_max, h_min, overflow = plane_errors.hyperbolic(np.array([max(n, 4)]), rows)
-    largest, smallest = plane_errors.confidence_axes_rad(rows, q, q)
+    major_rad, minor_rad = plane_errors.confidence_axes_rad(rows, q, q)
     dip_error, azimuth_error, rake = plane_errors.split_rad(
-        axes[None, 0], axes[None, 1], azimuth, dip, flat, largest, smallest
+        axes[None, 0], axes[None, 1], azimuth, dip, flat, major_rad, minor_rad
     )
     l1, l2, l3 = (float(x) for x in values)
     return FittedPlane(
@@ -102,8 +102,8 @@ def fit_moments(
         max_angular_error_deg=_value_if_known(h_max, is_known),
         min_angular_error_deg=_value_if_known(h_min, is_known),
         hyperbolic_overflow=bool(overflow[0]) and is_known,
-        max_confidence95_deg=_value_if_known(np.degrees(largest), is_known),
-        min_confidence95_deg=_value_if_known(np.degrees(smallest), is_known),
+        max_confidence95_deg=_value_if_known(np.degrees(major_rad), is_known),
+        min_confidence95_deg=_value_if_known(np.degrees(minor_rad), is_known),
         error_rake_deg=_value_if_known(np.degrees(rake), is_known),
         dip_error_deg=_value_if_known(np.degrees(dip_error), is_known),
         dip_direction_error_deg=_value_if_known(np.degrees(azimuth_error), is_known),

@@ -81,8 +81,8 @@ def moments(
     xyz = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     given_weights = np.ones(len(xyz)) if weights is None else np.asarray(weights, dtype=np.float64)
     if not len(xyz):
-        zero = (0.0, 0.0, 0.0)
-        return Moments(0, zero, (zero, zero, zero), 0.0)
+        zero_vector = (0.0, 0.0, 0.0)
+        return Moments(0, zero_vector, (zero_vector, zero_vector, zero_vector), 0.0)
     weight, positions = given_weights, xyz
     if not are_distinct:
         place_of_point = weld_points(xyz)
@@ -140,11 +140,13 @@ def _effective_count(u: FloatArray, v: FloatArray, r: FloatArray) -> float:
         return float(n)
     # Richardson extrapolation: the scatter of the means misses correlated neighbours on the other
     # side of a cell border. Small cells miss more, so sqrt(excess) increases with the cell width.
-    fine_root, coarse = (np.sqrt(x / white) for x in _excess_variances(u, v, r, cells_per_side))
-    excess = max(float(2.0 * coarse - fine_root), 1.0) ** 2
-    free_values = cells_per_side * cells_per_side / 4.0 - 3.0
+    fine_root, coarse_root = (
+        np.sqrt(x / white) for x in _excess_variances(u, v, r, cells_per_side)
+    )
+    excess = max(float(2.0 * coarse_root - fine_root), 1.0) ** 2
+    degrees_of_freedom = cells_per_side * cells_per_side / 4.0 - 3.0
     # q is 2 F / dof times the variance of one independent point over l3, as in plane_errors.
-    q = float(joint_quantile(np.array([free_values]))[0]) * free_values * excess / n
+    q = float(joint_quantile(np.array([degrees_of_freedom]))[0]) * degrees_of_freedom * excess / n
     # The scatter of the means does not reveal steps or a partial layer, in which the pieces of the
     # patch share an attitude that differs from that of the whole.
     sample = slice(None, None, max(1, n // MAX_LEANING_POINTS))
@@ -166,17 +168,17 @@ def _excess_variances(
             x.reshape(four).sum(axis=(1, 3)).ravel() for x in (count, sums[:, 2])
         )
         return _excess_variance(count, sums[:, 2]), _excess_variance(wide_counts, heights)
-    fine, coarse = (equal_cells(u, v, k) for k in (side, side // 2))
+    fine_cells, coarse_cells = (equal_cells(u, v, k) for k in (side, side // 2))
     fine_excess, coarse_excess = (
-        _excess_variance(np.bincount(c), np.bincount(c, r)) for c in (fine, coarse)
+        _excess_variance(np.bincount(c), np.bincount(c, r)) for c in (fine_cells, coarse_cells)
     )
     return fine_excess, coarse_excess
 
 
 def _excess_variance(count: GenericArray, sums: GenericArray) -> float:
     cell_sums = np.asarray(sums, np.float64)
-    each = np.maximum(np.asarray(count, np.float64), 1.0)
-    return float((cell_sums * cell_sums / each).sum()) / (len(cell_sums) - 3.0)
+    cell_counts = np.maximum(np.asarray(count, np.float64), 1.0)
+    return float((cell_sums * cell_sums / cell_counts).sum()) / (len(cell_sums) - 3.0)
 
 
 def _leaning_variance(u: FloatArray, v: FloatArray, r: FloatArray, side: int) -> float:

@@ -48,18 +48,18 @@ def polygon_area(corners: npt.ArrayLike, width: int, height: int) -> PixelArea:
     if not box_width or not box_height or len(points) < 3:
         return PixelArea(left, top, np.zeros((box_height, box_width), np.bool_))
     # In the rows whose centres it crosses, every edge toggles all pixels to its right.
-    turns = np.zeros((box_height, box_width + 1), np.uint8)
+    crossings = np.zeros((box_height, box_width + 1), np.uint8)
     for (xa, ya), (xb, yb) in zip(points, np.roll(points, -1, axis=0), strict=True):
         low, up = min(ya, yb), max(ya, yb)
         first = max(0, int(np.ceil(low - 0.5)) - top)
-        last = min(box_height, int(np.ceil(up - 0.5)) - top)
-        if last <= first:
+        last_row = min(box_height, int(np.ceil(up - 0.5)) - top)
+        if last_row <= first:
             continue
-        rows = np.arange(first, last)
+        rows = np.arange(first, last_row)
         x = xa + (rows + top + 0.5 - ya) * (xb - xa) / (yb - ya)
         columns = np.clip(np.ceil(x - 0.5).astype(np.int64) - left, 0, box_width)
-        turns[rows, columns] ^= 1
-    inside = np.bitwise_xor.accumulate(turns[:, :box_width], axis=1)
+        crossings[rows, columns] ^= 1
+    inside = np.bitwise_xor.accumulate(crossings[:, :box_width], axis=1)
     return PixelArea(left, top, inside.astype(np.bool_))
 
 
@@ -122,9 +122,12 @@ class MaskChange:
     bits: bytes
 
     @classmethod
-    def of(cls, area: PixelArea, changed: BoolArray) -> MaskChange:
+    def of(cls, area: PixelArea, is_changed: BoolArray) -> MaskChange:
         return cls(
-            area.left, area.top, changed.shape, zlib.compress(np.packbits(changed).tobytes(), 1)
+            area.left,
+            area.top,
+            is_changed.shape,
+            zlib.compress(np.packbits(is_changed).tobytes(), 1),
         )
 
     def do(self, is_used: BoolArray) -> None:
@@ -153,11 +156,11 @@ def draw_area(is_used: BoolArray, area: PixelArea, is_masking: bool) -> MaskChan
         Change, or None if no pixel changed.
     """
     region = is_used[area.window]
-    changed = area.inside & (region if is_masking else ~region)
-    if not changed.any():
+    is_changed = area.inside & (region if is_masking else ~region)
+    if not is_changed.any():
         return None
-    region ^= changed
-    return MaskChange.of(area, changed)
+    region ^= is_changed
+    return MaskChange.of(area, is_changed)
 
 
 def _box(points: FloatArray, margin: float, width: int, height: int) -> tuple[int, int, int, int]:

@@ -53,14 +53,16 @@ def hyperbolic(n: IntArray, values: FloatArray) -> tuple[FloatArray, FloatArray,
         Angular errors, degrees.
     overflow : (m,) ndarray of bool
     """
-    scaled_values = values * (n / (n - 1.0))[:, None]  # the source divides the covariance by n - 1
+    scaled_variances = (
+        values * (n / (n - 1.0))[:, None]
+    )  # the source divides the covariance by n - 1
     dof = (n - 2.0).astype(np.float64)
     c = joint_quantile(dof) * np.sqrt(dof)
-    l3 = scaled_values[:, 2]
+    l3 = scaled_variances[:, 2]
     h3 = l3 * (1.0 + c)
     result = []
     for i in (1, 0):
-        h = scaled_values[:, i] - c * np.sqrt(scaled_values[:, i] * l3)
+        h = scaled_variances[:, i] - c * np.sqrt(scaled_variances[:, i] * l3)
         safe = np.where(h > 0.0, h, 1.0)
         result.append(np.where(h > 0.0, np.degrees(np.arctan(np.sqrt(h3 / safe))), 90.0))
         if i == 1:
@@ -179,8 +181,8 @@ def split_rad(
     dip_direction_deg: FloatArray,
     dip_deg: FloatArray,
     is_flat: BoolArray,
-    largest_values: FloatArray,
-    smallest_values: FloatArray,
+    major_rad: FloatArray,
+    minor_rad: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Compute the errors of dip and dip direction, and the rake of the largest tilt.
 
@@ -201,7 +203,7 @@ def split_rad(
     dip_direction_deg, dip_deg : (m,) ndarray
     is_flat : (m,) ndarray of bool
         Whether the plane has no dip direction.
-    largest_values, smallest_values : (m,) ndarray
+    major_rad, minor_rad : (m,) ndarray
         Semi-axes, radians.
 
     Returns
@@ -212,27 +214,27 @@ def split_rad(
         Rake of the direction of the largest tilt.
     """
     strike, down = strike_and_dip_lines(dip_direction_deg, dip_deg)
-    t1 = np.minimum(np.tan(smallest_values), 1e8)
-    t2 = np.minimum(np.tan(largest_values), 1e8)
+    t1 = np.minimum(np.tan(minor_rad), 1e8)
+    t2 = np.minimum(np.tan(major_rad), 1e8)
     a1, a2 = t1 * (e1 * down).sum(axis=1), t2 * (e2 * down).sum(axis=1)
     b1, b2 = t1 * (e1 * strike).sum(axis=1), t2 * (e2 * strike).sum(axis=1)
-    along_component, across_component, mixed_values = (
+    square_along, square_across, cross_term = (
         a1 * a1 + a2 * a2,
         b1 * b1 + b2 * b2,
         a1 * b1 + a2 * b2,
     )
-    dip_error = np.arctan(np.sqrt(along_component))
+    dip_error = np.arctan(np.sqrt(square_along))
 
     # Consider the lines through the horizontal point of the tangent plane that touch the ellipse.
     # Their slope k is the tangent of the azimuth difference:
     # k^2 open + 2 k cos mixed - across = 0.
     dip = np.radians(dip_deg)
     cosine = np.cos(dip)
-    open_values = np.sin(dip) ** 2 - cosine**2 * along_component
-    is_bounded = (open_values > 0.0) & ~is_flat
-    safe = np.where(is_bounded, open_values, 1.0)
-    root = np.sqrt(np.maximum((cosine * mixed_values) ** 2 + safe * across_component, 0.0))
-    slope = (np.abs(cosine * mixed_values) + root) / safe
+    quadratic_term = np.sin(dip) ** 2 - cosine**2 * square_along
+    is_bounded = (quadratic_term > 0.0) & ~is_flat
+    safe = np.where(is_bounded, quadratic_term, 1.0)
+    root = np.sqrt(np.maximum((cosine * cross_term) ** 2 + safe * square_across, 0.0))
+    slope = (np.abs(cosine * cross_term) + root) / safe
     azimuth_error = np.where(is_bounded, np.arctan(slope), np.nan)
 
     rake = np.arctan2((e2 * down).sum(axis=1), (e2 * strike).sum(axis=1)) % np.pi
@@ -250,7 +252,7 @@ STUDENT_QUANTILES = np.array([1.960, 2.042, 2.306, 2.776, 3.182, 4.303, 12.706])
 
 
 def bow_tilt_rad(
-    along_component: tuple[FloatArray, FloatArray, FloatArray],
+    residual_fields: tuple[FloatArray, FloatArray, FloatArray],
     starts: IntArray,
     counts: IntArray,
     values: FloatArray,
@@ -262,14 +264,14 @@ def bow_tilt_rad(
 
     Parameters
     ----------
-    along_component : three (N,) ndarray
+    residual_fields : three (N,) ndarray
         Coordinates of the points along e1, e2 and e3, group after group, relative to their mean.
     starts, counts : (m,) ndarray of int
         First point and number of points of each group.
     values : (m, 3) ndarray
         Variances along the axes, in squared units of the coordinates.
     """
-    u, v, r = along_component
+    u, v, r = residual_fields
     n = counts.astype(np.float64)
 
     def total(x: FloatArray) -> FloatArray:

@@ -233,11 +233,11 @@ def _along(
 def _distinct(xyz: FloatArray, starts: IntArray, counts: IntArray) -> IntArray:
     """Count the distinct points of each group; repeated clicks are not independent."""
     distinct = counts.copy()
-    short = counts <= MAX_POINTS_COUNTING_REPEATS
-    if not short.any():
+    is_short = counts <= MAX_POINTS_COUNTING_REPEATS
+    if not is_short.any():
         return distinct
-    group = np.repeat(np.flatnonzero(short), counts[short])
-    part = xyz[members(starts[short], counts[short])]
+    group = np.repeat(np.flatnonzero(is_short), counts[is_short])
+    part = xyz[members(starts[is_short], counts[is_short])]
     order = np.lexsort((part[:, 2], part[:, 1], part[:, 0], group))
     is_equal = (np.diff(part[order], axis=0) == 0.0).all(axis=1) & (np.diff(group[order]) == 0)
     np.subtract.at(distinct, group[order][1:][is_equal], 1)
@@ -314,33 +314,33 @@ def _errors(
     is_known = distinct_indices > 3
     n = np.where(is_known, counts, 4)
     dof = np.where(is_known, distinct_indices - 3.0, 1.0)
-    q1, q2, effective, long = plane_errors.quantiles(
+    q1, q2, effective, is_long = plane_errors.quantiles(
         *along_component, starts, counts, dof, is_ordered
     )
     # Residuals of points that lie exactly in a plane are rounding errors, not roughness.
     is_exact = values[:, 2] == 0.0
-    effective, long = np.where(is_exact, dof + 3.0, effective), long & ~is_exact
+    effective, is_long = np.where(is_exact, dof + 3.0, effective), is_long & ~is_exact
     h_max, h_min, overflow = plane_errors.hyperbolic(n, values)
     if regression is None:
         e1, e2 = axes[:, 0], axes[:, 1]
-        largest, smallest = plane_errors.confidence_axes_rad(values, q1, q2)
+        major_rad, minor_rad = plane_errors.confidence_axes_rad(values, q1, q2)
     else:
-        e1, e2, largest, smallest = plane_errors.regression_axes_rad(
+        e1, e2, major_rad, minor_rad = plane_errors.regression_axes_rad(
             regression, normal, np.maximum(q1, q2)
         )
     dip_error, azimuth_error, rake = plane_errors.split_rad(
-        e1, e2, dip_direction, dip, flat, largest, smallest
+        e1, e2, dip_direction, dip, flat, major_rad, minor_rad
     )
-    blank = np.where(is_known, 1.0, np.nan)
+    default_values = np.where(is_known, 1.0, np.nan)
     return {
-        "max_angular_error_deg": h_max * blank,
-        "min_angular_error_deg": h_min * blank,
+        "max_angular_error_deg": h_max * default_values,
+        "min_angular_error_deg": h_min * default_values,
         "hyperbolic_overflow": overflow & is_known,
-        "max_confidence95_deg": np.degrees(largest) * blank,
-        "min_confidence95_deg": np.degrees(smallest) * blank,
-        "error_rake_deg": np.degrees(rake) * blank,
-        "dip_error_deg": np.degrees(dip_error) * blank,
-        "dip_direction_error_deg": np.degrees(azimuth_error) * blank,
-        "n_effective": effective * blank,
-        "long_roughness": long & is_known,
+        "max_confidence95_deg": np.degrees(major_rad) * default_values,
+        "min_confidence95_deg": np.degrees(minor_rad) * default_values,
+        "error_rake_deg": np.degrees(rake) * default_values,
+        "dip_error_deg": np.degrees(dip_error) * default_values,
+        "dip_direction_error_deg": np.degrees(azimuth_error) * default_values,
+        "n_effective": effective * default_values,
+        "long_roughness": is_long & is_known,
     }

@@ -279,23 +279,25 @@ def fit_planes(
     counts = np.diff(cuts)
     if method == "regression" and axis == "auto":
         return _along_nearest_axes(xyz, cuts, is_ordered)
-    reasons, keep = _valid_groups(xyz, cuts, counts)
+    reasons, is_valid_group = _valid_groups(xyz, cuts, counts)
     result = _blank_figures(counts, method, is_ordered)
-    if keep.any():
-        if keep.all():
+    if is_valid_group.any():
+        if is_valid_group.all():
             points_used = xyz[cuts[0] : cuts[-1]]
         else:
-            points_used = xyz[members(cuts[:-1][keep], counts[keep])]
-        part, errors = figures(points_used, counts[keep], method, _axis_index(axis), is_ordered)
-        rows = np.flatnonzero(keep)
+            points_used = xyz[members(cuts[:-1][is_valid_group], counts[is_valid_group])]
+        part, errors = figures(
+            points_used, counts[is_valid_group], method, _axis_index(axis), is_ordered
+        )
+        rows = np.flatnonzero(is_valid_group)
         failed = [i for i, error in enumerate(errors) if error is not None]
         for name, value in part.items():
             result[name][rows] = value
         for i in failed:
             reasons[rows[i]] = errors[i]
             for name in part:
-                blank = False if result[name].dtype == bool else np.nan
-                result[name][rows[i]] = blank
+                default_value = False if result[name].dtype == bool else np.nan
+                result[name][rows[i]] = default_value
     return PlaneFits(n=counts, error=tuple(reasons), method=method, ordered=is_ordered, **result)
 
 
@@ -306,12 +308,12 @@ def _axis_index(axis: Axis) -> int:
 def _along_nearest_axes(xyz: FloatArray, cuts: IntArray, is_ordered: bool) -> PlaneFits:
     """Fit regressions along the axis nearest to the PCA normal of each plane."""
     pca_fits = fit_planes(xyz, cuts, is_ordered=is_ordered)
-    nearest_values = np.abs(np.nan_to_num(pca_fits.normal)).argmax(axis=1)
+    steepest_axes = np.abs(np.nan_to_num(pca_fits.normal)).argmax(axis=1)
     counts = np.diff(cuts)
     result = _blank_figures(counts, "regression", is_ordered)
     reasons: list[Finding | None] = [None] * len(counts)
     for k, axis in enumerate(_AXES):
-        rows = np.flatnonzero(nearest_values == k)
+        rows = np.flatnonzero(steepest_axes == k)
         if not len(rows):
             continue
         offsets = np.concatenate([[0], np.cumsum(counts[rows])])

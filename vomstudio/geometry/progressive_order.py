@@ -102,10 +102,10 @@ def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> Pro
 
         low, high = _bounds(points, each)
         if not (np.isfinite(low).all() and np.isfinite(high).all()):
-            finite_rows = np.flatnonzero(np.isfinite(points).all(axis=1))
-            arrangement = arrange(points[finite_rows], check)
+            finite_indices = np.flatnonzero(np.isfinite(points).all(axis=1))
+            arrangement = arrange(points[finite_indices], check)
             return replace(
-                arrangement, rows=finite_rows[arrangement.rows].astype(arrangement.rows.dtype)
+                arrangement, rows=finite_indices[arrangement.rows].astype(arrangement.rows.dtype)
             )
         side = float((high - low).max()) * (1.0 + 1e-9) or 1.0
         row_bits = max(1, len(points).bit_length())
@@ -192,11 +192,11 @@ def _shuffle(code: UInt64Array, depth: int) -> None:
     """
     # The golden ratio spreads consecutive numbers (D. E. Knuth, The art of computer programming 3,
     # 6.4).
-    ratio, highest_values = np.uint64(0x9E3779B97F4A7C15), np.uint64(61)
+    ratio, shift_bits = np.uint64(0x9E3779B97F4A7C15), np.uint64(61)
     for level in range(depth, N_UNSHUFFLED_LEVELS, -1):
         parent_code = code >> np.uint64(3 * (depth - level + 1))
         parent_code *= ratio
-        parent_code >>= highest_values
+        parent_code >>= shift_bits
         parent_code <<= np.uint64(3 * (depth - level))
         code ^= parent_code
 
@@ -207,29 +207,29 @@ def _levels(
     """Return the level of each point along the curve, and the spacing of every level."""
     count = len(codes)
     # Number of cubes around a point that also contain the previous point.
-    shared_values = np.zeros(count, np.uint8)
+    shared_levels = np.zeros(count, np.uint8)
 
     def compare(part: slice) -> None:
         first = max(part.start, 1)
         differences = codes[first : part.stop] ^ codes[first - 1 : part.stop - 1]
         for level in range(1, depth + 1):
-            shared_values[first : part.stop] += differences < np.uint64(1 << 3 * (depth - level))
+            shared_levels[first : part.stop] += differences < np.uint64(1 << 3 * (depth - level))
 
     item(compare, count)
     # Number of cubes that contain a point, from the outermost level inwards.
-    filled_values = np.cumsum(np.bincount(shared_values, minlength=depth + 1))[:depth]
-    filled_values = np.concatenate([[1], filled_values])
+    filled_counts = np.cumsum(np.bincount(shared_levels, minlength=depth + 1))[:depth]
+    filled_counts = np.concatenate([[1], filled_counts])
     top = depth + 1
     if count > POINTS_PER_NODE:
-        top = max(1, int(np.searchsorted(filled_values, POINTS_PER_NODE, side="right")) - 1)
-    levels = np.maximum(shared_values, top - 1) - np.uint8(top - 1)
+        top = max(1, int(np.searchsorted(filled_counts, POINTS_PER_NODE, side="right")) - 1)
+    levels = np.maximum(shared_levels, top - 1) - np.uint8(top - 1)
     cumulated = np.cumsum(np.bincount(levels, minlength=1))
     # On a surface, the spacing scales with the square root of the number of points per cube.
-    coarser_values = np.maximum(
-        np.searchsorted(filled_values, cumulated / 2.0, side="right") - 1, 0
+    coarser_counts = np.maximum(
+        np.searchsorted(filled_counts, cumulated / 2.0, side="right") - 1, 0
     )
-    return levels, side / 2.0**coarser_values * np.sqrt(
-        filled_values[coarser_values] / np.maximum(cumulated, 1)
+    return levels, side / 2.0**coarser_counts * np.sqrt(
+        filled_counts[coarser_counts] / np.maximum(cumulated, 1)
     )
 
 
@@ -241,18 +241,18 @@ def _cut_into_nodes(keys: UInt64Array, counts: IntegerArray) -> tuple[IntArray, 
     starts: list[int] = []
     level_of: list[int] = []
     parents: list[int] = []
-    above = [-1]
+    parent_nodes = [-1]
     position = 0
     for level, count in enumerate(counts.tolist()):
         keys_of_level = keys[position : position + count]
-        later = [starts[node] for node in above[1:]]
+        later_starts = [starts[node] for node in parent_nodes[1:]]
         cuts = (
-            [0, *np.searchsorted(keys_of_level, keys[later]).tolist(), count]
-            if later
+            [0, *np.searchsorted(keys_of_level, keys[later_starts]).tolist(), count]
+            if later_starts
             else [0, count]
         )
         new_nodes = []
-        for node, length in zip(above, np.diff(cuts).tolist(), strict=True):
+        for node, length in zip(parent_nodes, np.diff(cuts).tolist(), strict=True):
             pieces = -(-length // POINTS_PER_NODE)
             for piece in range(pieces):
                 new_nodes.append(len(starts))
@@ -260,7 +260,7 @@ def _cut_into_nodes(keys: UInt64Array, counts: IntegerArray) -> tuple[IntArray, 
                 level_of.append(level)
                 parents.append(node)
             position += length
-        above = new_nodes or above
+        parent_nodes = new_nodes or parent_nodes
     starts.append(position)
     return (
         np.array(starts, np.int64),

@@ -14,13 +14,15 @@ from vomstudio.geometry.matrices import IDENTITY, Matrix, Point
 from vomstudio.geometry.registrations import Registration, RegistrationPoint
 
 
-def change_world(registration: Registration, by: npt.ArrayLike, frame: Frame) -> Registration:
+def change_world(
+    registration: Registration, change_matrix: npt.ArrayLike, frame: Frame
+) -> Registration:
     """Return a registration after a similarity of the World frame.
 
     Parameters
     ----------
     registration : Registration
-    by : (4, 4) float
+    change_matrix : (4, 4) float
         Similarity from the World frame to the new World frame.
     frame : Frame
         Description of the new World frame.
@@ -29,9 +31,9 @@ def change_world(registration: Registration, by: npt.ArrayLike, frame: Frame) ->
     -------
     Registration
         Registration whose rotations and translations refer to the new axes, and whose lengths are
-        scaled by `by`.
+        scaled by `change_matrix`.
     """
-    rows = transform.matrix(np.asarray(by, np.float64))
+    rows = transform.matrix(np.asarray(change_matrix, np.float64))
     scale = transform.scale_factor(rows)
     rotation = rows[:3, :3] / scale
     covariance = None
@@ -78,7 +80,7 @@ def change_world(registration: Registration, by: npt.ArrayLike, frame: Frame) ->
     )
 
 
-def change_file_frame(registration: Registration, by: npt.ArrayLike) -> Registration:
+def change_file_frame(registration: Registration, change_matrix: npt.ArrayLike) -> Registration:
     """Return a registration after a similarity of the file coordinates of the model.
 
     The place of the model in World, and its errors, stay as they are. A file whose coordinates
@@ -87,10 +89,10 @@ def change_file_frame(registration: Registration, by: npt.ArrayLike) -> Registra
     Parameters
     ----------
     registration : Registration
-    by : (4, 4) float
+    change_matrix : (4, 4) float
         Similarity from the old to the new file coordinates.
     """
-    rows = transform.matrix(np.asarray(by, np.float64))
+    rows = transform.matrix(np.asarray(change_matrix, np.float64))
     matrix_before = transform.matrix(registration.matrix)
     if np.array_equal(rows, np.eye(4)):
         return registration
@@ -115,13 +117,13 @@ def is_same_registration(first: Registration, second: Registration) -> bool:
     -------
     bool
     """
-    renamed = replace(
+    renamed_registration = replace(
         first,
         id=second.id,
         name=second.name,
         reconstruction_id=second.reconstruction_id,
     )
-    return renamed == second
+    return renamed_registration == second
 
 
 def _rotated_sigma(sigma: Point, rotation: FloatArray) -> Point:

@@ -191,10 +191,10 @@ class Registration:
         import numpy as np
 
         if self.covariance is not None and self.centre is not None:
-            known_values = np.array(self.covariance, np.float64)
+            covariance_matrix = np.array(self.covariance, np.float64)
             total = 0.0
-            for which in np.ndindex(2, 2, 2):
-                x, y, z = np.where(which, bounds[1], bounds[0]) - self.centre
+            for corner_index in np.ndindex(2, 2, 2):
+                x, y, z = np.where(corner_index, bounds[1], bounds[0]) - self.centre
                 # A rotation w moves the corner by w x p, a change of scale along p.
                 moves = np.hstack(
                     [
@@ -202,7 +202,7 @@ class Registration:
                         np.eye(3),
                     ]
                 )
-                total += float(np.trace(moves @ known_values @ moves.T))
+                total += float(np.trace(moves @ covariance_matrix @ moves.T))
             return float(np.sqrt(max(total, 0.0) / 8.0 / 3.0))
         rms = self.rms_check_m or self.rms_control_m
         return None if rms is None else float(rms / np.sqrt(3.0))

@@ -68,17 +68,17 @@ MIN_FLOAT = float(np.finfo(np.float64).tiny)
 def _models() -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
     """Return the length, white share, smoothness and weight of all models but the white one."""
     rows: list[tuple[float, float, bool, float]] = []
-    for smooth in (False, True):
+    for is_smooth in (False, True):
         rows += [
             (
                 x,
                 0.0,
-                smooth,
-                SMOOTHNESS_WEIGHTS[smooth] * (10.0 * x) ** SMOOTHNESS_WEIGHT_SLOPES[smooth],
+                is_smooth,
+                SMOOTHNESS_WEIGHTS[is_smooth] * (10.0 * x) ** SMOOTHNESS_WEIGHT_SLOPES[is_smooth],
             )
             for x in SHORT_LENGTHS
         ]
-        rows += [(x, 0.0, smooth, LONG_LENGTH_WEIGHTS[smooth]) for x in LONG_LENGTHS]
+        rows += [(x, 0.0, is_smooth, LONG_LENGTH_WEIGHTS[is_smooth]) for x in LONG_LENGTHS]
     for fraction, mixed_weight in zip(MIXED_WHITE_SHARES, MIXED_WEIGHT, strict=True):
         rows += [
             (x, fraction, False, mixed_weight * (10.0 * x) ** MIXED_WEIGHT_SLOPE)
@@ -107,11 +107,13 @@ def _correlations(n: int, points_per_piece: int) -> tuple[FloatArray, FloatArray
         points_per_piece / (n * points_per_piece - 1.0)
     )
     x = lag / MODEL_LENGTHS[:, None, None]
-    rough_values = np.exp(np.where(IS_SMOOTH_MODEL[:, None, None], -0.5 * x * x, -x)) @ fraction
-    rough_values *= (1.0 - MODEL_WHITE_SHARES)[:, None]
-    variance = rough_values[:, :1] + (MODEL_WHITE_SHARES / points_per_piece)[:, None]
+    rough_correlations = (
+        np.exp(np.where(IS_SMOOTH_MODEL[:, None, None], -0.5 * x * x, -x)) @ fraction
+    )
+    rough_correlations *= (1.0 - MODEL_WHITE_SHARES)[:, None]
+    variance = rough_correlations[:, :1] + (MODEL_WHITE_SHARES / points_per_piece)[:, None]
     white = (MODEL_WHITE_SHARES / points_per_piece) / variance[:, 0]
-    return np.vstack([np.zeros(n), rough_values / variance]), np.concatenate([[1.0], white])
+    return np.vstack([np.zeros(n), rough_correlations / variance]), np.concatenate([[1.0], white])
 
 
 class _ModelLibrary:
@@ -154,16 +156,16 @@ class _ModelLibrary:
         self.square = s * s
         self.mean = 1.0 + 2.0 * (rho * taper).sum(axis=1)
         # Scale to a variance of 1 after a fit has removed the two lowest coefficients.
-        remaining_values = np.maximum(n - self.mean - s[:, 0] - s[:, 1], 1e-3 * n)
-        scaled_values = (
-            s[:, :N_FREQUENCIES] * ((n - 3.0) / remaining_values)[:, None] + MIN_NOISE_SHARE
+        remaining_freedom = np.maximum(n - self.mean - s[:, 0] - s[:, 1], 1e-3 * n)
+        scaled_sums = (
+            s[:, :N_FREQUENCIES] * ((n - 3.0) / remaining_freedom)[:, None] + MIN_NOISE_SHARE
         )
-        self.log = np.log(scaled_values)
-        self.inverse = 1.0 / scaled_values
-        doubled_values = np.full(n + 1, 2.0)
-        doubled_values[[0, n]] = 1.0
+        self.log = np.log(scaled_sums)
+        self.inverse = 1.0 / scaled_sums
+        doubled_counts = np.full(n + 1, 2.0)
+        doubled_counts[[0, n]] = 1.0
         self.toeplitz = (
-            ((1.0 - self.white)[:, None] + 2.0 * transform.real) * doubled_values / (2 * n)
+            ((1.0 - self.white)[:, None] + 2.0 * transform.real) * doubled_counts / (2 * n)
         )
         # A correlation below 1/e at the next point is equivalent to white noise.
         decay_length = np.where(IS_SMOOTH_MODEL, np.sqrt(2.0), 1.0) * MODEL_LENGTHS
@@ -208,8 +210,8 @@ def inflate(
         Whether the roughness is as long as the trace.
     """
     q1, q2 = white_share.copy(), white_share.copy()
-    effective_values = degrees_of_freedom + 3.0
-    long = np.zeros(len(degrees_of_freedom), bool)
+    effective_counts = degrees_of_freedom + 3.0
+    is_long = np.zeros(len(degrees_of_freedom), bool)
     positions = _places(u, v, starts, counts)
     order = np.argsort(counts, kind="stable")
     sizes, first = np.unique(counts[order], return_index=True)
@@ -225,21 +227,23 @@ def inflate(
         if n > MAX_PIECES:
             blocks, variance_share = _block_means(series)
             dof = np.minimum(dof, MAX_PIECES - 3.0)
-            g, freedom, weight, long[rows] = _compare_models(blocks, dof, models)
+            g, freedom, weight, is_long[rows] = _compare_models(blocks, dof, models)
         else:
-            g, freedom, weight, long[rows] = _compare_models(series, dof, models)
+            g, freedom, weight, is_long[rows] = _compare_models(series, dof, models)
         t = positions[index]
         uneven = ((np.diff(t) * (n - 1.0) - 1.0) ** 2).mean(axis=1) > MAX_UNEVENNESS**2
         if uneven.any():
-            placed = _inflation_at_places(series[:2, uneven], t[uneven], dof[uneven], models)
-            g[:, uneven] = np.maximum(g[:, uneven], placed)
+            place_inflation = _inflation_at_places(
+                series[:2, uneven], t[uneven], dof[uneven], models
+            )
+            g[:, uneven] = np.maximum(g[:, uneven], place_inflation)
         q = _mixture_quantile(g, freedom, weight, dof) * variance_share
         q1[rows], q2[rows] = q
         # The number of independent points that would give the same limit.
         with np.errstate(divide="ignore"):  # q is 0 for points exactly on the plane
-            independent_values = 3.0 - 2.0 * LOG_LEVEL / np.log1p(q[1])
-        effective_values[rows] = np.minimum(independent_values, degrees_of_freedom[rows] + 3.0)
-    return q1, q2, effective_values, long
+            independent_count = 3.0 - 2.0 * LOG_LEVEL / np.log1p(q[1])
+        effective_counts[rows] = np.minimum(independent_count, degrees_of_freedom[rows] + 3.0)
+    return q1, q2, effective_counts, is_long
 
 
 def _places(u: FloatArray, v: FloatArray, starts: IntArray, counts: IntArray) -> FloatArray:
@@ -273,9 +277,9 @@ def _inflation_at_places(
     piece_sums = [np.bincount(piece.ravel(), x.ravel(), k * m).reshape(k, m) for x in series]
     spectrum = np.fft.rfft(np.stack(piece_sums) / sums[..., None], 2 * m)
     loading = (spectrum.real**2 + spectrum.imag**2) @ models.toeplitz.T + models.white
-    remaining_values = np.maximum(m - loading.sum(axis=0), 1e-2 * m)
+    remaining_freedom = np.maximum(m - loading.sum(axis=0), 1e-2 * m)
     return np.asarray(
-        np.maximum(loading[:2] * (degrees_of_freedom[:, None] / remaining_values), 1.0)
+        np.maximum(loading[:2] * (degrees_of_freedom[:, None] / remaining_freedom), 1.0)
     )
 
 
@@ -324,13 +328,13 @@ def _compare_models(
     # and the degrees of freedom of this variance.
     power = (spectrum[:2].real ** 2 + spectrum[:2].imag ** 2) / sums[:2]
     loading = power @ models.toeplitz.T + models.white
-    remaining_values = np.maximum(n - models.mean - loading[0] - loading[1], 1e-3 * n)
+    remaining_freedom = np.maximum(n - models.mean - loading[0] - loading[1], 1e-3 * n)
     freedom = np.minimum(
-        FREEDOM_FACTOR * remaining_values**2 / (remaining_share @ models.square.T), n - 3.0
+        FREEDOM_FACTOR * remaining_freedom**2 / (remaining_share @ models.square.T), n - 3.0
     )
     freedom[:, 0] = n - 3.0
     fraction = degrees_of_freedom / (n - 3.0)
-    inflation = np.maximum(loading * (degrees_of_freedom[:, None] / remaining_values), 1.0)
+    inflation = np.maximum(loading * (degrees_of_freedom[:, None] / remaining_freedom), 1.0)
     # Whittle likelihood with the scale profiled out.
     used_share = remaining_share[:, :N_FREQUENCIES]
     misfit = (
@@ -340,8 +344,8 @@ def _compare_models(
     likelihood = -0.5 * (used_share @ models.log.T + number[:, None] * np.log(misfit))
     weight = _normalize(SHARPNESS * (likelihood + models.log_weight))
     plain_weight = _normalize(likelihood) * IS_PURE_MODEL
-    long = plain_weight[:, IS_LONG_MODEL].sum(axis=1) > 0.5 * plain_weight.sum(axis=1)
-    return inflation, freedom * fraction[:, None], weight, long
+    is_long = plain_weight[:, IS_LONG_MODEL].sum(axis=1) > 0.5 * plain_weight.sum(axis=1)
+    return inflation, freedom * fraction[:, None], weight, is_long
 
 
 def _normalize(logarithms: FloatArray) -> FloatArray:

@@ -110,18 +110,18 @@ def resolution_from_neighbours(neighbours: Callable[[int], FloatArray | None]) -
     """
     areas_and_noises: tuple[FloatArray, FloatArray] | None = None
     for count in NEIGHBOUR_COUNTS:
-        near = neighbours(count)
-        if near is None or near.shape[1] < 2:
+        neighbour_points = neighbours(count)
+        if neighbour_points is None or neighbour_points.shape[1] < 2:
             break
-        areas_and_noises = neighbour_statistics(near)
-        if _inner_share(near) >= MIN_INNER_SHARE or near.shape[1] < count:
+        areas_and_noises = neighbour_statistics(neighbour_points)
+        if _inner_share(neighbour_points) >= MIN_INNER_SHARE or neighbour_points.shape[1] < count:
             break
     return None if areas_and_noises is None else _larger_of_spacing_and_noise(*areas_and_noises)
 
 
-def _inner_share(near: FloatArray) -> float:
+def _inner_share(neighbour_points: FloatArray) -> float:
     """Return the share of neighbours (q, k, 3), nearest first, within half the distance."""
-    distance = np.linalg.norm(near[:, 1:] - near[:, :1], axis=2)
+    distance = np.linalg.norm(neighbour_points[:, 1:] - neighbour_points[:, :1], axis=2)
     return float((distance < 0.5 * distance[:, -1:]).mean())
 
 
@@ -133,7 +133,7 @@ def _larger_of_spacing_and_noise(areas: FloatArray, noises: FloatArray) -> float
     return float(max(np.sqrt(np.median(areas[is_known])), np.median(noises[is_known])))
 
 
-def neighbour_statistics(near: FloatArray) -> tuple[FloatArray, FloatArray]:
+def neighbour_statistics(neighbour_points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the area per point and the noise about the local plane.
 
     The area is that of the ellipse with the variances of the points, accurate to some percent at
@@ -141,7 +141,7 @@ def neighbour_statistics(near: FloatArray) -> tuple[FloatArray, FloatArray]:
 
     Parameters
     ----------
-    near : (q, k, 3) ndarray
+    neighbour_points : (q, k, 3) ndarray
         Nearest points of q places, nearest first.
 
     Returns
@@ -150,26 +150,26 @@ def neighbour_statistics(near: FloatArray) -> tuple[FloatArray, FloatArray]:
         NaN if all points coincide.
     noise : (q,) ndarray
     """
-    first = near[:, :1]
-    offsets = near - first
+    first = neighbour_points[:, :1]
+    offsets = neighbour_points - first
     square = np.einsum("qkx,qkx->qk", offsets, offsets)
-    distinct_values = np.full(len(near), near.shape[1], np.float64)
+    distinct_counts = np.full(len(neighbour_points), neighbour_points.shape[1], np.float64)
     for row in np.flatnonzero((square[:, 1:] == 0.0).any(axis=1)):
-        distinct_values[row] = len(np.unique(near[row], axis=0))
-    centred_values = offsets - offsets.mean(axis=1, keepdims=True)
+        distinct_counts[row] = len(np.unique(neighbour_points[row], axis=0))
+    centred_offsets = offsets - offsets.mean(axis=1, keepdims=True)
     values = np.linalg.eigvalsh(
-        np.einsum("qkx,qky->qxy", centred_values, centred_values) / near.shape[1]
+        np.einsum("qkx,qky->qxy", centred_offsets, centred_offsets) / neighbour_points.shape[1]
     )
     values = np.maximum(values, 0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
-        gaps = np.where(distinct_values > 1, distinct_values - 1.0, np.nan)
+        gaps = np.where(distinct_counts > 1, distinct_counts - 1.0, np.nan)
         # Uniform in an ellipse, the variances are a quarter of the squared semi-axes; on a line,
         # a twelfth of the squared length.
-        unbiased = distinct_values / gaps
+        unbiased = distinct_counts / gaps
         ellipse = 4.0 * np.pi * unbiased * np.sqrt(values[:, 1] * values[:, 2]) / gaps
         area = np.maximum(ellipse, 12.0 * values[:, 2] / gaps**2)
-        free_values = np.where(
-            distinct_values > 3, distinct_values / (distinct_values - 3.0), np.nan
+        degrees_of_freedom = np.where(
+            distinct_counts > 3, distinct_counts / (distinct_counts - 3.0), np.nan
         )
-        noise = np.sqrt(values[:, 0] * np.where(distinct_values > 3, free_values, 0.0))
+        noise = np.sqrt(values[:, 0] * np.where(distinct_counts > 3, degrees_of_freedom, 0.0))
     return area, noise

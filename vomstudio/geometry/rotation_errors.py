@@ -33,12 +33,12 @@ def cross_matrix(directions: FloatArray) -> FloatArray:
     (n, 3, 3) ndarray
     """
     x, y, z = directions.T
-    zero = np.zeros_like(x)
+    zeros = np.zeros_like(x)
     return np.stack(
         [
-            np.stack([zero, -z, y], axis=1),
-            np.stack([z, zero, -x], axis=1),
-            np.stack([-y, x, zero], axis=1),
+            np.stack([zeros, -z, y], axis=1),
+            np.stack([z, zeros, -x], axis=1),
+            np.stack([-y, x, zeros], axis=1),
         ],
         axis=1,
     )
@@ -76,9 +76,9 @@ def errors_95_deg(rotation: FloatArray, directions: FloatArray) -> FloatArray:
         Degrees, at most 90.
     """
     spread = direction_covariance(rotation, directions)
-    largest_values = np.linalg.eigvalsh(spread)[:, -1]
+    largest_variances = np.linalg.eigvalsh(spread)[:, -1]
     return np.asarray(
-        np.minimum(np.degrees(np.sqrt(CHI2_TWO * np.maximum(largest_values, 0.0))), 90.0)
+        np.minimum(np.degrees(np.sqrt(CHI2_TWO * np.maximum(largest_variances, 0.0))), 90.0)
     )
 
 
@@ -107,14 +107,14 @@ def enlarged_semi_axes(
     largest, smallest : (n,) ndarray or float
         Degrees, at most 90.
     """
-    width, narrow, total, excluded = (
+    width, narrow, total, excluded_error = (
         np.asarray(item, np.float64)
         for item in (largest_deg, smallest_deg, total_deg, excluded_deg)
     )
     is_free = total >= 90.0
-    added_values = np.where(is_free, 0.0, np.maximum(total**2 - width**2 - excluded**2, 0.0))
-    largest_values = np.where(is_free, 90.0, np.minimum(np.sqrt(width**2 + added_values), 90.0))
-    return largest_values, np.minimum(np.sqrt(narrow**2 + added_values), 90.0)
+    added_squares = np.where(is_free, 0.0, np.maximum(total**2 - width**2 - excluded_error**2, 0.0))
+    major_deg = np.where(is_free, 90.0, np.minimum(np.sqrt(width**2 + added_squares), 90.0))
+    return major_deg, np.minimum(np.sqrt(narrow**2 + added_squares), 90.0)
 
 
 def component_error_95(shape: FloatArray, step: FloatArray, direction: FloatArray) -> float:
@@ -156,10 +156,10 @@ def horizontal_error_95(shape: FloatArray, step: FloatArray) -> float:
     float
         In the unit of `step`.
     """
-    flat_values = np.array([step[0], step[1], 0.0])
-    length = float(np.linalg.norm(flat_values))
+    horizontal_step = np.array([step[0], step[1], 0.0])
+    length = float(np.linalg.norm(horizontal_step))
     if length > 1e-9 * float(np.linalg.norm(step)):
-        return component_error_95(shape, step, flat_values / length)
+        return component_error_95(shape, step, horizontal_step / length)
     directions = np.array(
         [[np.cos(t), np.sin(t), 0.0] for t in np.linspace(0.0, np.pi, 180, False)]
     )

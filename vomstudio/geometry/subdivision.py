@@ -50,11 +50,11 @@ def find_undivided(
     bend = _largest_bend(vertices, faces)
     if _sampled_share(vertices, faces, bend) < MIN_SHARE:
         return None
-    used, inverse = np.unique(faces, return_inverse=True)
-    number = weld_points(np.asarray(vertices[used], np.float64))
-    origin = np.asarray(vertices[used[0]], np.float64)
+    used_corners, inverse = np.unique(faces, return_inverse=True)
+    number = weld_points(np.asarray(vertices[used_corners], np.float64))
+    origin = np.asarray(vertices[used_corners[0]], np.float64)
     positions = np.empty((int(number.max()) + 1, 3))
-    positions[number] = vertices[used] - origin
+    positions[number] = vertices[used_corners] - origin
     face_numbers = number[inverse.reshape(-1, 3)]
     normals, areas = _normals(positions[face_numbers])
     is_valid = (areas > 0.0) & np.isfinite(areas)
@@ -89,10 +89,10 @@ def find_undivided(
 
 def _normals(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return unit normals (m, 3) and areas (m,) of triangles (m, 3, 3)."""
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    double = np.linalg.norm(cross, axis=1)
+    cross_products = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    doubled_areas = np.linalg.norm(cross_products, axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
-        return cross / double[:, None], 0.5 * double
+        return cross_products / doubled_areas[:, None], 0.5 * doubled_areas
 
 
 def _largest_bend(vertices: FloatArray, faces: IntegerArray) -> float:
@@ -178,10 +178,10 @@ def _corners(
     )
     if not np.array_equal(arriving, leaving):
         # Faces with different orientation, or outlines that touch themselves.
-        common_values = np.intersect1d(arriving, leaving)
-        arrives = arrives[np.searchsorted(arriving, common_values)]
-        leaves = leaves[np.searchsorted(leaving, common_values)]
-        arriving = common_values
+        shared_corners = np.intersect1d(arriving, leaving)
+        arrives = arrives[np.searchsorted(arriving, shared_corners)]
+        leaves = leaves[np.searchsorted(leaving, shared_corners)]
+        arriving = shared_corners
     bend = np.linalg.norm(np.cross(side[arrives], side[leaves]), axis=1)
     forward = (side[arrives] * side[leaves]).sum(axis=1)
     is_corner = (bend > max_bend) | (forward < 0.0)

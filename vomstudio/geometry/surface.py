@@ -61,15 +61,15 @@ class VertexSurface:
     def __init__(
         self,
         vertices: FloatArray,
-        undivided: FloatArray | Callable[[], FloatArray] | None = None,
+        undivided_vertices: FloatArray | Callable[[], FloatArray] | None = None,
     ) -> None:
         """Store the vertices (n, 3) float64 without copying them.
 
-        `undivided` contains the vertices that determine the resolution (see
+        `undivided_vertices` contains the vertices that determine the resolution (see
         `geometry.subdivision`), or is a function that returns them. If None, all vertices are used.
         """
         self._vertices = vertices
-        self._undivided = undivided
+        self._undivided = undivided_vertices
         self._tree: cKDTree | None = None
         self._coarse_tree: cKDTree | None = None
         self._lock = threading.Lock()
@@ -124,8 +124,8 @@ class VertexSurface:
             if face is not None and abs(float(face @ plane_normal)) > MIN_FACE_COSINE:
                 return face
         radius = max(FACE_EXTENT_RATIO * extent, 10.0 * resolution)
-        near = self._near_box(line.min(axis=0) - radius, line.max(axis=0) + radius)
-        return _fit_face(line, near[:: max(1, len(near) // MAX_FACE_POINTS)], radius)
+        near_points = self._near_box(line.min(axis=0) - radius, line.max(axis=0) + radius)
+        return _fit_face(line, near_points[:: max(1, len(near_points) // MAX_FACE_POINTS)], radius)
 
     def _near_box(self, low: FloatArray, high: FloatArray) -> FloatArray:
         """Return vertices (k, 3) in a box that suffice to determine the attitude of the surface."""
@@ -140,9 +140,11 @@ class VertexSurface:
         id_blocks = []
         for start in range(0, len(self._vertices), BLOCK_SIZE):
             part = np.asarray(self._vertices[start : start + BLOCK_SIZE])
-            near = np.flatnonzero(np.abs(part[:, 0] - centre[0]) <= radius)
-            offsets = part[near] - centre
-            id_blocks.append(start + near[np.einsum("ij,ij->i", offsets, offsets) <= radius**2])
+            near_indices = np.flatnonzero(np.abs(part[:, 0] - centre[0]) <= radius)
+            offsets = part[near_indices] - centre
+            id_blocks.append(
+                start + near_indices[np.einsum("ij,ij->i", offsets, offsets) <= radius**2]
+            )
         return np.concatenate(id_blocks)
 
     def _normal(self, centre: FloatArray, radius: float) -> FloatArray | None:
@@ -152,16 +154,16 @@ class VertexSurface:
         """
         if self._tree is None or self._coarse_tree is None:
             return None
-        near = self._coarse[self._coarse_tree.query_ball_point(centre, radius)]
-        if len(near) < MIN_NORMAL_POINTS:
+        near_points = self._coarse[self._coarse_tree.query_ball_point(centre, radius)]
+        if len(near_points) < MIN_NORMAL_POINTS:
             distance, index = self._tree.query(
                 centre, k=min(MIN_NORMAL_POINTS, len(self._vertices)), distance_upper_bound=radius
             )
-            near = self._vertices[np.atleast_1d(index)[np.isfinite(np.atleast_1d(distance))]]
-        if len(near) < 3:
+            near_points = self._vertices[np.atleast_1d(index)[np.isfinite(np.atleast_1d(distance))]]
+        if len(near_points) < 3:
             return None
-        centred_values = near - near.mean(axis=0)
-        values, vectors = np.linalg.eigh(centred_values.T @ centred_values)
+        centred_points = near_points - near_points.mean(axis=0)
+        values, vectors = np.linalg.eigh(centred_points.T @ centred_points)
         return np.asarray(vectors[:, 0]) if values[1] > 1e-12 * values[2] else None
 
     def _nearest(self, point: FloatArray, count: int) -> FloatArray:
@@ -174,21 +176,21 @@ class VertexSurface:
         return np.asarray(self._vertices[index[np.argsort(square[index])]])
 
 
-def _fit_face(line: FloatArray, near: FloatArray, radius: float) -> FloatArray | None:
+def _fit_face(line: FloatArray, near_points: FloatArray, radius: float) -> FloatArray | None:
     """Fit the unit normal (3,) of vertices (k, 3) within a radius of a line.
 
     None if they are not a face.
     """
     from scipy.spatial import cKDTree
 
-    if len(near) < 3:
+    if len(near_points) < 3:
         return None
-    distance, _ = cKDTree(line).query(near, distance_upper_bound=radius)
-    near = near[np.isfinite(distance)]
-    if len(near) < 3:
+    distance, _ = cKDTree(line).query(near_points, distance_upper_bound=radius)
+    near_points = near_points[np.isfinite(distance)]
+    if len(near_points) < 3:
         return None
-    centred_values = near - near.mean(axis=0)
-    values, vectors = np.linalg.eigh(centred_values.T @ centred_values)
+    centred_points = near_points - near_points.mean(axis=0)
+    values, vectors = np.linalg.eigh(centred_points.T @ centred_points)
     # A line or a blob of points is not a face.
     if values[1] <= 1e-12 * values[2] or values[0] > 0.5 * values[1]:
         return None
@@ -203,9 +205,9 @@ def _plane_within_wander(points: FloatArray, resolution: float) -> FloatArray | 
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     if len(points) < 3 or not resolution > 0.0:
         return None
-    centred_values = points - points.mean(axis=0)
-    values, vectors = np.linalg.eigh(centred_values.T @ centred_values / len(points))
-    extent = float(np.ptp(centred_values @ vectors[:, 2]))
+    centred_points = points - points.mean(axis=0)
+    values, vectors = np.linalg.eigh(centred_points.T @ centred_points / len(points))
+    extent = float(np.ptp(centred_points @ vectors[:, 2]))
     is_straight = values[1] <= 1e-12 * values[2]
     if is_straight or not is_width_within_wander(float(values[1]), extent, len(points), resolution):
         return None

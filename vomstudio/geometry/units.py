@@ -69,7 +69,7 @@ MAX_ROUNDING_M = 1e-7
 """Maximum length that is considered a rounding error."""
 
 
-def strip_metric_suffix(name: str, others: Container[str] = ()) -> str:
+def strip_metric_suffix(name: str, other_names: Container[str] = ()) -> str:
     """Return the name of a column `NAME_m`, `NAME_m2` or `NAME_1_per_m` for an unknown unit.
 
     It is `NAME`, or `NAME_units` if another column has this name.
@@ -77,17 +77,17 @@ def strip_metric_suffix(name: str, others: Container[str] = ()) -> str:
     Parameters
     ----------
     name : str
-    others : Container[str], optional
+    other_names : Container[str], optional
         Names of the other columns.
 
     Returns
     -------
     str
     """
-    for ending, replacement in UNIT_SUFFIXES:
-        if name.endswith(ending):
-            base = name.removesuffix(ending) + replacement
-            return f"{base}_units" if base in others else base
+    for suffix, replacement in UNIT_SUFFIXES:
+        if name.endswith(suffix):
+            base = name.removesuffix(suffix) + replacement
+            return f"{base}_units" if base in other_names else base
     return name
 
 

@@ -30,10 +30,10 @@ def wrap360(angle_deg: float | FloatArray) -> float | FloatArray:
     # mod(-1e-20, 360) is 360.0 itself; adding 0.0 turns -0.0 into 0.0.
     if type(angle_deg) is float or np.ndim(angle_deg) == 0:
         # Python's remainder is NumPy's, in a twentieth of the time.
-        one = float(angle_deg) % 360.0
-        return 0.0 if one >= 360.0 else one + 0.0
-    wrapped_values = np.mod(angle_deg, 360.0)
-    return np.where(wrapped_values >= 360.0, 0.0, wrapped_values) + 0.0
+        wrapped_scalar = float(angle_deg) % 360.0
+        return 0.0 if wrapped_scalar >= 360.0 else wrapped_scalar + 0.0
+    wrapped_angle = np.mod(angle_deg, 360.0)
+    return np.where(wrapped_angle >= 360.0, 0.0, wrapped_angle) + 0.0
 
 
 def upward(normals: FloatArray) -> FloatArray:
@@ -99,7 +99,7 @@ def strike_and_dip_lines(
     strike, dip : (m, 3) ndarray
     """
     a, d = np.radians(dip_direction_deg), np.radians(dip_deg)
-    zero = np.zeros_like(a)
-    strike = np.stack([-np.cos(a), np.sin(a), zero], axis=1)
+    zeros = np.zeros_like(a)
+    strike = np.stack([-np.cos(a), np.sin(a), zeros], axis=1)
     down = np.stack([np.sin(a) * np.cos(d), np.cos(a) * np.cos(d), -np.sin(d)], axis=1)
     return strike, down

@@ -50,7 +50,7 @@ def find_plugins(
 
     kind_name = kind.__name__
     plugins: list[T] = []
-    broken_items: list[Finding] = []
+    broken_plugins: list[Finding] = []
     for module in sorted(pkgutil.iter_modules(package.__path__), key=lambda m: m.name):
         if module.name.startswith("_"):
             continue
@@ -59,16 +59,16 @@ def find_plugins(
         if isinstance(candidate, kind):
             plugins.append(candidate)
         else:
-            broken_items.append(Finding("plugin.not-defined", module=name, name=attribute))
+            broken_plugins.append(Finding("plugin.not-defined", module=name, name=attribute))
     for point in sorted(entry_points(group=group), key=lambda p: p.name):
         plugin = f"{kind_name} '{point.name}' ({point.value})"
         try:
             candidate = point.load()
         except Exception as error:  # noqa: BLE001  errors of other packages must not stop the program
-            broken_items.append(Finding("plugin.not-loaded", plugin=plugin, reason=error))
+            broken_plugins.append(Finding("plugin.not-loaded", plugin=plugin, reason=error))
             continue
         if isinstance(candidate, kind):
             plugins.append(candidate)
         else:
-            broken_items.append(Finding("plugin.other-kind", plugin=plugin, kind=kind_name))
-    return LoadedPlugins(tuple(plugins), tuple(broken_items))
+            broken_plugins.append(Finding("plugin.other-kind", plugin=plugin, kind=kind_name))
+    return LoadedPlugins(tuple(plugins), tuple(broken_plugins))

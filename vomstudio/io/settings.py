@@ -253,21 +253,25 @@ def write_settings(
 
 
 def _merge(
-    stored_items: dict[str, Any], base: dict[str, Any], current: dict[str, Any]
+    stored_settings: dict[str, Any], base: dict[str, Any], current: dict[str, Any]
 ) -> dict[str, Any]:
     """Return the stored values with the changes of this window since `base`."""
-    merged = {
-        key: stored_items[key] if value == base[key] else value for key, value in current.items()
+    merged_settings = {
+        key: stored_settings[key] if value == base[key] else value for key, value in current.items()
     }
     new_texts = [text for text in current["unclosed"] if text not in base["unclosed"]]
-    removed = {*new_texts, *base["unclosed"]} - set(current["unclosed"])
-    others = [text for text in stored_items["unclosed"] if text not in removed.union(new_texts)]
-    merged["unclosed"] = [*others, *new_texts]
+    removed_texts = {*new_texts, *base["unclosed"]} - set(current["unclosed"])
+    unclosed_paths = [
+        text for text in stored_settings["unclosed"] if text not in removed_texts.union(new_texts)
+    ]
+    merged_settings["unclosed"] = [*unclosed_paths, *new_texts]
     # Files opened since then precede the file that was the newest.
     newest, former = current["recent"], base["recent"][:1]
-    opened = newest[: newest.index(former[0])] if former and former[0] in newest else newest
-    merged["recent"] = list(dict.fromkeys([*opened, *stored_items["recent"]]))[:_MAX_RECENT]
-    return merged
+    opened_paths = newest[: newest.index(former[0])] if former and former[0] in newest else newest
+    merged_settings["recent"] = list(dict.fromkeys([*opened_paths, *stored_settings["recent"]]))[
+        :_MAX_RECENT
+    ]
+    return merged_settings
 
 
 def _current_text(path: Path) -> str:
@@ -339,11 +343,15 @@ def _toml(values: dict[str, Any], older_text: str) -> str:
         document = tomlkit.parse(older_text)
     except (TOMLKitError, RecursionError):
         return tomlkit.dumps(values)
-    expected = document.unwrap() | values
+    expected_values_by_key = document.unwrap() | values
     _set(document, values)
     text = tomlkit.dumps(document)
     # tomlkit may write dotted keys, and tables in several parts, incorrectly.
-    return text if tomllib.loads(text) == expected else tomlkit.dumps(expected)
+    return (
+        text
+        if tomllib.loads(text) == expected_values_by_key
+        else tomlkit.dumps(expected_values_by_key)
+    )
 
 
 def _set(table: Any, values: dict[str, Any]) -> None:

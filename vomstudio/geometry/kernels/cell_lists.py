@@ -15,7 +15,7 @@ _HASH_FACTOR = 0x9E3779B97F4A7C15 - (1 << 64)
 
 
 @kernel("i8(i8[::1], i8, i8, i8[::1], i8[::1], i4[::1])")
-def near_cells(keys, row, layer, position, starts, near):  # type: ignore[no-untyped-def]
+def near_cells(keys, row, layer, position, starts, near_points):  # type: ignore[no-untyped-def]
     """Find the up to 26 neighbours of each cell and return their total number.
 
     Parameters
@@ -28,7 +28,7 @@ def near_cells(keys, row, layer, position, starts, near):  # type: ignore[no-unt
         Zeros; working space.
     starts : (k + 1,) ndarray
         Output: the neighbours of cell c are near[starts[c]:starts[c + 1]].
-    near : ndarray
+    near_points : ndarray
         Output: rows of `keys`.
     """
     total = 0
@@ -42,7 +42,7 @@ def near_cells(keys, row, layer, position, starts, near):  # type: ignore[no-unt
             position[turn] = p
             while p < len(keys) and keys[p] <= first + 2:
                 if p != c:
-                    near[total] = p
+                    near_points[total] = p
                     total += 1
                 p += 1
     starts[len(keys)] = total
@@ -130,22 +130,22 @@ def sort_upper(values, first, last, other, counts):  # type: ignore[no-untyped-d
     This is a radix sort from the lowest bits upwards (Knuth, The Art of Computer Programming 3,
     5.2.5). `other`, which has the length of `values`, and `counts` (512,) are working space.
     """
-    n, turns = len(values), 0
+    n, n_passes = len(values), 0
     for shift in range(first, last, 9):
         mask = (1 << min(9, last - shift)) - 1
-        one, two = (values, other) if turns % 2 == 0 else (other, values)
-        turns += 1
+        source, target = (values, other) if n_passes % 2 == 0 else (other, values)
+        n_passes += 1
         counts[:] = 0
         for i in range(n):
-            counts[(one[i] >> shift) & mask] += 1
+            counts[(source[i] >> shift) & mask] += 1
         total = 0
         for k in range(mask + 1):
             counts[k], total = total, total + counts[k]
         for i in range(n):
-            k = (one[i] >> shift) & mask
-            two[counts[k]] = one[i]
+            k = (source[i] >> shift) & mask
+            target[counts[k]] = source[i]
             counts[k] += 1
-    if turns % 2 == 1:
+    if n_passes % 2 == 1:
         values[:] = other
 
 
@@ -166,7 +166,7 @@ def sort_points_by_cell(packed_keys, bits, points, rows, sorted_rows, positions,
     keys, cell_starts : ndarray
         Output: number of each cell and its first sorted point.
     """
-    cells, last = 0, -1
+    cells, last_cell = 0, -1
     low = (1 << bits) - 1
     for k in range(len(packed_keys)):
         key, row = packed_keys[k] >> bits, packed_keys[k] & low
@@ -176,9 +176,9 @@ def sort_points_by_cell(packed_keys, bits, points, rows, sorted_rows, positions,
             points[row, 1],
             points[row, 2],
         )
-        if key != last:
+        if key != last_cell:
             keys[cells], cell_starts[cells] = key, k
-            cells, last = cells + 1, key
+            cells, last_cell = cells + 1, key
     cell_starts[cells] = len(packed_keys)
     return cells
 
@@ -200,7 +200,7 @@ def nearest_in_block(  # type: ignore[no-untyped-def]
     cells,
     near,
     squares,
-    known,
+    is_certain,
 ):
     """Find the nearest points of each row in its cell and the cells around it.
 
@@ -214,20 +214,20 @@ def nearest_in_block(  # type: ignore[no-untyped-def]
         Rows of the query points, and their cells.
     near, squares : (k, m) ndarray
         Output: rows of the nearest points, the point itself first, and squared distances.
-    known : (k,) ndarray of bool
+    is_certain : (k,) ndarray of bool
         Output: whether m points were found and no point in a farther cell can be nearer.
     """
     maximum = near.shape[1]
     for i in range(len(rows)):
         x, y, z = points[rows[i], 0], points[rows[i], 1], points[rows[i], 2]
         c = cells[i]
-        count, worst_value = 0, math.inf
+        count, worst_square = 0, math.inf
         for turn in range(starts[c] - 1, starts[c + 1]):
             o = c if turn < starts[c] else neighbouring_cells[turn]
             for p in range(cell_starts[o], cell_starts[o + 1]):
                 dx, dy, dz = points[p, 0] - x, points[p, 1] - y, points[p, 2] - z
                 square = dx * dx + dy * dy + dz * dz
-                if square >= worst_value:
+                if square >= worst_square:
                     continue
                 j = min(count, maximum - 1)
                 while j > 0 and squares[i, j - 1] > square:
@@ -236,26 +236,26 @@ def nearest_in_block(  # type: ignore[no-untyped-def]
                 squares[i, j], near[i, j] = square, p
                 count = min(count + 1, maximum)
                 if count == maximum:
-                    worst_value = squares[i, maximum - 1]
+                    worst_square = squares[i, maximum - 1]
         # Distance from the point to the border of the block.
         a = x - (keys[c] % row - 1) * side
         b = y - (keys[c] % layer // row - 1) * side
         d = z - (keys[c] // layer - 1) * side
         clearance = min(min(a, side - a), min(b, side - b), min(d, side - d))
         clearance = side * (1.0 - 1e-9) + clearance
-        known[i] = count == maximum and worst_value <= clearance * clearance
+        is_certain[i] = count == maximum and worst_square <= clearance * clearance
 
 
 @kernel("void(f8[:,::1], i8[::1], f8[:,::1], f8[:,::1])")
 def cell_moments(points, cell_starts, means, inner):  # type: ignore[no-untyped-def]
     """Compute the mean and covariance (xx, yy, zz, xy, xz, yz) of the points of each cell."""
     for c in range(len(cell_starts) - 1):
-        first, last = cell_starts[c], cell_starts[c + 1]
-        n = last - first
+        first, last_point = cell_starts[c], cell_starts[c + 1]
+        n = last_point - first
         x, y, z = points[first, 0], points[first, 1], points[first, 2]
         sx, sy, sz = 0.0, 0.0, 0.0
         xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for p in range(first + 1, last):
+        for p in range(first + 1, last_point):
             dx, dy, dz = points[p, 0] - x, points[p, 1] - y, points[p, 2] - z
             sx, sy, sz = sx + dx, sy + dy, sz + dz
             xx, yy, zz = xx + dx * dx, yy + dy * dy, zz + dz * dz
@@ -278,7 +278,7 @@ def cell_moments(points, cell_starts, means, inner):  # type: ignore[no-untyped-
     "void(i8, i8, i8[::1], f8[:,::1], f8[:,::1], i8[::1], i4[::1], i8[::1], f8[:,::1], f8[:,::1])"
 )
 def block_planes(  # type: ignore[no-untyped-def]
-    first, last, cell_starts, means, inner, starts, near, count, normals, spreads
+    first, last, cell_starts, means, inner, starts, neighbours, count, normals, spreads
 ):
     """Fit a plane to the points of each cell from `first` to `last` and the cells around it.
 
@@ -291,7 +291,7 @@ def block_planes(  # type: ignore[no-untyped-def]
         sx, sy, sz = 0.0, 0.0, 0.0
         xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for k in range(starts[c] - 1, starts[c + 1]):
-            o = c if k < starts[c] else near[k]
+            o = c if k < starts[c] else neighbours[k]
             w = float(cell_starts[o + 1] - cell_starts[o])
             dx, dy, dz = means[o, 0] - x, means[o, 1] - y, means[o, 2] - z
             n += w

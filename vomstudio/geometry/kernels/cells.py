@@ -110,13 +110,13 @@ def smallest_eigenvector(a, b, c, d, e, f):  # type: ignore[no-untyped-def]
         v11, v12 = _swung(k, s, v11, v12)
         v21, v22 = _swung(k, s, v21, v22)
     total = a + b + c
-    least, maximum = min(a, b, c), max(a, b, c)
+    smallest_diagonal, maximum = min(a, b, c), max(a, b, c)
     x, y, z = v00, v10, v20
-    if least == b:
+    if smallest_diagonal == b:
         x, y, z = v01, v11, v21
-    elif least == c:
+    elif smallest_diagonal == c:
         x, y, z = v02, v12, v22
-    return x, y, z, least, total - least - maximum, maximum
+    return x, y, z, smallest_diagonal, total - smallest_diagonal - maximum, maximum
 
 
 @kernel(
@@ -249,21 +249,21 @@ def along_axes(  # type: ignore[no-untyped-def]
                             points[position, 2] - z,
                         )
                         position += 1
-                        along_component = dx * ux + dy * uy + dz * uz
+                        axis_component = dx * ux + dy * uy + dz * uz
                         # Count each point in one piece only.
                         if (
-                            along_component < t - half
-                            or along_component > t + half
-                            or (along_component == t + half and not is_last)
+                            axis_component < t - half
+                            or axis_component > t + half
+                            or (axis_component == t + half and not is_last)
                         ):
                             continue
-                        offset = dx * dx + dy * dy + dz * dz - along_component * along_component
+                        offset = dx * dx + dy * dy + dz * dz - axis_component * axis_component
                         if offset > radius * radius:
                             continue
                         n += 1
-                        step = along_component - mean
+                        step = axis_component - mean
                         mean += step / n
-                        squares += step * (along_component - mean)
+                        squares += step * (axis_component - mean)
         count[row] = n
         if n > 0:
             means[row] = mean

@@ -219,7 +219,7 @@ def to_read_only_array(array: npt.ArrayLike, dtype: npt.DTypeLike) -> AnyArray:
     -------
     ndarray
     """
-    required_values = np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED"])
-    if required_values.flags.writeable or not required_values.size:
-        return to_kernel_array(required_values, dtype)
-    return np.asarray(_BorrowedMemory(required_values))
+    required_array = np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED"])
+    if required_array.flags.writeable or not required_array.size:
+        return to_kernel_array(required_array, dtype)
+    return np.asarray(_BorrowedMemory(required_array))

@@ -94,9 +94,9 @@ def _linked(
     )
 
     def run(*args: Any) -> Any:
-        well, result = signature.call(function, args)
+        is_done, result = signature.call(function, args)
         # The code raised an exception. Run the kernel with numba, which reports the exception.
-        return result if well else compile_by_numba()(*args)
+        return result if is_done else compile_by_numba()(*args)
 
     return run
 
@@ -240,9 +240,9 @@ def load_code(name: str) -> bytes | None:
     """
     for folder in cache_folders():
         with contextlib.suppress(OSError, InputError):
-            whole = read_whole(folder / name)
-            code = whole[len(_FORMAT) + _DIGEST_BYTES :]
-            if whole == _sealed(code):
+            content = read_whole(folder / name)
+            code = content[len(_FORMAT) + _DIGEST_BYTES :]
+            if content == _sealed(code):
                 return code
     return None
 
@@ -289,8 +289,8 @@ def _file_name(source: KernelSource) -> str:
         digest.update(f"{word}\n".encode())
     for word in _meaning(source.function):
         digest.update(f"{len(word)} {word}\n".encode())
-    where = f"{source.function.__module__}.{source.function.__name__}"
-    return f"{re.sub(r'[^A-Za-z0-9_.]', '_', where)}-{digest.hexdigest()}.code"
+    qualified_name = f"{source.function.__module__}.{source.function.__name__}"
+    return f"{re.sub(r'[^A-Za-z0-9_.]', '_', qualified_name)}-{digest.hexdigest()}.code"
 
 
 @cache
@@ -317,10 +317,10 @@ def compiler() -> tuple[str, ...]:
     The first item is the version of numba, or "" if numba is not installed.
     """
     spec = find_spec("numba")
-    where = None if spec is None else spec.origin
+    library_path = None if spec is None else spec.origin
     settings = [f"{k}={v}" for k, v in sorted(os.environ.items()) if k.startswith("NUMBA_")]
     return (
-        read_small_text(Path(where).with_name("_version.py")) if where else "",
+        read_small_text(Path(library_path).with_name("_version.py")) if library_path else "",
         sys.version,
         *(word for word in settings if not word.startswith("NUMBA_CACHE_DIR=")),
     )
@@ -340,8 +340,8 @@ def _meaning(function: Callable[..., Any]) -> Iterator[str]:
         yield repr([_ordered(c) for c in code.co_consts if not isinstance(c, CodeType)])
         yield repr((code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars))
         yield repr((code.co_argcount, code.co_flags))
-    used = {n for code in codes for n in code.co_names if n in function.__globals__}
-    for name in sorted(used):
+    used_globals = {n for code in codes for n in code.co_names if n in function.__globals__}
+    for name in sorted(used_globals):
         yield name
         yield from _value(function.__globals__[name])
     values = [cell.cell_contents for cell in function.__closure__ or ()]

@@ -52,18 +52,18 @@ def _nearest_weights(ax, ay, az, ex, ey, ez, fx, fy, fz, x, y, z):  # type: igno
     # Outside, or a triangle without area: on the nearest of the edges.
     u, v = _edge(px, py, pz, ex, ey, ez), 0.0
     dx, dy, dz = px - u * ex, py - u * ey, pz - u * ez
-    best = dx * dx + dy * dy + dz * dz
+    nearest_square = dx * dx + dy * dy + dz * dz
     t = _edge(px, py, pz, fx, fy, fz)
     dx, dy, dz = px - t * fx, py - t * fy, pz - t * fz
     square = dx * dx + dy * dy + dz * dz
-    if square < best:
-        best, u, v = square, 0.0, t
+    if square < nearest_square:
+        nearest_square, u, v = square, 0.0, t
     gx, gy, gz = fx - ex, fy - ey, fz - ez
     t = _edge(px - ex, py - ey, pz - ez, gx, gy, gz)
     dx, dy, dz = px - ex - t * gx, py - ey - t * gy, pz - ez - t * gz
     square = dx * dx + dy * dy + dz * dz
-    if square < best:
-        best, u, v = square, 1.0 - t, t
+    if square < nearest_square:
+        nearest_square, u, v = square, 1.0 - t, t
     return u, v
 
 
@@ -83,23 +83,23 @@ def nearest_faces(  # type: ignore[no-untyped-def]
         x, y, z = positions[row, 0], positions[row, 1], positions[row, 2]
         if not (np.isfinite(x) and np.isfinite(y) and np.isfinite(z)):
             continue
-        best = np.inf
+        nearest_square = np.inf
         top = 0
         stack[0], entry[0] = 0, _box_square(low, high, 0, x, y, z)
         while top >= 0:
             node, position = stack[top], entry[top]
             top -= 1
-            if position >= best:
+            if position >= nearest_square:
                 continue
             if node < leaves - 1:
                 a, b = 2 * node + 1, 2 * node + 2
                 da, db = _box_square(low, high, a, x, y, z), _box_square(low, high, b, x, y, z)
                 if da > db:
                     a, b, da, db = b, a, db, da
-                if db < best:
+                if db < nearest_square:
                     top += 1
                     stack[top], entry[top] = b, db
-                if da < best:
+                if da < nearest_square:
                     top += 1
                     stack[top], entry[top] = a, da
                 continue
@@ -115,7 +115,7 @@ def nearest_faces(  # type: ignore[no-untyped-def]
                 dy = y - ay - u * ey - v * fy
                 dz = z - az - u * ez - v * fz
                 square = dx * dx + dy * dy + dz * dz
-                if square < best:
-                    best = square
+                if square < nearest_square:
+                    nearest_square = square
                     index[row] = f
                     weights[row, 0], weights[row, 1], weights[row, 2] = 1.0 - u - v, u, v

@@ -67,10 +67,10 @@ def weighted_spread(points, weights, centre, scatter):  # type: ignore[no-untype
         w, sx, sy, sz = 0.0, 0.0, 0.0, 0.0
         xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(len(points)):
-            one = weights[i] if len(weights) > 1 else weights[0]
+            unit_weight = weights[i] if len(weights) > 1 else weights[0]
             dx, dy, dz = points[i, 0] - x, points[i, 1] - y, points[i, 2] - z
-            ax, ay, az = one * dx, one * dy, one * dz
-            w, sx, sy, sz = w + one, sx + ax, sy + ay, sz + az
+            ax, ay, az = unit_weight * dx, unit_weight * dy, unit_weight * dz
+            w, sx, sy, sz = w + unit_weight, sx + ax, sy + ay, sz + az
             if turn == 1:
                 xx, yy, zz = xx + ax * dx, yy + ay * dy, zz + az * dz
                 xy, xz, yz = xy + ax * dy, xz + ax * dz, yz + ay * dz

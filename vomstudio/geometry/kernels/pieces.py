@@ -34,10 +34,10 @@ def split_work(count: int) -> Iterator[Run]:
     with thread_pool(pieces - 1) as pool:
 
         def run(work: Callable[[int, int], object]) -> None:
-            others = [pool.submit(work, *ends[i : i + 2]) for i in range(1, pieces)]
+            futures = [pool.submit(work, *ends[i : i + 2]) for i in range(1, pieces)]
             work(ends[0], ends[1])
-            for other in others:
-                other.result()
+            for future in futures:
+                future.result()
 
         yield run
 

@@ -21,24 +21,24 @@ def _solved(rows):  # type: ignore[no-untyped-def]
     Returns whether there is a solution, which is then the last column.
     """
     for k in range(6):
-        best = k
+        pivot = k
         for i in range(k + 1, 6):
-            if abs(rows[i, k]) > abs(rows[best, k]):
-                best = i
-        if abs(rows[best, k]) < 1e-9:
+            if abs(rows[i, k]) > abs(rows[pivot, k]):
+                pivot = i
+        if abs(rows[pivot, k]) < 1e-9:
             return False
-        if best != k:
+        if pivot != k:
             for j in range(k, 7):
-                rows[k, j], rows[best, j] = rows[best, j], rows[k, j]
+                rows[k, j], rows[pivot, j] = rows[pivot, j], rows[k, j]
         for i in range(k + 1, 6):
             fraction = rows[i, k] / rows[k, k]
             for j in range(k, 7):
                 rows[i, j] -= fraction * rows[k, j]
     for k in range(5, -1, -1):
-        remainder = rows[k, 6]
+        pivot_row = rows[k, 6]
         for j in range(k + 1, 6):
-            remainder -= rows[k, j] * rows[j, 6]
-        rows[k, 6] = remainder / rows[k, k]
+            pivot_row -= rows[k, j] * rows[j, 6]
+        rows[k, 6] = pivot_row / rows[k, k]
     return True
 
 

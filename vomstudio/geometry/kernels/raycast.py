@@ -11,14 +11,14 @@ INSIDE_TOLERANCE = -1e-9
 
 
 @kernel("void(f8[:,::1], i4[:,::1], i4[::1], f8, f8, f8, i4[:,::1], f8[:,::1], f8[:,:,::1])")
-def find_grid_hits(points, faces, selected, left, top, step, face, depth, weights):  # type: ignore[no-untyped-def]
+def find_grid_hits(points, faces, selected_triangles, left, top, step, face, depth, weights):  # type: ignore[no-untyped-def]
     """Find the first hits of rays along +z through the centres of a grid's pixels.
 
     See `cast_grid`. `face` is -1 and `depth` infinity on entry.
     """
     h, w = face.shape
-    for k in range(len(selected)):
-        f = selected[k]
+    for k in range(len(selected_triangles)):
+        f = selected_triangles[k]
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         ax, ay, az = points[a, 0], points[a, 1], points[a, 2]
         ex, ey, ez = points[b, 0] - ax, points[b, 1] - ay, points[b, 2] - az
@@ -52,14 +52,16 @@ def find_grid_hits(points, faces, selected, left, top, step, face, depth, weight
 @kernel(
     "void(f8[:,::1], i4[:,::1], i4[::1], f8, f8, f8, i4[:,::1], i4[:,::1], f8[:,::1], f8[:,:,::1])"
 )
-def find_quarter_hits(points, faces, selected, left, top, step, slot, face, depth, weights):  # type: ignore[no-untyped-def]
+def find_quarter_hits(
+    points, faces, selected_triangles, left, top, step, slot, face, depth, weights
+):  # type: ignore[no-untyped-def]
     """Find the first hits of four rays in each pixel whose slot is not -1.
 
     As `find_grid_hits`; the slot is the row of the results.
     """
     h, w = slot.shape
-    for k in range(len(selected)):
-        f = selected[k]
+    for k in range(len(selected_triangles)):
+        f = selected_triangles[k]
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         ax, ay, az = points[a, 0], points[a, 1], points[a, 2]
         ex, ey, ez = points[b, 0] - ax, points[b, 1] - ay, points[b, 2] - az

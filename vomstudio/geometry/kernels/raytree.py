@@ -25,9 +25,9 @@ def _finite(vector):  # type: ignore[no-untyped-def]
 
 
 @part
-def _entry_distance(low, high, node, start, direction, last):  # type: ignore[no-untyped-def]
-    """Return the distance at which a ray enters a box, infinite if not before `last`."""
-    near, far = 0.0, last
+def _entry_distance(low, high, node, start, direction, max_distance):  # type: ignore[no-untyped-def]
+    """Return the distance at which a ray enters a box, infinite if not before `max_distance`."""
+    near_distance, far_distance = 0.0, max_distance
     for axis in range(3):
         a, b = low[node, axis], high[node, axis]
         if a > b:
@@ -41,19 +41,22 @@ def _entry_distance(low, high, node, start, direction, last):  # type: ignore[no
             if t0 > t1:
                 t0, t1 = t1, t0
             slack = 1e-12 * (abs(t0) + abs(t1))
-            near, far = max(near, t0 - slack), min(far, t1 + slack)
-            if near > far:
+            near_distance, far_distance = (
+                max(near_distance, t0 - slack),
+                min(far_distance, t1 + slack),
+            )
+            if near_distance > far_distance:
                 return np.inf
-    return near
+    return near_distance
 
 
 @part
-def _descend(low, high, node, start, direction, last, stack, entry, top):  # type: ignore[no-untyped-def]
+def _descend(low, high, node, start, direction, max_distance, stack, entry, top):  # type: ignore[no-untyped-def]
     """Push the children of a node that a ray enters onto the stack, nearer child on top."""
     a, b = 2 * node + 1, 2 * node + 2
     ta, tb = (
-        _entry_distance(low, high, a, start, direction, last),
-        _entry_distance(low, high, b, start, direction, last),
+        _entry_distance(low, high, a, start, direction, max_distance),
+        _entry_distance(low, high, b, start, direction, max_distance),
     )
     if ta > tb:
         a, b, ta, tb = b, a, tb, ta
@@ -89,18 +92,18 @@ def first_faces(  # type: ignore[no-untyped-def]
     leaves = (len(low) + 1) // 2
     for ray in range(len(directions)):
         s, w = starts[ray], directions[ray]
-        best = ends[ray]
+        best_distance = ends[ray]
         if not (_finite(s) and _finite(w)):
             continue
         top = 0
-        stack[0], entry[0] = 0, _entry_distance(low, high, 0, s, w, best)
+        stack[0], entry[0] = 0, _entry_distance(low, high, 0, s, w, best_distance)
         while top >= 0:
             node, position = stack[top], entry[top]
             top -= 1
-            if position == np.inf or position > best:
+            if position == np.inf or position > best_distance:
                 continue
             if node < leaves - 1:
-                top = _descend(low, high, node, s, w, best, stack, entry, top)
+                top = _descend(low, high, node, s, w, best_distance, stack, entry, top)
                 continue
             first = (node - (leaves - 1)) * LEAF_SIZE_ITEMS
             for k in range(first, min(first + LEAF_SIZE_ITEMS, len(order))):
@@ -125,8 +128,8 @@ def first_faces(  # type: ignore[no-untyped-def]
                 if v < INSIDE_TOLERANCE or u + v > 1.0 - INSIDE_TOLERANCE:
                     continue
                 t = (fx * qx + fy * qy + fz * qz) / det
-                if 0.0 < t < best:
-                    best = t
+                if 0.0 < t < best_distance:
+                    best_distance = t
                     index[ray] = f
                     distance[ray] = t
                     weights[ray, 0] = 1.0 - u - v
@@ -163,12 +166,12 @@ def first_points(  # type: ignore[no-untyped-def]
         if length == 0.0:
             continue
         # The first walk finds how far the first surface is, the second its best point.
-        front, closest_values = ends[ray], np.inf
+        front, closest_distance = ends[ray], np.inf
         for turn in range(2):
             limit = front if turn == 0 else min(front + point_radius / length, ends[ray])
             top = 0
             stack[0], entry[0] = 0, _entry_distance(low, high, 0, s, w, limit)
-            met = False
+            is_hit = False
             while top >= 0:
                 node, position = stack[top], entry[top]
                 top -= 1
@@ -189,13 +192,13 @@ def first_points(  # type: ignore[no-untyped-def]
                     if offset > reach:
                         continue
                     if turn == 0:
-                        met = True
+                        is_hit = True
                         limit = t
-                    elif offset < closest_values:
-                        closest_values = offset
+                    elif offset < closest_distance:
+                        closest_distance = offset
                         index[ray] = p
                         distance[ray] = t
             if turn == 0:
-                if not met:
+                if not is_hit:
                     break
                 front = limit

@@ -126,12 +126,14 @@ class Signature:
         """Return whether the call succeeded, and the result. Raises TypeError, OverflowError."""
         if len(args) != len(self._parameters):
             raise TypeError(f"A kernel takes {len(self._parameters)} arguments, not {len(args)}.")
-        flat_items: list[Any] = []
+        flat_arguments: list[Any] = []
         for position, (parameter, value) in enumerate(zip(self._parameters, args, strict=True)):
-            flat_items += parameter.flat(position, value)
+            flat_arguments += parameter.flat(position, value)
         results_buffer, error_pointer = self._room(), ctypes.c_void_p()
         if (
-            entry(ctypes.addressof(results_buffer), ctypes.addressof(error_pointer), *flat_items)
+            entry(
+                ctypes.addressof(results_buffer), ctypes.addressof(error_pointer), *flat_arguments
+            )
             != 0
         ):
             return False, None

@@ -84,8 +84,11 @@ def link_parts(function: Callable[..., Any]) -> Callable[..., Any]:
     cells = tuple(
         CellType(resolve_parts(cell.cell_contents)) for cell in function.__closure__ or ()
     )
-    new = FunctionType(
+    linked_function = FunctionType(
         function.__code__, names, function.__name__, function.__defaults__, cells or None
     )
-    new.__module__, new.__qualname__ = function.__module__, function.__qualname__
-    return new
+    linked_function.__module__, linked_function.__qualname__ = (
+        function.__module__,
+        function.__qualname__,
+    )
+    return linked_function

@@ -62,9 +62,11 @@ class CellGrid:
     @cached_property
     def _around(self) -> tuple[IntArray, Int32Array]:
         starts = np.empty(len(self.keys) + 1, np.int64)
-        near = np.empty(26 * len(self.keys), np.int32)
-        total = near_cells(self.keys, self.row, self.layer, np.zeros(9, np.int64), starts, near)
-        return starts, near[:total].copy()
+        neighbours = np.empty(26 * len(self.keys), np.int32)
+        total = near_cells(
+            self.keys, self.row, self.layer, np.zeros(9, np.int64), starts, neighbours
+        )
+        return starts, neighbours[:total].copy()
 
     def around(self) -> tuple[IntArray, Int32Array]:
         """Return the up to 26 neighbouring cells of each cell, as starts and list."""
@@ -72,9 +74,9 @@ class CellGrid:
 
     def count_around(self) -> IntArray:
         """Return the number of points in each cell and its neighbours (cells,)."""
-        starts, near = self._around
+        starts, neighbours = self._around
         count = np.diff(self.begins)
-        return np.asarray(np.diff(np.append(0, np.cumsum(count[near]))[starts]) + count)
+        return np.asarray(np.diff(np.append(0, np.cumsum(count[neighbours]))[starts]) + count)
 
     def cells_of(self, places: IntArray) -> IntArray:
         """Return the cell of each of the given positions."""

@@ -120,9 +120,11 @@ class PointGrid:
 
         def work(block: slice) -> None:
             rows = order[block]
-            near = to_kernel_array(positions[rows] - self.corner, np.float64)
+            near_points = to_kernel_array(positions[rows] - self.corner, np.float64)
             n, results = np.zeros(len(rows), np.int64), np.full((3, len(rows), 3), np.nan)
-            fit_planes_near(*self._sorted(), self.cell, *self._size(), near, radius, n, *results)
+            fit_planes_near(
+                *self._sorted(), self.cell, *self._size(), near_points, radius, n, *results
+            )
             count[rows] = n
             mean[rows], normal[rows], spread[rows] = results
 
@@ -149,7 +151,7 @@ class PointGrid:
 
         def work(block: slice) -> None:
             rows = order[block]
-            near = to_kernel_array(positions[rows] - self.corner, np.float64)
+            near_points = to_kernel_array(positions[rows] - self.corner, np.float64)
             block_normals, block_curvatures = (
                 to_kernel_array(normals[rows], np.float64),
                 np.full(len(rows), np.nan),
@@ -158,7 +160,7 @@ class PointGrid:
                 *self._sorted(),
                 self.cell,
                 *self._size(),
-                near,
+                near_points,
                 block_normals,
                 radius,
                 np.zeros((6, 7)),
@@ -192,14 +194,14 @@ class PointGrid:
 
         def work(block: slice) -> None:
             rows = order[block]
-            near = to_kernel_array(positions[rows] - self.corner, np.float64)
+            near_points = to_kernel_array(positions[rows] - self.corner, np.float64)
             block_axes = to_kernel_array(axes[rows], np.float64)
             n, results = np.zeros(len(rows), np.int64), np.full((2, len(rows)), np.nan)
             along_axes(
                 *self._sorted(),
                 self.cell,
                 *self._size(),
-                near,
+                near_points,
                 block_axes,
                 radius,
                 max_distance,

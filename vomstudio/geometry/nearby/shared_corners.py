@@ -46,12 +46,12 @@ def snap_corners(positions: FloatArray, faces: IntArray) -> FloatArray:
     if loose_share < MIN_LOOSE_SHARE or not (lengths > 0.0).any():
         return positions
     tolerance = WELD_SHARE * float(np.median(lengths[lengths > 0.0]))
-    used_values = np.unique(faces)
-    number = _weld_within(positions[used_values], tolerance)
+    used_corners = np.unique(faces)
+    number = _weld_within(positions[used_corners], tolerance)
     first = np.full(int(number.max()) + 1, -1, np.int64)
-    first[number[::-1]] = used_values[::-1]
+    first[number[::-1]] = used_corners[::-1]
     result = positions.copy()
-    result[used_values] = positions[first[number]]
+    result[used_corners] = positions[first[number]]
     # No gain if the faces are really separate.
     return result if _loose_share(weld_points(result)[faces]) < 0.9 * loose_share else positions
 
@@ -92,17 +92,17 @@ def neighbours_across_gaps(
     length = np.linalg.norm(end - begin, axis=1)
     centre = (begin + end) / 2.0
     count = min(MAX_CANDIDATES, len(free_sides))
-    distances, other = cKDTree(centre).query(centre, k=count)
-    is_neighbour = distances <= MAX_GAP_RATIO * (length[:, None] + length[other])
+    distances, neighbour_rows = cKDTree(centre).query(centre, k=count)
+    is_neighbour = distances <= MAX_GAP_RATIO * (length[:, None] + length[neighbour_rows])
     a, b = nodes[face, side], nodes[face, (side + 1) % 3]
     for first_end in (a, b):
         for second_end in (a, b):
             # Consecutive sides of one border are not neighbours.
-            is_neighbour &= first_end[:, None] != second_end[other]
-    is_neighbour &= face[:, None] != face[other]
+            is_neighbour &= first_end[:, None] != second_end[neighbour_rows]
+    is_neighbour &= face[:, None] != face[neighbour_rows]
     is_neighbour &= np.cumsum(is_neighbour, axis=1) <= MAX_NEIGHBOURS
     row, column = np.nonzero(is_neighbour)
-    return face[row], side[row], face[other[row, column]]
+    return face[row], side[row], face[neighbour_rows[row, column]]
 
 
 def check_connected(nodes: IntArray, warnings: list[Finding]) -> None:

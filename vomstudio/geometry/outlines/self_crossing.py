@@ -25,14 +25,14 @@ def resolve_crossings(polygons: Any) -> tuple[Any, list[Finding]]:
     import shapely
 
     polygons_array = np.atleast_1d(np.asarray(polygons, object))
-    valid = shapely.make_valid(polygons_array)
-    signed_areas, areas = shapely.area(polygons_array), shapely.area(valid)
+    valid_polygons = shapely.make_valid(polygons_array)
+    signed_areas, areas = shapely.area(polygons_array), shapely.area(valid_polygons)
     has_changed = ~shapely.is_valid(polygons_array) & (
         np.abs(areas - signed_areas) > MAX_RELATIVE_CHANGE * np.maximum(signed_areas, areas)
     )
     if not has_changed.any():
-        return shapely.union_all(valid), []
-    return shapely.union_all(valid), [
+        return shapely.union_all(valid_polygons), []
+    return shapely.union_all(valid_polygons), [
         Finding(
             "area.self-crossing",
             count=int(has_changed.sum()),

@@ -79,26 +79,30 @@ def part_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> FloatArray | Non
     enclosed = _find_enclosed(corners, ring)
     if enclosed is None:
         return None
-    is_whole = enclosed.share >= 1.0 - 1e-9
+    is_fully_enclosed = enclosed.share >= 1.0 - 1e-9
     return np.concatenate(
         [
-            enclosed.faces[is_whole],
-            _clip_faces(enclosed.faces[~is_whole], enclosed.projected[~is_whole], enclosed.polygon),
+            enclosed.faces[is_fully_enclosed],
+            _clip_faces(
+                enclosed.faces[~is_fully_enclosed],
+                enclosed.projected[~is_fully_enclosed],
+                enclosed.polygon,
+            ),
         ]
     )
 
 
 def _clip_faces(
-    faces: FloatArray, projected_values: FloatArray, polygon: shapely.Polygon
+    faces: FloatArray, projected_faces: FloatArray, polygon: shapely.Polygon
 ) -> FloatArray:
     """Return triangles (p, 3, 3) of the parts of faces (k, 3, 3) inside the polygon."""
     import shapely
 
-    faces, projected_values = (
-        faces[_is_broad(projected_values)],
-        projected_values[_is_broad(projected_values)],
+    faces, projected_faces = (
+        faces[_is_broad(projected_faces)],
+        projected_faces[_is_broad(projected_faces)],
     )
-    parts = shapely.intersection(shapely.polygons(projected_values), polygon)
+    parts = shapely.intersection(shapely.polygons(projected_faces), polygon)
     pieces, face_row = shapely.get_parts(
         shapely.constrained_delaunay_triangles(parts), return_index=True
     )
@@ -107,9 +111,9 @@ def _clip_faces(
     positions = shapely.get_coordinates(pieces).reshape(-1, 4, 2)[:, :3]
     # Barycentric coordinates are invariant under the projection.
     a, u, v = (
-        projected_values[face_row, 0],
-        projected_values[face_row, 1] - projected_values[face_row, 0],
-        projected_values[face_row, 2] - projected_values[face_row, 0],
+        projected_faces[face_row, 0],
+        projected_faces[face_row, 1] - projected_faces[face_row, 0],
+        projected_faces[face_row, 2] - projected_faces[face_row, 0],
     )
     offsets = positions - a[:, None]
     double_area = (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])[:, None]
@@ -136,29 +140,33 @@ def _find_enclosed(corners: npt.ArrayLike, ring: npt.ArrayLike) -> _EnclosedTria
     polygon = shapely.Polygon(outline[:, :2])
     if not polygon.is_valid:
         return None
-    projected = (faces - origin) @ axes.T
+    projected_faces = (faces - origin) @ axes.T
     low, high = outline[:, :2].min(axis=0), outline[:, :2].max(axis=0)
-    projected_2d = projected[:, :, :2]
+    projected_2d = projected_faces[:, :, :2]
     is_near = _meets_box(projected_2d, low, high)
-    faces, projected = faces[is_near], projected[is_near]
+    faces, projected_faces = faces[is_near], projected_faces[is_near]
     if not len(faces):
         return None
-    fraction = _shares(projected[:, :, :2], polygon, low, high)
+    fraction = _shares(projected_faces[:, :, :2], polygon, low, high)
     has_share = fraction > 0.0
-    faces, projected, fraction = faces[has_share], projected[has_share], fraction[has_share]
-    is_connected = _find_connected_faces(faces, _find_faces_under(projected, outline))
+    faces, projected_faces, fraction = (
+        faces[has_share],
+        projected_faces[has_share],
+        fraction[has_share],
+    )
+    is_connected = _find_connected_faces(faces, _find_faces_under(projected_faces, outline))
     if is_connected is None:
         return None
     return _EnclosedTriangles(
-        faces[is_connected], projected[is_connected, :, :2], fraction[is_connected], polygon
+        faces[is_connected], projected_faces[is_connected, :, :2], fraction[is_connected], polygon
     )
 
 
-def _meets_box(flat_values: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray:
+def _meets_box(plane_corners: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray:
     """Return a mask of the triangles (m, 3, 2) whose bounding boxes intersect the box."""
-    is_near = np.ones(len(flat_values), np.bool_)
+    is_near = np.ones(len(plane_corners), np.bool_)
     for axis in (0, 1):
-        a, b, c = (flat_values[:, corner, axis] for corner in range(3))
+        a, b, c = (plane_corners[:, corner, axis] for corner in range(3))
         # Reductions over short axes are ten times slower.
         is_near &= np.maximum(np.maximum(a, b), c) >= low[axis]
         is_near &= np.minimum(np.minimum(a, b), c) <= high[axis]
@@ -178,7 +186,7 @@ def _axes(local_points: FloatArray) -> FloatArray | None:
 
 
 def _shares(
-    flat_values: FloatArray, polygon: shapely.Polygon, low: FloatArray, high: FloatArray
+    plane_corners: FloatArray, polygon: shapely.Polygon, low: FloatArray, high: FloatArray
 ) -> FloatArray:
     """Return the share (m,) of each triangle (m, 3, 2) inside the polygon."""
     import shapely
@@ -190,16 +198,16 @@ def _shares(
     centre = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in count), indexing="ij"), axis=-1)
     positions = (start + step * centre).reshape(-1, 2)
     inside = shapely.contains_xy(polygon, positions[:, 0], positions[:, 1]).reshape(count)
-    first = np.clip(((flat_values.min(axis=1) - start) / step).astype(int), 0, count - 1)
-    last = np.clip(((flat_values.max(axis=1) - start) / step).astype(int), 0, count - 1)
+    first = np.clip(((plane_corners.min(axis=1) - start) / step).astype(int), 0, count - 1)
+    last_cell = np.clip(((plane_corners.max(axis=1) - start) / step).astype(int), 0, count - 1)
     # A summed-area table gives the number of border cells in the box of each triangle.
     sums = np.zeros(count + 1, np.int64)
     sums[1:, 1:] = border.cumsum(axis=0).cumsum(axis=1)
-    (x0, y0), (x1, y1) = first.T, last.T + 1
+    (x0, y0), (x1, y1) = first.T, last_cell.T + 1
     is_crossed = sums[x1, y1] - sums[x0, y1] - sums[x1, y0] + sums[x0, y0] > 0
     fraction = np.where(is_crossed, 0.0, inside[x0, y0].astype(np.float64))
     if is_crossed.any():
-        fraction[is_crossed] = _cut_shares(flat_values[is_crossed], polygon)
+        fraction[is_crossed] = _cut_shares(plane_corners[is_crossed], polygon)
     return fraction
 
 
@@ -223,39 +231,39 @@ def _border_cells(
     return border
 
 
-def _cut_shares(flat_values: FloatArray, polygon: shapely.Polygon) -> FloatArray:
+def _cut_shares(plane_corners: FloatArray, polygon: shapely.Polygon) -> FloatArray:
     """Return the shares (k,) inside the outline of triangles that it may cross."""
     import shapely
 
-    centre = flat_values.mean(axis=1)
+    centre = plane_corners.mean(axis=1)
     # Triangles seen edge-on have no area, so their centre decides.
     fraction: FloatArray = shapely.contains_xy(polygon, centre[:, 0], centre[:, 1]).astype(
         np.float64
     )
-    is_broad, area = _is_broad(flat_values), _flat_areas(flat_values)
-    triangles = shapely.polygons(flat_values[is_broad])
+    is_broad, area = _is_broad(plane_corners), _flat_areas(plane_corners)
+    triangles = shapely.polygons(plane_corners[is_broad])
     fraction[is_broad] = np.clip(
         shapely.area(shapely.intersection(triangles, polygon)) / area[is_broad], 0, 1
     )
     return fraction
 
 
-def _flat_areas(flat_values: FloatArray) -> FloatArray:
+def _flat_areas(plane_corners: FloatArray) -> FloatArray:
     """Return the areas of triangles (k, 3, 2)."""
-    a, b = flat_values[:, 1] - flat_values[:, 0], flat_values[:, 2] - flat_values[:, 0]
+    a, b = plane_corners[:, 1] - plane_corners[:, 0], plane_corners[:, 2] - plane_corners[:, 0]
     return np.asarray(0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]))
 
 
-def _is_broad(flat_values: FloatArray) -> BoolArray:
+def _is_broad(plane_corners: FloatArray) -> BoolArray:
     """Return whether triangles (k, 3, 2) are not edge-on."""
-    max_length = (np.ptp(flat_values, axis=1) ** 2).sum(axis=1)
-    return np.asarray(_flat_areas(flat_values) > 1e-9 * max_length)
+    max_length = (np.ptp(plane_corners, axis=1) ** 2).sum(axis=1)
+    return np.asarray(_flat_areas(plane_corners) > 1e-9 * max_length)
 
 
-def _find_faces_under(projected_values: FloatArray, outline: FloatArray) -> IntArray:
+def _find_faces_under(projected_faces: FloatArray, outline: FloatArray) -> IntArray:
     """Return the rows of the triangles (m, 3, 3) nearest to points of the outline."""
     corners = [
-        [np.ascontiguousarray(projected_values[:, k, axis]) for k in range(3)] for axis in (0, 1)
+        [np.ascontiguousarray(projected_faces[:, k, axis]) for k in range(3)] for axis in (0, 1)
     ]
     low = [np.minimum(np.minimum(a, b), c) for a, b, c in corners]
     high = [np.maximum(np.maximum(a, b), c) for a, b, c in corners]
@@ -266,7 +274,7 @@ def _find_faces_under(projected_values: FloatArray, outline: FloatArray) -> IntA
         rows = np.flatnonzero(covers)
         if not len(rows):
             continue
-        distances = np.abs(_depth(projected_values[rows], place[:2]) - place[2])
+        distances = np.abs(_depth(projected_faces[rows], place[:2]) - place[2])
         rows_found.append(int(rows[int(np.argmin(distances))]))
     return np.array(sorted(set(rows_found)), np.int64)
 
@@ -280,8 +288,8 @@ def _depth(triangles: FloatArray, position: FloatArray) -> FloatArray:
         s = (p[:, 0] * c[:, 1] - p[:, 1] * c[:, 0]) / double_area
         t = (b[:, 0] * p[:, 1] - b[:, 1] * p[:, 0]) / double_area
     depth = a[:, 2] + s * b[:, 2] + t * c[:, 2]
-    outside = ~(np.isfinite(depth) & (s > -1e-6) & (t > -1e-6) & (s + t < 1.0 + 1e-6))
-    return np.asarray(np.where(outside, np.inf, depth), np.float64)
+    is_outside = ~(np.isfinite(depth) & (s > -1e-6) & (t > -1e-6) & (s + t < 1.0 + 1e-6))
+    return np.asarray(np.where(is_outside, np.inf, depth), np.float64)
 
 
 def _find_connected_faces(faces: FloatArray, seeds: IntArray) -> BoolArray | None:

@@ -39,7 +39,7 @@ class GridHits:
 def cast_grid(
     points: FloatArray,
     faces: Int32Array,
-    selected: Int32Array,
+    selected_faces: Int32Array,
     *,
     left: float,
     top: float,
@@ -58,7 +58,7 @@ def cast_grid(
         C-contiguous.
     faces : (m, 3) ndarray of int32
         C-contiguous.
-    selected : (k,) ndarray of int32
+    selected_faces : (k,) ndarray of int32
         Faces to test.
     left, top, step : float
     width, height : int
@@ -71,14 +71,16 @@ def cast_grid(
     from vomstudio.geometry.kernels.raycast import find_grid_hits
 
     hits = GridHits.none(height, width)
-    find_grid_hits(points, faces, selected, left, top, step, hits.face, hits.depth, hits.weights)
+    find_grid_hits(
+        points, faces, selected_faces, left, top, step, hits.face, hits.depth, hits.weights
+    )
     return hits
 
 
 def cast_quarters(
     points: FloatArray,
     faces: Int32Array,
-    selected: Int32Array,
+    selected_triangles: Int32Array,
     is_requested: BoolArray,
     *,
     left: float,
@@ -91,7 +93,7 @@ def cast_quarters(
     ----------
     points : (n, 3) ndarray
     faces : (k, 3) ndarray of int32
-    selected : (m,) ndarray of int32
+    selected_triangles : (m,) ndarray of int32
         Rows of the faces to hit.
     is_requested : (height, width) ndarray of bool
     left, top : float
@@ -111,6 +113,15 @@ def cast_quarters(
     slot[is_requested] = np.arange(n)
     hits = GridHits.none(n, 4)
     find_quarter_hits(
-        points, faces, selected, left, top, step, slot, hits.face, hits.depth, hits.weights
+        points,
+        faces,
+        selected_triangles,
+        left,
+        top,
+        step,
+        slot,
+        hits.face,
+        hits.depth,
+        hits.weights,
     )
     return hits

@@ -93,12 +93,15 @@ class RayTree:
         self._low, self._high = _boxes(low[self._order], high[self._order])
 
     def cast(
-        self, starts: npt.ArrayLike, directions: npt.ArrayLike, last: npt.ArrayLike = np.inf
+        self,
+        starts: npt.ArrayLike,
+        directions: npt.ArrayLike,
+        max_distances: npt.ArrayLike = np.inf,
     ) -> RayHits:
         """Return the first hits of rays from starts (n, 3) or (3,) along vectors (n, 3).
 
-        `last` is the maximum distance, in multiples of the direction vector. For a cloud, the hit
-        is the point on the first surface that is nearest to the ray. Non-finite rays have no hit.
+        `max_distances` is the maximum distance, in multiples of the direction vector. For a cloud, the
+        hit is the point on the first surface that is nearest to the ray. Non-finite rays have no hit.
         """
         from vomstudio.geometry.kernels.raytree import first_faces, first_points, stack_space
 
@@ -107,7 +110,7 @@ class RayTree:
         begins = np.broadcast_to(np.asarray(starts, np.float64), (n, 3)) - self.corner
         begins = to_kernel_array(begins, np.float64)
         ends = to_kernel_array(
-            np.broadcast_to(np.asarray(last, np.float64), (n,)).copy(), np.float64
+            np.broadcast_to(np.asarray(max_distances, np.float64), (n,)).copy(), np.float64
         )
         index, distance = np.full(n, -1, np.int64), np.full(n, np.inf)
         weights = np.full((n, 3), np.nan)
@@ -154,7 +157,7 @@ class RayTree:
             local_points = positions - self.corner
             # Follow the order of the curve, so that neighbours use the same cached data.
             rows = _along_curve(local_points)
-            near = to_kernel_array(local_points[rows], np.float64)
+            near_points = to_kernel_array(local_points[rows], np.float64)
             nearest_rows, nearest_weights = (
                 np.full(len(rows), -1, np.int64),
                 np.full((len(rows), 3), np.nan),
@@ -164,7 +167,7 @@ class RayTree:
                 self._points,
                 self._faces,
                 *tree,
-                near,
+                near_points,
                 nearest_rows,
                 nearest_weights,
                 *stack_space(),
@@ -198,17 +201,17 @@ class RayTree:
 
 def _along_curve(centres: FloatArray) -> IntArray:
     """Return the order of finite points (n, 3) along a Morton curve."""
-    finite_rows = np.flatnonzero(np.isfinite(centres).all(axis=1))
-    if not len(finite_rows):
+    finite_indices = np.flatnonzero(np.isfinite(centres).all(axis=1))
+    if not len(finite_indices):
         return np.zeros(0, np.int64)
-    centres = centres[finite_rows]
+    centres = centres[finite_indices]
     low, high = centres.min(axis=0), centres.max(axis=0)
     size = max(float((high - low).max()), 1e-300)
     cells = ((centres - low) / size * ((1 << 20) - 1)).astype(np.uint64)
-    code = np.zeros(len(finite_rows), np.uint64)
+    code = np.zeros(len(finite_indices), np.uint64)
     for axis in range(3):
         code |= _spread(cells[:, axis]) << np.uint64(axis)
-    return np.asarray(finite_rows[np.argsort(code, kind="stable")], np.int64)
+    return np.asarray(finite_indices[np.argsort(code, kind="stable")], np.int64)
 
 
 def _spread(x: UInt64Array) -> UInt64Array:

@@ -60,8 +60,8 @@ class StreamedSurface(CloudSurface):
         centre = np.asarray(centre, np.float64)
         ids = [np.zeros(0, np.int64)]
         for row, cloud in self._store.touching(centre - radius, centre + radius):
-            near = self._store.tree(row, cloud).query_ball_point(centre, radius)
-            ids.append(np.asarray(near, np.int64) + self._store.starts[row])
+            near_ids = self._store.tree(row, cloud).query_ball_point(centre, radius)
+            ids.append(np.asarray(near_ids, np.int64) + self._store.starts[row])
         return np.concatenate(ids)
 
     def _nearest(self, point: FloatArray, count: int) -> FloatArray:
@@ -94,15 +94,15 @@ class StreamedSurface(CloudSurface):
         for _, cloud in self._store.touching(low, high):
             is_inside = ((cloud.points >= low) & (cloud.points <= high)).all(axis=1)
             points.append(cloud.points[is_inside])
-        near = np.concatenate(points)
-        return near[:: max(1, len(near) // MAX_FACE_POINTS)]
+        near_points = np.concatenate(points)
+        return near_points[:: max(1, len(near_points) // MAX_FACE_POINTS)]
 
     def _normal(self, centre: FloatArray, radius: float) -> FloatArray | None:
-        near = self._near_box(centre - radius, centre + radius)
-        offsets = near - centre
-        near = near[np.einsum("ij,ij->i", offsets, offsets) <= radius**2]
-        if len(near) < 3:
+        near_points = self._near_box(centre - radius, centre + radius)
+        offsets = near_points - centre
+        near_points = near_points[np.einsum("ij,ij->i", offsets, offsets) <= radius**2]
+        if len(near_points) < 3:
             return None
-        centred_values = near - near.mean(axis=0)
-        values, vectors = np.linalg.eigh(centred_values.T @ centred_values)
+        centred_points = near_points - near_points.mean(axis=0)
+        values, vectors = np.linalg.eigh(centred_points.T @ centred_points)
         return np.asarray(vectors[:, 0]) if values[1] > 1e-12 * values[2] else None

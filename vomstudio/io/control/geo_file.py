@@ -89,13 +89,13 @@ def read_geo(path: Path) -> GeoFile:
                 line=number,
                 field="x",
             )
-        row_values = [
+        row_numbers = [
             _value(path, number, n, c) for n, c in zip(_COLUMNS, value_cells, strict=False)
         ]
-        row_values += [float("nan")] * (len(_COLUMNS) - len(row_values))
+        row_numbers += [float("nan")] * (len(_COLUMNS) - len(row_numbers))
         photos.append(name)
         lines.append(number)
-        values.append(row_values)
+        values.append(row_numbers)
     if not photos:
         raise InputError(Finding("control.no-photos"), file=path, line=line)
     table = np.array(values, np.float64)

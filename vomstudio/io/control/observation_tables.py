@@ -70,19 +70,19 @@ class Pairs:
             return np.ones(len(self.labels), bool)
         return np.asarray(~np.isfinite(self.covariance).all(axis=(1, 2)))
 
-    def joined_with(self, other: Pairs) -> Pairs:
+    def joined_with(self, other_pairs: Pairs) -> Pairs:
         """Return these pairs followed by others. Raises UsageError if both contain a label."""
-        for label in set(self.labels) & set(other.labels):
+        for label in set(self.labels) & set(other_pairs.labels):
             raise UsageError(Finding("control.repeated-point", label=label))
         return Pairs(
-            (*self.labels, *other.labels),
-            np.concatenate([self.model, other.model]),
-            np.concatenate([self.world, other.world]),
-            np.concatenate([self.sigma, other.sigma]),
-            np.concatenate([self.check, other.check]),
-            (*self.notes, *other.notes),
-            self.crs or other.crs,
-            _joined_covariance(self, other),
+            (*self.labels, *other_pairs.labels),
+            np.concatenate([self.model, other_pairs.model]),
+            np.concatenate([self.world, other_pairs.world]),
+            np.concatenate([self.sigma, other_pairs.sigma]),
+            np.concatenate([self.check, other_pairs.check]),
+            (*self.notes, *other_pairs.notes),
+            self.crs or other_pairs.crs,
+            _joined_covariance(self, other_pairs),
         )
 
 
@@ -308,13 +308,13 @@ def read_positions(path: str | Path) -> Positions:
     degrees = table.has(("lon", "longitude", "x longitude"))
     if not degrees:
         table.require_coordinates(positions)
-    stated, findings = table_crs(path, table.table.comments)
+    stated_crs, findings = table_crs(path, table.table.comments)
     return Positions(
         photos,
         positions,
         degrees,
         table.sigma(),
-        stated.text,
+        stated_crs.text,
         file=path,
         notes=(*table.notes, *findings),
     )

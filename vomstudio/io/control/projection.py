@@ -59,13 +59,13 @@ def project_points(
                     raise _nowhere(path, line, point)
             code = utm_zone(points[0].position[0], points[0].position[1])
             to_grid = degrees_to_grid(code, horizontal.to_wkt())
-            projected_items = []
+            projected_points = []
             for point in points:
                 position = to_grid(point.position[0], point.position[1])
                 if position is None:
                     raise _nowhere(path, line, point)
-                projected_items.append(replace(point, position=(*position, point.position[2])))
-            return projected_items, code
+                projected_points.append(replace(point, position=(*position, point.position[2])))
+            return projected_points, code
         code, unit = parse_crs(horizontal.to_wkt())
     except (CRSError, InputError) as error:
         if isinstance(error, InputError) and error.file is not None:

@@ -86,7 +86,7 @@ def _traces(layers: Sequence[Layer]) -> list[tuple[object, object, Any]]:
     for layer in layers:
         if layer.name != "traces":
             continue
-        missing_values = [None] * len(layer.shapes)
-        kinds, sets = (layer.columns.get(name, missing_values) for name in ("kind", "set"))
+        missing_cells = [None] * len(layer.shapes)
+        kinds, sets = (layer.columns.get(name, missing_cells) for name in ("kind", "set"))
         traces += list(zip(kinds, sets, layer.shapes, strict=True))
     return traces

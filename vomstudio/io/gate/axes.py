@@ -53,20 +53,20 @@ def choose_axes(
     """
     findings: list[Finding] = []
     try:
-        stated = stated_axes(text, height_unit)
+        axes_of_text = stated_axes(text, height_unit)
     except InputError:
-        stated = stated_axes(None, height_unit)
+        axes_of_text = stated_axes(None, height_unit)
         if options.crs is None:
             findings.append(unreadable(file, text or ""))
-    axes = stated
+    axes = axes_of_text
     if options.crs is not None:
         axes = _typed_axes(options, height_unit, file)
-        if stated.crs is not None and stated.crs != axes.crs:
+        if axes_of_text.crs is not None and axes_of_text.crs != axes.crs:
             findings.append(
                 Finding(
                     "frame.crs-replaced",
                     file=file.name,
-                    file_crs=crs_name(stated.crs),
+                    file_crs=crs_name(axes_of_text.crs),
                     crs=crs_name(axes.crs or options.crs),
                 )
             )

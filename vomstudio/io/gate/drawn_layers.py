@@ -193,8 +193,8 @@ def raw_shapes(
     rows = np.arange(len(shapes), dtype=np.int64)
     if crs is None and not options.is_given:
         return RawLayer(path, shapes, rows, {}, None, field=name)
-    shapes, placed = _convert_to_world(path, shapes, crs, options, None)
-    return RawLayer(path, shapes, rows, {}, placed.crs, placed.findings, field=name)
+    shapes, is_placed = _convert_to_world(path, shapes, crs, options, None)
+    return RawLayer(path, shapes, rows, {}, is_placed.crs, is_placed.findings, field=name)
 
 
 def extract_lines(raw_layer: RawLayer, *, include_rings: bool = True) -> DrawnLayer:
@@ -284,27 +284,27 @@ def _read(
     # A table without geometry is not a layer of shapes.
     shapes, surfaces = shapes_from_wkb(read.shapes)
     columns = dict(read.columns or {})
-    excluded_items: list[Finding] = []
-    keep = np.ones(len(shapes), np.bool_)
+    excluded_findings: list[Finding] = []
+    is_kept = np.ones(len(shapes), np.bool_)
     if path.suffix.lower() == ".dxf":
-        keep, excluded_items = select_lines(path, columns, surfaces)
+        is_kept, excluded_findings = select_lines(path, columns, surfaces)
     elif surfaces.any():
-        excluded_items.append(excluded_surfaces_finding(int(surfaces.sum())))
+        excluded_findings.append(excluded_surfaces_finding(int(surfaces.sum())))
     # Report a surface only once, not again as a shape without coordinates.
-    keep = keep & ~(shapely.is_missing(shapes) & (surfaces > 0))
-    if not keep.all():
-        shapes = shapes[keep]
-        columns = {name: values[keep] for name, values in columns.items()}
-    shapes, placed = _convert_to_world(path, shapes, read.crs, options, model)
+    is_kept = is_kept & ~(shapely.is_missing(shapes) & (surfaces > 0))
+    if not is_kept.all():
+        shapes = shapes[is_kept]
+        columns = {name: values[is_kept] for name, values in columns.items()}
+    shapes, is_placed = _convert_to_world(path, shapes, read.crs, options, model)
     feature = np.arange(len(shapes), dtype=np.int64)
     return RawLayer(
         path,
         shapes,
         feature,
         columns,
-        placed.crs,
-        placed.findings,
-        tuple(excluded_items),
+        is_placed.crs,
+        is_placed.findings,
+        tuple(excluded_findings),
         read.fields,
     )
 
@@ -408,20 +408,20 @@ def _convert_to_world(
         if len(finite_points)
         else np.zeros((2, 2))
     )
-    stated, options = _frame(path, crs, bounds, options, is_only_layer=model is None)
-    world = points_to_world(points, file=path, stated=stated, options=options, model=model)
+    stated_crs, options = _frame(path, crs, bounds, options, is_only_layer=model is None)
+    world = points_to_world(points, file=path, stated_crs=stated_crs, options=options, model=model)
     if world.points is points or np.array_equal(world.points, points, equal_nan=True):
         return shapes, world
-    converted = shapes.copy()
+    converted_shapes = shapes.copy()
     has_z = shapely.has_z(shapes)
     for is_3d in (False, True):
         is_selected = has_z == is_3d
         if is_selected.any():
             new_points = world.points[is_selected[row]]
-            converted[is_selected] = shapely.set_coordinates(
+            converted_shapes[is_selected] = shapely.set_coordinates(
                 shapes[is_selected].copy(), new_points if is_3d else new_points[:, :2]
             )
-    return converted, world
+    return converted_shapes, world
 
 
 def _close_outlines(shapes: ObjectArray) -> tuple[ObjectArray, list[Finding]]:
@@ -460,8 +460,8 @@ def _parts(
 
     is_empty = shapely.is_missing(shapes) | shapely.is_empty(shapes)
     has_bounds = np.isfinite(shapely.bounds(shapes)).all(axis=1)
-    finite_rows = np.flatnonzero(~is_empty & has_bounds & _finite(shapes))
-    merged_shapes = shapes[finite_rows]
+    finite_indices = np.flatnonzero(~is_empty & has_bounds & _finite(shapes))
+    merged_shapes = shapes[finite_indices]
     multi = np.flatnonzero(shapely.get_type_id(merged_shapes) == 5)
     merged_shapes[multi] = shapely.line_merge(merged_shapes[multi])
     parts, offset = shapely.get_parts(merged_shapes, return_index=True)
@@ -471,26 +471,26 @@ def _parts(
         # The parts of a self-intersecting outline may cancel each other.
         size = shapely.area(shapely.make_valid(parts))
     has_size = kind & (size > 0)
-    feature = finite_rows.astype(np.int64)[offset]
+    feature = finite_indices.astype(np.int64)[offset]
     messages: list[Finding] = []
-    if infinite := len(shapes) - len(finite_rows):
+    if infinite := len(shapes) - len(finite_indices):
         messages.append(Finding("drawing.invalid-shapes", count=infinite))
-    if other := int(np.sum(~kind)):
-        messages.append(Finding("drawing.other-shapes", count=other))
-    if short := int(np.sum(kind & ~has_size)):
+    if n_other_kinds := int(np.sum(~kind)):
+        messages.append(Finding("drawing.other-shapes", count=n_other_kinds))
+    if n_short := int(np.sum(kind & ~has_size)):
         messages.append(
             Finding(
                 "drawing.invalid-shapes",
-                count=short,
+                count=n_short,
                 first_feature=int(numbers[feature[kind & ~has_size][0]]) + 1,
             )
         )
     parts, feature = parts[has_size], feature[has_size]
     if not include_rings:
-        closed_values = np.asarray(shapely.is_closed(parts))
-        if closed_values.any():
-            messages.append(Finding("lines.closed", lines=int(closed_values.sum())))
-        parts, feature = parts[~closed_values], feature[~closed_values]
+        is_closed = np.asarray(shapely.is_closed(parts))
+        if is_closed.any():
+            messages.append(Finding("lines.closed", lines=int(is_closed.sum())))
+        parts, feature = parts[~is_closed], feature[~is_closed]
     extra_parts = len(feature) - len(np.unique(feature))
     if extra_parts and "Polygon" not in kinds:
         messages.append(Finding("drawing.separate-parts", count=extra_parts))

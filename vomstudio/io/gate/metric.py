@@ -92,20 +92,20 @@ def map_scale(crs: str, bounds: FloatArray) -> MapScale | None:
         factors = projection.get_factors(longitude, latitude, errcheck=True)
     except ProjError:
         return None
-    largest_values = np.atleast_1d(factors.tissot_semimajor)
-    smallest_values = np.atleast_1d(factors.tissot_semiminor)
+    largest_scales = np.atleast_1d(factors.tissot_semimajor)
+    smallest_scales = np.atleast_1d(factors.tissot_semiminor)
     if not (
-        np.isfinite(largest_values).all()
-        and np.isfinite(smallest_values).all()
-        and (smallest_values > 0).all()
+        np.isfinite(largest_scales).all()
+        and np.isfinite(smallest_scales).all()
+        and (smallest_scales > 0).all()
     ):
         return None
-    scales = np.concatenate([largest_values, smallest_values])
-    worst_value = float(scales[np.argmax(np.abs(scales - 1.0))])
+    scales = np.concatenate([largest_scales, smallest_scales])
+    worst_scale = float(scales[np.argmax(np.abs(scales - 1.0))])
     middle = float(longitude[-1]), float(latitude[-1])
     return MapScale(
-        scale=worst_value,
-        anisotropy=float((largest_values / smallest_values).max() - 1.0),
+        scale=worst_scale,
+        anisotropy=float((largest_scales / smallest_scales).max() - 1.0),
         is_in_area=_is_in_area(horizontal_crs.area_of_use, longitude, latitude),
         suggested_crs=utm_zone(*middle),
     )

@@ -58,7 +58,7 @@ def points_to_world(
     *,
     file: Path,
     comments: Sequence[str] = (),
-    stated: StatedCrs | None = None,
+    stated_crs: StatedCrs | None = None,
     options: FrameOptions = DEFAULT_FRAME,
     model: ModelFrame | None = None,
 ) -> WorldPoints:
@@ -72,7 +72,7 @@ def points_to_world(
         Path of the table, for error messages and for `NAME.prj` next to it.
     comments : sequence of str
         Comments of the table, which may state its CRS.
-    stated : StatedCrs, optional
+    stated_crs : StatedCrs, optional
         Statement of the file about its CRS, if the file is not a table with comments.
     options : FrameOptions
         Frame options of the caller.
@@ -98,17 +98,17 @@ def points_to_world(
     """
     points = np.ascontiguousarray(points, np.float64)
     findings: tuple[Finding, ...] = ()
-    if stated is None:
-        stated, findings = table_crs(file, comments)
+    if stated_crs is None:
+        stated_crs, findings = table_crs(file, comments)
     if options.up == "y":
         # x is East, y is Up, z is South.
         points = np.ascontiguousarray(points[:, [0, 2, 1]] * [1.0, -1.0, 1.0])
-    axes, axis_findings = choose_axes(stated.text, options, file=file)
+    axes, axis_findings = choose_axes(stated_crs.text, options, file=file)
     findings += axis_findings
     if options.to_crs is not None:
         require_crs(axes, file)
     if axes.kind == "none":
-        return _local_points(points, stated, findings, options, file, model)
+        return _local_points(points, stated_crs, findings, options, file, model)
     target = options.to_crs or (None if model is None else model.crs)
     bounds = _bounds(points)
     if target is not None and (options.to_crs is not None or not _is_same(axes, target)):
@@ -170,18 +170,16 @@ def _convert(
     code = metric_crs(target, "--to-crs")
     conversion = Reprojection.create(source, code, height_factor=axes.metres[2])
     is_finite = np.isfinite(points).all(axis=1)
-    converted_values = np.full_like(points, np.nan)
+    world_points = np.full_like(points, np.nan)
     try:
-        converted_values[is_finite] = conversion.apply(points[is_finite])
-        metric_check = check_metric(
-            code, _bounds(converted_values)[:, :2], file=file, field="--to-crs"
-        )
+        world_points[is_finite] = conversion.apply(points[is_finite])
+        metric_check = check_metric(code, _bounds(world_points)[:, :2], file=file, field="--to-crs")
     except InputError as error:
         if axes.kind == "geographic" and _is_exchanged(points[is_finite], conversion, code):
             finding = Finding("frame.swapped-axes", file=file.name, crs=crs_name(source))
             raise InputError(finding, file=file, field="x") from error
         raise
-    return WorldPoints(converted_values, code, (*findings, conversion.finding, *metric_check))
+    return WorldPoints(world_points, code, (*findings, conversion.finding, *metric_check))
 
 
 def _is_exchanged(points: FloatArray, conversion: Reprojection, code: str) -> bool:

@@ -76,15 +76,15 @@ class Reprojection:
 
         x, y, z = np.asarray(points, np.float64).T
         if CRS.from_user_input(self.source).is_geocentric:
-            converted_values = np.column_stack(self._transformer.transform(x, y, z))
+            converted_points = np.column_stack(self._transformer.transform(x, y, z))
         else:
             east, north = self._transformer.transform(x, y)
-            converted_values = np.column_stack([east, north, z * self.height_factor])
+            converted_points = np.column_stack([east, north, z * self.height_factor])
         is_finite = np.isfinite(points).all(axis=1)
-        if not np.isfinite(converted_values[is_finite]).all():
+        if not np.isfinite(converted_points[is_finite]).all():
             finding = Finding("frame.undefined-place", crs=crs_name(self.target))
             raise InputError(finding, field="--to-crs")
-        return np.ascontiguousarray(converted_values)
+        return np.ascontiguousarray(converted_points)
 
     def jacobian(self, point: FloatArray) -> FloatArray:
         """Return the derivative (3, 3) of the conversion at a point, for converting normals.

@@ -55,9 +55,9 @@ def crs_in_comments(comments: Sequence[str]) -> StatedCrs:
         Comments without their ``#``.
     """
     for comment in comments:
-        if (named := _CRS_COMMENT.match(comment)) is None:
+        if (match := _CRS_COMMENT.match(comment)) is None:
             continue
-        text = named[1].strip()
+        text = match[1].strip()
         if _WKT.match(text):
             return StatedCrs(text)
         if text.casefold().startswith(_LOCAL):
@@ -128,5 +128,5 @@ def _axes(text: str) -> StatedAxes | None:
 
 
 def _differ(text: str, axes: StatedAxes) -> bool:
-    other = _axes(text)
-    return other is not None and other.crs != axes.crs
+    axes_of_text = _axes(text)
+    return axes_of_text is not None and axes_of_text.crs != axes.crs

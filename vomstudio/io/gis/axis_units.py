@@ -192,8 +192,8 @@ def _crs_kind(crs: Any) -> Literal["projected", "geographic", "geocentric", "loc
     return "local" if crs.is_engineering and len(crs.axis_info) >= 2 else "none"
 
 
-def _is_same(one: float, other: float) -> bool:
-    return isclose(one, other, rel_tol=_UNIT_TOLERANCE)
+def _is_same(first_factor: float, second_factor: float) -> bool:
+    return isclose(first_factor, second_factor, rel_tol=_UNIT_TOLERANCE)
 
 
 def _axis_unit(axis: Any) -> tuple[str, float | None]:
@@ -205,9 +205,9 @@ def _axis_unit(axis: Any) -> tuple[str, float | None]:
         return ("degree" if _is_same(factor, 0.017453292519943295) else name), None
     if not isfinite(factor) or factor <= 0 or (name == "unknown" and factor == 1.0):
         return "unknown", None
-    for known, metres in METRES.items():
+    for unit_name, metres in METRES.items():
         if _is_same(factor, metres):
-            return known, factor
+            return unit_name, factor
     return name, factor
 
 

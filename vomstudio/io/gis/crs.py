@@ -54,19 +54,19 @@ def parse_crs(text: str) -> tuple[str, float]:
     from pyproj import CRS
     from pyproj.exceptions import CRSError
 
-    plain = text.strip()
-    if plain.isdigit():
-        plain = f"EPSG:{plain}"
-    if (zone := _UTM.fullmatch(plain)) is not None:
+    stripped_text = text.strip()
+    if stripped_text.isdigit():
+        stripped_text = f"EPSG:{stripped_text}"
+    if (zone := _UTM.fullmatch(stripped_text)) is not None:
         number, half = int(zone["number"]), zone["half"].upper()
-        plain = f"EPSG:{(32600 if half == 'N' else 32700) + number}"
+        stripped_text = f"EPSG:{(32600 if half == 'N' else 32700) + number}"
     try:
-        crs = CRS.from_user_input(plain)
+        crs = CRS.from_user_input(stripped_text)
     except (CRSError, UnicodeError) as error:
         raise InputError(Finding("frame.unknown-crs", crs=text.strip()), field="CRS") from error
     if not crs.is_projected:
         raise InputError(Finding("frame.not-projected", crs=crs.name), field="CRS")
-    axes = stated_axes(plain)
+    axes = stated_axes(stripped_text)
     if axes.unusual_directions:
         raise InputError(Finding("frame.other-axes", crs=crs.name), field="CRS")
     if axes.height_factor != 1.0 or axes.crs is None or axes.unit_m is None:
@@ -104,16 +104,16 @@ def world_crs(code: str | None, unit_m: float) -> str | None:
         return code
     from pyproj import CRS
 
-    stated = CRS.from_user_input(code).to_json_dict()
-    parts = stated.get("components", [stated])
+    crs_fields = CRS.from_user_input(code).to_json_dict()
+    parts = crs_fields.get("components", [crs_fields])
     for part in parts:
         part.pop("id", None)
         part["name"] = f"{part['name']}, in metres"
         # False eastings and northings have their own units in the parameters.
         for axis in part["coordinate_system"]["axis"]:
             axis["unit"] = "metre"
-    stated.pop("id", None)
-    return str(CRS.from_json_dict(stated).to_wkt())
+    crs_fields.pop("id", None)
+    return str(CRS.from_json_dict(crs_fields).to_wkt())
 
 
 def crs_name(code: str) -> str:
@@ -300,8 +300,8 @@ def _can_have_kind(kind: str, bounds: FloatArray) -> bool:
     if not np.isfinite(bounds).all():
         return False
     if kind == "geographic":
-        far, width = np.abs(bounds[:, :2]).max(axis=0), np.ptp(bounds[:, :2], axis=0)
-        return bool((far <= [360.0, 360.0]).all() and (width < 1.0).all())
+        max_coordinates, width = np.abs(bounds[:, :2]).max(axis=0), np.ptp(bounds[:, :2], axis=0)
+        return bool((max_coordinates <= [360.0, 360.0]).all() and (width < 1.0).all())
     radius = float(np.linalg.norm(bounds.mean(axis=0)))
     return kind == "geocentric" and 6.2e6 < radius < 6.6e6
 

@@ -43,7 +43,7 @@ def _escape(letter: str) -> str:
 
 def layer_names(names: Iterable[str]) -> dict[str, str]:
     """Return a valid DXF release 12 name for each layer, unique regardless of case."""
-    used: set[str] = set()
+    used_names: set[str] = set()
     result: dict[str, str] = {}
     for name in names:
         if name in result:
@@ -51,12 +51,12 @@ def layer_names(names: Iterable[str]) -> dict[str, str]:
         # Remove accents that Unicode decomposition has separated from letters.
         letters = unicodedata.normalize("NFKD", name.strip())
         letters = "".join(c for c in letters if not unicodedata.combining(c))
-        plain = re.sub(r"[^\w$-]", "_", letters, flags=re.ASCII) or "layer"
-        number, label = 1, plain[:MAX_NAME_LENGTH]
-        while label.casefold() in used:
+        plain_name = re.sub(r"[^\w$-]", "_", letters, flags=re.ASCII) or "layer"
+        number, label = 1, plain_name[:MAX_NAME_LENGTH]
+        while label.casefold() in used_names:
             number += 1
-            label = f"{plain[: MAX_NAME_LENGTH - 4]}_{number}"
-        used.add(label.casefold())
+            label = f"{plain_name[: MAX_NAME_LENGTH - 4]}_{number}"
+        used_names.add(label.casefold())
         result[name] = label
     return result
 

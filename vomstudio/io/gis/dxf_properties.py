@@ -102,11 +102,11 @@ def select_lines(path: Path, fields: Mapping[str, AnyArray], surfaces: IntArray)
         Findings about excluded sheets (paper space), hidden layers, dimensions and bodies.
     """
     count = len(surfaces)
-    keep = np.ones(count, bool)
+    is_kept = np.ones(count, bool)
     layers = [str(name).casefold() for name in fields.get("Layer", np.full(count, ""))]
     symbols = symbol_layers(layers)
     if symbols:
-        keep &= np.array([name not in symbols for name in layers], bool)
+        is_kept &= np.array([name not in symbols for name in layers], bool)
     properties = read_dxf_properties(path)
     handles = [str(handle).upper() for handle in fields.get("EntityHandle", np.full(count, ""))]
     classes = [str(name) for name in fields.get("SubClasses", np.full(count, ""))]
@@ -116,27 +116,27 @@ def select_lines(path: Path, fields: Mapping[str, AnyArray], surfaces: IntArray)
     is_note = np.array([handle in properties.notes for handle in handles], bool)
     is_note |= np.array(["AcDbLeader" in c or "AcDbMLeader" in c for c in classes], bool)
     messages: list[Finding] = []
-    for excluded, finding in (
+    for is_excluded, finding in (
         (
             paper,
-            Finding("drawing.paper-space", count=int((keep & paper).sum())),
+            Finding("drawing.paper-space", count=int((is_kept & paper).sum())),
         ),
         (
             is_hidden & ~paper,
-            Finding("drawing.hidden", count=int((keep & is_hidden & ~paper).sum())),
+            Finding("drawing.hidden", count=int((is_kept & is_hidden & ~paper).sum())),
         ),
         (is_note & ~is_hidden & ~paper, Finding("drawing.dimensions")),
     ):
-        if (keep & excluded).any():
+        if (is_kept & is_excluded).any():
             messages.append(finding)
-            keep = keep & ~excluded
+            is_kept = is_kept & ~is_excluded
     bodies = dict(properties.bodies)
-    if number_of_surfaces := int(surfaces[keep].sum()):
+    if number_of_surfaces := int(surfaces[is_kept].sum()):
         bodies["surface"] = number_of_surfaces
     if bodies:
         entities = [f"{number} {name}" for name, number in sorted(bodies.items())]
         messages.append(Finding("drawing.no-lines", count=sum(bodies.values()), entities=entities))
-    return keep, messages
+    return is_kept, messages
 
 
 def unreadable_reason(path: Path) -> Finding | None:

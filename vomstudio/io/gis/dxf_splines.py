@@ -105,14 +105,14 @@ def _end_condition(tangent: FloatArray | None) -> tuple[int, FloatArray]:
 def _add_control_points(data: bytes) -> bytes | None:
     """Return the drawing with control points added, or None if nothing changes."""
     parts: list[bytes] = []
-    done = 0
+    done_count = 0
     for piece in text_pieces(data):
         if piece.kind != b"SPLINE" or (groups := _control_groups(piece)) is None:
             continue
         begin, end = piece.span
-        parts += [data[done:begin], groups]
-        done = end
-    return b"".join([*parts, data[done:]]) if parts else None
+        parts += [data[done_count:begin], groups]
+        done_count = end
+    return b"".join([*parts, data[done_count:]]) if parts else None
 
 
 def _control_groups(piece: DxfPiece) -> bytes | None:

@@ -164,27 +164,30 @@ def _damaged() -> InputError:
 
 def _picture(directory: bytes, doubles: bytes, texts: bytes) -> bytes:
     """Return a TIFF of one pixel according to the TIFF 6.0 and GeoTIFF 1.1 specifications."""
-    short, long, double, ascii_ = 3, 4, 12, 2
-    small = {256: 1, 257: 1, 258: 8, 259: 1, 262: 1, 277: 1, 278: 1, 279: 1}
-    large = {
-        33550: (double, 3, struct.pack("<3d", 1, 1, 0)),
-        33922: (double, 6, bytes(48)),
-        34735: (short, len(directory) // 2, directory),
+    short_type, long_type, double_type, ascii_ = 3, 4, 12, 2
+    short_tags = {256: 1, 257: 1, 258: 8, 259: 1, 262: 1, 277: 1, 278: 1, 279: 1}
+    long_tags = {
+        33550: (double_type, 3, struct.pack("<3d", 1, 1, 0)),
+        33922: (double_type, 6, bytes(48)),
+        34735: (short_type, len(directory) // 2, directory),
     }
     if doubles:
-        large[34736] = (double, len(doubles) // 8, doubles)
+        long_tags[34736] = (double_type, len(doubles) // 8, doubles)
     if texts:
         text = texts.rstrip(b"\0") + b"\0"
         # Data of four bytes or less would be stored in the tag itself.
         text = text.ljust(5, b"\0")
-        large[34737] = (ascii_, len(text), text)
-    count = len(small) + 1 + len(large)
+        long_tags[34737] = (ascii_, len(text), text)
+    count = len(short_tags) + 1 + len(long_tags)
     offset = 8 + 2 + 12 * count + 4
-    tags = {tag: struct.pack("<HHIHH", tag, short, 1, value, 0) for tag, value in small.items()}
+    tags = {
+        tag: struct.pack("<HHIHH", tag, short_type, 1, value, 0)
+        for tag, value in short_tags.items()
+    }
     body = b""
-    for tag, (kind, n, content) in large.items():
+    for tag, (kind, n, content) in long_tags.items():
         tags[tag] = struct.pack("<HHII", tag, kind, n, offset + len(body))
         body += content + b"\0" * (len(content) % 2)
-    tags[273] = struct.pack("<HHII", 273, long, 1, offset + len(body))
+    tags[273] = struct.pack("<HHII", 273, long_type, 1, offset + len(body))
     head = struct.pack("<2sHIH", b"II", 42, 8, count)
     return head + b"".join(tags[tag] for tag in sorted(tags)) + bytes(4) + body + b"\0\0"

@@ -48,13 +48,13 @@ _gdal_lock = threading.Lock()
 
 
 @contextlib.contextmanager
-def readable_layers(path: Path, unreadable: Callable[[], InputError]) -> Iterator[Path]:
+def readable_layers(path: Path, read_error: Callable[[], InputError]) -> Iterator[Path]:
     """Yield a path of the file from which pyogrio can read layers inside the block.
 
     Parameters
     ----------
     path : Path
-    unreadable : callable
+    read_error : callable
         Function that returns the error for a file that is not a valid GeoPackage, GeoJSON,
         shapefile, DXF or KML file.
 
@@ -70,7 +70,7 @@ def readable_layers(path: Path, unreadable: Callable[[], InputError]) -> Iterato
         with open_regular(path) as file:
             header = file.read(_HEAD_BYTES)
         if not _is_known(header):
-            raise unreadable()
+            raise read_error()
         if header.startswith(SQLITE_MARK):
             require_geopackage(path)
         elif _JSON.match(header):
@@ -108,7 +108,7 @@ def readable_layers(path: Path, unreadable: Callable[[], InputError]) -> Iterato
         # Raised in pyogrio if GDAL cannot write a damaged CRS as text.
         UnboundLocalError,
     ) as error:
-        raise unreadable() from error
+        raise read_error() from error
 
 
 def _is_known(head: bytes) -> bool:
@@ -126,8 +126,8 @@ def _refuse_truncated_dxf(path: Path, head: bytes) -> None:
         return
     with open_regular(path) as file:
         file.seek(-1, os.SEEK_END)
-        last = file.read(1)
-    if last == b"\r":
+        last_byte = file.read(1)
+    if last_byte == b"\r":
         raise InputError(
             Finding("file.damaged", format="DXF", reason=tr("it ends in the middle of a line")),
             file=path,
@@ -183,7 +183,8 @@ def symbol_layers(names: Iterable[str]) -> set[str]:
     for name in all_names:
         base = name.removesuffix(SYMBOLS)
         has_base = any(
-            other == base or other.startswith(f"{base}_") for other in all_names - {name}
+            other_name == base or other_name.startswith(f"{base}_")
+            for other_name in all_names - {name}
         )
         if base and base != name and has_base:
             layers.add(name)

@@ -109,7 +109,7 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
     """
     path = Path(path)
     all_lines: list[ReadLine] = []
-    described_items: dict[str, str] = {}
+    layer_descriptions: dict[str, str] = {}
     systems: list[str] = []
     warnings: list[Finding] = []
     skipped_count = 0
@@ -133,16 +133,16 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
     )
     for layer in read:
         systems += [] if layer.crs is None else [layer.crs]
-        described_items[layer.name] = layer.described
+        layer_descriptions[layer.name] = layer.described
         columns, shapes = dict(layer.columns or {}), layer.shapes
         if shapes is None:
             continue
         geometries, surfaces = shapes_from_wkb(shapes)
         if path.suffix.lower() == ".dxf":
-            keep, messages = select_lines(path, columns, surfaces)
+            is_kept, messages = select_lines(path, columns, surfaces)
             warnings += messages
-            geometries, surfaces = geometries[keep], surfaces[keep]
-            columns = {name: values[keep] for name, values in columns.items()}
+            geometries, surfaces = geometries[is_kept], surfaces[is_kept]
+            columns = {name: values[is_kept] for name, values in columns.items()}
         elif surfaces.any():
             warnings.append(excluded_surfaces_finding(int(surfaces.sum())))
         layer_names = [layer.name] * len(geometries)
@@ -150,17 +150,17 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
             layer_names = _column_texts(columns, "layer") or layer_names
         line_names = _names(columns, len(geometries))
         words = _feature_attributes(columns, len(geometries))
-        lines, others = _lines(layer_names, line_names, words, geometries, layer.crs, progress)
+        lines, other_kinds = _lines(layer_names, line_names, words, geometries, layer.crs, progress)
         all_lines += lines
-        skipped_count += others - sum(
+        skipped_count += other_kinds - sum(
             shape is None for shape, count in zip(geometries, surfaces, strict=True) if count
         )
     if skipped_count:
         warnings.append(Finding("drawing.other-shapes", count=skipped_count))
-    valid = tuple(line for line in all_lines if _is_valid(line.points))
-    if len(valid) < len(all_lines):
-        warnings.append(Finding("drawing.invalid-shapes", count=len(all_lines) - len(valid)))
-    return ReadLines(valid, tuple(systems), described_items, tuple(warnings))
+    valid_lines = tuple(line for line in all_lines if _is_valid(line.points))
+    if len(valid_lines) < len(all_lines):
+        warnings.append(Finding("drawing.invalid-shapes", count=len(all_lines) - len(valid_lines)))
+    return ReadLines(valid_lines, tuple(systems), layer_descriptions, tuple(warnings))
 
 
 def _is_valid(points: FloatArray) -> bool:

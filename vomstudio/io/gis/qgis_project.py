@@ -92,7 +92,7 @@ def _add_empty_properties(node: ElementTree.Element) -> None:
 def _layer(
     map_layers: ElementTree.Element, number: int, layer: MapLayer, source: str, crs: str | None
 ) -> None:
-    one = ElementTree.SubElement(
+    layer_element = ElementTree.SubElement(
         map_layers,
         "maplayer",
         type="vector",
@@ -103,13 +103,13 @@ def _layer(
         refreshOnNotifyEnabled="0",
         simplifyDrawingHints="0",
     )
-    _extent(one, layer.extent)
-    ElementTree.SubElement(one, "id").text = _id(number, layer)
-    ElementTree.SubElement(one, "datasource").text = _source(source, layer)
-    ElementTree.SubElement(one, "layername").text = layer.name
-    ElementTree.SubElement(one, "srs").append(_crs(crs))
-    ElementTree.SubElement(one, "provider", encoding="UTF-8").text = "ogr"
-    one.extend(elements(layer.style))
+    _extent(layer_element, layer.extent)
+    ElementTree.SubElement(layer_element, "id").text = _id(number, layer)
+    ElementTree.SubElement(layer_element, "datasource").text = _source(source, layer)
+    ElementTree.SubElement(layer_element, "layername").text = layer.name
+    ElementTree.SubElement(layer_element, "srs").append(_crs(crs))
+    ElementTree.SubElement(layer_element, "provider", encoding="UTF-8").text = "ogr"
+    layer_element.extend(elements(layer.style))
 
 
 def _id(number: int, layer: MapLayer) -> str:

@@ -150,12 +150,14 @@ def _piece(symbol: ElementTree.Element, piece: SymbolLayer) -> None:
     _properties(layer, "data_defined_properties", piece.by)
 
 
-def _properties(parent: ElementTree.Element, tag: str, by: Mapping[str, str]) -> None:
+def _properties(
+    parent: ElementTree.Element, tag: str, expression_by_property: Mapping[str, str]
+) -> None:
     root = ElementTree.SubElement(parent, tag)
     options = ElementTree.SubElement(root, "Option", type="Map")
     _option(options, "name", "")
     properties = ElementTree.SubElement(options, "Option", name="properties", type="Map")
-    for name, expression in by.items():
+    for name, expression in expression_by_property.items():
         entry = ElementTree.SubElement(properties, "Option", name=name, type="Map")
         _option(entry, "active", "true", "bool")
         _option(entry, "expression", expression)
@@ -241,7 +243,13 @@ def rgba(color: str, alpha: int = 255) -> str:
 
 
 def stroke(
-    length_mm: float, width_mm: float, color: str, *, angle: str, offset: str, by: Mapping[str, str]
+    length_mm: float,
+    width_mm: float,
+    color: str,
+    *,
+    angle: str,
+    offset: str,
+    expression_by_property: Mapping[str, str],
 ) -> SymbolLayer:
     """Return a marker that consists of a straight line.
 
@@ -254,7 +262,7 @@ def stroke(
         Expression for the rotation in degrees, clockwise from up.
     offset : str
         Offset "x,y" in millimetres before the rotation, with y down.
-    by : mapping
+    expression_by_property : mapping
         Further properties defined by expressions, by name.
     """
     values = {
@@ -275,11 +283,16 @@ def stroke(
         "scale_method": "diameter",
         "angle": "0",
     }
-    return SymbolLayer("SimpleMarker", values, {"angle": angle, **by})
+    return SymbolLayer("SimpleMarker", values, {"angle": angle, **expression_by_property})
 
 
 def mark(
-    name: str, size_mm: float, color: str, *, offset: str = "0,0", by: Mapping[str, str] = {}
+    name: str,
+    size_mm: float,
+    color: str,
+    *,
+    offset: str = "0,0",
+    expression_by_property: Mapping[str, str] = {},
 ) -> SymbolLayer:
     """Return a filled simple marker of QGIS."""
     values = {
@@ -300,10 +313,10 @@ def mark(
         "scale_method": "diameter",
         "angle": "0",
     }
-    return SymbolLayer("SimpleMarker", values, by)
+    return SymbolLayer("SimpleMarker", values, expression_by_property)
 
 
-def line(width_mm: float, color: str, by: Mapping[str, str]) -> SymbolLayer:
+def line(width_mm: float, color: str, expression_by_property: Mapping[str, str]) -> SymbolLayer:
     """Return a solid line."""
     values = {
         "line_color": rgba(color),
@@ -316,10 +329,10 @@ def line(width_mm: float, color: str, by: Mapping[str, str]) -> SymbolLayer:
         "offset_unit": "MM",
         "use_custom_dash": "0",
     }
-    return SymbolLayer("SimpleLine", values, by)
+    return SymbolLayer("SimpleLine", values, expression_by_property)
 
 
-def fill(color: str, by: Mapping[str, str]) -> SymbolLayer:
+def fill(color: str, expression_by_property: Mapping[str, str]) -> SymbolLayer:
     """Return a transparent fill with an outline."""
     values = {
         "color": rgba(color, 70),
@@ -332,4 +345,4 @@ def fill(color: str, by: Mapping[str, str]) -> SymbolLayer:
         "offset": "0,0",
         "offset_unit": "MM",
     }
-    return SymbolLayer("SimpleFill", values, by)
+    return SymbolLayer("SimpleFill", values, expression_by_property)

@@ -168,8 +168,8 @@ def read_size_and_bands(path: Path) -> tuple[int, int, list[str]]:
         with warnings.catch_warnings(), silence_libtiff(), rasterio.Env():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
             with (
-                utf8_name(path) as named,
-                rasterio.open(named, driver="GTiff") as dataset,
+                utf8_name(path) as safe_path,
+                rasterio.open(safe_path, driver="GTiff") as dataset,
             ):
                 kinds = [np.dtype(kind) for kind in dataset.dtypes]
                 return (
@@ -192,7 +192,7 @@ def silence_libtiff() -> Iterator[None]:
     error.
     """
     try:
-        saved = os.dup(2)
+        saved_descriptor = os.dup(2)
     except OSError:  # closed by the caller
         yield
         return
@@ -201,8 +201,8 @@ def silence_libtiff() -> Iterator[None]:
         os.dup2(null, 2)
         yield
     finally:
-        os.dup2(saved, 2)
-        os.close(saved)
+        os.dup2(saved_descriptor, 2)
+        os.close(saved_descriptor)
         os.close(null)
 
 
@@ -211,8 +211,8 @@ def _is_complete(dataset: Any, size: int) -> bool:
     for row in range(-(-dataset.height // BLOCK)):
         for column in range(-(-dataset.width // BLOCK)):
             place = [
-                dataset.get_tag_item(f"BLOCK_{what}_{column}_{row}", "TIFF", bidx=1)
-                for what in ("OFFSET", "SIZE")
+                dataset.get_tag_item(f"BLOCK_{domain}_{column}_{row}", "TIFF", bidx=1)
+                for domain in ("OFFSET", "SIZE")
             ]
             if None in place or sum(map(int, place)) > size:
                 return False

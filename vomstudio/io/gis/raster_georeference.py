@@ -32,7 +32,7 @@ def read_map_placement(path: Path) -> dict[str, Any] | None:
         check_raster(path)
         with warnings.catch_warnings(), silence_libtiff(), rasterio.Env():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
-            with utf8_name(path) as named, rasterio.open(named, driver="GTiff") as dataset:
+            with utf8_name(path) as safe_path, rasterio.open(safe_path, driver="GTiff") as dataset:
                 if dataset.crs is None or not dataset.crs.is_projected:
                     return None
                 wkt, offset, box = dataset.crs.to_wkt(), dataset.transform, dataset.bounds

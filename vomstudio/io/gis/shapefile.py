@@ -160,11 +160,11 @@ def write_shapes(
     columns : sequence of DbfColumn
     """
     contents = [_content(kind, shape) for shape in shapes]
-    everything = np.concatenate(shapes) if shapes else np.empty((0, 3))
+    all_points = np.concatenate(shapes) if shapes else np.empty((0, 3))
     total = 100 + sum(8 + len(content) for content in contents)
     with open(shp, "wb") as file, open(shx, "wb") as index, open(dbf, "wb") as table:
-        file.write(_header(total, kind, everything))
-        index.write(_header(100 + 8 * len(shapes), kind, everything))
+        file.write(_header(total, kind, all_points))
+        index.write(_header(100 + 8 * len(shapes), kind, all_points))
         offset = 50
         for number, content in enumerate(contents, start=1):
             file.write(struct.pack(">2i", number, len(content) // 2) + content)
@@ -183,10 +183,10 @@ def _content(kind: int, shape: AnyArray) -> bytes:
             shape = shape[::-1]
     low, high = shape.min(axis=0), shape.max(axis=0)
     head = struct.pack("<i4d3i", kind, low[0], low[1], high[0], high[1], 1, len(shape), 0)
-    flat_values = np.ascontiguousarray(shape[:, :2], "<f8").tobytes()
+    plane_bytes = np.ascontiguousarray(shape[:, :2], "<f8").tobytes()
     return (
         head
-        + flat_values
+        + plane_bytes
         + struct.pack("<2d", low[2], high[2])
         + np.ascontiguousarray(shape[:, 2], "<f8").tobytes()
     )
@@ -254,35 +254,40 @@ def _number(value: float, width: int) -> bytes:
 def _integers(values: AnyArray, width: int) -> AnyArray:
     cells = np.full((len(values), width), ord(" "), np.uint8)
     # Use Python integers because the minimum of int64 has no positive counterpart.
-    remaining_values = np.abs(values) if values.min(initial=0) > np.iinfo(np.int64).min else None
-    if remaining_values is None:
+    magnitudes = np.abs(values) if values.min(initial=0) > np.iinfo(np.int64).min else None
+    if magnitudes is None:
         texts = b"".join(str(v).encode().rjust(width) for v in values.tolist())
         return np.frombuffer(texts, np.uint8).reshape(len(values), width)
     is_negative = values < 0
     for k in range(width - 1, -1, -1):
-        has_digit = (remaining_values > 0) if k < width - 1 else np.ones(len(values), bool)
-        cells[has_digit, k] = (remaining_values[has_digit] % 10 + ord("0")).astype(np.uint8)
+        has_digit = (magnitudes > 0) if k < width - 1 else np.ones(len(values), bool)
+        cells[has_digit, k] = (magnitudes[has_digit] % 10 + ord("0")).astype(np.uint8)
         sign = ~has_digit & is_negative
         cells[sign, k] = ord("-")
         is_negative &= ~sign
-        remaining_values = remaining_values // 10
+        magnitudes = magnitudes // 10
     return cells
 
 
 def short_names(
-    names: Iterable[str], known_items: Mapping[str, str] | None = None
+    names: Iterable[str], short_by_long: Mapping[str, str] | None = None
 ) -> dict[str, str]:
     """Return a name of at most ten bytes for each name, unique regardless of case."""
-    used: set[str] = set()
+    used_names: set[str] = set()
     result: dict[str, str] = {}
     for name in names:
-        plain = (
-            (known_items or {}).get(name, name).encode("ascii", "ignore").decode()[:MAX_NAME_LENGTH]
+        plain_names = (
+            (short_by_long or {})
+            .get(name, name)
+            .encode("ascii", "ignore")
+            .decode()[:MAX_NAME_LENGTH]
         )
         unused_name = next(
-            label for label in _name_candidates(plain or "field") if label.casefold() not in used
+            label
+            for label in _name_candidates(plain_names or "field")
+            if label.casefold() not in used_names
         )
-        used.add(unused_name.casefold())
+        used_names.add(unused_name.casefold())
         result[name] = unused_name
     return result
 

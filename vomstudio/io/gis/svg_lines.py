@@ -83,25 +83,25 @@ class SvgImage:
         ratio : float
             Width of the picture divided by its height.
         """
-        across_component, down = (
+        width_vector, down = (
             self.corners[1] - self.corners[0],
             self.corners[3] - self.corners[0],
         )
-        width, high = float(np.hypot(*across_component)), float(np.hypot(*down))
+        width, high = float(np.hypot(*width_vector)), float(np.hypot(*down))
         if self.fit == "none" or not (width > 0 and high > 0):
             return self.corners
         limit = max if self.fit == "slice" else min
         x, y = limit(high * ratio / width, 1.0), limit(width / ratio / high, 1.0)
         offset = (
             self.corners[0]
-            + self.align[0] * (1 - x) * across_component
+            + self.align[0] * (1 - x) * width_vector
             + self.align[1] * (1 - y) * down
         )
         return np.array(
             [
                 offset,
-                offset + x * across_component,
-                offset + x * across_component + y * down,
+                offset + x * width_vector,
+                offset + x * width_vector + y * down,
                 offset + y * down,
             ]
         )
@@ -228,8 +228,8 @@ def _simplify_svg(data: bytes, path: Path) -> bytes:
     if len(entities) > _MAX_ENTITIES or _ENTITY.sub(b"", head.group(1)).strip():
         return data
     body = data[head.end() :]
-    for name, double, single in entities:
-        body = body.replace(b"&" + name + b";", double or single)
+    for name, double_names, single_names in entities:
+        body = body.replace(b"&" + name + b";", double_names or single_names)
         if len(body) > _MAX_BYTES:
             raise InputError(Finding("file.too-large", limit_mb=_MAX_BYTES >> 20), file=path)
     return data[: head.start()] + body
@@ -298,7 +298,7 @@ class _ElementWalk:
     def _child_context(self, element: Any, tag: str, context: _Context) -> _Context:
         """Return the context of an element, which also applies to its children."""
         style = self._style(element, tag)
-        shown = context.shown and style.get("display") != "none"
+        is_shown = context.shown and style.get("display") != "none"
         visible = context.visible
         if "visibility" in style:
             visible = style["visibility"] not in ("hidden", "collapse")
@@ -313,9 +313,9 @@ class _ElementWalk:
             matrix=matrix,
             view=view,
             layer=layer,
-            shown=shown,
+            shown=is_shown,
             visible=visible,
-            is_visible=shown and visible,
+            is_visible=is_shown and visible,
         )
 
     def _clone(self, element: Any, context: _Context) -> Iterator[tuple[Any, _Context]]:
@@ -367,8 +367,8 @@ def _style_rules(root: Any) -> dict[str, list[tuple[int, dict[str, str]]]]:
     for sheet in root.iter():
         if _tag(sheet) != "style":
             continue
-        first, *others = str(sheet.text or "").split("/*")
-        text = first + "".join(part.partition("*/")[2] for part in others)
+        first, *other_parts = str(sheet.text or "").split("/*")
+        text = first + "".join(part.partition("*/")[2] for part in other_parts)
         for rule in text.split("}"):
             selectors, _, body = rule.partition("{")
             if properties := _declarations(body):

@@ -200,9 +200,9 @@ def _segment(
         end = base + complex(x, y)
         return [end], end
     if kind == "A":
-        rx, ry, rotation_deg, large, sweep, x, y = take_numbers(7)
+        rx, ry, rotation_deg, is_large_arc, sweep, x, y = take_numbers(7)
         end = base + complex(x, y)
-        return _arc(offset, end, rx, ry, rotation_deg, bool(large), bool(sweep)), end
+        return _arc(offset, end, rx, ry, rotation_deg, bool(is_large_arc), bool(sweep)), end
     count = {"C": 3, "S": 2, "Q": 2, "T": 1}[kind]
     v = take_numbers(2 * count)
     control_points = [base + complex(v[2 * i], v[2 * i + 1]) for i in range(count)]

@@ -63,14 +63,14 @@ class VectorLayer:
 
 
 def list_layers(
-    path: Path, unreadable: Callable[[], InputError], progress: Progress | None = None
+    path: Path, read_error: Callable[[], InputError], progress: Progress | None = None
 ) -> list[VectorLayer]:
     """List the names and kinds of the layers of a file.
 
     Parameters
     ----------
     path : Path
-    unreadable : callable
+    read_error : callable
         As for `readable_layers`.
     progress : Progress, optional
 
@@ -78,14 +78,14 @@ def list_layers(
     ------
     InputError, Cancelled
     """
-    return _request_layers(path, {"names": []}, unreadable, progress)
+    return _request_layers(path, {"names": []}, read_error, progress)
 
 
 def read_layers(
     path: Path,
     names: Iterable[str | None],
     columns: Collection[str],
-    unreadable: Callable[[], InputError],
+    read_error: Callable[[], InputError],
     progress: Progress | None = None,
     *,
     is_flat: bool = True,
@@ -114,25 +114,25 @@ def read_layers(
         "flat": is_flat,
         "max_features": MAX_OBJECTS,
     }
-    return _request_layers(path, request, unreadable, progress)
+    return _request_layers(path, request, read_error, progress)
 
 
 def _request_layers(
     path: Path,
     request: dict[str, Any],
-    unreadable: Callable[[], InputError],
+    read_error: Callable[[], InputError],
     progress: Progress | None,
 ) -> list[VectorLayer]:
     require_regular(path)
     reporter = SilentProgress() if progress is None else progress
     reporter.step(0)
     if _is_small(path):
-        with readable_layers(path, unreadable) as readable:
+        with readable_layers(path, read_error) as readable:
             return read_named_layers(path, readable, request)
     message = {"path": os.fspath(path.absolute()), **request}
     header, arrays = unpack(reader_process.run_reader(__name__, message, reporter, path))
     if header.get("unreadable"):
-        raise unreadable()
+        raise read_error()
     if "refused" in header:
         raise _refusal(header["refused"], path)
     return [
@@ -149,9 +149,9 @@ def _request_layers(
     ]
 
 
-def _refusal(refused_items: dict[str, Any], path: Path) -> InputError:
+def _refusal(error_fields: dict[str, Any], path: Path) -> InputError:
     """Return the error of the reader process, which contains the absolute path of the file."""
-    error = from_dict(refused_items, InputError.exit_code)
+    error = from_dict(error_fields, InputError.exit_code)
     file = path if error.file in (None, os.fspath(path.absolute())) else error.file
     return InputError(error, file=file, line=error.line, field=error.field)
 
@@ -198,14 +198,14 @@ def read_named_layers(
     """
     import pyogrio
 
-    listed = [
+    listed_layers = [
         (str(n), None if k is None else str(k)) for n, k in pyogrio.list_layers(readable_path)
     ]
     if not request["names"]:
-        return [VectorLayer(name, kind) for name, kind in listed]
-    if not listed:
+        return [VectorLayer(name, kind) for name, kind in listed_layers]
+    if not listed_layers:
         return []
-    kinds = dict(listed)
+    kinds = dict(listed_layers)
     layers, remaining = [], request["max_features"]
     for layer in request["names"]:
         info = pyogrio.read_info(readable_path, layer=layer)
@@ -225,7 +225,9 @@ def read_named_layers(
                 Finding("file.too-many-parts", limit=request["max_features"], parts=tr("entries")),
                 file=path,
             )
-        name = str(info.get("layer_name") or layer or (listed[0][0] if listed else ""))
+        name = str(
+            info.get("layer_name") or layer or (listed_layers[0][0] if listed_layers else "")
+        )
         crs = None if metadata["crs"] is None else str(metadata["crs"])
         layers.append(
             VectorLayer(

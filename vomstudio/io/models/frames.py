@@ -198,9 +198,9 @@ def _reprojected(registration: Registration, crs: str, loaded_model: LoadedModel
     transformation = np.eye(4)
     transformation[:3, :3] = np.cbrt(singular_values.prod()) * left_vectors @ right_vectors
     transformation[:3, 3] = conversion.apply(centre[None])[0] - transformation[:3, :3] @ centre
-    placed = change_world(registration, transformation, Frame("crs", loaded_model.crs))
+    placed_registration = change_world(registration, transformation, Frame("crs", loaded_model.crs))
     # The coordinates of the file were converted as well.
-    return change_file_frame(placed, placed.matrix)
+    return change_file_frame(placed_registration, placed_registration.matrix)
 
 
 def world_bounds(bounds: FloatArray, to_world: Matrix) -> FloatArray:

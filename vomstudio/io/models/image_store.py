@@ -36,7 +36,7 @@ def suffix_of(content: bytes) -> str:
     """Return the file suffix for the first bytes of an image; ".img" if unknown."""
     if content[:4] == b"RIFF" and content[8:12] == b"WEBP":
         return ".webp"
-    return next((ending for magic, ending in _MAGIC if content.startswith(magic)), ".img")
+    return next((suffix for magic, suffix in _MAGIC if content.startswith(magic)), ".img")
 
 
 def store_image(content: bytes, name: str) -> Path:

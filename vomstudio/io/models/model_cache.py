@@ -155,12 +155,12 @@ def _write(folder: Path, arrays: dict[str, AnyArray]) -> None:
 def _replace_folder(draft: Path, folder: Path) -> None:
     """Replace an old folder by renaming; on POSIX, readers of the old one keep its files."""
     if folder.exists():
-        old = Path(tempfile.mkdtemp(prefix=f".{folder.name}.old.", dir=folder.parent))
-        os.rename(folder, old / "old")
+        old_folder = Path(tempfile.mkdtemp(prefix=f".{folder.name}.old.", dir=folder.parent))
+        os.rename(folder, old_folder / "old")
         try:
             os.rename(draft, folder)
         finally:
-            shutil.rmtree(old, ignore_errors=True)
+            shutil.rmtree(old_folder, ignore_errors=True)
     else:
         os.rename(draft, folder)
 

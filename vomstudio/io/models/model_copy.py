@@ -54,7 +54,7 @@ def companions(model: Path) -> list[Path]:
         paths += _ply_images(model)
     elif model.suffix.lower() in (".tif", ".tiff"):
         paths.append(model.with_suffix(".tfw"))
-        paths += [model.with_name(model.name + ending) for ending in (".aux.xml", ".msk")]
+        paths += [model.with_name(model.name + suffix) for suffix in (".aux.xml", ".msk")]
     inside = model.parent.resolve()
     return [
         path
@@ -162,8 +162,8 @@ def _read_cameras(path: Path, model: Path | None = None) -> Cameras | None:
         cameras = read_cameras(path)
     except InputError:
         return _read_other_cameras(path, model)
-    stored_values = path.parent / cameras.photos
-    return replace(cameras, photos=(find_photos(cameras, path) or stored_values).resolve())
+    stored_path = path.parent / cameras.photos
+    return replace(cameras, photos=(find_photos(cameras, path) or stored_path).resolve())
 
 
 def _read_other_cameras(path: Path, model: Path | None) -> Cameras | None:

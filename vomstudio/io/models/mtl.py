@@ -95,9 +95,9 @@ def find_companion(folder: Path, name: str) -> tuple[Path | None, str | None]:
 
 def _find_case_insensitive(folder: Path, relative_text: str) -> Path | None:
     try:
-        exact_values = folder / relative_text
-        if exact_values.is_file():
-            return exact_values
+        exact_path = folder / relative_text
+        if exact_path.is_file():
+            return exact_path
         path = folder
         for part in relative_text.split("/"):
             names = {n.casefold(): n for n in sorted(os.listdir(path), reverse=True)}
@@ -114,18 +114,18 @@ def map_name(value: str) -> tuple[str, tuple[str, ...]]:
     remaining = value.strip()
     options: list[str] = []
     while remaining.startswith("-"):
-        word, _, following = remaining.partition(" ")
+        word, _, next_words = remaining.partition(" ")
         key = word.lower()
         if key in _FIXED_OPTIONS:
             n = _FIXED_OPTIONS[key]
-            words = following.split(None, n)
+            words = next_words.split(None, n)
             if len(words) <= n:
                 break
             options.append(" ".join([key, *words[:n]]))
             remaining = words[n]
         elif key in _UP_TO_THREE_NUMBERS:
             numbers: list[str] = []
-            remaining = following.strip()
+            remaining = next_words.strip()
             while len(numbers) < 3:
                 first, _, following_numbers = remaining.partition(" ")
                 if not following_numbers or not _is_number(first):
@@ -242,9 +242,11 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Fi
             value = textures[name]
             if value not in image_of_statement:
                 image_of_statement[value] = _find_image(value, path.parent, folder)
-            texture, problem, is_missing = image_of_statement[value]
+            texture, problem, is_image_missing = image_of_statement[value]
             image_by_name = (
-                _image_by_material_name(name, names, (path.parent, folder)) if is_missing else None
+                _image_by_material_name(name, names, (path.parent, folder))
+                if is_image_missing
+                else None
             )
             if image_by_name is not None:
                 texture = image_by_name
@@ -296,11 +298,11 @@ def _image_by_material_name(
         except OSError:
             continue
         for name in names:
-            stem, ending = posixpath.splitext(name)
+            stem, suffix = posixpath.splitext(name)
             if (
-                ending.casefold() in _IMAGE_SUFFIXES
+                suffix.casefold() in _IMAGE_SUFFIXES
                 and _begins_with(stem, material)
-                and not any(_begins_with(stem, other) for other in longer_names)
+                and not any(_begins_with(stem, longer_name) for longer_name in longer_names)
                 and not _OTHER_MAP.search(stem[len(material) :])
                 and is_regular(folder / name)
             ):

@@ -221,8 +221,8 @@ def _rough_spacing(points: FloatArray) -> float:
     from scipy.spatial import cKDTree
 
     step = len(points) // MAX_SAMPLED_POINTS
-    thin = np.ascontiguousarray(points[::step]) - points[0]
-    return float(_mean_nearest(cKDTree(thin), thin) / np.sqrt(step))
+    thinned_points = np.ascontiguousarray(points[::step]) - points[0]
+    return float(_mean_nearest(cKDTree(thinned_points), thinned_points) / np.sqrt(step))
 
 
 def _cloud_resolution(points: FloatArray) -> float:
@@ -273,9 +273,9 @@ def _brute_force_distances(local_points: FloatArray) -> FloatArray:
 
 
 def _mean_of(distance: FloatArray) -> float:
-    nearest = _first_positive(distance)
-    nearest = nearest[np.isfinite(nearest)]
-    return float(nearest.mean()) if len(nearest) else float("nan")
+    nearest_distance = _first_positive(distance)
+    nearest_distance = nearest_distance[np.isfinite(nearest_distance)]
+    return float(nearest_distance.mean()) if len(nearest_distance) else float("nan")
 
 
 def _first_positive(distance: FloatArray) -> FloatArray:
@@ -309,7 +309,7 @@ def convert_axes(
         messages.append(unreadable(loaded_model.path, loaded_model.crs or axes.kind))
     data = _scale(loaded_model.data, axes)
     unit_m = 1.0 if axes.kind == "local" and axes.unit_m else axes.unit_m
-    converted = replace(
+    converted_data = replace(
         loaded_model,
         data=data,
         crs=axes.crs,
@@ -317,7 +317,7 @@ def convert_axes(
         units=axes.units,
         unit_m=unit_m,
     )
-    return converted, refusal_finding
+    return converted_data, refusal_finding
 
 
 def _axes(loaded_model: LoadedModel, options: FrameOptions, messages: list[Finding]) -> StatedAxes:
@@ -374,19 +374,19 @@ def _reprojected(
 
 def _scale(data: Mesh | PointCloud, axes: StatedAxes) -> Mesh | PointCloud:
     """Scale heights to the unit of x and y, and for a local CRS all axes to metres."""
-    horizontal, vertical_values = axes.unit_factor, axes.unit_factor * axes.height_factor
-    if horizontal == vertical_values == 1.0:
+    horizontal, height_factor = axes.unit_factor, axes.unit_factor * axes.height_factor
+    if horizontal == height_factor == 1.0:
         return data
-    factors = np.array([horizontal, horizontal, vertical_values])
+    factors = np.array([horizontal, horizontal, height_factor])
     if isinstance(data, Mesh):
         return replace(data, vertices=data.vertices * factors)
     normals = data.normals
-    if normals is not None and horizontal != vertical_values:
+    if normals is not None and horizontal != height_factor:
         # The normal of a plane that is stretched along z is scaled by the inverse factor.
-        stretched_values = normals / factors
-        length = np.sqrt(np.einsum("ij,ij->i", stretched_values, stretched_values))[:, None]
+        stretched_normals = normals / factors
+        length = np.sqrt(np.einsum("ij,ij->i", stretched_normals, stretched_normals))[:, None]
         normals = np.where(
-            length > 0, stretched_values / np.where(length > 0, length, 1.0), normals
+            length > 0, stretched_normals / np.where(length > 0, length, 1.0), normals
         )
         normals = np.ascontiguousarray(normals, np.float32)
     return replace(data, points=data.points * factors, normals=normals, arrangement=None)

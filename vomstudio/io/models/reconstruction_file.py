@@ -156,8 +156,8 @@ def _control_points(registration: Mapping[str, Any]) -> tuple[RegistrationPoint,
                 (row.get("name"), [row.get(axis) for axis in ("dx", "dy", "dz")], row, False)
             )
     points = []
-    for label, residual_values, row, check in rows:
-        residual, world = _point(residual_values), _point(row.get("surveyed"))
+    for label, residual_numbers, row, check in rows:
+        residual, world = _point(residual_numbers), _point(row.get("surveyed"))
         if residual is not None and world is not None:
             x, y, z = (a + b for a, b in zip(world, residual, strict=True))
             points.append(RegistrationPoint(str(label), (x, y, z), world, residual, None, check))

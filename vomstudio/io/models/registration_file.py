@@ -266,22 +266,22 @@ def read_registration(path: Path) -> StoredRegistration:
         With the code ``registration.damaged`` or ``registration.unknown-version``.
     """
     try:
-        plain = read_json(path, SIDECAR_BYTES)
+        registration_fields = read_json(path, SIDECAR_BYTES)
     except (OSError, ValueError) as error:
         raise _damaged(path, str(error)) from error
-    if not isinstance(plain, dict) or plain.get("format") != FORMAT:
+    if not isinstance(registration_fields, dict) or registration_fields.get("format") != FORMAT:
         raise _damaged(path, tr("the format is not “{format}”", format=FORMAT))
-    version = plain.get("version")
+    version = registration_fields.get("version")
     if version != VERSION:
         finding = Finding(
             "registration.unknown-version", file=path.name, version=str(version), known=VERSION
         )
         raise InputError(finding, file=path)
-    files = plain.get("files")
+    files = registration_fields.get("files")
     if not isinstance(files, dict) or not all(isinstance(file, str) for file in files.values()):
         raise _damaged(path, tr("“files” is not a list of names with their SHA-256"))
     try:
-        values = decode_fields(Registration, _values_of(plain), _NESTED)
+        values = decode_fields(Registration, _values_of(registration_fields), _NESTED)
         registration = Registration(**values)
     except (DocumentError, KeyError, TypeError, AttributeError) as error:
         raise _damaged(path, str(error)) from error
@@ -289,34 +289,34 @@ def read_registration(path: Path) -> StoredRegistration:
     return StoredRegistration(registration, {str(name): hash_ for name, hash_ in files.items()})
 
 
-def _values_of(plain_items: Mapping[str, Any]) -> dict[str, Any]:
+def _values_of(registration_fields: Mapping[str, Any]) -> dict[str, Any]:
     """Return the JSON values of the fields of a registration. Raises KeyError, TypeError."""
-    covariance = plain_items["covariance"]
+    covariance = registration_fields["covariance"]
     if covariance is not None and (
         tuple(covariance["parameters"]) != PARAMETERS or tuple(covariance["units"]) != UNITS
     ):
         raise TypeError(tr("the parameters of the covariance are not {names}", names=PARAMETERS))
-    evidence = {name: plain_items["evidence"][name] for name in _EVIDENCE}
+    evidence = {name: registration_fields["evidence"][name] for name in _EVIDENCE}
     evidence["observations"] = [
         {"kind": group["kind"], "labels": group["labels"]} for group in evidence["observations"]
     ]
-    frame = Frame(plain_items["frame"], plain_items["crs"])
+    frame = Frame(registration_fields["frame"], registration_fields["crs"])
     return {
         "id": new_id("registration"),
-        "name": plain_items["name"],
-        "method": plain_items["method"],
+        "name": registration_fields["name"],
+        "method": registration_fields["method"],
         "frame": {
             "kind": frame.kind,
             "crs": frame.crs,
-            "level": plain_items["level"] is True and not frame.has_north,
+            "level": registration_fields["level"] is True and not frame.has_north,
         },
-        "matrix": plain_items["matrix"],
+        "matrix": registration_fields["matrix"],
         "covariance": None if covariance is None else covariance["matrix"],
         "centre": None if covariance is None else covariance["centre"],
-        "rotation_error_deg": plain_items["rotation_error_deg"],
-        "scale_error": plain_items["scale_error"],
+        "rotation_error_deg": registration_fields["rotation_error_deg"],
+        "scale_error": registration_fields["scale_error"],
         **evidence,
-        **{name: plain_items["shape"][name] for name in _SHAPE},
+        **{name: registration_fields["shape"][name] for name in _SHAPE},
     }
 
 

@@ -46,13 +46,13 @@ def find_writers() -> tuple[Writer, ...]:
 
 def choose_writer(path: Path) -> Writer:
     """Return the writer for a suffix. Raises UsageError with a list of supported formats."""
-    ending = path.suffix.lower()
+    suffix = path.suffix.lower()
     for writer in find_writers():
-        if ending in writer.extensions:
+        if suffix in writer.extensions:
             return writer
     endings = (extension for writer in find_writers() for extension in writer.extensions)
     formats = ", ".join([*endings, *map(str, find_all().broken)])
-    raise UsageError(Finding("output.unknown-format", suffix=ending, formats=formats), file=path)
+    raise UsageError(Finding("output.unknown-format", suffix=suffix, formats=formats), file=path)
 
 
 def write_model(

@@ -72,16 +72,16 @@ def down_in_photo(
         return None
     x, y, z = (value / size for value in measured_vector)
     right, down, forward = -y, -x, -z
-    turns = 0
+    quarter_turns = 0
     if orientation == 1 and math.hypot(right, down) > 0.5:
         # Clockwise quarter turns of the pixels that bring gravity to the bottom.
-        turns = round(math.atan2(right, down) / (math.pi / 2)) % 4
-        if (turns % 2 == 1) != (height > width):
+        quarter_turns = round(math.atan2(right, down) / (math.pi / 2)) % 4
+        if (quarter_turns % 2 == 1) != (height > width):
             # The phone was oblique when it chose the orientation: the shape decides first, then
             # gravity.
-            turns = 0 if height <= width else 1 if right > 0 else 3
+            quarter_turns = 0 if height <= width else 1 if right > 0 else 3
     elif orientation == 1 and height > width:
-        turns = 1
-    for _ in range(turns):
+        quarter_turns = 1
+    for _ in range(quarter_turns):
         right, down = -down, right
     return right, down, forward

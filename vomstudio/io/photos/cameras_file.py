@@ -52,15 +52,15 @@ class Cameras:
     scaled: bool = False
 
 
-def find_photos(cameras: Cameras, path: Path, others: Sequence[Path] = ()) -> Path | None:
+def find_photos(cameras: Cameras, path: Path, other_folders: Sequence[Path] = ()) -> Path | None:
     """Return the folder that contains the first photos, or None.
 
-    The folders searched are `others`, the stored folder, and folders next to the cameras file
-    `path`.
+    The folders searched are `other_folders`, the stored folder, and folders next to the cameras
+    file `path`.
     """
     stored_photos = cameras.photos
     folders = [
-        *others,
+        *other_folders,
         stored_photos if stored_photos.is_absolute() else path.parent / stored_photos,
     ]
     folders += [path.parent / stored_photos.name, path.parent / "photos", path.parent]

@@ -24,16 +24,18 @@ from vomstudio.io.photos.pixels import open_photo, read_mask
 _SOFTWARE = "VOM Studio"
 
 
-def mask_path(photo: Path, others: Iterable[Path] = ()) -> Path:
+def mask_path(photo: Path, other_paths: Iterable[Path] = ()) -> Path:
     """Return the path that is searched first for the mask of a photo.
 
-    `others` are the photos of the set: two photos in one folder that differ only in their suffix
-    have separate masks.
+    `other_paths` are the photos of the set: two photos in one folder that differ only in their
+    suffix have separate masks.
     """
     stem = photo.stem.casefold()
     has_twin = any(
-        other != photo and other.parent == photo.parent and other.stem.casefold() == stem
-        for other in others
+        other_path != photo
+        and other_path.parent == photo.parent
+        and other_path.stem.casefold() == stem
+        for other_path in other_paths
     )
     return photo.with_name(f"{photo.name}.mask.png" if has_twin else f"{photo.stem}_mask.png")
 

@@ -64,15 +64,15 @@ class MaskFinder:
         mask_names = [f"{stem}_mask", f"{name}.mask", f"{name}_mask", f"{stem}.mask"]
         if self._is_twin(path):
             mask_names[:2] = mask_names[1::-1]
-        for ending in (".png", ".jpg", ".jpeg", ".tif", ".tiff"):
+        for suffix in (".png", ".jpg", ".jpeg", ".tif", ".tiff"):
             for base in mask_names:
-                yield path.parent, base + ending
+                yield path.parent, base + suffix
             for folder in (path.parent / "masks", path.parent / "mask"):
                 for base in (*mask_names, name, stem):
-                    yield folder, base + ending
+                    yield folder, base + suffix
             for folder in (path.parent.parent / "masks", path.parent.parent / "mask"):
                 for base in (*mask_names, name, stem):
-                    yield folder, base + ending
+                    yield folder, base + suffix
 
     def _is_twin(self, path: Path) -> bool:
         """Return whether another photo in its folder differs only in its suffix.

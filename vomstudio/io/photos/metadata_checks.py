@@ -88,9 +88,13 @@ def drop_unmeasured_angles(photos: Sequence[Photo]) -> tuple[list[Photo], list[F
         else photo
         for photo in photos
     ]
-    commented = [p for p in result if p.yaw_deg is not None and p.has_comment_angles]
-    if commented:
+    commented_photos = [p for p in result if p.yaw_deg is not None and p.has_comment_angles]
+    if commented_photos:
         findings.append(
-            Finding("photo.angles-in-comment", photos=len(commented), photo=commented[0].name)
+            Finding(
+                "photo.angles-in-comment",
+                photos=len(commented_photos),
+                photo=commented_photos[0].name,
+            )
         )
     return result, findings

@@ -11,7 +11,7 @@ def photo_finder(names: Sequence[str]) -> Callable[[str], int | None]:
     Names are matched exactly, then by file name, then by stem if one of the two names has no
     suffix. The latter two matches ignore case and must be unique.
     """
-    exact = {name: number for number, name in enumerate(names)}
+    row_by_name = {name: number for number, name in enumerate(names)}
     tables: list[dict[str, list[int]]] = [{}, {}]
     stems: dict[str, list[int]] = {}
     for number, name in enumerate(names):
@@ -22,8 +22,8 @@ def photo_finder(names: Sequence[str]) -> Callable[[str], int | None]:
             stems.setdefault(keys[0], []).append(number)
 
     def find(name: str) -> int | None:
-        if name in exact:
-            return exact[name]
+        if name in row_by_name:
+            return row_by_name[name]
         file_name, stem = _keys(name)
         # An existing suffix is significant: a.jpg is not a.tif.
         candidates = tables if file_name == stem else tables[:1]

@@ -62,7 +62,7 @@ def open_photo(path: str | Path, *, min_pixel_bytes: int = COLOR_BYTES) -> Itera
 
 def rotate_upright(pixels: AnyArray, orientation: int) -> AnyArray:
     """Rotate stored pixels upright according to the EXIF orientation (tag 0x0112)."""
-    turns: dict[int, Callable[[AnyArray], AnyArray]] = {
+    transforms: dict[int, Callable[[AnyArray], AnyArray]] = {
         1: lambda p: p,
         2: lambda p: p[:, ::-1],
         3: lambda p: p[::-1, ::-1],
@@ -72,7 +72,7 @@ def rotate_upright(pixels: AnyArray, orientation: int) -> AnyArray:
         7: lambda p: p.swapaxes(0, 1)[::-1, ::-1],
         8: lambda p: p.swapaxes(0, 1)[::-1],
     }
-    turn = turns[orientation if orientation in range(1, 9) else 1]
+    turn = transforms[orientation if orientation in range(1, 9) else 1]
     return np.ascontiguousarray(turn(pixels))
 
 
@@ -120,9 +120,9 @@ def read_stored(photo: str | Path, size: int) -> tuple[ByteArray, tuple[int, int
     from vomstudio.io.photos.exif import read_exif
 
     with open_photo(photo) as image:
-        full = (image.width, image.height)
+        full_size = (image.width, image.height)
         orientation = read_exif(image).orientation
-        return np.asarray(_small(image, size, "RGB")), full, orientation
+        return np.asarray(_small(image, size, "RGB")), full_size, orientation
 
 
 def thumbnail(photo: Photo | str | Path, size: int = 256) -> ByteArray:
@@ -182,6 +182,6 @@ def _small(image: Image.Image, size: int | None, mode: str) -> Image.Image:
         if reduce > 1:
             image = image.reduce(reduce)
         scale = size / max(image.size)
-        new = tuple(max(1, round(s * scale)) for s in image.size)
-        image = image.resize((new[0], new[1]), Image.Resampling.BILINEAR)
+        reduced_size = tuple(max(1, round(s * scale)) for s in image.size)
+        image = image.resize((reduced_size[0], reduced_size[1]), Image.Resampling.BILINEAR)
     return image if image.mode == mode else image.convert(mode)

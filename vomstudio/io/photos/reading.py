@@ -257,14 +257,14 @@ def _natural_sort_key(text: str) -> list[tuple[int, int, str]]:
 
 def _drop_unprintable_names(paths: Sequence[Path], root: Path, result: PhotoFolder) -> list[Path]:
     """Drop files whose name is not valid text, because no table or report could name them."""
-    printable_items = []
+    printable_photos = []
     for path in paths:
         name = path.relative_to(root).as_posix()
         if _printable(name) == name:
-            printable_items.append(path)
+            printable_photos.append(path)
         else:
             result.skipped.append((_printable(name), Finding("file.name-encoding")))
-    return printable_items
+    return printable_photos
 
 
 def _drop_duplicates(paths: Sequence[Path], root: Path, result: PhotoFolder) -> list[Path]:
@@ -288,8 +288,11 @@ def _drop_duplicates(paths: Sequence[Path], root: Path, result: PhotoFolder) -> 
                 continue
             if path is not first.setdefault(key, path):
                 originals[path] = first[key]
-    for path, other in originals.items():
-        name, original = path.relative_to(root).as_posix(), other.relative_to(root).as_posix()
+    for path, original_path in originals.items():
+        name, original = (
+            path.relative_to(root).as_posix(),
+            original_path.relative_to(root).as_posix(),
+        )
         result.duplicates.append((name, original))
         result.skipped.append((name, Finding("photo.duplicate", original=original)))
     return [path for path in paths if path not in originals]
@@ -326,13 +329,13 @@ def _read(path: Path, name: str) -> tuple[Photo, list[Finding]]:
     if drone.ellipsoidal and tags.altitude_m is not None:
         reference = "ellipsoid"
     (yaw, pitch, roll), is_zero, is_comment = _angles(tags, drone)
-    tag_values = {tag.name: getattr(tags, tag.name) for tag in fields(PhotoTags)} | {
+    value_by_tag = {tag.name: getattr(tags, tag.name) for tag in fields(PhotoTags)} | {
         "altitude_m": altitude,
         "altitude_reference": reference,
         "gps_accuracy_m": accuracy if tags.latitude_deg is not None else None,
     }
     photo = Photo(
-        **tag_values,
+        **value_by_tag,
         path=path,
         name=name,
         width=width,

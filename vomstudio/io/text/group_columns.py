@@ -14,7 +14,7 @@ Words = dict[str, dict[Group, str]]
 
 
 def group_words(
-    columns: Mapping[str, Sequence[str]], groups: Sequence[Group], keep: Sequence[bool]
+    columns: Mapping[str, Sequence[str]], groups: Sequence[Group], is_used_row: Sequence[bool]
 ) -> tuple[Words[Group], list[Finding]]:
     """Return the word of each group in each column if it is the same for all points.
 
@@ -24,7 +24,7 @@ def group_words(
         Words of each row, by column.
     groups : sequence of hashable
         Group of each row.
-    keep : sequence of bool
+    is_used_row : sequence of bool
         Rows to use.
 
     Returns
@@ -38,7 +38,7 @@ def group_words(
     findings = []
     for column, cells in columns.items():
         words_by_group: dict[Group, set[str]] = {}
-        for group, word, is_used in zip(groups, cells, keep, strict=True):
+        for group, word, is_used in zip(groups, cells, is_used_row, strict=True):
             if is_used:
                 words_by_group.setdefault(group, set()).add(word.strip())
         words_by_column[column] = {

@@ -259,8 +259,8 @@ class _TableReader:
         If its name does not denote a dip quadrant (it may be a limb or a site), it is reported and
         not used.
         """
-        others = sorted(set(range(self.table.width)) - self.columns.known)
-        candidates = [c for c in others if self.columns.are_compass_points(c)]
+        other_columns = sorted(set(range(self.table.width)) - self.columns.known)
+        candidates = [c for c in other_columns if self.columns.are_compass_points(c)]
         quadrants = [
             c for c in candidates if normalise_name(self.table.label(c)) in _QUADRANT_NAMES
         ]
@@ -376,7 +376,7 @@ class _TableReader:
 
     def _read_text(self, columns: list[int], notation: str | None) -> None:
         cells = [self.table.cells(c) for c in columns]
-        wrapped_items: list[int] = []
+        wrapped_rows: list[int] = []
         for i, words in enumerate(zip(*cells, strict=True)):
             if not all(words[:2]) or any(w.casefold() in ("nan", "na") for w in words[:2]):
                 continue
@@ -391,8 +391,8 @@ class _TableReader:
                 ) from error
             self.dip_direction[i], self.dip[i] = plane.dip_direction_deg, plane.dip_deg
             if (azimuth := _plain_number(words[0])) is not None and azimuth > 360.0:
-                wrapped_items.append(int(self.table.line_numbers[i]))
-        self.columns.report_wrapped(columns[0], wrapped_items)
+                wrapped_rows.append(int(self.table.line_numbers[i]))
+        self.columns.report_wrapped(columns[0], wrapped_rows)
 
     def _compare_strike(self, strike: int) -> None:
         """Compare the strike with the dip direction, which is used if they disagree."""
@@ -451,8 +451,8 @@ class _TableReader:
         result = np.where(has_plane, _PLANE, np.where(has_line, _LINE, _NONE))
         column = self.columns.find("element")
         if column is None:
-            if both := int(np.count_nonzero(has_plane & has_line)):
-                self.warnings.append(Finding("orientation.planes-with-lines", count=both))
+            if n_with_both := int(np.count_nonzero(has_plane & has_line)):
+                self.warnings.append(Finding("orientation.planes-with-lines", count=n_with_both))
             return result
         for i, cell in enumerate(self.table.cells(column)):
             word = cell.casefold()

@@ -65,14 +65,16 @@ def _stated_covariances(
     comments: Iterable[str],
 ) -> dict[str, tuple[object, FloatArray]]:
     """Return the registration and its covariance (radians squared) by model name."""
-    stated_items: dict[str, tuple[object, FloatArray]] = {}
-    repeated = set()
+    stated_covariances: dict[str, tuple[object, FloatArray]] = {}
+    repeated_labels = set()
     for number, comment in enumerate(comments):
         for model, covariance in _parse_registration(comment):
-            repeated |= {model} & stated_items.keys()
-            stated_items[model] = ("stated", number), covariance
+            repeated_labels |= {model} & stated_covariances.keys()
+            stated_covariances[model] = ("stated", number), covariance
     # Models with the same name cannot be distinguished.
-    return {model: item for model, item in stated_items.items() if model not in repeated}
+    return {
+        model: item for model, item in stated_covariances.items() if model not in repeated_labels
+    }
 
 
 def _parse_registration(comment: str) -> list[tuple[str, FloatArray]]:

@@ -209,8 +209,8 @@ def _separate_comments(lines: list[str]) -> tuple[list[str], list[int], list[str
     comments: list[str] = []
     separators: list[int] = []
     # Almost all lines of a large table are data rows, which are copied in blocks.
-    others = [i for i, line in enumerate(lines) if line[:1] in _NON_ROW_STARTS]
-    for previous, i in itertools.pairwise((-1, *others, len(lines))):
+    other_rows = [i for i, line in enumerate(lines) if line[:1] in _NON_ROW_STARTS]
+    for previous, i in itertools.pairwise((-1, *other_rows, len(lines))):
         data += lines[previous + 1 : i]
         numbers += range(previous + 2, i + 1)
         if i == len(lines):
@@ -291,7 +291,7 @@ def sniff(sample: list[str]) -> str:
     the first one in `_DELIMITERS`: a semicolon or tab in addition to commas means decimal commas.
     """
     is_quoted = any('"' in line for line in sample)
-    best, best_score = " ", (-1.0, -1.0)
+    best_delimiter, best_score = " ", (-1.0, -1.0)
     for delimiter in _DELIMITERS:
         try:
             rows = _split_sample(sample, delimiter, is_quoted)
@@ -305,8 +305,8 @@ def sniff(sample: list[str]) -> str:
         numeric_count = sum(parse_number(c, decimal_comma=decimal_comma) is not None for c in cells)
         score = (round(count / len(rows), 1), numeric_count / max(len(cells), 1))
         if score > best_score:
-            best, best_score = delimiter, score
-    return best
+            best_delimiter, best_score = delimiter, score
+    return best_delimiter
 
 
 def _split_sample(sample: list[str], delimiter: str, is_quoted: bool) -> list[list[str]]:
@@ -323,8 +323,8 @@ def refuse_decimal_commas(path: Path, data: list[str], numbers: list[int], delim
     for line, number in zip(data[:2], numbers[:2], strict=True):
         cells = line.split()
         commas = [c for c in cells if is_comma_number(c) and c[-1] != ","]
-        others = [c for c in cells if c not in commas]
-        are_numbers = all(parse_number(c, decimal_comma=False) is not None for c in others)
+        other_cells = [c for c in cells if c not in commas]
+        are_numbers = all(parse_number(c, decimal_comma=False) is not None for c in other_cells)
         if len(cells) > 1 and commas and are_numbers:
             raise InputError(Finding("table.comma-delimiter"), file=path, line=number)
 
@@ -357,17 +357,17 @@ def rejoin_header(header: list[str], data: list[str], rows: list[list[str]] | No
     sample = rows[0] if rows else (data[0].split() if data else header)
     surplus = len(header) - len(sample)
     second = {"direction", "dir", "azimuth", "quadrant"}
-    joined_items: list[str] = []
+    joined_cells: list[str] = []
     for word in header:
-        is_continuation = joined_items and (
-            word[0] in "([" or (joined_items[-1].casefold() == "dip" and word.casefold() in second)
+        is_continuation = joined_cells and (
+            word[0] in "([" or (joined_cells[-1].casefold() == "dip" and word.casefold() in second)
         )
         if surplus > 0 and is_continuation:
-            joined_items[-1] += f" {word}"
+            joined_cells[-1] += f" {word}"
             surplus -= 1
         else:
-            joined_items.append(word)
-    return joined_items
+            joined_cells.append(word)
+    return joined_cells
 
 
 def _most_common_width(rows: Sequence[str | list[str]], delimiter: str) -> int:

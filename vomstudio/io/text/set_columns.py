@@ -105,9 +105,9 @@ def _outer_ring(shape: Any) -> FloatArray:
 
 
 def _ring_area(ring: FloatArray) -> float:
-    centred_values = ring - ring.mean(axis=0)
+    centred_ring = ring - ring.mean(axis=0)
     return float(
-        np.linalg.norm(np.cross(centred_values, np.roll(centred_values, -1, axis=0)).sum(axis=0))
+        np.linalg.norm(np.cross(centred_ring, np.roll(centred_ring, -1, axis=0)).sum(axis=0))
     )
 
 

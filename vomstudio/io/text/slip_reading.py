@@ -131,16 +131,14 @@ def extract_slips(table: TextTable) -> SlipTable:
         cells["sense"] = ["RL" if normalise_name(word) == "r" else word for word in cells["sense"]]
         notes.append(Finding("slip.right-lateral"))
     faults: list[tuple[str, Plane, float]] = []
-    dropped_items: list[int] = []
+    dropped_rows: list[int] = []
     off_plane_lines: list[int] = []
     for row, line in enumerate(table.line_numbers.tolist()):
-        row_values = _Row(
-            table.path, line, {key: c[row].strip() for key, c in cells.items()}
-        ).read()
-        if row_values is None:
-            dropped_items.append(line)
+        slip_row = _Row(table.path, line, {key: c[row].strip() for key, c in cells.items()}).read()
+        if slip_row is None:
+            dropped_rows.append(line)
             continue
-        plane, slip, off_plane_deg = row_values
+        plane, slip, off_plane_deg = slip_row
         name = cells["id"][row].strip() if "id" in cells else ""
         faults.append((name or str(row + 1), plane, slip))
         if off_plane_deg > MAX_OFF_PLANE_DEG:
@@ -156,8 +154,8 @@ def extract_slips(table: TextTable) -> SlipTable:
         np.array([plane.dip_direction_deg for _, plane, _ in faults]),
         np.array([plane.dip_deg for _, plane, _ in faults]),
         np.array([slip for _, _, slip in faults]),
-        tuple(dropped_items),
-        (*notes, *_row_findings(dropped_items, off_plane_lines)),
+        tuple(dropped_rows),
+        (*notes, *_row_findings(dropped_rows, off_plane_lines)),
     )
 
 
@@ -217,8 +215,8 @@ def _is_r_right_lateral(words: Sequence[str]) -> bool:
     It does so if there is also T (the thrust of FaultKin) or L, and no other letter means dextral.
     """
     codes = {normalise_name(word) for word in words}
-    others = {"i", "s", "d", "rl", "rd", "rs", "dextral", "right", "right_lateral"}
-    return "r" in codes and bool(codes & {"t", "l", "tr", "tl"}) and not codes & others
+    known_words = {"i", "s", "d", "rl", "rd", "rs", "dextral", "right", "right_lateral"}
+    return "r" in codes and bool(codes & {"t", "l", "tr", "tl"}) and not codes & known_words
 
 
 class _Row:
@@ -276,8 +274,10 @@ class _Row:
 
     def _slip(self, plane: Plane, rake: float, word: str) -> float | None:
         """Return the directed rake, or None if the sense does not define the direction."""
-        known = _SENSES.get(normalise_name(word))
-        senses = (known,) if known is not None else _OBLIQUE_SENSES.get(normalise_name(word))
+        known_sense = _SENSES.get(normalise_name(word))
+        senses = (
+            (known_sense,) if known_sense is not None else _OBLIQUE_SENSES.get(normalise_name(word))
+        )
         if senses is None:
             raise self._error(Finding("table.unknown-word", cell=word, words=_SENSE_WORDS))
         rakes = [slip for sense in senses if (slip := slip_rake(plane, rake, sense)) is not None]

@@ -190,13 +190,13 @@ class TextTable:
         """
         key = key.strip()
         if self.names:
-            exact = [i for i, name in enumerate(self.names) if name == key]
-            loose = [
+            exact_matches = [i for i, name in enumerate(self.names) if name == key]
+            loose_matches = [
                 i
                 for i, name in enumerate(self.names)
                 if normalise_name(name) == normalise_name(key)
             ]
-            matches = exact or loose
+            matches = exact_matches or loose_matches
             if len(matches) > 1:
                 raise UsageError(
                     Finding(
@@ -346,8 +346,8 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
         raise InputError(Finding("table.no-rows"), file=table.path, line=table.header_line)
     points = table.numbers(columns)
     _refuse_large_coordinates(table, columns, points)
-    keep: BoolArray = np.asarray(np.isfinite(points).all(axis=1))
-    dropped_lines = tuple(int(n) for n in table.line_numbers[~keep])
+    is_finite_row: BoolArray = np.asarray(np.isfinite(points).all(axis=1))
+    dropped_lines = tuple(int(n) for n in table.line_numbers[~is_finite_row])
     warnings = list(table.notes)
     if dropped_lines:
         warnings.append(
@@ -358,7 +358,7 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
                 lines=dropped_lines,
             )
         )
-    if not keep.any():
+    if not is_finite_row.any():
         raise InputError(
             Finding("table.no-valid-rows", count=len(table), needed=tr("coordinates")),
             file=table.path,
@@ -372,31 +372,33 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
         groups = _segments(table)
     else:
         groups = table.labels(table.find(by))
-        nameless = [i for i, name in enumerate(groups) if not name and keep[i]]
+        nameless = [i for i, name in enumerate(groups) if not name and is_finite_row[i]]
         if nameless:
-            keep[nameless] = False
+            is_finite_row[nameless] = False
             lines = [int(n) for n in table.line_numbers[nameless]]
             warnings.append(
                 Finding("table.rows-left-out", count=len(lines), needed=f"'{by}'", lines=lines)
             )
-            if not keep.any():
+            if not is_finite_row.any():
                 raise InputError(
                     Finding("table.no-valid-rows", count=len(table), needed=f"'{by}'"),
                     file=table.path,
                     field=by,
                 )
-    words, word_findings = _kinds_and_sets(table, groups, keep, by)
+    words, word_findings = _kinds_and_sets(table, groups, is_finite_row, by)
     named_groups = (
-        groups if all(groups) else [g for g, k in zip(groups, keep, strict=True) if k or g]
+        groups if all(groups) else [g for g, k in zip(groups, is_finite_row, strict=True) if k or g]
     )
     codes = {name: i for i, name in enumerate(dict.fromkeys(named_groups))}
     codes_of_points = np.fromiter(
-        map(codes.__getitem__, itertools.compress(groups, keep)), np.int64
+        map(codes.__getitem__, itertools.compress(groups, is_finite_row)), np.int64
     )
     counts = np.bincount(codes_of_points, minlength=len(codes))
     return PointGroups(
         ids=tuple(codes),
-        points=np.ascontiguousarray(points[keep][np.argsort(codes_of_points, kind="stable")]),
+        points=np.ascontiguousarray(
+            points[is_finite_row][np.argsort(codes_of_points, kind="stable")]
+        ),
         offsets=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
         dropped=dropped_lines,
         words=words,
@@ -406,10 +408,12 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
 
 
 def _kinds_and_sets(
-    table: TextTable, groups: list[str], keep: BoolArray, by: str | None
+    table: TextTable, groups: list[str], is_finite_row: BoolArray, group_column: str | None
 ) -> tuple[Words[str], list[Finding]]:
-    columns = [c for c in COLUMNS if by not in (None, c) and table.has(c)]
-    return group_words({c: table.cells(table.find(c)) for c in columns}, groups, keep.tolist())
+    columns = [c for c in COLUMNS if group_column not in (None, c) and table.has(c)]
+    return group_words(
+        {c: table.cells(table.find(c)) for c in columns}, groups, is_finite_row.tolist()
+    )
 
 
 COORDINATES: dict[str, set[str]] = {
@@ -465,9 +469,9 @@ def coordinate_columns(table: TextTable) -> list[int]:
 
 def _refuse_large_coordinates(table: TextTable, columns: list[int], points: FloatArray) -> None:
     """Raise InputError if coordinates are too large for metres and their squares may overflow."""
-    far = np.isfinite(points) & (np.abs(points) > MAX_COORDINATE_M)
-    if far.any():
-        row, place = np.argwhere(far)[0]
+    is_too_large = np.isfinite(points) & (np.abs(points) > MAX_COORDINATE_M)
+    if is_too_large.any():
+        row, place = np.argwhere(is_too_large)[0]
         raise InputError(
             Finding("coordinate.out-of-range", value=points[row, place]),
             file=table.path,

@@ -115,8 +115,8 @@ def marks_of(path: Path) -> list[Mark]:
 def _stated_crs(path: Path, root: Element) -> str | None:
     """Return the CRS of the chunk with the markers, as WKT or code. Raises InputError."""
     for place in _chunk(path, root).findall("reference"):
-        if stated := (place.text or "").strip():
-            return str(stated)
+        if crs_text := (place.text or "").strip():
+            return str(crs_text)
     return None
 
 

@@ -91,10 +91,10 @@ def crs_of(path: Path) -> str | None:
     InputError
         If the CRS is in degrees or unknown.
     """
-    stated, findings = table_crs(path, read_table(path, max_lines=MAX_OBJECTS).comments)
-    if findings and stated.text is None:
+    stated_crs, findings = table_crs(path, read_table(path, max_lines=MAX_OBJECTS).comments)
+    if findings and stated_crs.text is None:
         raise InputError(findings[0], file=path, field="CRS")
-    return project_points(path, (), stated.text)[1]
+    return project_points(path, (), stated_crs.text)[1]
 
 
 CONTROL_FORMAT = ControlFormat(

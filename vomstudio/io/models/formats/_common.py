@@ -49,10 +49,10 @@ def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> ByteArray:
                     position += n
             return position
 
-        done = 0
-        for done in map_parallel(fill, range(0, size, BLOCK_BYTES), READER_THREADS):
-            progress.step(done)
-            if done % BLOCK_BYTES and done < size:
+        read_count = 0
+        for read_count in map_parallel(fill, range(0, size, BLOCK_BYTES), READER_THREADS):
+            progress.step(read_count)
+            if read_count % BLOCK_BYTES and read_count < size:
                 break  # the file has become shorter in the meantime
     except PermissionError:
         raise InputError(Finding("file.no-permission"), file=path) from None
@@ -60,8 +60,8 @@ def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> ByteArray:
         raise InputError(Finding("file.exceeds-memory"), file=path) from None
     except OSError as error:
         raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error
-    data = data[: done + len(tail)]
-    data[done:] = np.frombuffer(tail, np.uint8)
+    data = data[: read_count + len(tail)]
+    data[read_count:] = np.frombuffer(tail, np.uint8)
     return data
 
 
@@ -105,7 +105,7 @@ def scale_colors(colors: AnyArray) -> ByteArray:
         if colors.size and colors.max() > 255:
             return (colors >> 8).astype(np.uint8)
         return colors.astype(np.uint8)
-    scaled_values, maximum = np.empty(colors.shape, np.uint8), 0.0
+    scaled_colors, maximum = np.empty(colors.shape, np.uint8), 0.0
     blocks = [slice(offset, offset + BLOCK_ROWS) for offset in range(0, len(colors), BLOCK_ROWS)]
     for block in blocks:
         values = np.asarray(colors[block], np.float32)
@@ -114,8 +114,8 @@ def scale_colors(colors: AnyArray) -> ByteArray:
     for block in blocks:
         values = np.asarray(colors[block], np.float32)
         is_finite = np.isfinite(values)
-        scaled_values[block] = np.clip(np.where(is_finite, values * scale + 0.5, 255.0), 0, 255)
-    return scaled_values
+        scaled_colors[block] = np.clip(np.where(is_finite, values * scale + 0.5, 255.0), 0, 255)
+    return scaled_colors
 
 
 def drop_invalid(mesh: Mesh, messages: list[Finding], path: Path) -> Mesh | PointCloud:
@@ -125,19 +125,19 @@ def drop_invalid(mesh: Mesh, messages: list[Finding], path: Path) -> Mesh | Poin
     nothing remains.
     """
     vertices, faces = mesh.vertices, mesh.faces
-    finite_values = np.logical_and.reduce(np.isfinite(vertices), axis=1)
+    is_finite_vertex = np.logical_and.reduce(np.isfinite(vertices), axis=1)
     offsets, uv, colors, fields = mesh.material_offsets, mesh.uv, mesh.colors, dict(mesh.fields)
-    n_bad = int(len(finite_values) - np.count_nonzero(finite_values))
+    n_bad = int(len(is_finite_vertex) - np.count_nonzero(is_finite_vertex))
     if n_bad:
-        is_valid_face = finite_values[faces].all(axis=1)
+        is_valid_face = is_finite_vertex[faces].all(axis=1)
         n_faces = int(len(is_valid_face) - np.count_nonzero(is_valid_face))
-        rows = np.cumsum(finite_values, dtype=np.int64).astype(np.int32) - 1
+        rows = np.cumsum(is_finite_vertex, dtype=np.int64).astype(np.int32) - 1
         faces = rows[faces[is_valid_face]]
         offsets = np.concatenate([[0], np.cumsum(is_valid_face)])[offsets].astype(np.int64)
-        vertices = vertices[finite_values]
-        uv = None if uv is None else uv[finite_values]
-        colors = None if colors is None else colors[finite_values]
-        fields = {name: values[finite_values] for name, values in fields.items()}
+        vertices = vertices[is_finite_vertex]
+        uv = None if uv is None else uv[is_finite_vertex]
+        colors = None if colors is None else colors[is_finite_vertex]
+        fields = {name: values[is_finite_vertex] for name, values in fields.items()}
         messages.append(Finding("model.points-invalid", count=n_bad))
         if n_faces:
             messages.append(Finding("model.faces-invalid", count=n_faces))
@@ -158,12 +158,12 @@ def drop_invalid_points(cloud: PointCloud, messages: list[Finding], path: Path) 
     is_finite = np.isfinite(cloud.points)
     if len(is_finite) and is_finite.all():
         return cloud
-    finite_values = np.logical_and.reduce(is_finite, axis=1)
-    n_bad = int(len(finite_values) - np.count_nonzero(finite_values))
-    if n_bad == len(finite_values):
+    is_finite_point = np.logical_and.reduce(is_finite, axis=1)
+    n_bad = int(len(is_finite_point) - np.count_nonzero(is_finite_point))
+    if n_bad == len(is_finite_point):
         raise InputError(Finding("model.no-points"), file=path)
     messages.append(Finding("model.points-invalid", count=n_bad))
-    return cloud.select_rows(finite_values)
+    return cloud.select_rows(is_finite_point)
 
 
 def join_corners(
@@ -183,14 +183,14 @@ def join_corners(
     """
     keys = position_keys(corners)
     order = np.argsort(keys, kind="stable")
-    is_new = np.append(True, np.diff(keys[order]) != 0)
+    is_first = np.append(True, np.diff(keys[order]) != 0)
     del keys
-    first = order[is_new]
+    first = order[is_first]
     rank = np.empty(len(first), np.int32)
     occurrence_order = np.argsort(first)
     rank[occurrence_order] = np.arange(len(first), dtype=np.int32)
     faces = np.empty(len(order), np.int32)
-    faces[order] = rank[np.cumsum(is_new) - 1]
+    faces[order] = rank[np.cumsum(is_first) - 1]
     # -0 and 0 represent the same coordinate.
     return corners[first[occurrence_order]].astype(np.float64) + 0.0, faces.reshape(-1, 3)
 
@@ -211,18 +211,18 @@ class Columns:
     def add(self, name: str, values: AnyArray, limit: int | None = None) -> None:
         """Append values. `limit` is the maximum number of rows, if known."""
         n_filled = self._filled.get(name, 0)
-        needed_values = n_filled + len(values)
+        needed_size = n_filled + len(values)
         array = self._arrays.get(name, values[:0])
         common_type = _common_type(array.dtype, values.dtype)
-        if len(array) < needed_values or common_type != array.dtype:
+        if len(array) < needed_size or common_type != array.dtype:
             # Unfilled rows do not use memory.
-            capacity = max(needed_values, 2 * n_filled, self._initial_rows)
-            capacity = capacity if limit is None else max(min(limit, capacity), needed_values)
-            enlarged_values = np.empty((capacity, *values.shape[1:]), common_type)
-            enlarged_values[:n_filled] = array[:n_filled]
-            self._arrays[name] = array = enlarged_values
-        array[n_filled:needed_values] = values
-        self._filled[name] = needed_values
+            capacity = max(needed_size, 2 * n_filled, self._initial_rows)
+            capacity = capacity if limit is None else max(min(limit, capacity), needed_size)
+            enlarged_array = np.empty((capacity, *values.shape[1:]), common_type)
+            enlarged_array[:n_filled] = array[:n_filled]
+            self._arrays[name] = array = enlarged_array
+        array[n_filled:needed_size] = values
+        self._filled[name] = needed_size
 
     def take(self, name: str, n: int) -> AnyArray | None:
         array = self._arrays.pop(name, None)

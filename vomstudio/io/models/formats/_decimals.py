@@ -46,14 +46,14 @@ def _quotient(mantissa, power):  # type: ignore[no-untyped-def]
     product = q * p
     tail = ((q1 * p1 - product) + q1 * p2 + q2 * p1) + q2 * p2
     correction = (((high - product) - tail) + low) / p
-    rounded_values = q + correction
-    remainder = correction - (rounded_values - q)
-    slack = abs(rounded_values) * 2.0**-98
+    rounded_quotient = q + correction
+    remainder_part = correction - (rounded_quotient - q)
+    slack = abs(rounded_quotient) * 2.0**-98
     if (
-        rounded_values + (remainder + slack) == rounded_values
-        and rounded_values + (remainder - slack) == rounded_values
+        rounded_quotient + (remainder_part + slack) == rounded_quotient
+        and rounded_quotient + (remainder_part - slack) == rounded_quotient
     ):
-        return rounded_values
+        return rounded_quotient
     return np.nan
 
 
@@ -110,7 +110,7 @@ def number(data, start, end):  # type: ignore[no-untyped-def]
     digits = 0
     exponent = np.int64(0)
     is_sound = False
-    long = False
+    is_long = False
     while i < end:
         d = np.int64(data[i]) - 48
         if d < 0 or d > 9:
@@ -121,7 +121,7 @@ def number(data, start, end):  # type: ignore[no-untyped-def]
             if mantissa != 0:
                 digits += 1
         else:
-            long = True
+            is_long = True
         i += 1
     if i < end and data[i] == 46:
         i += 1
@@ -136,14 +136,14 @@ def number(data, start, end):  # type: ignore[no-untyped-def]
                 if mantissa != 0:
                     digits += 1
             elif d != 0:
-                long = True
+                is_long = True
             i += 1
     if is_sound and i < end and (data[i] == 101 or data[i] == 69):
         power, is_sound, i = _power(data, i + 1, end)
         exponent += power
     if i < end and not is_space(data[i]):
         is_sound = False
-    if not is_sound or long:
+    if not is_sound or is_long:
         while i < end and not is_space(data[i]):
             i += 1
         c = data[start] | 32

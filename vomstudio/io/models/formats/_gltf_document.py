@@ -165,12 +165,12 @@ class Document:
     def extensions_to_report(self) -> list[str]:
         """Return the unsupported extensions that change the model."""
         required = self.unknown_extensions()
-        moving = [
+        moving_nodes = [
             n
             for n in POSITIONING_EXTENSIONS
             if n in self.section("extensions") and n not in required
         ]
-        return [*required, *moving]
+        return [*required, *moving_nodes]
 
     def is_understood(self, extension: str) -> bool:
         """Return whether an extension is supported or has already been reported."""
@@ -289,18 +289,18 @@ class Document:
             )
         dtype = np.dtype(COMPONENTS[kind])
         count = self.whole(accessor, "count", 0, field)
-        sparse = accessor.get("sparse")
+        sparse_accessor = accessor.get("sparse")
         if "bufferView" in accessor:
             values = self._typed_values(
                 accessor, accessor["bufferView"], dtype, count, width, field
             )
-        elif isinstance(sparse, dict):
+        elif isinstance(sparse_accessor, dict):
             self.budget.take(count * width * dtype.itemsize, field)
             values = np.zeros((count, width), dtype)
         else:
             raise self.error(tr("it has no data"), field)
-        if isinstance(sparse, dict):
-            values = self._apply_sparse(values, sparse, field)
+        if isinstance(sparse_accessor, dict):
+            values = self._apply_sparse(values, sparse_accessor, field)
         if accessor.get("normalized") is True and dtype.kind in "iu":
             maximum = np.float32(np.iinfo(dtype).max)
             return np.asarray(np.maximum(values.astype(np.float32) / maximum, np.float32(-1.0)))
@@ -325,9 +325,14 @@ class Document:
             return np.empty((0, width), dtype)
         return np.ndarray((count, width), dtype, data, start, (stride, dtype.itemsize))
 
-    def _apply_sparse(self, values: AnyArray, sparse: dict[str, Any], field: str) -> AnyArray:
-        count = self.whole(sparse, "count", 0, f"{field}.sparse")
-        indices, replacements = self.section("indices", sparse), self.section("values", sparse)
+    def _apply_sparse(
+        self, values: AnyArray, sparse_accessor: dict[str, Any], field: str
+    ) -> AnyArray:
+        count = self.whole(sparse_accessor, "count", 0, f"{field}.sparse")
+        indices, replacements = (
+            self.section("indices", sparse_accessor),
+            self.section("values", sparse_accessor),
+        )
         kind = COMPONENTS.get(indices.get("componentType", 0), "")
         if "u" not in kind:
             raise self.error(tr("the indices have an unknown type"), f"{field}.sparse")

@@ -63,14 +63,14 @@ def materials_of(
 ) -> tuple[Material, ...]:
     images: dict[object, tuple[Path | None, str | None]] = {}
     result = []
-    extra = False
+    has_extra = False
     for index in used_indices:
         if index == -1:
             result.append(Material(""))
             continue
         entry = document.item("materials", index)
         name = str(entry.get("name") or f"material_{index}")
-        extra = extra or any(key in entry for key in UNUSED_MAPS)
+        has_extra = has_extra or any(key in entry for key in UNUSED_MAPS)
         info = color_map(document, index)
         texture: Path | None = None
         if info:
@@ -81,7 +81,7 @@ def materials_of(
             if problem:
                 messages.append(texture_finding(name, texture, problem))
         result.append(Material(name, texture, _diffuse(document, entry)))
-    if extra:
+    if has_extra:
         messages.append(Finding("texture.only-colors"))
     return tuple(result)
 
@@ -98,11 +98,11 @@ def _diffuse(document: Document, entry: dict[str, Any]) -> tuple[float, float, f
     return r, g, b
 
 
-def srgb(linear_values: AnyArray) -> AnyArray:
+def srgb(linear_colors: AnyArray) -> AnyArray:
     """Convert linear-light glTF factors to sRGB values (IEC 61966-2-1)."""
-    low = linear_values <= 0.0031308
+    low = linear_colors <= 0.0031308
     return np.where(
-        low, 12.92 * linear_values, 1.055 * np.maximum(linear_values, 0.0) ** (1 / 2.4) - 0.055
+        low, 12.92 * linear_colors, 1.055 * np.maximum(linear_colors, 0.0) ** (1 / 2.4) - 0.055
     )
 
 

@@ -61,13 +61,13 @@ def pieces_of(document: Document, messages: list[Finding]) -> Iterator[PlacedPri
         for primitive in primitives:
             key = document.section("attributes", primitive).get("POSITION")
             uses[_key(key)] = uses.get(_key(key), 0) + 1
-    total = line_count = done = 0
+    total = line_count = done_count = 0
     progress = document.progress
     progress.stage(tr("Reading the scene"), steps)
     for index, matrix, weights in instances:
         for primitive in _primitives(document, index):
-            progress.step(done)
-            done += 1
+            progress.step(done_count)
+            done_count += 1
             mode = primitive.get("mode", TRIANGLES)
             if mode in (1, 2, 3):
                 line_count += 1
@@ -179,12 +179,12 @@ def _used_rows(faces: AnyArray, n: int) -> tuple[IntArray, IntArray]:
 def _morphed_positions(
     document: Document,
     primitive: dict[str, Any],
-    stored_values: AnyArray,
+    stored_positions: AnyArray,
     rows: Any,
     weights: object,
 ) -> FloatArray:
     """Return positions with weighted morph targets applied (glTF 2.0, 3.7.2.2)."""
-    positions: FloatArray = stored_values[rows].astype(np.float64)
+    positions: FloatArray = stored_positions[rows].astype(np.float64)
     targets = primitive.get("targets")
     if not isinstance(targets, list) or not targets or weights is None:
         return positions
@@ -192,12 +192,12 @@ def _morphed_positions(
     for target_weight, target in zip(target_weights.tolist(), targets, strict=True):
         if target_weight and isinstance(target, dict) and "POSITION" in target:
             displacements = document.accessor(target["POSITION"], 3)
-            if len(displacements) != len(stored_values):
+            if len(displacements) != len(stored_positions):
                 raise document.error(
                     tr(
                         "it has {count:,} rows for {vertices:,} vertices",
                         count=len(displacements),
-                        vertices=len(stored_values),
+                        vertices=len(stored_positions),
                     ),
                     "targets",
                 )
@@ -273,9 +273,9 @@ def _piece(
                 ),
                 name,
             )
-        used_values = np.asarray(columns[rows])
-        document.budget.take(used_values.nbytes, name)
-        return used_values
+        used_columns = np.asarray(columns[rows])
+        document.budget.take(used_columns.nbytes, name)
+        return used_columns
 
     texture = color_map(document, material)
     piece.uv = values(f"TEXCOORD_{uv_set(document, texture)}", 2)

@@ -88,7 +88,7 @@ def replace_chunk_table(path: Path, size: int) -> io.BytesIO | None:
             return None
         header_size, points_at, n_records = struct.unpack_from("<HII", header, 94)
         (record_bytes,) = struct.unpack_from("<H", header, 105)
-        (promised,) = struct.unpack_from("<I", header, 107)
+        (table_offset,) = struct.unpack_from("<I", header, 107)
         file.seek(0)
         top = file.read(points_at + 8)
         if len(top) < points_at + 8:
@@ -96,7 +96,7 @@ def replace_chunk_table(path: Path, size: int) -> io.BytesIO | None:
                 Finding("file.truncated", size=len(top), expected=points_at + 8), file=path
             )
         if header[25] >= 4 and len(top) >= 255:
-            (promised,) = struct.unpack_from("<Q", top, 247)
+            (table_offset,) = struct.unpack_from("<Q", top, 247)
         chunk_points = laszip_chunk_points(top, header_size, n_records, record_bytes)
         if chunk_points is None:
             raise InputError(
@@ -115,7 +115,7 @@ def replace_chunk_table(path: Path, size: int) -> io.BytesIO | None:
             fits = n_chunks <= (table_at - points_at) // MIN_POINT_BYTES
             if fits and chunk_points in (VARIABLE_CHUNKS, 0):
                 return None
-            if fits and n_chunks == -(-promised // chunk_points):
+            if fits and n_chunks == -(-table_offset // chunk_points):
                 return None
         if chunk_points != DEFAULT_CHUNK_POINTS:
             raise InputError(
@@ -145,11 +145,11 @@ def laszip_chunk_points(top: bytes, offset: int, n_records: int, record_bytes: i
                 return None
             (compressor,) = struct.unpack_from("<H", top, offset)
             (points,) = struct.unpack_from("<I", top, offset + 12)
-            (n_items,) = struct.unpack_from("<H", top, offset + 32)
-            if length < 34 + 6 * n_items:
+            (item_count,) = struct.unpack_from("<H", top, offset + 32)
+            if length < 34 + 6 * item_count:
                 return None
             item_bytes = sum(
-                struct.unpack_from("<H", top, offset + 36 + 6 * k)[0] for k in range(n_items)
+                struct.unpack_from("<H", top, offset + 36 + 6 * k)[0] for k in range(item_count)
             )
             if item_bytes != record_bytes:
                 return None
@@ -221,10 +221,10 @@ def refuse_blank(path: Path, progress: Progress) -> None:
         if not header[POINT_FORMAT_AT] & COMPRESSED:
             return
         header_size, points_at = struct.unpack_from("<HI", header, 94)
-        blank = _blank_bytes(struct.unpack_from("<H", header, 105)[0])
+        blank_bytes = _blank_bytes(struct.unpack_from("<H", header, 105)[0])
         file.seek(max(points_at, header_size))
         # Use one buffer for all blocks, each of which overlaps the end of the previous one.
-        buffer = bytearray(len(blank) + BLOCK_BYTES)
+        buffer = bytearray(len(blank_bytes) + BLOCK_BYTES)
         view, words = memoryview(buffer), np.frombuffer(buffer, np.uint64, len(buffer) // 8)
         carried_bytes, position, count = 0, file.tell(), 0
         while read_bytes := file.readinto(view[carried_bytes : carried_bytes + BLOCK_BYTES]):
@@ -232,14 +232,14 @@ def refuse_blank(path: Path, progress: Progress) -> None:
             # A blank part contains one of every eight words, so the others do not need to be
             # checked.
             if (words[: filled_bytes // 8 : 8] == _ONES).any():
-                blank_offset = buffer.find(blank, 0, filled_bytes)
+                blank_offset = buffer.find(blank_bytes, 0, filled_bytes)
                 if blank_offset >= 0:
                     raise InputError(
                         Finding("file.blank", byte=position - carried_bytes + blank_offset + 1),
                         file=path,
                     )
             position += read_bytes
-            carried_bytes = min(filled_bytes, len(blank))
+            carried_bytes = min(filled_bytes, len(blank_bytes))
             view[:carried_bytes] = bytes(view[filled_bytes - carried_bytes : filled_bytes])
             count += 1
             if count % BLOCKS_PER_REPORT == 0:
@@ -301,9 +301,9 @@ def read_las_header(path: Path) -> LasHeader:
         header_size, points_at, n_records = struct.unpack_from("<HII", header, 94)
         file.seek(0)
         top = file.read(points_at)
-    kind, record_bytes, promised = struct.unpack_from("<BHI", header, POINT_FORMAT_AT)
+    kind, record_bytes, point_count = struct.unpack_from("<BHI", header, POINT_FORMAT_AT)
     if header[25] >= 4 and len(header) >= 255:
-        (promised,) = struct.unpack_from("<Q", header, 247)
+        (point_count,) = struct.unpack_from("<Q", header, 247)
     numbers = np.array(struct.unpack_from("<6d", header, 131))
     if not (np.isfinite(numbers).all() and (numbers[:3] != 0).all()):
         raise InputError(
@@ -336,7 +336,7 @@ def read_las_header(path: Path) -> LasHeader:
         kind & 0x3F,
         record_bytes,
         compressed,
-        promised,
+        point_count,
         points_at,
         numbers[:3],
         numbers[3:],
@@ -356,9 +356,9 @@ def _contradiction(path: Path) -> InputError:
 
 def _layers(laszip: bytes) -> int:
     """Return the number of layers from the laszip record (LAZ 1.4, items 10 to 14)."""
-    (n_items,) = struct.unpack_from("<H", laszip, 32)
+    (item_count,) = struct.unpack_from("<H", laszip, 32)
     total = 0
-    for k in range(n_items):
+    for k in range(item_count):
         kind, size = struct.unpack_from("<HH", laszip, 34 + 6 * k)
         total += {10: 9, 11: 1, 12: 2, 13: 1, 14: size}.get(kind, 0)
     return total
@@ -392,7 +392,7 @@ def decompress(
     import lazrs
 
     records = np.zeros((sum(points), top.record_bytes), np.uint8)
-    everything = lazrs.DecompressionSelection(lazrs.SELECTIVE_DECOMPRESS_ALL)
+    selection = lazrs.DecompressionSelection(lazrs.SELECTIVE_DECOMPRESS_ALL)
     first = row = 0
     while first < len(chunks):
         stop, n = first + 1, points[first]
@@ -407,7 +407,7 @@ def decompress(
             return None
         try:
             lazrs.decompress_points_with_chunk_table(
-                b"".join(chunks[first:stop]), top.laszip, part, table, everything
+                b"".join(chunks[first:stop]), top.laszip, part, table, selection
             )
         except BaseException as error:
             # Rust panics are not derived from Exception.

@@ -77,7 +77,7 @@ def layout_of(top: LasHeader, path: Path) -> RecordLayout:
             field="LAS header",
         )
     columns = list(fields)
-    extra: dict[str, tuple[float, float] | None] = {}
+    extra_fields: dict[str, tuple[float, float] | None] = {}
     remaining_bytes = top.record_bytes - np.dtype(fields).itemsize
     record = top.records.get(("LASF_Spec", 4), b"")
     for position in range(0, len(record) - _EXTRA_BYTES + 1, _EXTRA_BYTES):
@@ -95,14 +95,14 @@ def layout_of(top: LasHeader, path: Path) -> RecordLayout:
         (scale,) = struct.unpack_from("<d", record, position + 112)
         (offset,) = struct.unpack_from("<d", record, position + 136)
         has_scaling = options & 0b11000
-        extra[name] = (
+        extra_fields[name] = (
             (scale if options & 0b1000 else 1.0, offset if options & 0b10000 else 0.0)
             if has_scaling
             else None
         )
     if remaining_bytes:
         columns.append((" rest", f"V{remaining_bytes}"))
-    return RecordLayout(np.dtype(columns), top.point_format >= 6, extra, no_data_of(record))
+    return RecordLayout(np.dtype(columns), top.point_format >= 6, extra_fields, no_data_of(record))
 
 
 def no_data_of(record: bytes) -> dict[str, tuple[float, ...]]:
@@ -124,36 +124,36 @@ def no_data_of(record: bytes) -> dict[str, tuple[float, ...]]:
     return no_data
 
 
-def mask_no_data(values: AnyArray, stored_values: AnyArray, no_data: tuple[float, ...]) -> AnyArray:
+def mask_no_data(values: AnyArray, stored_array: AnyArray, no_data: tuple[float, ...]) -> AnyArray:
     """Return floats (n,) or (n, k), NaN where the stored value means "no data"."""
-    kind = stored_values.dtype
-    gaps = np.zeros(stored_values.shape, bool)
+    kind = stored_array.dtype
+    gaps = np.zeros(stored_array.shape, bool)
     for k, no_data_value in enumerate(
-        no_data[: 1 if stored_values.ndim == 1 else stored_values.shape[1]]
+        no_data[: 1 if stored_array.ndim == 1 else stored_array.shape[1]]
     ):
-        column = stored_values if stored_values.ndim == 1 else stored_values[:, k]
+        column = stored_array if stored_array.ndim == 1 else stored_array[:, k]
         gap = (
             np.isnan(column)
             if no_data_value != no_data_value
             else column == np.array(no_data_value).astype(kind)
         )
-        gaps[(...,) if stored_values.ndim == 1 else (slice(None), k)] = gap
+        gaps[(...,) if stored_array.ndim == 1 else (slice(None), k)] = gap
     floats = np.array(values, np.float32 if values.dtype == np.float32 else np.float64)
     floats[gaps] = np.nan
     return floats
 
 
-def replacement_rows(withheld_values: AnyArray) -> AnyArray | None:
+def replacement_rows(is_withheld: AnyArray) -> AnyArray | None:
     """Return rows (n,) that replace each withheld point by the previous valid point.
 
     This is for files whose rows must keep their numbers. Returns None if no point or every point is
     withheld.
     """
-    if not withheld_values.any() or withheld_values.all():
+    if not is_withheld.any() or is_withheld.all():
         return None
-    rows = np.where(withheld_values, -1, np.arange(len(withheld_values)))
+    rows = np.where(is_withheld, -1, np.arange(len(is_withheld)))
     rows = np.maximum.accumulate(rows)
-    return np.where(rows < 0, np.flatnonzero(~withheld_values)[0], rows)
+    return np.where(rows < 0, np.flatnonzero(~is_withheld)[0], rows)
 
 
 def withheld_of(records: AnyArray, layout: RecordLayout) -> AnyArray:
@@ -229,7 +229,7 @@ def _field(records: AnyArray, layout: RecordLayout, name: str) -> AnyArray | Non
         return None
     values: AnyArray = np.ascontiguousarray(records[name])
     scaling = layout.extra.get(name)
-    scaled_values = values if scaling is None else values * scaling[0] + scaling[1]
+    scaled_array = values if scaling is None else values * scaling[0] + scaling[1]
     if name in layout.no_data:
-        return mask_no_data(scaled_values, values, layout.no_data[name])
-    return scaled_values
+        return mask_no_data(scaled_array, values, layout.no_data[name])
+    return scaled_array

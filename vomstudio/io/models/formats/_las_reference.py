@@ -41,56 +41,64 @@ def las_reference(path: Path) -> Reference:
         records, has_wkt_priority, centre = _records(path)
     except (OSError, struct.error, IndexError):
         return Reference()
-    unreadable: list[str] = []
+    read_errors: list[str] = []
     references = [
         reference
-        for reference in (_wkt_reference(records, unreadable), _keys_reference(records, unreadable))
+        for reference in (
+            _wkt_reference(records, read_errors),
+            _keys_reference(records, read_errors),
+        )
         if reference is not None
     ]
     if not references:
         return Reference(
-            warnings=tuple(Finding("frame.crs-unreadable", crs=text) for text in unreadable[:1])
+            warnings=tuple(Finding("frame.crs-unreadable", crs=text) for text in read_errors[:1])
         )
     if len(references) == 1:
         return references[0]
-    first, other = references if has_wkt_priority else reversed(references)
-    return _combine(first, other, centre)
+    first, second_reference = references if has_wkt_priority else reversed(references)
+    return _combine(first, second_reference, centre)
 
 
-def _wkt_reference(records: Mapping[int, bytes], unreadable: list[str]) -> Reference | None:
+def _wkt_reference(records: Mapping[int, bytes], read_errors: list[str]) -> Reference | None:
     text = convert_to_utf8(records.get(_WKT, b"")).decode("utf-8", "replace").strip("\0 \r\n\t")
     try:
         stated_axes(text)
     except InputError:
-        unreadable.append(" ".join(text.split())[:80])
+        read_errors.append(" ".join(text.split())[:80])
         return None
     return Reference(text) if text else None
 
 
-def _keys_reference(records: Mapping[int, bytes], unreadable: list[str]) -> Reference | None:
+def _keys_reference(records: Mapping[int, bytes], read_errors: list[str]) -> Reference | None:
     keys = Keys(*(records.get(number, b"") for number in (_DIRECTORY, _DOUBLES, _TEXTS)))
     try:
         reference = decode_keys(keys)
     except InputError:
-        unreadable.append("GeoTIFF")
+        read_errors.append("GeoTIFF")
         return None
     if reference.crs is None and reference.height_unit is None and not reference.warnings:
         return None
     return Reference(reference.crs, reference.height_unit, reference.warnings)
 
 
-def _combine(first: Reference, other: Reference, centre: tuple[float, float]) -> Reference:
+def _combine(
+    first: Reference, second_reference: Reference, centre: tuple[float, float]
+) -> Reference:
     if first.text is None:
-        first, other = other, first
+        first, second_reference = second_reference, first
     first_axes, other_axes = (
-        stated_axes(reference.text, reference.height_unit) for reference in (first, other)
+        stated_axes(reference.text, reference.height_unit)
+        for reference in (first, second_reference)
     )
     if not first_axes.has_heights and other_axes.has_heights and other_axes.units[2] in METRES:
         unit = other_axes.units[2]
         first = replace(first, height_unit=None if unit == first_axes.units[2] else unit)
         first_axes = stated_axes(first.text, first.height_unit)
     has_other_heights = other_axes.has_heights and first_axes.units[2] != other_axes.units[2]
-    if other.text is not None and (has_other_heights or _differ(first_axes, other_axes, centre)):
+    if second_reference.text is not None and (
+        has_other_heights or _differ(first_axes, other_axes, centre)
+    ):
         warning = Finding("frame.two-crs", one=_axes_text(first_axes), other=_axes_text(other_axes))
         first = replace(first, warnings=(*first.warnings, warning))
     return first

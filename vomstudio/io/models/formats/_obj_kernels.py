@@ -41,9 +41,9 @@ def _classify(data, i, end):  # type: ignore[no-untyped-def]
     if c == 10 or c == 35:
         return _NONE, i
     d = data[i + 1] if i + 1 < end else np.uint8(10)
-    is_alone = is_space(d) or d == 10
+    is_separator = is_space(d) or d == 10
     if c == 118:  # v
-        if is_alone:
+        if is_separator:
             return _VERTEX, i + 1
         e = data[i + 2] if i + 2 < end else np.uint8(10)
         if d == 116 and (is_space(e) or e == 10):
@@ -51,13 +51,13 @@ def _classify(data, i, end):  # type: ignore[no-untyped-def]
         if d == 110 or d == 112:  # vn, vp
             return _IGNORED, i
         return _ODD, i
-    if c == 102 and is_alone:  # f
+    if c == 102 and is_separator:  # f
         return _FACE, i + 1
     if c == 117 or c == 109:  # usemtl, mtllib, mg ...
         return _WORD, i
-    if (c == 103 or c == 111 or c == 115) and is_alone:  # g, o, s
+    if (c == 103 or c == 111 or c == 115) and is_separator:  # g, o, s
         return _IGNORED, i
-    if (c == 108 or c == 112) and is_alone:  # l, p
+    if (c == 108 or c == 112) and is_separator:  # l, p
         return _LINE_ELEMENT, i
     return _ODD, i
 
@@ -79,10 +79,10 @@ def count(data, start, end, counts):  # type: ignore[no-untyped-def]
                 values = 0
                 is_inside = False
                 while data[i] != 10 and data[i] != 35:
-                    blank = is_space(data[i])
-                    if not blank and not is_inside:
+                    is_blank = is_space(data[i])
+                    if not is_blank and not is_inside:
                         values += 1
-                    is_inside = not blank
+                    is_inside = not is_blank
                     i += 1
                 if values >= 6:
                     counts[N_COLORED] += 1
@@ -93,12 +93,12 @@ def count(data, start, end, counts):  # type: ignore[no-untyped-def]
             corners = 0
             is_inside = False
             while data[i] != 10:
-                blank = is_space(data[i])
-                if not blank and not is_inside:
+                is_blank = is_space(data[i])
+                if not is_blank and not is_inside:
                     if data[i] == 35:
                         break
                     corners += 1
-                is_inside = not blank
+                is_inside = not is_blank
                 i += 1
             if corners >= 3:
                 counts[N_TRIANGLES] += corners - 2
@@ -150,19 +150,19 @@ def _report(report, row, first, offset):  # type: ignore[no-untyped-def]
 
 
 @part
-def _leave(left_over, report, target, flat, start, end):  # type: ignore[no-untyped-def]
+def _leave(unparsed, report, target, flat, start, end):  # type: ignore[no-untyped-def]
     """Record a number that is left for Python, as long as there is space."""
     r = report[R_LEFT_OVER]
-    if r < left_over.shape[0]:
-        left_over[r, 0] = target
-        left_over[r, 1] = flat
-        left_over[r, 2] = start
-        left_over[r, 3] = end
+    if r < unparsed.shape[0]:
+        unparsed[r, 0] = target
+        unparsed[r, 1] = flat
+        unparsed[r, 2] = start
+        unparsed[r, 3] = end
     report[R_LEFT_OVER] += 1
 
 
 @step
-def _color(colors, v, n, value, token, state, left_over, report):  # type: ignore[no-untyped-def]
+def _color(colors, v, n, value, token, state, unparsed, report):  # type: ignore[no-untyped-def]
     """Store the colour of a vertex, which follows the coordinates in a line of n numbers.
 
     The colour is NaN if the line has none.
@@ -170,7 +170,7 @@ def _color(colors, v, n, value, token, state, left_over, report):  # type: ignor
     for k in range(3):
         colors[v, k] = value[3 + k] if n >= 6 else np.nan
         if n >= 6 and state[3 + k] == LEFT_OVER:
-            _leave(left_over, report, TO_COLOR, v * 3 + k, token[3 + k, 0], token[3 + k, 1])
+            _leave(unparsed, report, TO_COLOR, v * 3 + k, token[3 + k, 0], token[3 + k, 1])
 
 
 @step
@@ -182,7 +182,7 @@ def _face(data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report):  # 
     """
     line = i
     n = 0
-    is_bad = False
+    is_invalid = False
     want_uv = uv_corners.shape[0] > 0
     first_v = first_u = last_v = last_u = np.int64(-1)
     while True:
@@ -190,22 +190,22 @@ def _face(data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report):  # 
             i += 1
         if data[i] == 10 or data[i] == 35:
             break
-        a, sound, i = _integer(data, i)
+        a, is_valid, i = _integer(data, i)
         b = np.int64(0)
         has_b = False
-        if sound and data[i] == 47:
+        if is_valid and data[i] == 47:
             b, has_b, i = _integer(data, i + 1)
             if data[i] == 47:
                 _, _, i = _integer(data, i + 1)
         if data[i] != 10 and not is_space(data[i]):
-            sound = False
+            is_valid = False
             while data[i] != 10 and not is_space(data[i]):
                 i += 1
         # 1 is the first row, -1 the last row so far, and 0 is not valid.
         row = np.int64(a - 1 if a > 0 else (a + v if a < 0 else -1))
-        if not sound or row < 0 or row >= n_vertices:
+        if not is_valid or row < 0 or row >= n_vertices:
             row = np.int64(-1)
-            is_bad = True
+            is_invalid = True
         uv_row = np.int64((b - 1 if b > 0 else (b + u if b < 0 else -1)) if has_b else -1)
         if uv_row < 0 or uv_row >= n_uvs:
             uv_row = np.int64(-1)
@@ -226,7 +226,7 @@ def _face(data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report):  # 
         last_v = row
         last_u = uv_row
         n += 1
-    return n, is_bad, t, i
+    return n, is_invalid, t, i
 
 
 def line_space() -> tuple[FloatArray, IntArray, IntArray]:
@@ -253,7 +253,7 @@ def parse(  # type: ignore[no-untyped-def]
     uv_corners,
     words,
     polygons,
-    left_over,
+    unparsed,
     report,
     value,
     token,
@@ -299,13 +299,13 @@ def parse(  # type: ignore[no-untyped-def]
                 x = value[k] if k < n else np.nan
                 if k < n and state[k] == LEFT_OVER:
                     target = TO_VERTEX if kind == _VERTEX else TO_UV
-                    _leave(left_over, report, target, row * width + k, token[k, 0], token[k, 1])
+                    _leave(unparsed, report, target, row * width + k, token[k, 0], token[k, 1])
                 if kind == _VERTEX:
                     vertices[row, k] = x
                 else:
                     uvs[row, k] = x
             if kind == _VERTEX and want_colors:
-                _color(colors, v, n, value, token, state, left_over, report)
+                _color(colors, v, n, value, token, state, unparsed, report)
             elif kind == _VERTEX and n >= 6:
                 report[R_COLORED] += 1
             if kind == _VERTEX:
@@ -315,12 +315,14 @@ def parse(  # type: ignore[no-untyped-def]
         elif kind == _FACE:
             line = i
             t0 = t
-            n, bad, t, i = _face(data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report)
+            n, is_invalid, t, i = _face(
+                data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report
+            )
             if n > 3:
                 polygons[p, 0] = t0
                 polygons[p, 1] = n
                 p += 1
-            if bad and n >= 3:
+            if is_invalid and n >= 3:
                 for k in range(t0, t):
                     corners[k, 0] = -1
                 _report(report, R_BAD_CORNERS, R_FIRST_BAD_CORNER, line)
@@ -335,12 +337,12 @@ def parse(  # type: ignore[no-untyped-def]
 @kernel(
     "int64(int32[:,::1], int32[:,::1], int64, int32[::1], int32[::1], int32[::1], int32[:,::1])"
 )
-def split_rows(corners, uv_corners, n, source, texture, following, out):  # type: ignore[no-untyped-def]
-    """Run `split_vertices` on preallocated arrays; `following` links rows of one position."""
+def split_rows(corners, uv_corners, n, source, texture, next_rows, out):  # type: ignore[no-untyped-def]
+    """Run `split_vertices` on preallocated arrays; `next_rows` links rows of one position."""
     for i in range(n):
         source[i] = i
         texture[i] = -2
-        following[i] = -1
+        next_rows[i] = -1
     for i in range(corners.shape[0]):
         for k in range(3):
             v = corners[i, k]
@@ -350,13 +352,13 @@ def split_rows(corners, uv_corners, n, source, texture, following, out):  # type
                 out[i, k] = v
                 continue
             row = np.int64(v)
-            while texture[row] != u and following[row] >= 0:
-                row = np.int64(following[row])
+            while texture[row] != u and next_rows[row] >= 0:
+                row = np.int64(next_rows[row])
             if texture[row] != u:
                 source[n] = v
                 texture[n] = u
-                following[n] = -1
-                following[row] = n
+                next_rows[n] = -1
+                next_rows[row] = n
                 row = np.int64(n)
                 n += 1
             out[i, k] = row
@@ -373,8 +375,8 @@ def split_vertices(
     each row.
     """
     # Maximum possible size; memory that is not written to is not used.
-    room = n_vertices + corners.size
-    source, texture, following = (np.empty(room, np.int32) for _ in range(3))
+    capacity = n_vertices + corners.size
+    source, texture, next_rows = (np.empty(capacity, np.int32) for _ in range(3))
     out = np.empty(corners.shape, np.int32)
     n = split_rows(
         np.ascontiguousarray(corners),
@@ -382,7 +384,7 @@ def split_vertices(
         n_vertices,
         source,
         texture,
-        following,
+        next_rows,
         out,
     )
     return out, source[:n], np.where(texture[:n] < 0, np.int32(-1), texture[:n])

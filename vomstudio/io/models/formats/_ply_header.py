@@ -113,14 +113,19 @@ def read_header(top: bytes, path: Path) -> Header:
                             line=line.strip(),
                         )
                     )
-                new = Property(words[4], TYPES[kinds[1]], TYPES[kinds[0]])
+                header_property = Property(words[4], TYPES[kinds[1]], TYPES[kinds[0]])
             else:
-                new = Property(words[2], TYPES[kinds[0]])
-            key = (len(elements), new.name)
+                header_property = Property(words[2], TYPES[kinds[0]])
+            key = (len(elements), header_property.name)
             if key in names:
-                raise wrong(tr("an element has the property '{property}' twice", property=new.name))
+                raise wrong(
+                    tr(
+                        "an element has the property '{property}' twice",
+                        property=header_property.name,
+                    )
+                )
             names.add(key)
-            elements[-1][2].append(new)
+            elements[-1][2].append(header_property)
         else:
             raise wrong(
                 tr("the line '{line}' of the PLY header is unknown", line=line.strip()[:60])

@@ -60,7 +60,7 @@ def gather(data, positions, counts, size, out):  # type: ignore[no-untyped-def]
 @kernel(
     "Tuple((int64, int64, int64))(uint8[::1], int64, int64, int64[::1], float64[::1], int64[:,::1])"
 )
-def rows(data, offset, max_rows, starts, values, left_over):  # type: ignore[no-untyped-def]
+def rows(data, offset, max_rows, starts, values, unparsed):  # type: ignore[no-untyped-def]
     """Parse the numbers of text lines until `max_rows` is reached or `values` could overflow.
 
     Parsing begins at byte `offset`; starts (max_rows + 1,) receives the index in `values` at which
@@ -77,7 +77,7 @@ def rows(data, offset, max_rows, starts, values, left_over):  # type: ignore[no-
             stop += 1
         if filled_count + (stop - offset) // 2 + 1 > values.shape[0]:
             break
-        if n_left + (stop - offset) // 2 + 1 > left_over.shape[0]:
+        if n_left + (stop - offset) // 2 + 1 > unparsed.shape[0]:
             break
         first = filled_count
         i = offset
@@ -90,9 +90,9 @@ def rows(data, offset, max_rows, starts, values, left_over):  # type: ignore[no-
             value, state, i = number(data, i, stop)
             if state != READY:
                 value = np.nan
-                left_over[n_left, 0] = filled_count
-                left_over[n_left, 1] = begin
-                left_over[n_left, 2] = i
+                unparsed[n_left, 0] = filled_count
+                unparsed[n_left, 1] = begin
+                unparsed[n_left, 2] = i
                 n_left += 1
             values[filled_count] = value
             filled_count += 1
@@ -101,8 +101,8 @@ def rows(data, offset, max_rows, starts, values, left_over):  # type: ignore[no-
             starts[row] = first
             row += 1
             starts[row] = filled_count
-    if n_left < left_over.shape[0]:
-        left_over[n_left, 0] = -1
+    if n_left < unparsed.shape[0]:
+        unparsed[n_left, 0] = -1
     return offset, row, filled_count
 
 
@@ -156,22 +156,22 @@ def fan(counts, indices, n_vertices, uv_counts, corners, uv_corners, face_of, po
     """
     t = 0
     p = 0
-    out_of_range = 0
-    short = 0
+    n_out_of_range = 0
+    n_short = 0
     offset = 0
     uv_at = 0
     want_uv = uv_corners.shape[0] > 0
     for i in range(counts.shape[0]):
         n = counts[i]
         has_uv = want_uv and uv_counts[i] == 2 * n
-        is_bad = False
+        is_invalid = False
         for k in range(n):
             if indices[offset + k] < 0 or indices[offset + k] >= n_vertices:
-                is_bad = True
+                is_invalid = True
         if n < 3:
-            short += 1
-        elif is_bad:
-            out_of_range += 1
+            n_short += 1
+        elif is_invalid:
+            n_out_of_range += 1
         else:
             if n > 3:
                 polygons[p, 0] = t
@@ -190,4 +190,4 @@ def fan(counts, indices, n_vertices, uv_counts, corners, uv_corners, face_of, po
         offset += n
         if want_uv:
             uv_at += uv_counts[i]
-    return t, p, out_of_range, short
+    return t, p, n_out_of_range, n_short

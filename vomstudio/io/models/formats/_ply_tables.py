@@ -157,11 +157,11 @@ def _ragged_table(
     sizes = np.array([kind.itemsize for kind in kinds], np.int64)
     count_kinds = [np.dtype(p.count_type) if p.count_type else None for p in element.properties]
     count_sizes = np.array([c.itemsize if c else 0 for c in count_kinds], np.int64)
-    signed_values = np.array([c is not None and c.kind == "i" for c in count_kinds])
+    is_signed = np.array([c is not None and c.kind == "i" for c in count_kinds])
     budget.take(24 * n * len(sizes), element.name)
     positions = np.empty((n, len(sizes)), np.int64)
     counts = np.empty((n, len(sizes)), np.int64)
-    n = k.walk(data, offset, sizes, count_sizes, signed_values, order == "<", positions, counts)
+    n = k.walk(data, offset, sizes, count_sizes, is_signed, order == "<", positions, counts)
     positions, counts = positions[:n], counts[:n]
     table = Table(n)
     for j, p in enumerate(element.properties):
@@ -222,14 +222,14 @@ def read_text(
         longest_line = _longest_line(buffer, offset)
         capacity = max(VALUES_PER_STEP, longest_line)
         values = np.empty(capacity)
-        left_over = np.empty((capacity, 3), np.int64)
+        unparsed = np.empty((capacity, 3), np.int64)
         while rows.n < record_count and offset < len(buffer):
             max_rows = min(record_count - rows.n, len(starts) - 1)
-            offset, row, n = k.rows(data, offset, max_rows, starts, values, left_over)
-            ends = np.flatnonzero(left_over[:, 0] < 0)
-            for where, begin, stop in left_over[: ends[0] if len(ends) else capacity].tolist():
+            offset, row, n = k.rows(data, offset, max_rows, starts, values, unparsed)
+            ends = np.flatnonzero(unparsed[:, 0] < 0)
+            for column, begin, stop in unparsed[: ends[0] if len(ends) else capacity].tolist():
                 value, is_number = _value(bytes(buffer[begin:stop]))
-                values[where] = value
+                values[column] = value
                 if not is_number:
                     wrong_count += 1
                     first_wrong = begin if first_wrong is None else first_wrong
@@ -262,14 +262,14 @@ def _value(token: bytes) -> tuple[float, bool]:
 def _longest_line(buffer: bytearray, offset: int) -> int:
     """Return an upper bound for the number of values in one line."""
     data = np.frombuffer(buffer, np.uint8)[offset:]
-    longest_count, last = 0, -1
+    longest_count, last_end = 0, -1
     for start in range(0, len(data), BLOCK_BYTES):
         ends = np.flatnonzero(data[start : start + BLOCK_BYTES] == 10) + start
         if len(ends):
             longest_count = max(
-                longest_count, int(ends[0]) - last, int(np.diff(ends).max(initial=0))
+                longest_count, int(ends[0]) - last_end, int(np.diff(ends).max(initial=0))
             )
-            last = int(ends[-1])
+            last_end = int(ends[-1])
     return longest_count // 2 + 2
 
 
@@ -304,9 +304,9 @@ class _TextRows:
             if p.count_type:
                 items = np.empty(int(counts[:, j].sum()))
                 k.gather_values(values, positions[:, j], counts[:, j], items)
-                is_whole = np.dtype(p.type).kind in "iu"
+                is_integer = np.dtype(p.type).kind in "iu"
                 self._columns.add(f"n{j}", counts[:, j].astype(np.int32))
-                self._columns.add(f"{j}", whole_numbers(items) if is_whole else items)
+                self._columns.add(f"{j}", whole_numbers(items) if is_integer else items)
             else:
                 column = np.full(n, np.nan)
                 has_value = counts[:, j] == 1
@@ -316,9 +316,9 @@ class _TextRows:
 
     def table(self, n: int, messages: list[Finding]) -> Table:
         """Return the first n rows as a table."""
-        short = sum(int(np.count_nonzero(rows < n)) for rows in self._short)
-        if short:
-            messages.append(Finding("model.short-lines", count=short))
+        n_short = sum(int(np.count_nonzero(rows < n)) for rows in self._short)
+        if n_short:
+            messages.append(Finding("model.short-lines", count=n_short))
         table = Table(n)
         for j, p in enumerate(self._properties):
             if p.count_type:

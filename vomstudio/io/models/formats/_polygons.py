@@ -105,10 +105,10 @@ def _cut_polygon(vertices, corners, uv_corners, polygons, points, rings, ears): 
         n = polygons[q, 1]
         if n > MAX_RING:
             continue
-        sound = _load(corners, t0, n, ring)
+        is_valid = _load(corners, t0, n, ring)
         if want_uv:
             _load(uv_corners, t0, n, uv_ring)
-        if not sound:
+        if not is_valid:
             continue
         for k in range(n):
             for c in range(3):

@@ -52,8 +52,8 @@ def _cells(lines: ByteArray, delimiter: str) -> IntArray:
     if not len(ends) or ends[-1] != len(lines) - 1:
         ends = np.append(ends, len(lines))
     starts = np.concatenate([[0], ends[:-1] + 1])
-    blank = _BLANKS[lines]
-    words = np.flatnonzero(~blank & np.concatenate([[True], blank[:-1]]))
+    is_blank = _BLANKS[lines]
+    words = np.flatnonzero(~is_blank & np.concatenate([[True], is_blank[:-1]]))
     first = np.searchsorted(words, starts)
     count = np.searchsorted(words, ends) - first
     rows = count > 0

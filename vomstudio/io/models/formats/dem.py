@@ -93,11 +93,11 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         with (
             silence_libtiff(),
             rasterio.Env(GDAL_CACHEMAX=RASTER_CACHE_BYTES, **COMPOUND),
-            utf8_name(path) as named,
-            _opened(named) as dataset,
+            utf8_name(path) as safe_path,
+            _opened(safe_path) as dataset,
         ):
             _check_is_dem(dataset, path, messages)
-            crs, stated = _crs_of(dataset, path, messages)
+            crs, stated_crs = _crs_of(dataset, path, messages)
             step = _step_of(dataset, messages)
             heights, unit = _heights(dataset, step, path, progress, messages)
             transform = dataset.transform
@@ -114,7 +114,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     del heights
     model = drop_invalid(mesh, messages, path)
     kind: Literal["mesh", "cloud"] = "mesh" if isinstance(model, Mesh) else "cloud"
-    return LoadedModel(model, kind, crs, tuple(messages), path, height_unit=unit or stated)
+    return LoadedModel(model, kind, crs, tuple(messages), path, height_unit=unit or stated_crs)
 
 
 def _opened(path: Path) -> Any:
@@ -225,10 +225,10 @@ def _heights(
             if n:
                 heights[is_empty] = np.nan
                 messages.append(Finding("dem.no-data-value", count=n, value=value))
-    written = (dataset.units[0] or "").strip()
-    unit = unit_of(written)
-    if written and unit is None:
-        messages.append(Finding("dem.unit-unknown", unit=written))
+    unit_text = (dataset.units[0] or "").strip()
+    unit = unit_of(unit_text)
+    if unit_text and unit is None:
+        messages.append(Finding("dem.unit-unknown", unit=unit_text))
     heights *= scale
     heights += offset
     wild = np.abs(heights) > MAX_HEIGHT_M / METRES[unit or "m"]
@@ -262,25 +262,25 @@ def _triangles(number: AnyArray, heights: AnyArray) -> AnyArray:
     """
     corners = [number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]]
     nw, ne, sw, se = (corner.ravel() for corner in corners)
-    full = (nw >= 0) & (ne >= 0) & (sw >= 0) & (se >= 0)
-    falling_values = np.abs(heights[:-1, :-1] - heights[1:, 1:])
+    has_all_corners = (nw >= 0) & (ne >= 0) & (sw >= 0) & (se >= 0)
+    falling_differences = np.abs(heights[:-1, :-1] - heights[1:, 1:])
     rising = np.abs(heights[:-1, 1:] - heights[1:, :-1])
     with np.errstate(invalid="ignore"):
-        along_component = (falling_values <= rising).ravel()
+        is_falling = (falling_differences <= rising).ravel()
     triangles = np.full((len(nw), 2, 3), -1, np.int32)
     halves = [
-        (full & along_component, 0, (nw, sw, se)),
-        (full & along_component, 1, (nw, se, ne)),
-        (full & ~along_component, 0, (nw, sw, ne)),
-        (full & ~along_component, 1, (ne, sw, se)),
+        (has_all_corners & is_falling, 0, (nw, sw, se)),
+        (has_all_corners & is_falling, 1, (nw, se, ne)),
+        (has_all_corners & ~is_falling, 0, (nw, sw, ne)),
+        (has_all_corners & ~is_falling, 1, (ne, sw, se)),
         ((nw < 0) & (ne >= 0) & (sw >= 0) & (se >= 0), 0, (ne, sw, se)),
         ((ne < 0) & (nw >= 0) & (sw >= 0) & (se >= 0), 0, (nw, sw, se)),
         ((sw < 0) & (nw >= 0) & (ne >= 0) & (se >= 0), 0, (nw, se, ne)),
         ((se < 0) & (nw >= 0) & (ne >= 0) & (sw >= 0), 0, (nw, sw, ne)),
     ]
-    for which, half, corners_of in halves:
+    for half_index, half, corners_of in halves:
         for k, corner in enumerate(corners_of):
-            np.copyto(triangles[:, half, k], corner, where=which)
+            np.copyto(triangles[:, half, k], corner, where=half_index)
     faces = triangles.reshape(-1, 3)
     return faces[faces[:, 0] >= 0]
 

@@ -184,9 +184,9 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     drawing = _Drawing()
     data = read_whole(path, progress).tobytes()
     progress.stage(tr("Reading the entities"), len(data))
-    for block, done in _blocks(data, path):
+    for block, done_count in _blocks(data, path):
         _read_block(block, drawing)
-        progress.step(done)
+        progress.step(done_count)
     del data
     messages: list[Finding] = []
     if not drawing.corners and not drawing.points:
@@ -224,9 +224,9 @@ def _blocks(data: bytes, path: Path) -> Iterator[tuple[_Block, int]]:
     codes: list[int] = []
     values: list[bytes] = []
     last = 0
-    for more_codes, more_values, done in _groups(data, path):
+    for more_codes, next_values, done_count in _groups(data, path):
         codes += more_codes
-        values += more_values
+        values += next_values
         numbers = np.array(codes, np.int64)
         ends = [
             i
@@ -237,7 +237,7 @@ def _blocks(data: bytes, path: Path) -> Iterator[tuple[_Block, int]]:
         if not ends or not ends[-1]:
             continue
         end = int(ends[-1])
-        yield _Block.create(numbers[:end], values[:end]), done
+        yield _Block.create(numbers[:end], values[:end]), done_count
         codes, values, last = codes[end:], values[end:], 0
     yield _Block.create(np.array(codes, np.int64), values), len(data)
 
@@ -272,16 +272,16 @@ def _groups(data: bytes, path: Path) -> Iterator[tuple[list[int], list[bytes], i
         try:
             codes = list(map(int, code_lines[: len(lines) // 2]))
         except ValueError as error:
-            wrong = next(i for i, code in enumerate(code_lines) if not code.strip().isdigit())
-            if any(line.strip() for line in lines[2 * wrong :]):
+            invalid_row = next(i for i, code in enumerate(code_lines) if not code.strip().isdigit())
+            if any(line.strip() for line in lines[2 * invalid_row :]):
                 raise InputError(
                     Finding(
                         "file.damaged", format="DXF", reason=tr("this line is not a group code")
                     ),
                     file=path,
-                    line=lines_before + 2 * wrong + 1,
+                    line=lines_before + 2 * invalid_row + 1,
                 ) from error
-            codes = list(map(int, code_lines[:wrong]))
+            codes = list(map(int, code_lines[:invalid_row]))
         yield codes, [v.strip() for v in lines[1 : 2 * len(codes) : 2]], min(offset, len(data))
         lines_before += len(lines)
 
@@ -293,11 +293,13 @@ def _read_block(block: _Block, drawing: _Drawing) -> None:
     is_inside = np.zeros(len(block.starts), np.bool_)
     kinds = block.kinds
     marks = np.flatnonzero(np.isin(kinds, (b"SECTION", b"ENDSEC"))).tolist()
-    before = 0
+    rows_before = 0
     for mark in [*marks, len(kinds)]:
-        is_inside[before:mark] = drawing.section == b"ENTITIES"
+        is_inside[rows_before:mark] = drawing.section == b"ENTITIES"
         if drawing.section == b"TABLES":
-            for entity in (np.flatnonzero(kinds[before:mark] == b"LAYER") + before).tolist():
+            for entity in (
+                np.flatnonzero(kinds[rows_before:mark] == b"LAYER") + rows_before
+            ).tolist():
                 _read_layer(dict(block.groups(entity)), drawing)
         if mark == len(kinds):
             break
@@ -307,7 +309,7 @@ def _read_block(block: _Block, drawing: _Drawing) -> None:
             drawing.section = next((value.upper() for code, value in groups if code == 2), b"")
             if drawing.section == b"HEADER":
                 drawing.unit = _unit(groups)
-        before = mark + 1
+        rows_before = mark + 1
     entities = np.flatnonzero(is_inside)
     entities = entities[~np.isin(kinds[entities], tuple(_STRUCTURE))]
     if not len(entities):
@@ -321,8 +323,10 @@ def _read_block(block: _Block, drawing: _Drawing) -> None:
     for entity in entities[entity_kinds == b"MESH"].tolist():
         _read_mesh(block, entity, drawing)
     drawing.sort_block()
-    others = ~np.isin(entity_kinds, (b"3DFACE", b"POINT", b"POLYLINE", b"MESH"))
-    drawing.left_out.update(kind.decode("latin-1") for kind in entity_kinds[others].tolist())
+    is_other_entity = ~np.isin(entity_kinds, (b"3DFACE", b"POINT", b"POLYLINE", b"MESH"))
+    drawing.left_out.update(
+        kind.decode("latin-1") for kind in entity_kinds[is_other_entity].tolist()
+    )
 
 
 def _read_layer(groups: dict[int, bytes], drawing: _Drawing) -> None:
@@ -361,8 +365,8 @@ def _read_faces(block: _Block, entities: IntArray, drawing: _Drawing) -> None:
     corners = block.numbers(entities, codes).reshape(-1, 4, 3)
     heights = corners[:, :, 2]
     heights[np.isnan(heights) & ~np.isnan(corners[:, :, 0])] = 0.0
-    is_missing = np.isnan(corners[:, 3]).all(axis=1)
-    corners[is_missing, 3] = corners[is_missing, 2]
+    has_no_fourth = np.isnan(corners[:, 3]).all(axis=1)
+    corners[has_no_fourth, 3] = corners[has_no_fourth, 2]
     _add_quads(corners, block.layers(entities), entities, drawing)
 
 
@@ -371,14 +375,14 @@ def _add_quads(
 ) -> None:
     """Add faces (n, 4, 3); for a triangle, the last corner is repeated."""
     pairs = corners[:, [[0, 1, 2], [0, 2, 3]]]
-    keep = np.ones((len(corners), 2), np.bool_)
-    keep[:, 1] = (corners[:, 3] != corners[:, 2]).any(axis=1)
+    is_kept = np.ones((len(corners), 2), np.bool_)
+    is_kept[:, 1] = (corners[:, 3] != corners[:, 2]).any(axis=1)
     names = [
         name
-        for name, both in zip(layers, keep[:, 1].tolist(), strict=True)
-        for name in ((name, name) if both else (name,))
+        for name, is_pair_kept in zip(layers, is_kept[:, 1].tolist(), strict=True)
+        for name in ((name, name) if is_pair_kept else (name,))
     ]
-    drawing.add_triangles(pairs[keep], names, np.repeat(entities, keep.sum(axis=1)))
+    drawing.add_triangles(pairs[is_kept], names, np.repeat(entities, is_kept.sum(axis=1)))
 
 
 def _read_points(block: _Block, entities: IntArray, drawing: _Drawing) -> None:

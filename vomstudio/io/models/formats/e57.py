@@ -54,8 +54,8 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         raise InputError(Finding("file.package-missing"), file=path) from error
     messages: list[Finding] = []
     try:
-        with utf8_name(path) as named:
-            image = libe57.ImageFile(str(named), "r")
+        with utf8_name(path) as safe_path:
+            image = libe57.ImageFile(str(safe_path), "r")
         try:
             cloud = _read_scans(libe57, image, path, progress, messages)
             crs = _crs(image)
@@ -91,7 +91,7 @@ def _read_scans(
     total = sum(int(scan["points"].childCount()) for scan in scans)
     progress.stage(tr("Reading the points"), total)
     columns = Columns()
-    done = n_invalid = 0
+    done_count = n_invalid = 0
     names = [_names(e57, scan) for scan in scans]
     is_colored = all(set(COLORS) <= known_name for known_name in names)
     bright = all("intensity" in known_name for known_name in names)
@@ -121,27 +121,27 @@ def _read_scans(
             if place is SPHERICAL:
                 xyz = _cartesian(xyz)
             xyz = xyz @ rotation.T + shift
-            keep = np.ones(got, bool)
+            is_kept = np.ones(got, bool)
             for name in flags:
-                keep &= part[name] == 0
-            n_invalid += got - int(np.count_nonzero(keep))
-            columns.add("points", xyz[keep], total)
+                is_kept &= part[name] == 0
+            n_invalid += got - int(np.count_nonzero(is_kept))
+            columns.add("points", xyz[is_kept], total)
             if is_colored:
-                rgb = np.column_stack([part[name] for name in COLORS])[keep]
+                rgb = np.column_stack([part[name] for name in COLORS])[is_kept]
                 columns.add("colors", _bytes(rgb, limits), total)
             if bright:
-                columns.add("intensity", part["intensity"][keep], total)
+                columns.add("intensity", part["intensity"][is_kept], total)
             if len(scans) > 1:
-                columns.add("scan", np.full(int(keep.sum()), number, np.int32), total)
-            done += got
-            progress.step(min(done, total))
-    n = done - n_invalid
+                columns.add("scan", np.full(int(is_kept.sum()), number, np.int32), total)
+            done_count += got
+            progress.step(min(done_count, total))
+    n = done_count - n_invalid
     if n == 0:
         raise InputError(Finding("model.no-points"), file=path)
     if n_invalid:
         messages.append(Finding("model.points-withheld", count=n_invalid))
-    if done < total:
-        messages.append(points_missing(done, total))
+    if done_count < total:
+        messages.append(points_missing(done_count, total))
     if unread:
         messages.append(Finding("model.fields-left-out", fields=sorted(unread)))
     points = columns.take("points", n)
@@ -204,9 +204,13 @@ def _pose(scan: Any) -> tuple[AnyArray, AnyArray]:
 def _cartesian(rae: AnyArray) -> AnyArray:
     """Convert range, azimuth from x to y, and elevation above x-y in radians (E57 8.4.4.1)."""
     distance, azimuth, elevation = rae.T
-    flat_values = distance * np.cos(elevation)
+    horizontal_distance = distance * np.cos(elevation)
     return np.column_stack(
-        [flat_values * np.cos(azimuth), flat_values * np.sin(azimuth), distance * np.sin(elevation)]
+        [
+            horizontal_distance * np.cos(azimuth),
+            horizontal_distance * np.sin(azimuth),
+            distance * np.sin(elevation),
+        ]
     )
 
 
@@ -219,8 +223,8 @@ def _color_limits(scan: Any) -> tuple[AnyArray, AnyArray]:
             if limits.isDefined(f"{color}Minimum") and limits.isDefined(f"{color}Maximum"):
                 low[j] = limits[f"{color}Minimum"].value()
                 high[j] = limits[f"{color}Maximum"].value()
-    is_bad = ~(np.isfinite(low) & np.isfinite(high) & (high > low))
-    low[is_bad], high[is_bad] = 0.0, 255.0
+    is_invalid = ~(np.isfinite(low) & np.isfinite(high) & (high > low))
+    low[is_invalid], high[is_invalid] = 0.0, 255.0
     return low, high
 
 

@@ -143,32 +143,30 @@ def _fields(pieces: list[PlacedPrimitive]) -> dict[str, AnyArray]:
 
 
 def _positions(pieces: list[PlacedPrimitive], origin: FloatArray) -> FloatArray:
-    upright_values = np.empty((sum(len(p.positions) for p in pieces), 3))
+    upright_positions = np.empty((sum(len(p.positions) for p in pieces), 3))
     end = 0
     for piece in pieces:
-        y_up, part = piece.positions, upright_values[end : end + len(piece.positions)]
+        y_up, part = piece.positions, upright_positions[end : end + len(piece.positions)]
         end += len(y_up)
         part[:, 0] = y_up[:, 0]
         np.negative(y_up[:, 2], out=part[:, 1])
         part[:, 2] = y_up[:, 1]
-    upright_values += origin
-    return upright_values
+    upright_positions += origin
+    return upright_positions
 
 
 def _faces(pieces: list[PlacedPrimitive]) -> Int32Array:
     """Return faces with indices into the joined vertices of all pieces."""
-    joined_values = np.empty(
-        (sum(len(p.faces) for p in pieces if p.faces is not None), 3), np.int32
-    )
+    joined_faces = np.empty((sum(len(p.faces) for p in pieces if p.faces is not None), 3), np.int32)
     end = start = 0
     for piece in pieces:
         if piece.faces is not None:
-            part = joined_values[end : end + len(piece.faces)]
+            part = joined_faces[end : end + len(piece.faces)]
             # Narrow index types would overflow.
             np.add(piece.faces, start, out=part, dtype=np.int64, casting="unsafe")
             end += len(part)
         start += len(piece.positions)
-    return joined_values
+    return joined_faces
 
 
 def _mesh(
@@ -177,14 +175,15 @@ def _mesh(
     origin: FloatArray,
     messages: list[Finding],
 ) -> Mesh:
-    used = sorted({p.material for p in pieces}, key=lambda m: (m == -1, m))
-    pieces = sorted(pieces, key=lambda p: used.index(p.material))
+    used_materials = sorted({p.material for p in pieces}, key=lambda m: (m == -1, m))
+    pieces = sorted(pieces, key=lambda p: used_materials.index(p.material))
     counts = [
-        sum(len(p.faces) for p in pieces if p.material == m and p.faces is not None) for m in used
+        sum(len(p.faces) for p in pieces if p.material == m and p.faces is not None)
+        for m in used_materials
     ]
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    materials = materials_of(document, used, messages)
-    if used == [-1]:
+    materials = materials_of(document, used_materials, messages)
+    if used_materials == [-1]:
         materials, offsets = (), np.zeros(1, np.int64)
     return Mesh(
         _positions(pieces, origin),

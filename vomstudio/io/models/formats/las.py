@@ -143,11 +143,11 @@ def _read_points(
     reader: Any, path: Path, size: int, max_points: int, progress: Progress, messages: list[Finding]
 ) -> PointCloud:
     header = reader.header
-    promised = int(header.point_count)
+    stated_count = int(header.point_count)
     record = int(header.point_format.size)
-    limit = promised
+    limit = stated_count
     if not header.are_points_compressed:
-        limit = min(promised, max(0, size - int(header.offset_to_point_data)) // record)
+        limit = min(stated_count, max(0, size - int(header.offset_to_point_data)) // record)
     scales, offsets = np.asarray(header.scales, float), np.asarray(header.offsets, float)
     if not (np.isfinite(scales).all() and np.isfinite(offsets).all() and (scales != 0).all()):
         raise InputError(
@@ -161,23 +161,23 @@ def _read_points(
         )
     names = set(header.point_format.dimension_names)
     has_valid_extra = invalid_extra_record_offset(path) is None
-    extra = list(header.point_format.extra_dimension_names) if has_valid_extra else []
-    field_names = [n for n in STANDARD_FIELDS if n in names] + extra
+    extra_names = list(header.point_format.extra_dimension_names) if has_valid_extra else []
+    field_names = [n for n in STANDARD_FIELDS if n in names] + extra_names
     no_data = _no_data(header)
     flag_names = ["withheld"] if "withheld" in names else []
     is_colored = {"red", "green", "blue"} <= names
     # Few files have more points than bytes, and unused capacity costs nothing.
     columns = Columns(min(size, MAX_INITIAL_ROWS))
-    done = 0
+    done_count = 0
     progress.stage(tr("Reading the points"), limit)
-    while done < limit:
-        n = min(max_points, limit - done)
+    while done_count < limit:
+        n = min(max_points, limit - done_count)
         try:
             chunk = reader.read_points(n)
         except Exception:
             # The last points before the end may have been decoded from invalid bytes.
-            done -= min(done, max_points)
-            if done == 0:
+            done_count -= min(done_count, max_points)
+            if done_count == 0:
                 raise
             break
         read_count = len(chunk)
@@ -195,30 +195,30 @@ def _read_points(
             columns.add("colors", rgb, limit)
         for name in [*field_names, *flag_names]:
             columns.add(f"field {name}", _values(chunk, name, no_data), limit)
-        done += read_count
-        if done == limit or done % POINTS_PER_STEP < read_count:
-            progress.step(done)
-    if done == 0:
+        done_count += read_count
+        if done_count == limit or done_count % POINTS_PER_STEP < read_count:
+            progress.step(done_count)
+    if done_count == 0:
         raise InputError(Finding("model.no-points"), file=path)
-    if done < promised:
-        messages.append(points_missing(done, promised))
-    colors = _colors(columns.take("colors", done), messages)
+    if done_count < stated_count:
+        messages.append(points_missing(done_count, stated_count))
+    colors = _colors(columns.take("colors", done_count), messages)
     fields: dict[str, GenericArray] = {}
     for name in field_names:
-        values = columns.take(f"field {name}", done)
+        values = columns.take(f"field {name}", done_count)
         assert values is not None
         # All clouds from photos contain only first returns, so the field is not informative.
         if name == "return_number" and (values == 1).all():
             continue
-        if name in extra or values.any():
+        if name in extra_names or values.any():
             for j in range(values.shape[1] if values.ndim == 2 else 0):
                 fields[f"{name} {j + 1}"] = np.ascontiguousarray(values[:, j])
             if values.ndim == 1:
                 fields[name] = values
-    points = columns.take("points", done)
+    points = columns.take("points", done_count)
     assert points is not None
     cloud = PointCloud(points, colors, None, fields)
-    withheld = columns.take("field withheld", done)
+    withheld = columns.take("field withheld", done_count)
     return cloud if withheld is None else _drop_withheld(cloud, withheld != 0, path, messages)
 
 
@@ -244,25 +244,25 @@ def _values(chunk: Any, name: str, no_data: dict[str, tuple[float, ...]]) -> Gen
 
 
 def _drop_withheld(
-    cloud: PointCloud, withheld_values: GenericArray, path: Path, messages: list[Finding]
+    cloud: PointCloud, is_withheld: GenericArray, path: Path, messages: list[Finding]
 ) -> PointCloud:
     """Remove the points that are marked as withheld.
 
     In a COPC file they are replaced by other points, so that row numbers are the same as in
     streaming.
     """
-    count = int(np.count_nonzero(withheld_values))
+    count = int(np.count_nonzero(is_withheld))
     if not count:
         return cloud
-    if count == len(withheld_values):
+    if count == len(is_withheld):
         raise InputError(Finding("model.all-withheld"), file=path)
     if is_copc(path):
         messages.append(Finding("model.withheld-hidden"))
-        rows = replacement_rows(withheld_values)
+        rows = replacement_rows(is_withheld)
         assert rows is not None
         return cloud.select_rows(rows)
     messages.append(Finding("model.points-withheld", count=count))
-    return cloud.select_rows(np.logical_not(withheld_values))
+    return cloud.select_rows(np.logical_not(is_withheld))
 
 
 READER = Reader(to_translate("LAS/LAZ point cloud"), (".las", ".laz"), matches, read)

@@ -226,9 +226,9 @@ class _Reading:
             # No block has a colour on its first vertex, but later vertices have colours.
             self.colors = np.empty((n_v, 3), np.float32)
             self._run(parse, len(blocks), len(blocks))
-        self._say_left_out(int(total[k.N_SHORT_FACES]), int(total[k.N_LINE_ELEMENTS]))
+        self._report_skipped(int(total[k.N_SHORT_FACES]), int(total[k.N_LINE_ELEMENTS]))
 
-    def _say_left_out(self, short_faces: int, line_elements: int) -> None:
+    def _report_skipped(self, short_faces: int, line_elements: int) -> None:
         if short_faces:
             self.messages.append(Finding("model.faces-incomplete", count=short_faces))
         if line_elements:
@@ -261,27 +261,35 @@ class _Reading:
             k.TO_UV: self.uvs.reshape(-1),
             k.TO_COLOR: self.colors.reshape(-1),
         }
-        wrong = int(self.reports[:, k.R_NO_NUMBERS].sum())
-        where = self.reports[self.reports[:, k.R_NO_NUMBERS] > 0, k.R_FIRST_NO_NUMBER].tolist()
+        n_without_numbers = int(self.reports[:, k.R_NO_NUMBERS].sum())
+        line_numbers = self.reports[
+            self.reports[:, k.R_NO_NUMBERS] > 0, k.R_FIRST_NO_NUMBER
+        ].tolist()
         for block in self.left_over:
             for target, offset, start, end in block.tolist():
                 value = python_number(self.data[start:end].tobytes())
                 if value is None:
-                    wrong += 1
-                    where.append(start)
+                    n_without_numbers += 1
+                    line_numbers.append(start)
                     value = float("nan")
                 targets[target][offset] = value
-        if where:
-            self._refuse_decimal_commas(min(where))
+        if line_numbers:
+            self._refuse_decimal_commas(min(line_numbers))
             self.messages.append(
-                Finding("model.values-not-numbers", count=wrong, line=self._line(min(where)))
+                Finding(
+                    "model.values-not-numbers",
+                    count=n_without_numbers,
+                    line=self._line(min(line_numbers)),
+                )
             )
-        bad, line = self._first(k.R_BAD_CORNERS, k.R_FIRST_BAD_CORNER)
-        if bad:
-            self.messages.append(Finding("model.faces-without-vertices", count=bad, line=line))
-        bad, line = self._first(k.R_BAD_UVS, k.R_FIRST_BAD_UV)
-        if bad:
-            self.messages.append(Finding("texture.no-coordinates", count=bad, line=line))
+        n_invalid, line = self._first(k.R_BAD_CORNERS, k.R_FIRST_BAD_CORNER)
+        if n_invalid:
+            self.messages.append(
+                Finding("model.faces-without-vertices", count=n_invalid, line=line)
+            )
+        n_invalid, line = self._first(k.R_BAD_UVS, k.R_FIRST_BAD_UV)
+        if n_invalid:
+            self.messages.append(Finding("texture.no-coordinates", count=n_invalid, line=line))
 
     def _mesh(self) -> Mesh | PointCloud:
         from vomstudio.io.models.formats import _obj_kernels as k
@@ -354,12 +362,12 @@ class _Reading:
         if starts[-1] == n and len(starts) > 1:
             starts.pop()
             ids.pop()
-        used = list(dict.fromkeys(ids))
-        rank = {id_: i for i, id_ in enumerate(used)}
+        used_ids = list(dict.fromkeys(ids))
+        rank = {id_: i for i, id_ in enumerate(used_ids)}
         all_names = list(names)
-        if used == [-1]:
+        if used_ids == [-1]:
             return [], (starts, [0] * len(ids)), list(libraries)
-        used_names = ["" if id_ < 0 else all_names[id_] for id_ in used]
+        used_names = ["" if id_ < 0 else all_names[id_] for id_ in used_ids]
         return used_names, (starts, [rank[id_] for id_ in ids]), list(libraries)
 
     def _materials(self, names: list[str], libraries: list[str]) -> tuple[Material, ...]:
@@ -381,14 +389,14 @@ class _Reading:
             name.casefold(): material for name, material in materials_by_name.items()
         }
         result = []
-        missing_items: list[str] = []
+        missing_files: list[str] = []
         for name in names:
             match = materials_by_name.get(name) or materials_by_casefold.get(name.casefold())
             if match is None and name and libraries:
-                missing_items.append(name)
+                missing_files.append(name)
             result.append(Material(name, match.texture, match.diffuse) if match else Material(name))
-        if missing_items:
-            self.messages.append(Finding("material.missing", names=missing_items))
+        if missing_files:
+            self.messages.append(Finding("material.missing", names=missing_files))
         return tuple(result)
 
     def _library_paths(self, entry: str) -> list[Path]:

@@ -89,7 +89,7 @@ def _assemble(
     vertex = tables.get("vertex")
     if vertex is None:
         raise InputError(Finding("model.no-points"), file=path)
-    used: set[str] = set()
+    used_names: set[str] = set()
     names = {p.name.lower() for e in header.elements if e.name == "vertex" for p in e.properties}
     if not {"x", "y", "z"} <= names:
         raise InputError(Finding("model.no-coordinates"), file=path, field="vertex")
@@ -97,22 +97,24 @@ def _assemble(
         raise InputError(Finding("model.no-points"), file=path, field="vertex")
     if vertex.n > MAX_ROWS:
         raise InputError(Finding("model.too-many-elements", limit=MAX_ROWS), file=path)
-    xyz = _take(vertex, ("x", "y", "z"), used)
+    xyz = _take(vertex, ("x", "y", "z"), used_names)
     assert xyz is not None
     points = np.empty((vertex.n, 3))
     for j, column in enumerate(xyz):
         points[:, j] = column
     colors = None
     for triple in COLOR_NAMES:
-        columns = _take(vertex, triple, used)
+        columns = _take(vertex, triple, used_names)
         if columns is not None:
-            used.update(n for n in vertex.plain if n.lower() in ("alpha", "diffuse_alpha", "a"))
+            used_names.update(
+                n for n in vertex.plain if n.lower() in ("alpha", "diffuse_alpha", "a")
+            )
             colors = scale_colors(np.stack(columns, axis=1))
             break
-    normals = _take(vertex, NORMAL_NAMES, used)
+    normals = _take(vertex, NORMAL_NAMES, used_names)
     face = _faces_and_strips(header, tables, messages)
     if face is None:
-        fields = {n: v for n, v in vertex.plain.items() if n not in used}
+        fields = {n: v for n, v in vertex.plain.items() if n not in used_names}
         return drop_invalid_points(
             PointCloud(
                 points,
@@ -125,11 +127,11 @@ def _assemble(
         )
     uv = None
     for pair in UV_NAMES:
-        columns = _take(vertex, pair, used)
+        columns = _take(vertex, pair, used_names)
         if columns is not None:
             uv = np.stack(columns, axis=1).astype(np.float32)
             break
-    fields = {n: v for n, v in vertex.plain.items() if n not in used}
+    fields = {n: v for n, v in vertex.plain.items() if n not in used_names}
     return _mesh(
         header,
         face,
@@ -162,12 +164,12 @@ def _faces_and_strips(
             face = Table(len(triangles), {}, {FACE_NAMES[0]: (counts, triangles.reshape(-1))})
         elif face_name := next((n for n in FACE_NAMES if n in face.lists), None):
             old_counts, indices = face.lists[face_name]
-            joined_values = np.concatenate([_indices(indices), triangles.reshape(-1)])
+            joined_indices = np.concatenate([_indices(indices), triangles.reshape(-1)])
             # Textures and texture coordinates belong only to the faces.
             face = Table(
                 face.n + len(triangles),
                 {},
-                {face_name: (np.append(old_counts, counts), joined_values)},
+                {face_name: (np.append(old_counts, counts), joined_indices)},
             )
     unread = sorted(element_names - STRIP_NAMES - {"vertex", "face"})
     if unread:
@@ -175,13 +177,13 @@ def _faces_and_strips(
     return face
 
 
-def _unroll_strips(counts: IntArray, raw_values: GenericArray) -> IntArray:
+def _unroll_strips(counts: IntArray, strip_indices: GenericArray) -> IntArray:
     """Return the triangles (n, 3) of strips.
 
     -1 begins a new strip (as in G. Turk's models). Every second triangle is reversed so that all
     have the same orientation; degenerate triangles, which only connect parts, are dropped.
     """
-    indices = _indices(raw_values)
+    indices = _indices(strip_indices)
     ends = np.cumsum(counts)
     # Each list is a separate strip, so insert an end marker after each list.
     indices = np.insert(indices, ends[:-1], -1) if len(ends) > 1 else indices
@@ -198,17 +200,17 @@ def _unroll_strips(counts: IntArray, raw_values: GenericArray) -> IntArray:
     return np.ascontiguousarray(triangles[is_valid])
 
 
-def _indices(raw_values: GenericArray) -> IntArray:
-    whole = raw_values if raw_values.dtype.kind in "iu" else whole_numbers(raw_values)
-    return whole.astype(np.int64)
+def _indices(raw_indices: GenericArray) -> IntArray:
+    whole_indices = raw_indices if raw_indices.dtype.kind in "iu" else whole_numbers(raw_indices)
+    return whole_indices.astype(np.int64)
 
 
 def _mesh(
     header: Header, face: Table, vertex_mesh: Mesh, path: Path, messages: list[Finding]
 ) -> Mesh | PointCloud:
     """Return the mesh of the faces with their texture coordinates, textures and vertices."""
-    uv_counts, uv_values = face.lists.get("texcoord", (np.zeros(0, np.int64), np.zeros(0)))
-    faces = _triangles(face, uv_counts, len(uv_values), vertex_mesh.vertices, path, messages)
+    uv_counts, uv_numbers = face.lists.get("texcoord", (np.zeros(0, np.int64), np.zeros(0)))
+    faces = _triangles(face, uv_counts, len(uv_numbers), vertex_mesh.vertices, path, messages)
     materials: tuple[Material, ...] = ()
     offsets = np.zeros(1, np.int64)
     if header.textures:
@@ -223,7 +225,7 @@ def _mesh(
         dict(vertex_mesh.fields),
     )
     if faces.have_uv and len(faces.corners):
-        mesh = _split_by_face_uv(mesh, faces.uv_corners, uv_values)
+        mesh = _split_by_face_uv(mesh, faces.uv_corners, uv_numbers)
     return drop_invalid(mesh, messages, path)
 
 
@@ -256,7 +258,7 @@ class _Triangles:
 def _triangles(
     face: Table,
     uv_counts: IntArray,
-    uv_values: int,
+    n_uv_numbers: int,
     vertices: FloatArray,
     path: Path,
     messages: list[Finding],
@@ -264,7 +266,7 @@ def _triangles(
     """Triangulate the polygons of a table.
 
     `uv_counts` contains the number of values in each face's list of texture coordinates, and
-    `uv_values` their total.
+    `n_uv_numbers` their total.
     """
     key = next((n for n in FACE_NAMES if n in face.lists), None)
     indices: AnyArray
@@ -274,14 +276,14 @@ def _triangles(
     else:
         counts, raw = face.lists[key]
         indices = raw if raw.dtype.kind in "iu" else whole_numbers(raw)
-    have_uv = len(uv_counts) == len(counts) > 0 and uv_values > 0
+    have_uv = len(uv_counts) == len(counts) > 0 and n_uv_numbers > 0
     capacity = int(np.maximum(counts - 2, 0).sum())
     if capacity > MAX_ROWS:
         raise InputError(Finding("model.too-many-elements", limit=MAX_ROWS), file=path)
     if not have_uv and len(counts) and (counts == 3).all():
         # The most common case, without compiled code.
-        triangles, out_of_range = _only_triangles(indices.reshape(-1, 3), len(vertices))
-        polygons, short = np.empty((0, 2), np.int64), 0
+        triangles, n_out_of_range = _only_triangles(indices.reshape(-1, 3), len(vertices))
+        polygons, n_short = np.empty((0, 2), np.int64), 0
     else:
         from vomstudio.io.models.formats import _ply_kernels as k
 
@@ -289,7 +291,7 @@ def _triangles(
         uv_corners = np.empty((capacity if have_uv else 0, 3), np.int32)
         face_of = np.empty(capacity, np.int32)
         polygons = np.empty((int(np.count_nonzero(counts > 3)), 2), np.int64)
-        n = p = out_of_range = short = offset = uv_at = 0
+        n = p = n_out_of_range = n_short = offset = uv_at = 0
         for begin in range(0, len(counts), BLOCK_ROWS):
             part = slice(begin, begin + BLOCK_ROWS)
             part_counts = np.ascontiguousarray(counts[part])
@@ -311,13 +313,13 @@ def _triangles(
             face_uv[face_uv >= 0] += uv_at // 2
             n, p, offset = n + triangle_count, p + polygon_count, end
             uv_at += int(part_uv_counts.sum())
-            out_of_range, short = out_of_range + invalid_count, short + short_count
+            n_out_of_range, n_short = n_out_of_range + invalid_count, n_short + short_count
         triangles = _Triangles(corners[:n], uv_corners[:n], face_of[:n], have_uv)
         polygons = polygons[:p]
-    if out_of_range:
-        messages.append(Finding("model.faces-without-vertices", count=out_of_range))
-    if short:
-        messages.append(Finding("model.faces-incomplete", count=short))
+    if n_out_of_range:
+        messages.append(Finding("model.faces-without-vertices", count=n_out_of_range))
+    if n_short:
+        messages.append(Finding("model.faces-incomplete", count=n_short))
     if len(polygons):
         from vomstudio.io.models.formats import _polygons
 
@@ -331,11 +333,11 @@ def _only_triangles(triples: AnyArray, n_vertices: int) -> tuple[_Triangles, int
         face_of = np.arange(len(triples))
     else:
         face_of = np.flatnonzero(((triples >= 0) & (triples < n_vertices)).all(axis=1))
-    out_of_range = len(triples) - len(face_of)
-    if out_of_range:
+    n_out_of_range = len(triples) - len(face_of)
+    if n_out_of_range:
         triples = triples[face_of]
     corners = triples.astype(np.int32, copy=False)
-    return _Triangles(corners, np.empty((0, 3), np.int32), face_of, False), out_of_range
+    return _Triangles(corners, np.empty((0, 3), np.int32), face_of, False), n_out_of_range
 
 
 def _textured(
@@ -364,7 +366,7 @@ def _textured(
     return faces, materials, offsets
 
 
-def _split_by_face_uv(mesh: Mesh, uv_corners: Int32Array, uv_values: GenericArray) -> Mesh:
+def _split_by_face_uv(mesh: Mesh, uv_corners: Int32Array, uv_numbers: GenericArray) -> Mesh:
     """Return the mesh with the texture coordinates of its faces.
 
     Vertices with several texture coordinates are duplicated.
@@ -373,7 +375,7 @@ def _split_by_face_uv(mesh: Mesh, uv_corners: Int32Array, uv_values: GenericArra
 
     vertices, colors, fields = mesh.vertices, mesh.colors, mesh.fields
     # Each face has its own copies; equal values are merged.
-    pairs = uv_values[: len(uv_values) // 2 * 2].astype(np.float32).reshape(-1, 2)
+    pairs = uv_numbers[: len(uv_numbers) // 2 * 2].astype(np.float32).reshape(-1, 2)
     keys, inverse = np.unique(
         np.ascontiguousarray(pairs).view(np.int64).ravel(), return_inverse=True
     )

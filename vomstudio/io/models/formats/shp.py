@@ -133,9 +133,9 @@ def _points(data: ByteArray, messages: list[Finding]) -> tuple[FloatArray, IntAr
             (n,) = struct.unpack_from("<i", record.content, 36)
             if n < 0 or len(record.content) < 40 + 16 * n + 16 + 8 * n:
                 continue
-            flat_values = np.frombuffer(record.content, "<f8", 2 * n, 40).reshape(-1, 2)
+            plane_coordinates = np.frombuffer(record.content, "<f8", 2 * n, 40).reshape(-1, 2)
             heights = np.frombuffer(record.content, "<f8", n, 40 + 16 * n + 16)
-            positions.append(np.column_stack([flat_values, heights]))
+            positions.append(np.column_stack([plane_coordinates, heights]))
             is_single = False
     points = np.concatenate(positions) if positions else np.empty((0, 3))
     return points, np.array(rows, np.int64) if is_single else None
@@ -157,7 +157,7 @@ def _records(data: ByteArray, messages: list[Finding]) -> Iterator[_Record]:
 def _patch_corners(data: ByteArray, messages: list[Finding]) -> FloatArray:
     """Return the triangles (n, 3, 3) of multipatches."""
     patches: list[FloatArray] = []
-    left_out = 0
+    n_skipped = 0
     for record in _records(data, messages):
         content = record.content
         if record.kind != _MULTI_PATCH or len(content) < 44:
@@ -168,17 +168,17 @@ def _patch_corners(data: ByteArray, messages: list[Finding]) -> FloatArray:
         starts = np.frombuffer(content, "<i4", parts, 44)
         kinds = np.frombuffer(content, "<i4", parts, 44 + 4 * parts)
         offset = 44 + 8 * parts
-        flat_values = np.frombuffer(content, "<f8", 2 * n, offset).reshape(-1, 2)
+        plane_coordinates = np.frombuffer(content, "<f8", 2 * n, offset).reshape(-1, 2)
         points = np.column_stack(
-            [flat_values, np.frombuffer(content, "<f8", n, offset + 16 * n + 16)]
+            [plane_coordinates, np.frombuffer(content, "<f8", n, offset + 16 * n + 16)]
         )
         ends = np.append(starts[1:], n)
         for begin, end, kind in zip(starts.tolist(), ends.tolist(), kinds.tolist(), strict=True):
             triangles = _part_triangles(points[begin:end], kind)
-            left_out += triangles is None
+            n_skipped += triangles is None
             patches += [] if triangles is None else [triangles]
-    if left_out:
-        messages.append(Finding("model.rings-left-out", count=left_out))
+    if n_skipped:
+        messages.append(Finding("model.rings-left-out", count=n_skipped))
     return np.concatenate(patches) if patches else np.empty((0, 3, 3))
 
 
@@ -214,7 +214,7 @@ def _attributes(path: Path, rows: IntArray, messages: list[Finding]) -> Fields:
     count = min(count, (len(table) - header) // width)
     cells = np.frombuffer(table, np.uint8, count * width, header).reshape(count, width)[rows]
     fields: Fields = {}
-    others: list[str] = []
+    other_names: list[str] = []
     offset = 1
     for place in range(32, header - 32 + 1, 32):
         if table[place] == 0x0D:
@@ -224,11 +224,11 @@ def _attributes(path: Path, rows: IntArray, messages: list[Finding]) -> Fields:
         values = _values(cells[:, offset : offset + size], kind, decimals) if size else None
         offset += size
         if values is None:
-            others.append(name)
+            other_names.append(name)
         else:
             fields[name] = values
-    if others:
-        messages.append(Finding("model.columns-left-out", columns=others))
+    if other_names:
+        messages.append(Finding("model.columns-left-out", columns=other_names))
     return fields
 
 

@@ -87,17 +87,22 @@ def _binary(
 ) -> npt.NDArray[np.float32 | np.float64]:
     if len(data) < HEADER_BYTES:
         raise InputError(Finding("file.other-format", format="STL"), file=path)
-    (promised,) = struct.unpack_from("<I", data.data, 80)
-    available = (len(data) - HEADER_BYTES) // RECORD_BYTES
-    count = min(promised, available)
+    (stated_records,) = struct.unpack_from("<I", data.data, 80)
+    available_records = (len(data) - HEADER_BYTES) // RECORD_BYTES
+    count = min(stated_records, available_records)
     if count > MAX_FACES:
         raise InputError(Finding("model.too-many-elements", limit=MAX_FACES), file=path)
-    if available < promised:
+    if available_records < stated_records:
         messages.append(
-            Finding("model.incomplete", count=available, promised=promised, element=tr("faces"))
+            Finding(
+                "model.incomplete",
+                count=available_records,
+                promised=stated_records,
+                element=tr("faces"),
+            )
         )
-    elif available > promised:
-        messages.append(Finding("model.trailing-bytes", count=promised))
+    elif available_records > stated_records:
+        messages.append(Finding("model.trailing-bytes", count=stated_records))
     records = data[HEADER_BYTES : HEADER_BYTES + count * RECORD_BYTES].view(RECORD)
     if records["attribute"].any():
         messages.append(Finding("model.face-colors-unused"))
@@ -150,14 +155,14 @@ def _blocks(text: ByteArray) -> Iterator[tuple[int, bytes]]:
     while begin < len(text):
         block = text[begin : begin + size].tobytes()
         if begin + size < len(text):
-            last = 0
+            last_row = 0
             for match in _VERTEX.finditer(block, max(0, len(block) - LOOK_BACK_BYTES)):
-                last = match.start()
-            if last == 0:
+                last_row = match.start()
+            if last_row == 0:
                 # Enlarge the block until it contains a corner near its end.
                 size *= 2
                 continue
-            block = block[:last]
+            block = block[:last_row]
         yield begin, block
         begin, size = begin + len(block), BLOCK_BYTES
 

@@ -200,9 +200,9 @@ def _columns(layout: Layout, path: Path, messages: list[Finding]) -> ColumnUses:
         if all(n in names for n in triple):
             columns.normals = [names[n] for n in triple]
             break
-    used = {*columns.xyz, *columns.rgb, *columns.normals}
+    used_columns = {*columns.xyz, *columns.rgb, *columns.normals}
     for i, name in enumerate(layout.header):
-        if i not in used:
+        if i not in used_columns:
             label = name or f"column {i + 1}"
             columns.others[i] = (
                 label if label not in columns.others.values() else f"{label} {i + 1}"
@@ -225,14 +225,14 @@ def _columns_by_value(layout: Layout, path: Path, messages: list[Finding]) -> Co
     column = 3
     while column < layout.width:
         triple = values[:, column : column + 3]
-        remaining_values = layout.width - column
+        remaining_columns = layout.width - column
         if (
-            remaining_values >= 3
+            remaining_columns >= 3
             and not columns.rgb
-            and _are_colors(triple, remaining_values in (3, 4, 6))
+            and _are_colors(triple, remaining_columns in (3, 4, 6))
         ):
             columns.rgb = [column, column + 1, column + 2]
-        elif remaining_values >= 3 and not columns.normals and _are_normals(triple):
+        elif remaining_columns >= 3 and not columns.normals and _are_normals(triple):
             columns.normals = [column, column + 1, column + 2]
         else:
             columns.others[column] = f"column {column + 1}"
@@ -271,8 +271,8 @@ def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dic
     Raises InputError with the invalid line.
     """
     progress.stage(tr("Reading the points"), len(data))
-    if len(data) <= FEW_BYTES and (few := plain_numbers(data, layout)) is not None:
-        return few
+    if len(data) <= FEW_BYTES and (parsed_numbers := plain_numbers(data, layout)) is not None:
+        return parsed_numbers
     import pandas
 
     file = io.BytesIO(data)
@@ -324,9 +324,9 @@ def _refuse_ragged(table: Any, data: bytes, layout: Layout, path: Path) -> None:
     """Reject a row with too many or too few cells. Raises InputError with its line."""
     named_width = layout.width if layout.header is None else len(layout.header)
     is_beyond = any(not _is_empty(table[i]) for i in range(named_width, layout.width))
-    last = table[layout.width - 1]
-    suspicious = last.dtype.kind not in "iu" and bool(np.any(last != last))
-    if len(last) > BLOCK_ROWS:
+    last_column = table[layout.width - 1]
+    suspicious = last_column.dtype.kind not in "iu" and bool(np.any(last_column != last_column))
+    if len(last_column) > BLOCK_ROWS:
         import pandas
 
         suspicious |= _is_old(pandas)
@@ -400,13 +400,13 @@ def _cloud(
         points[:, place] = values
         # Freed immediately because it is as large as the result.
         del values, table[i]
-    far = np.zeros(len(points), bool)
+    is_far = np.zeros(len(points), bool)
     for column in points.T:
         is_beyond = np.abs(column) > MAX_COORDINATE_M
         column[is_beyond] = np.nan
-        far |= is_beyond
-    if far.any():
-        messages.append(Finding("model.points-far-away", count=int(far.sum())))
+        is_far |= is_beyond
+    if is_far.any():
+        messages.append(Finding("model.points-far-away", count=int(is_far.sum())))
     colors, normals = _triple(columns.rgb, numeric), _triple(columns.normals, numeric)
     fields: dict[str, AnyArray] = {}
     words = []

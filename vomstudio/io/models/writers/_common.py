@@ -39,17 +39,19 @@ def field_names(
 
     A finding is appended to `messages` for each renamed field.
     """
-    used = {name.casefold() for name in used_names}
+    used_folded_names = {name.casefold() for name in used_names}
     result: dict[str, str] = {}
     for name in fields:
         ascii_name = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_") or "field"
         if ascii_name[0].isdigit():
             ascii_name = f"field_{ascii_name}"
-        label = ascii_name if ascii_name.casefold() not in used else f"field_{ascii_name}"
+        label = (
+            ascii_name if ascii_name.casefold() not in used_folded_names else f"field_{ascii_name}"
+        )
         number = 2
-        while label.casefold() in used:
+        while label.casefold() in used_folded_names:
             label, number = f"{ascii_name}_{number}", number + 1
-        used.add(label.casefold())
+        used_folded_names.add(label.casefold())
         result[name] = label
         if label != name:
             messages.append(Finding("model.field-renamed", field=name, new=label))
@@ -87,14 +89,14 @@ def shortest(values: AnyArray) -> list[float]:
     result = doubles_array.copy()
     is_remaining = np.isfinite(doubles_array)
     for decimals in range(1, 10):
-        rounded_values = np.round(doubles_array, decimals)
-        fits = is_remaining & (rounded_values.astype(np.float32) == values)
-        result[fits] = rounded_values[fits]
+        rounded_numbers = np.round(doubles_array, decimals)
+        fits = is_remaining & (rounded_numbers.astype(np.float32) == values)
+        result[fits] = rounded_numbers[fits]
         is_remaining &= ~fits
         if not is_remaining.any():
             break
-    shortest_values: list[float] = result.tolist()
-    return shortest_values
+    shortest_numbers: list[float] = result.tolist()
+    return shortest_numbers
 
 
 # --- sidecar files -----------------------------------------------------------------------------
@@ -138,15 +140,15 @@ def plan_images(mesh: Mesh, out: WriteRequest) -> Images:
 
 def _unused_name(source: Path, used_names: set[str], out: WriteRequest) -> str:
     stem = plain_name(source.stem) or "texture"
-    ending = source.suffix.lower()
-    if not re.fullmatch(r"\.\w{2,5}", ending):
-        ending = suffix_of(image_bytes(source)[:16])
+    suffix = source.suffix.lower()
+    if not re.fullmatch(r"\.\w{2,5}", suffix):
+        suffix = suffix_of(image_bytes(source)[:16])
     prefixed_text = f"{plain_name(out.path.stem) or 'model'}_{stem}"
-    used = {name.casefold() for name in used_names}
+    used_folded_names = {name.casefold() for name in used_names}
     for number in itertools.count(1):
         for label in (stem, prefixed_text):
-            name = f"{label}{'' if number == 1 else f'_{number}'}{ending}"
-            if name.casefold() in used:
+            name = f"{label}{'' if number == 1 else f'_{number}'}{suffix}"
+            if name.casefold() in used_folded_names:
                 continue
             target = out.path.with_name(name)
             is_available = not os.path.lexists(target) or _same_content(source, target)

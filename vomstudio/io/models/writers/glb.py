@@ -118,11 +118,11 @@ class _Scene:
             self._add_mesh(data)
         else:
             normals = data.normals
-            extra: dict[str, int] = {}
+            extra_attributes: dict[str, int] = {}
             if normals is not None:
                 y_up_normals = np.stack([normals[:, 0], normals[:, 2], -normals[:, 1]], axis=1)
-                extra["NORMAL"] = self._accessor(y_up_normals.astype("<f4"), FLOAT)
-            self._add(self.out.path.stem, slice(None), extra, {"mode": 0})
+                extra_attributes["NORMAL"] = self._accessor(y_up_normals.astype("<f4"), FLOAT)
+            self._add(self.out.path.stem, slice(None), extra_attributes, {"mode": 0})
         if self._error > MAX_ROUNDING_M:
             self.messages.append(Finding("model.positions-rounded", rounding_mm=self._error * 1000))
         for name, values in data.fields.items():
@@ -152,12 +152,12 @@ class _Scene:
             is_used[faces] = True
             rows = np.flatnonzero(is_used)
             local_points = (np.cumsum(is_used) - 1)[faces]
-            extra: dict[str, int] = {}
+            extra_attributes: dict[str, int] = {}
             primitive: dict[str, Any] = {"mode": 4}
             if mesh.uv is not None and len(rows) and not untextured:
                 uv = mesh.uv[rows].astype(np.float64)
                 uv = np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1)
-                extra["TEXCOORD_0"] = self._accessor(uv.astype("<f4"), FLOAT)
+                extra_attributes["TEXCOORD_0"] = self._accessor(uv.astype("<f4"), FLOAT)
             if material is not None:
                 part_material = replace(material, texture=None) if untextured else material
                 primitive["material"] = self._material(part_material)
@@ -167,10 +167,10 @@ class _Scene:
                 local_points.reshape(-1, 1).astype("<u4"), UINT, INDEX_BUFFER
             )
             name = self.out.path.stem if material is None else material.name or "untextured"
-            self._add(name, rows, extra, primitive)
-        loose = len(mesh.vertices) - len(np.unique(mesh.faces))
-        if loose:
-            self.messages.append(Finding("model.loose-points-left-out", count=loose))
+            self._add(name, rows, extra_attributes, primitive)
+        n_loose_vertices = len(mesh.vertices) - len(np.unique(mesh.faces))
+        if n_loose_vertices:
+            self.messages.append(Finding("model.loose-points-left-out", count=n_loose_vertices))
 
     def _add(
         self, name: str, rows: Any, attributes: dict[str, int], primitive: dict[str, Any]
@@ -182,19 +182,19 @@ class _Scene:
                 Finding("model.exceeds-format", format="GLB", alternatives="PLY, OBJ"),
                 file=self.out.path,
             )
-        stored_values = np.stack(
+        stored_colors = np.stack(
             [local_points[:, 0], local_points[:, 2], -local_points[:, 1]], axis=1
         ).astype("<f4")
         deviation = np.abs(
-            stored_values[:, [0, 2, 1]] * np.array([1, -1, 1], np.float32) - local_points
+            stored_colors[:, [0, 2, 1]] * np.array([1, -1, 1], np.float32) - local_points
         )
         self._error = max(self._error, float(deviation.max(initial=0.0)))
-        accessor = self._accessor(stored_values, FLOAT)
-        self.json["accessors"][accessor]["min"] = stored_values.min(axis=0).astype(float).tolist()
-        self.json["accessors"][accessor]["max"] = stored_values.max(axis=0).astype(float).tolist()
+        accessor = self._accessor(stored_colors, FLOAT)
+        self.json["accessors"][accessor]["min"] = stored_colors.min(axis=0).astype(float).tolist()
+        self.json["accessors"][accessor]["max"] = stored_colors.max(axis=0).astype(float).tolist()
         attributes = {"POSITION": accessor, **attributes}
         if data.colors is not None:
-            colors = np.full((len(stored_values), 4), 255, np.uint8)
+            colors = np.full((len(stored_colors), 4), 255, np.uint8)
             colors[:, :3] = data.colors[rows]
             attributes["COLOR_0"] = self._accessor(colors, BYTE)
             self.json["accessors"][-1]["normalized"] = True

@@ -207,15 +207,15 @@ def _columns(
             extra_fields.setdefault(f"normal_{axis}", data.normals[:, k])
     short_fields = _short_names(extra_fields, messages)
     names = field_names(short_fields, header.point_format.dimension_names, messages)
-    extra = []
+    extra_columns = []
     for name, label in names.items():
         values = short_fields[name]
         replacements: dict[str, Any] = {"?": np.dtype(np.uint8), "e": np.dtype(np.float32)}
         stored_replacement = replacements.get(values.dtype.char, values.dtype.newbyteorder("="))
-        extra.append(laspy.ExtraBytesParams(label, stored_replacement))
+        extra_columns.append(laspy.ExtraBytesParams(label, stored_replacement))
         columns.append((label, values.astype(stored_replacement)))
-    if extra:
-        header.add_extra_dims(extra)
+    if extra_columns:
+        header.add_extra_dims(extra_columns)
     return columns
 
 
@@ -230,11 +230,11 @@ def _short_names(fields: dict[str, AnyArray], messages: list[Finding]) -> dict[s
     """Shorten names to the 32 bytes that the format allows."""
     result: dict[str, AnyArray] = {}
     for name, values in fields.items():
-        short = name.encode()[: NAME_BYTES - 8].decode(errors="ignore")
-        label = name if len(name.encode()) <= NAME_BYTES - 8 else short
+        short_name = name.encode()[: NAME_BYTES - 8].decode(errors="ignore")
+        label = name if len(name.encode()) <= NAME_BYTES - 8 else short_name
         number = 2
         while label in result or (label != name and label in fields):
-            label, number = f"{short}_{number}", number + 1
+            label, number = f"{short_name}_{number}", number + 1
         if label != name:
             messages.append(Finding("model.field-renamed", field=name, new=label))
         result[label] = values

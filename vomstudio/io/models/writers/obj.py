@@ -98,10 +98,10 @@ def _write_model(path: Path, out: WriteRequest, names: list[str], library: str |
             return
         has_uv = None
         if data.uv is not None:
-            finite_values: AnyArray = np.asarray(np.isfinite(data.uv).all(axis=1))
-            has_uv = finite_values[data.faces].all(axis=1)
+            is_finite_uv: AnyArray = np.asarray(np.isfinite(data.uv).all(axis=1))
+            has_uv = is_finite_uv[data.faces].all(axis=1)
             for rows in step_rows(len(points), out, tr("Writing texture coordinates")):
-                uv = np.where(finite_values[rows, None], data.uv[rows], np.float32(0))
+                uv = np.where(is_finite_uv[rows, None], data.uv[rows], np.float32(0))
                 write_lines(file, [shortest(uv[:, 0]), shortest(uv[:, 1])], "vt %r %r")
         starts = data.material_offsets if names else np.array([0, len(data.faces)])
         for i, (start, stop) in enumerate(itertools.pairwise(starts)):

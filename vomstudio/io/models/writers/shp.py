@@ -37,7 +37,7 @@ def write(out: WriteRequest) -> list[Finding]:
             file=out.path,
         )
     sidecars = prj_sidecar(out, messages, esri=True)
-    parts = [out.path.with_suffix(ending) for ending in (".shx", ".dbf", ".cpg")]
+    parts = [out.path.with_suffix(suffix) for suffix in (".shx", ".dbf", ".cpg")]
     paths = [out.path, *parts, *(path for path, _ in sidecars)]
     with atomic_group(paths, out.force, out.inputs) as (shp, shx, dbf, cpg, *sidecar_files):
         cpg.write_text("UTF-8", encoding="ascii")

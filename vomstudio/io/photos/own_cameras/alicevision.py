@@ -72,11 +72,11 @@ def read_alicevision(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
         pose_number, pose = poses.get(str(row.get("poseId")), (0, None))
         if pose is None:
             continue
-        lens, unknown = lenses.get(str(fields.get(field, row, "intrinsicId")), (None, None))
+        lens, unknown_model = lenses.get(str(fields.get(field, row, "intrinsicId")), (None, None))
         if lens is None:
             raise fields.damaged(field, tr("its camera does not exist"))
-        if unknown is not None:
-            unknown_models[unknown] += 1
+        if unknown_model is not None:
+            unknown_models[unknown_model] += 1
         name = str(fields.get(field, row, "path")).replace("\\", "/").rpartition("/")[2]
         field = f"poses/{pose_number}/pose/transform"
         transform = _nested(fields, f"poses/{pose_number}", pose, ("pose", "transform"))
@@ -84,10 +84,10 @@ def read_alicevision(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
         centre = fields.numbers(field, transform, "center", 3)
         views.append(fields.call(field, view_of_centre, name, lens, rotation, centre))
     warnings = tuple(unknown_lens(name, count) for name, count in unknown_models.items())
-    turned = [view.moved(1.0, _TURN, np.zeros(3)) for view in views]
+    turned_views = [view.moved(1.0, _TURN, np.zeros(3)) for view in views]
     return [
         Candidate(tr("the file"), views, warnings),
-        Candidate(tr("the frame of Meshroom's OBJ models"), turned, warnings),
+        Candidate(tr("the frame of Meshroom's OBJ models"), turned_views, warnings),
     ]
 
 

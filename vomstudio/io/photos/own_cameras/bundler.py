@@ -60,8 +60,8 @@ def read_bundler(path: Path) -> list[Candidate]:
         if pose[0, 0] != 0.0:
             poses[index] = (first, pose)
     names = _photo_names(path, count)
-    used = [names[index] for index in poses]
-    sizes = read_sizes(path, used)
+    used_names = [names[index] for index in poses]
+    sizes = read_sizes(path, used_names)
     views = list[View]()
     for index, (first, pose) in poses.items():
         name = names[index]
@@ -71,7 +71,7 @@ def read_bundler(path: Path) -> list[Candidate]:
             views.append(view_of_pose(name, lens, rotation, translation))
         except (ValueError, GeometryError) as error:
             raise _damaged(path, str(error), lines[first][0]) from error
-    return [Candidate(tr("the file"), views, tuple(unknown_sizes(sizes, used)))]
+    return [Candidate(tr("the file"), views, tuple(unknown_sizes(sizes, used_names)))]
 
 
 def _lens(row: FloatArray, size: Size | None) -> Intrinsics:

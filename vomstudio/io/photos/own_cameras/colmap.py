@@ -83,8 +83,10 @@ def read_colmap(folder: Path) -> OwnCameras:
     images_of_cameras = list(
         _binary_images(images, lenses) if binary else _text_images(images, lenses)
     )
-    used = Counter(lenses[camera][1] for camera, _ in images_of_cameras)
-    warnings = [unknown_lens(name, count) for name, count in used.items() if name is not None]
+    used_models = Counter(lenses[camera][1] for camera, _ in images_of_cameras)
+    warnings = [
+        unknown_lens(name, count) for name, count in used_models.items() if name is not None
+    ]
     return cameras_of_views(images, (view for _, view in images_of_cameras), None, warnings)
 
 

@@ -43,21 +43,21 @@ def fit_lens(
     x, y = np.meshgrid(np.linspace(-1.0, 1.0, _GRID), np.linspace(-1.0, 1.0, _GRID))
     # Distortion may move points beyond the ideal edge into the photo.
     ideal = 1.2 * half * np.column_stack([x.ravel(), y.ravel()])
-    expected = project(ideal)
-    inside = ((expected >= 0.0) & (expected <= (width, height))).all(axis=1)
-    ideal, expected = ideal[inside], expected[inside]
+    ideal_pixels = project(ideal)
+    inside = ((ideal_pixels >= 0.0) & (ideal_pixels <= (width, height))).all(axis=1)
+    ideal, ideal_pixels = ideal[inside], ideal_pixels[inside]
     if len(ideal) < _MIN_PLACES:
         return Intrinsics.pinhole(width, height, focal, width / 2.0, height / 2.0), np.inf
     rays = np.column_stack([ideal, np.ones(len(ideal))])
 
-    def lens_of(free: FloatArray) -> Intrinsics:
-        fx, fy, cx, cy = free[:4] * focal
-        params = (fx, fy, cx, cy, *free[4:8], free[8], 0.0, 0.0, 0.0)
+    def lens_of(lens_parameters: FloatArray) -> Intrinsics:
+        fx, fy, cx, cy = lens_parameters[:4] * focal
+        params = (fx, fy, cx, cy, *lens_parameters[4:8], lens_parameters[8], 0.0, 0.0, 0.0)
         return Intrinsics("FULL_OPENCV", width, height, tuple(float(value) for value in params))
 
     def residuals(free: FloatArray) -> FloatArray:
         pixels = lens_of(free).project(rays)
-        return np.nan_to_num(pixels - expected, nan=float(width)).ravel()
+        return np.nan_to_num(pixels - ideal_pixels, nan=float(width)).ravel()
 
     start = np.array([1.0, 1.0, width / 2 / focal, height / 2 / focal, *np.zeros(5)])
     solution = least_squares(residuals, start, x_scale="jac", method="lm")

@@ -53,9 +53,9 @@ def select_frame(
     selected_candidates, findings = candidates[0], list[Finding]()
     if bounds is not None:
         fractions = [share_looking(candidate.views, bounds) for candidate in candidates]
-        best = int(np.argmax(fractions))
-        selected_candidates = candidates[best]
-        if fractions[best] < MIN_SHARE_LOOKING:
+        best_frame = int(np.argmax(fractions))
+        selected_candidates = candidates[best_frame]
+        if fractions[best_frame] < MIN_SHARE_LOOKING:
             findings.append(not_looking_finding(path))
         elif len(candidates) > 1:
             findings.append(
@@ -86,6 +86,8 @@ def share_looking(views: Sequence[View], bounds: FloatArray) -> float:
     with np.errstate(divide="ignore", invalid="ignore"):
         low_distance, high_distance = (low - centres) / directions, (high - centres) / directions
     first = np.nanmax(np.minimum(low_distance, high_distance), axis=1)
-    last = np.nanmin(np.maximum(low_distance, high_distance), axis=1)
-    is_looking = (last >= np.maximum(first, 0.0)) & (first <= MAX_DISTANCE_DIAGONALS * diagonal)
+    last_distance = np.nanmin(np.maximum(low_distance, high_distance), axis=1)
+    is_looking = (last_distance >= np.maximum(first, 0.0)) & (
+        first <= MAX_DISTANCE_DIAGONALS * diagonal
+    )
     return float(is_looking.mean())

@@ -54,11 +54,11 @@ def read_metashape(path: Path, root: Element) -> list[Candidate]:
         if transform is None or camera.get("enabled") in ("false", "0"):
             continue
         matrix = _numbers(path, transform, 16).reshape(4, 4)
-        lens, unknown = lenses.get(camera.get("sensor_id"), (None, None))
+        lens, unknown_model = lenses.get(camera.get("sensor_id"), (None, None))
         if lens is None:
             raise _damaged(path, camera, tr("its sensor does not exist"))
-        if unknown is not None:
-            unknown_models.append(unknown)
+        if unknown_model is not None:
+            unknown_models.append(unknown_model)
         outer = transforms.get(camera.get("component_id"))
         if outer is None:
             outer = chunk_transform if not transforms else next(iter(transforms.values()))
@@ -99,10 +99,10 @@ def _view(
     name: str,
     lens: Intrinsics,
     matrix: FloatArray,
-    outer_values: FloatArray,
+    outer_matrix: FloatArray,
 ) -> View:
-    scale = np.cbrt(abs(np.linalg.det(outer_values[:3, :3])))
-    camera_to_world = outer_values @ matrix
+    scale = np.cbrt(abs(np.linalg.det(outer_matrix[:3, :3])))
+    camera_to_world = outer_matrix @ matrix
     try:
         if not scale > 0:
             raise ValueError(tr("the transform of the chunk has no scale"))
@@ -180,11 +180,11 @@ def _project_view(view: View, transformer: Any) -> View:
     centre = view.centre
     ends = np.concatenate([centre + _STEP_M * np.eye(3), centre - _STEP_M * np.eye(3), [centre]])
     x, y, z = transformer.transform(*ends.T, errcheck=True)
-    projected_values = np.column_stack([x, y, z])
-    jacobian = (projected_values[:3] - projected_values[3:6]).T / (2 * _STEP_M)
+    projected_position = np.column_stack([x, y, z])
+    jacobian = (projected_position[:3] - projected_position[3:6]).T / (2 * _STEP_M)
     u, _, vt = np.linalg.svd(jacobian)
     return view_of_centre(
-        view.name, view.intrinsics, view.rotation @ (u @ vt).T, projected_values[6]
+        view.name, view.intrinsics, view.rotation @ (u @ vt).T, projected_position[6]
     )
 
 

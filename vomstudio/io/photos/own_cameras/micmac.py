@@ -55,7 +55,7 @@ def read_micmac(folder: Path) -> list[Candidate]:
         States file and line.
     """
     lenses: dict[Path, tuple[Intrinsics, str | None]] = {}
-    views, unknown_models, wrong = list[View](), list[str](), list[str]()
+    views, unknown_models, invalid_names = list[View](), list[str](), list[str]()
     for path in sorted(folder.glob(f"{_PREFIX}*.xml")):
         root = read_xml(path)
         orientation = root if root.tag == "OrientationConique" else root.find("OrientationConique")
@@ -63,7 +63,7 @@ def read_micmac(folder: Path) -> list[Candidate]:
             raise _damaged(path, root, tr("{name} is missing", name="OrientationConique"))
         _require(path, orientation, "TypeProj", "eProjStenope")
         _require(path, orientation, "ConvOri/KnownConv", _CONVENTION)
-        lens, unknown = _lens_of(path, orientation, lenses)
+        lens, unknown_model = _lens_of(path, orientation, lenses)
         outer = _child(path, orientation, "Externe")
         rows = [_numbers(path, outer, f"ParamRotation/CodageMatr/L{n}", 3) for n in (1, 2, 3)]
         centre = _numbers(path, outer, "Centre", 3)
@@ -72,14 +72,14 @@ def read_micmac(folder: Path) -> list[Candidate]:
             view = view_of_centre(name, lens, np.array(rows).T, centre)
         except (ValueError, GeometryError) as error:
             raise _damaged(path, outer, str(error)) from error
-        if unknown is not None:
-            unknown_models.append(unknown)
+        if unknown_model is not None:
+            unknown_models.append(unknown_model)
         elif _check_error_px(path, orientation, view) > _MAX_CHECK_PX:
-            wrong.append(name)
+            invalid_names.append(name)
         views.append(view)
     warnings = [unknown_lens(name, unknown_models.count(name)) for name in set(unknown_models)]
-    if wrong:
-        warnings.append(unknown_lens("MicMac", len(wrong)))
+    if invalid_names:
+        warnings.append(unknown_lens("MicMac", len(invalid_names)))
     return [Candidate(tr("the file"), views, tuple(warnings))]
 
 
@@ -104,8 +104,8 @@ def _lens_of(
     inner = orientation.find("Interne")
     if inner is not None:
         return _lens(path, inner)
-    stated = _child(path, orientation, "FileInterne").text or ""
-    file = path.with_name(stated.strip().replace("\\", "/").rpartition("/")[2])
+    stated_path = _child(path, orientation, "FileInterne").text or ""
+    file = path.with_name(stated_path.strip().replace("\\", "/").rpartition("/")[2])
     if file not in lenses:
         if not file.is_file():
             raise InputError(Finding("file.missing"), file=file)
@@ -157,9 +157,9 @@ def _distortion(path: Path, model: Element) -> Distortion | None:
 
 def _polynomial(path: Path, radial: Element, model: Element) -> Distortion:
     middle = _numbers(path, radial, "CDist", 2)
-    coefficients = [float(_values(path, each, 1)[0]) for each in radial.findall("CoeffDist")]
+    coefficients = [float(_values(path, element, 1)[0]) for element in radial.findall("CoeffDist")]
     p1, p2, b1, b2 = (
-        float(_values(path, each, 1)[0]) if (each := model.find(name)) is not None else 0.0
+        float(_values(path, element, 1)[0]) if (element := model.find(name)) is not None else 0.0
         for name in ("P1", "P2", "b1", "b2")
     )
 

@@ -74,9 +74,9 @@ def read_nerfstudio(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
     for number, (name, row) in enumerate(zip(names, data["frames"], strict=True)):
         field = f"frames/{number}"
         matrix = fields.numbers(field, row, "transform_matrix", 4, 4)
-        lens, unknown = fields.call(field, _lens, {**data, **row}, sizes.get(name))
-        if unknown is not None:
-            unknown_models[unknown] += 1
+        lens, unknown_model = fields.call(field, _lens, {**data, **row}, sizes.get(name))
+        if unknown_model is not None:
+            unknown_models[unknown_model] += 1
         rotation = (matrix[:3, :3] @ _AXES).T
         views.append(fields.call(field, view_of_centre, name, lens, rotation, matrix[:3, 3]))
     warnings: list[Finding] = [] if has_sizes else unknown_sizes(sizes, names)
@@ -84,11 +84,15 @@ def read_nerfstudio(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
     candidates = [Candidate(tr("the file"), views, tuple(warnings))]
     if "applied_transform" in data:
         applied = fields.numbers("", data, "applied_transform", 3, 4)
-        back = applied[:, :3].T
-        if np.abs(back @ back.T - np.eye(3)).max() > MAX_ROTATION_DEVIATION:
+        inverse_rotation = applied[:, :3].T
+        if np.abs(inverse_rotation @ inverse_rotation.T - np.eye(3)).max() > MAX_ROTATION_DEVIATION:
             raise fields.damaged("applied_transform", tr("the pose matrix is not a rotation"))
-        before = [view.moved(1.0, back, -back @ applied[:, 3]) for view in views]
-        candidates.append(Candidate(tr("the frame before the transform"), before, tuple(warnings)))
+        views_before = [
+            view.moved(1.0, inverse_rotation, -inverse_rotation @ applied[:, 3]) for view in views
+        ]
+        candidates.append(
+            Candidate(tr("the frame before the transform"), views_before, tuple(warnings))
+        )
     return candidates
 
 

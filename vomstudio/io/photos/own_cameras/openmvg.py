@@ -63,11 +63,11 @@ def read_openmvg(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
         pose_number, pose = poses.get(fields.get(field, photo, "id_pose"), (0, None))
         if pose is None:
             continue
-        lens, unknown = lenses.get(fields.get(field, photo, "id_intrinsic"), (None, None))
+        lens, unknown_model = lenses.get(fields.get(field, photo, "id_intrinsic"), (None, None))
         if lens is None:
             raise fields.damaged(field, tr("its camera does not exist"))
-        if unknown is not None:
-            unknown_models[unknown] += 1
+        if unknown_model is not None:
+            unknown_models[unknown_model] += 1
         folder = str(photo.get("local_path", "")).replace("\\", "/").strip("/")
         name = str(fields.get(field, photo, "filename")).replace("\\", "/")
         field = f"extrinsics/{pose_number}/value"

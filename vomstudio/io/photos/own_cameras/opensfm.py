@@ -87,11 +87,11 @@ def read_reconstruction(path: Path, data: Sequence[Mapping[str, Any]]) -> list[C
     views, unknown_models = [], []
     for name, shot in reconstruction["shots"].items():
         field = f"shots/{name}"
-        lens, unknown = lenses.get(fields.get(field, shot, "camera"), (None, None))
+        lens, unknown_model = lenses.get(fields.get(field, shot, "camera"), (None, None))
         if lens is None:
             raise fields.damaged(field, tr("its camera does not exist"))
-        if unknown is not None:
-            unknown_models.append(unknown)
+        if unknown_model is not None:
+            unknown_models.append(unknown_model)
         rotation = _matrix(fields.numbers(field, shot, "rotation", 3))
         translation = fields.numbers(field, shot, "translation", 3)
         views.append(fields.call(field, view_of_pose, name, lens, rotation, translation))

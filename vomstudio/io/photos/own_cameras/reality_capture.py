@@ -66,9 +66,9 @@ def read_reality_capture(path: Path, table: NamedTable) -> list[Candidate]:
     sizes = read_sizes(path, names)
     views, inexact = list[View](), 0
     for row, name in enumerate(names):
-        named = dict(zip(columns, values[row].tolist(), strict=True))
+        value_by_column = dict(zip(columns, values[row].tolist(), strict=True))
         try:
-            lens, error_px = _lens(named, sizes.get(name))
+            lens, error_px = _lens(value_by_column, sizes.get(name))
             views.append(view_of_centre(name, lens, _rotation(angles[row]), places[row]))
         except (ValueError, GeometryError) as error:
             finding = Finding("cameras.invalid-pose", reason=str(error).rstrip("."))
@@ -89,18 +89,20 @@ def _rotation(angles_deg: FloatArray) -> FloatArray:
     return np.asarray((to_world @ _AXES).T, np.float64)
 
 
-def _lens(named: dict[str, float], size: Size | None) -> tuple[Intrinsics, float]:
+def _lens(value_by_column: dict[str, float], size: Size | None) -> tuple[Intrinsics, float]:
     """Return the lens and its error, pixels."""
     if size is None:
         return lens_without_size(), 0.0
     width, height = size
     side = float(max(size))
-    focal = named["f"] / _FILM_MM * side
-    if not (focal > 0 and np.isfinite(list(named.values())).all()):
+    focal = value_by_column["f"] / _FILM_MM * side
+    if not (focal > 0 and np.isfinite(list(value_by_column.values())).all()):
         raise ValueError(tr("the focal length is missing or not positive"))
-    cx = width / 2.0 + named.get("px", 0.0) * side
-    cy = height / 2.0 + named.get("py", 0.0) * side
-    k1, k2, k3, k4, p1, p2 = (named.get(key, 0.0) for key in ("k1", "k2", "k3", "k4", "t1", "t2"))
+    cx = width / 2.0 + value_by_column.get("px", 0.0) * side
+    cy = height / 2.0 + value_by_column.get("py", 0.0) * side
+    k1, k2, k3, k4, p1, p2 = (
+        value_by_column.get(key, 0.0) for key in ("k1", "k2", "k3", "k4", "t1", "t2")
+    )
     params = (focal, focal, cx, cy, k1, k2, p1, p2, k3, 0.0, 0.0, 0.0)
     lens = Intrinsics("FULL_OPENCV", width, height, params)
     if not k4:

@@ -81,8 +81,8 @@ def local_cameras(cameras: OwnCameras) -> Cameras:
     views = cameras.views.values()
     origin = np.floor(np.median([view.centre for view in views], axis=0))
     x, y, z = (int(value) for value in origin)
-    moved = tuple(view.moved(1.0, np.eye(3), -origin) for view in views)
-    return Cameras(moved, cameras.photos or Path("."), (x, y, z))
+    local_views = tuple(view.moved(1.0, np.eye(3), -origin) for view in views)
+    return Cameras(local_views, cameras.photos or Path("."), (x, y, z))
 
 
 def view_of_pose(
