@@ -49,8 +49,8 @@ def set_log_ticks(axis: Axis, font_pt: float) -> None:
     ticks = np.array([low, high])
     for ticks in _log_ticks(low, high):
         letters = max(len(_plain_number(value)) for value in ticks.tolist())
-        needed_values = font_pt * (_LETTER * letters + 1.0 if is_horizontal else 1.5)
-        if points_per_decade * float(np.diff(np.log10(ticks)).min()) >= needed_values:
+        needed_width = font_pt * (_LETTER * letters + 1.0 if is_horizontal else 1.5)
+        if points_per_decade * float(np.diff(np.log10(ticks)).min()) >= needed_width:
             break
     axis.set_major_locator(FixedLocator(ticks.tolist()))
     axis.set_major_formatter(FuncFormatter(lambda value, _: _plain_number(value)))
@@ -59,8 +59,8 @@ def set_log_ticks(axis: Axis, font_pt: float) -> None:
 
 def _log_ticks(low: float, high: float) -> Iterator[FloatArray]:
     """Yield sets of at least two round ticks within a range, the densest first."""
-    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
-    powers = np.power(10.0, np.arange(first, last + 1, dtype=np.float64))
+    first, last_power = math.floor(math.log10(low)), math.ceil(math.log10(high))
+    powers = np.power(10.0, np.arange(first, last_power + 1, dtype=np.float64))
     for steps in ((1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0), (1.0, 2.0, 5.0), (1.0, 3.0)):
         ticks: FloatArray = np.sort(np.outer(powers, steps).ravel())
         ticks = ticks[(ticks >= low * (1 - 1e-9)) & (ticks <= high * (1 + 1e-9))]
@@ -136,8 +136,8 @@ def _drawn_points(axes: Axes) -> FloatArray:
         points = points[np.isfinite(points).all(axis=1)]
         fractions = np.linspace(0.0, 1.0, 20)[:, None, None]
         parts.append((points[:-1] + fractions * np.diff(points, axis=0)).reshape(-1, 2))
-    every = np.concatenate(parts)
-    return every[((every >= 0.0) & (every <= 1.0)).all(axis=1)]
+    all_points = np.concatenate(parts)
+    return all_points[((all_points >= 0.0) & (all_points <= 1.0)).all(axis=1)]
 
 
 _SIDES = ((1, 1), (1, -1), (-1, 1), (-1, -1), (0, 1), (0, -1), (1, 0), (-1, 0))
@@ -179,10 +179,10 @@ def name_symbols(
     renderer = FigureCanvasAgg(figure).get_renderer()
     positions = axes.transData.transform(points)
     half = 0.5 * symbol_pt * figure.dpi / 72.0
-    occupied = [Bbox([position - half, position + half]) for position in positions]
-    occupied += [text.get_window_extent(renderer) for text in axes.texts]
+    occupied_boxes = [Bbox([position - half, position + half]) for position in positions]
+    occupied_boxes += [text.get_window_extent(renderer) for text in axes.texts]
     if (legend := axes.get_legend()) is not None:
-        occupied.append(legend.get_window_extent(renderer))
+        occupied_boxes.append(legend.get_window_extent(renderer))
     inside = axes.get_window_extent(renderer)
     # Also keep a distance from the symbol itself.
     distances = 0.5 * symbol_pt + 1.5
@@ -203,8 +203,8 @@ def name_symbols(
             )
             box = label.get_window_extent(renderer)
             is_within = inside.x0 <= box.x0 and box.x1 <= inside.x1
-            if is_within and not any(box.overlaps(other) for other in occupied):
-                occupied.append(box)
+            if is_within and not any(box.overlaps(occupied_box) for occupied_box in occupied_boxes):
+                occupied_boxes.append(box)
                 break
             label.remove()
 

@@ -86,8 +86,8 @@ def cross_validation_error(
     """
     pycolmap = colmap()
     ids = sorted(reconstruction.point3D_ids())
-    long = [i for i in ids if reconstruction.point3D(i).track.length() >= 3]
-    unseen = set(long[::_FOLD_SIZE])
+    long_tracks = [i for i in ids if reconstruction.point3D(i).track.length() >= 3]
+    unseen = set(long_tracks[::_FOLD_SIZE])
     if not unseen or len(unseen) == len(ids):
         return float("nan")
     fitted_reconstruction, validation_reconstruction = (
@@ -113,22 +113,26 @@ def cross_validation_error(
 
 def free_parameters(camera: Any, freedom: Freedom) -> list[int]:
     """Return the indices of a camera's free parameters."""
-    free = {
+    parameter_indices = {
         "f": freedom.focal,
         "c": freedom.centre,
         "k1": freedom.distortion,
         "k2": freedom.second,
     }
     names = parameter_names(str(camera.model_name))
-    return [i for i, name in enumerate(names) if free.get(name, free.get(name[0], False))]
+    return [
+        i
+        for i, name in enumerate(names)
+        if parameter_indices.get(name, parameter_indices.get(name[0], False))
+    ]
 
 
 def fix_parameters(problem: Any, camera: Any, freedom: Freedom) -> None:
     """Hold the camera parameters that `freedom` does not free constant in a problem."""
     import pyceres
 
-    free = free_parameters(camera, freedom)
-    fixed = [i for i in range(len(camera.params)) if i not in free]
+    parameter_indices = free_parameters(camera, freedom)
+    fixed = [i for i in range(len(camera.params)) if i not in parameter_indices]
     if fixed and problem.has_parameter_block(camera.params):
         manifold = pyceres.SubsetManifold(len(camera.params), fixed)
         problem.set_manifold(camera.params, owned_by_colmap(manifold))

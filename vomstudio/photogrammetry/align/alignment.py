@@ -113,9 +113,9 @@ class Alignment:
             "cameras": [asdict(c) | {"reasons": plain(c.reasons)} for c in self.cameras],
             "notes": plain(self.notes),
         }
-        temporary_values = folder / (_HEADER_FILE + ".part")
-        temporary_values.write_text(json.dumps(head, indent=1), encoding="utf-8")
-        temporary_values.replace(folder / _HEADER_FILE)
+        temporary_path = folder / (_HEADER_FILE + ".part")
+        temporary_path.write_text(json.dumps(head, indent=1), encoding="utf-8")
+        temporary_path.replace(folder / _HEADER_FILE)
 
     @classmethod
     def load(cls, folder: Path) -> Alignment:
@@ -178,9 +178,9 @@ def align(
     pairs = [(i, j) for i, j in choice.pairs if useful[i] and useful[j]]
     matching.match_pairs(database, pairs, progress, threads=threads, seed=options.seed)
     counts = match_database.pair_counts(database)
-    best = _best_matches(len(photos), counts)
-    if max(best, default=0) < _MIN_MATCHES:
-        raise InputError(_no_overlap(photos, features, best))
+    best_counts = _best_matches(len(photos), counts)
+    if max(best_counts, default=0) < _MIN_MATCHES:
+        raise InputError(_no_overlap(photos, features, best_counts))
     settings = mapping.MappingOptions(options.mapper, threads, options.seed)  # type: ignore[arg-type]
     mapped_photos = mapping.map_photos(database, photos, work, settings, progress)
     mapped_photos = (
@@ -220,7 +220,7 @@ def align(
     lengths = np.linalg.norm(mapping.residuals(parts[0]), axis=1)
     alignment = Alignment(
         tuple(parts),
-        tuple(_unregistered(photos, features, best, parts)),
+        tuple(_unregistered(photos, features, best_counts, parts)),
         float(np.nanmean(lengths)) if len(lengths) else float("nan"),
         tuple(cameras),
         int((parts[0].track_lengths >= 3).sum()),
@@ -265,13 +265,13 @@ def find_features(
                 order.append(row)
                 yield task
 
-    counted = _PhotoProgress(progress, lambda: sum(f is not None for f in features))
-    needed = max(extraction_memory(p.width, p.height, settings) for p in photos)
-    for number, result in executor.map(extract, missing(), counted, needed):
+    counting_progress = _PhotoProgress(progress, lambda: sum(f is not None for f in features))
+    needed_memory = max(extraction_memory(p.width, p.height, settings) for p in photos)
+    for number, result in executor.map(extract, missing(), counting_progress, needed_memory):
         row = order[number]
         result.save(folder / f"{keys[row]}.npz")
         features[row] = result
-        counted.step(0)
+        counting_progress.step(0)
     progress.step(len(photos))
     return [f for f in features if f is not None], keys
 
@@ -290,10 +290,10 @@ class _PhotoProgress:
 
 
 def _best_matches(count: int, counts: dict[tuple[int, int], int]) -> list[int]:
-    best = [0] * count
+    best_counts = [0] * count
     for (i, j), matches in counts.items():
-        best[i], best[j] = max(best[i], matches), max(best[j], matches)
-    return best
+        best_counts[i], best_counts[j] = max(best_counts[i], matches), max(best_counts[j], matches)
+    return best_counts
 
 
 def _result_notes(
@@ -330,8 +330,8 @@ def _limit_to_photos(
 ) -> Iterator[Calibration]:
     """Limit calibrations to the named photos, and drop calibrations without any of them."""
     for camera in cameras:
-        if used := tuple(name for name in camera.photos if name in names):
-            yield replace(camera, photos=used)
+        if used_photos := tuple(name for name in camera.photos if name in names):
+            yield replace(camera, photos=used_photos)
 
 
 def _camera_note(camera: Calibration) -> Finding:
@@ -351,7 +351,7 @@ def _camera_note(camera: Calibration) -> Finding:
 
 
 def _no_overlap(
-    photos: Sequence[PhotoLike], features: Sequence[Features], best: Sequence[int]
+    photos: Sequence[PhotoLike], features: Sequence[Features], best_counts: Sequence[int]
 ) -> Finding:
     problems = [
         f"{p.name}: {f.problem}" for p, f in zip(photos, features, strict=True) if f.problem
@@ -363,7 +363,7 @@ def _no_overlap(
         "error",
         photos=[photo.name for photo in photos],
         value=0,
-        matches=max(best, default=0),
+        matches=max(best_counts, default=0),
         least=_MIN_MATCHES,
     )
 
@@ -371,12 +371,12 @@ def _no_overlap(
 def _unregistered(
     photos: Sequence[PhotoLike],
     features: Sequence[Features],
-    best: Sequence[int],
+    best_counts: Sequence[int],
     parts: Sequence[SparseScene],
 ) -> Iterator[tuple[str, Finding]]:
-    placed = {view.name for part in parts for view in part.views}
-    for photo, photo_features, matches in zip(photos, features, best, strict=True):
-        if photo.name in placed:
+    placed_names = {view.name for part in parts for view in part.views}
+    for photo, photo_features, matches in zip(photos, features, best_counts, strict=True):
+        if photo.name in placed_names:
             continue
         if photo_features.problem:
             reason = photo_features.problem

@@ -139,13 +139,16 @@ def _free_contradicted(
         }
         trial = _copy_with_k2(base, trial_freedoms)
         covariances = adjust(trial, trial_freedoms, threads=threads, progress=progress)
-    before = cross_validation_error(base, freedoms, threads=threads, progress=progress)
-    after = cross_validation_error(trial, trial_freedoms, threads=threads, progress=progress)
-    if not after < priors.CONTRADICTED * before:
+    error_before = cross_validation_error(base, freedoms, threads=threads, progress=progress)
+    error_after = cross_validation_error(trial, trial_freedoms, threads=threads, progress=progress)
+    if not error_after < priors.CONTRADICTED * error_before:
         return None
-    for number, off in contradictions.items():
+    for number, contradiction in contradictions.items():
         reason = Finding(
-            "lens.exif-contradicted", off_percent=off, before_px=before, after_px=after
+            "lens.exif-contradicted",
+            off_percent=contradiction,
+            before_px=error_before,
+            after_px=error_after,
         )
         reasons[number] = (reason,)
     return trial, trial_freedoms, covariances
@@ -190,11 +193,15 @@ def _free_lens_parameters(
         trial_freedoms = determined
     verdict: Finding | None = None
     if trial_freedoms != freedoms:
-        before = cross_validation_error(base, freedoms, threads=threads, progress=progress)
-        wider = _copy_with_k2(base, trial_freedoms)
-        after = cross_validation_error(wider, trial_freedoms, threads=threads, progress=progress)
-        if not after <= before:
-            verdict = Finding("lens.held-by-validation", after_px=after, before_px=before)
+        error_before = cross_validation_error(base, freedoms, threads=threads, progress=progress)
+        extended_model = _copy_with_k2(base, trial_freedoms)
+        error_after = cross_validation_error(
+            extended_model, trial_freedoms, threads=threads, progress=progress
+        )
+        if not error_after <= error_before:
+            verdict = Finding(
+                "lens.held-by-validation", after_px=error_after, before_px=error_before
+            )
             trial_freedoms = freedoms
     for number, results in checks.items():
         reasons[number] += (verdict,) if verdict else tuple(results.values())
@@ -206,14 +213,14 @@ def _free_lens_parameters(
 def _copy_with_k2(base: Any, freedoms: Mapping[int, Freedom]) -> Any:
     """Copy a reconstruction and add k2 to the cameras for which it is free."""
     pycolmap = colmap()
-    wider = pycolmap.Reconstruction(base)
+    extended_model = pycolmap.Reconstruction(base)
     for number, freedom in freedoms.items():
-        camera = wider.camera(number)
+        camera = extended_model.camera(number)
         if freedom.second and str(camera.model_name) == "SIMPLE_RADIAL":
             params = [*camera.params, 0.0]
             camera.model = pycolmap.CameraModelId.RADIAL
             camera.params = params
-    return wider
+    return extended_model
 
 
 def _keep_determined(
@@ -233,17 +240,17 @@ def _keep_determined(
     names = priors.parameter_names(str(camera.model_name))
     row_of = {names[place]: row for row, place in enumerate(indices)}
     values = dict(zip(names, camera.params, strict=True))
-    scaled_values = covariance * factor**2
+    scaled_covariance = covariance * factor**2
     corner = float(np.hypot(camera.width, camera.height)) / 2
     if freedom.second:
-        sigma = float(np.sqrt(scaled_values[row_of["k2"], row_of["k2"]]))
+        sigma = float(np.sqrt(scaled_covariance[row_of["k2"], row_of["k2"]]))
         second, checks["k2"] = priors.judge_second(values["f"], corner, values["k2"], sigma)
         freedom = replace(freedom, second=second)
     if freedom.centre:
         rows = [row_of["cx"], row_of["cy"]]
         shift = np.array([values["cx"] - camera.width / 2, values["cy"] - camera.height / 2])
         centre, checks["centre"] = priors.judge_centre(
-            values["f"], corner, shift, scaled_values[np.ix_(rows, rows)]
+            values["f"], corner, shift, scaled_covariance[np.ix_(rows, rows)]
         )
         freedom = replace(freedom, centre=centre)
     return freedom
@@ -289,13 +296,15 @@ def _describe(
     count = len(camera.params)
     sigma = np.zeros(count)
     correlation = np.full((count, count), np.nan)
-    free = free_parameters(camera, freedom)
-    if covariance is not None and len(covariance) == len(free):
+    parameter_indices = free_parameters(camera, freedom)
+    if covariance is not None and len(covariance) == len(parameter_indices):
         formal = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-        sigma[free] = formal * factor
-        correlation[np.ix_(free, free)] = covariance / np.outer(formal, formal)
-    elif free:
-        sigma[free] = np.nan
+        sigma[parameter_indices] = formal * factor
+        correlation[np.ix_(parameter_indices, parameter_indices)] = covariance / np.outer(
+            formal, formal
+        )
+    elif parameter_indices:
+        sigma[parameter_indices] = np.nan
     model = str(camera.model_name)
     return Calibration(
         model,

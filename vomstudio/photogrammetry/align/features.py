@@ -153,7 +153,7 @@ def extract(task: ExtractTask) -> Features:
         with open_picture(task.photo, PHOTOS) as image:
             width, height = image.size
             pixels = _pixels(image, task.options.max_size)
-        use = None if task.mask is None else _mask(task.mask, width, height)
+        usable_mask = None if task.mask is None else _mask(task.mask, width, height)
     except InputError as error:
         problem = Finding(
             "alignment.photo-unreadable", reason=error.message, reason_code=error.code
@@ -169,14 +169,20 @@ def extract(task: ExtractTask) -> Features:
     colors = pixels[pixel_xy[:, 1].clip(0, rows - 1), pixel_xy[:, 0].clip(0, columns - 1)]
     scale = np.array([width / columns, height / rows], np.float32)
     keypoints = keypoints * np.concatenate([scale, np.repeat(scale.mean(), 4)]).astype(np.float32)
-    if use is not None:
+    if usable_mask is not None:
         pixel_xy = keypoints[:, :2].astype(np.intp)
-        keep = use[pixel_xy[:, 1].clip(0, height - 1), pixel_xy[:, 0].clip(0, width - 1)]
-        keypoints, descriptors, colors = keypoints[keep], descriptors[keep], colors[keep]
+        is_unmasked = usable_mask[
+            pixel_xy[:, 1].clip(0, height - 1), pixel_xy[:, 0].clip(0, width - 1)
+        ]
+        keypoints, descriptors, colors = (
+            keypoints[is_unmasked],
+            descriptors[is_unmasked],
+            colors[is_unmasked],
+        )
     missing = None
     if not len(keypoints):
         missing = Finding("alignment.photo-without-features")
-        if use is not None and not use.any():
+        if usable_mask is not None and not usable_mask.any():
             missing = Finding("alignment.photo-masked")
     return Features(keypoints, descriptors, colors, width, height, missing)
 
@@ -210,8 +216,8 @@ def sift(image: ByteArray, options: FeatureOptions) -> tuple[Float32Array, ByteA
             descriptors = np.array(open_model.read_descriptors(1).data, np.uint8).reshape(-1, 128)
         finally:
             open_model.close()
-    largest = _largest(keypoints, options.max_features)
-    return keypoints[largest], descriptors[largest]
+    strongest_rows = _largest(keypoints, options.max_features)
+    return keypoints[strongest_rows], descriptors[strongest_rows]
 
 
 def sizes(keypoints: Float32Array) -> Float32Array:

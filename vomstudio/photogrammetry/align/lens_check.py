@@ -19,7 +19,7 @@ _MIN_RELATIVE_DIFFERENCE = 0.04
 def lens_findings(cameras: Sequence[Calibration]) -> list[Finding]:
     """Find focal lengths that are poorly determined or wrong in EXIF, which stretch depths."""
     vague: dict[str, float] = {}
-    wrong_items: dict[str, float] = {}
+    wrong_changes: dict[str, float] = {}
     for camera in cameras:
         focal, sigma = camera.values[0], camera.sigma[0]
         if camera.exif_px is None:
@@ -28,17 +28,17 @@ def lens_findings(cameras: Sequence[Calibration]) -> list[Finding]:
             if not error <= _MAX_RELATIVE_ERROR:
                 vague |= dict.fromkeys(camera.photos, error)
         elif abs(camera.exif_px / focal - 1) > max(_MIN_RELATIVE_DIFFERENCE, 3 * sigma / focal):
-            wrong_items |= dict.fromkeys(camera.photos, camera.exif_px / focal - 1)
+            wrong_changes |= dict.fromkeys(camera.photos, camera.exif_px / focal - 1)
     findings = []
     if vague:
         error = max(vague.values())
         known_error = error if math.isfinite(error) else None
         findings.append(Finding("focal-vague", photos=tuple(vague), value=known_error))
-    if wrong_items:
-        worst = max(wrong_items.values(), key=abs)
-        percent = 100 * worst
+    if wrong_changes:
+        worst_change = max(wrong_changes.values(), key=abs)
+        percent = 100 * worst_change
         finding = Finding(
-            "focal-wrong", photos=tuple(wrong_items), value=worst, error_percent=percent
+            "focal-wrong", photos=tuple(wrong_changes), value=worst_change, error_percent=percent
         )
         findings.append(finding)
     return findings

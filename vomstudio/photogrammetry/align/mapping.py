@@ -90,16 +90,18 @@ def map_photos(
         notes.append(Finding("alignment.global-mapping"))
     free_text: FreeFocals = "none" if all(has_focal) else "unknown"
     parts = run(database, photos, work, options, progress, free_text)
-    placed = _placed(parts)
-    if any(has_focal) and placed < _MIN_PLACED_SHARE * len(photos):
-        others = run(database, photos, work, options, progress, "all")
-        if _placed(others) > placed:
+    placed_names = _placed(parts)
+    if any(has_focal) and placed_names < _MIN_PLACED_SHARE * len(photos):
+        other_parts = run(database, photos, work, options, progress, "all")
+        if _placed(other_parts) > placed_names:
             notes.append(
                 Finding(
-                    "alignment.exif-focal-dropped", aligned=placed, aligned_without=_placed(others)
+                    "alignment.exif-focal-dropped",
+                    aligned=placed_names,
+                    aligned_without=_placed(other_parts),
                 )
             )
-            return MappingResult(tuple(others), tuple(notes), exif_trusted=False)
+            return MappingResult(tuple(other_parts), tuple(notes), exif_trusted=False)
     return MappingResult(tuple(parts), tuple(notes))
 
 
@@ -129,13 +131,13 @@ def _incremental(
     if free_focals == "unknown":
         settings.constant_cameras = _known_cameras(database)
     progress.stage(tr("Computing poses"), len(photos))
-    placed = [0]
+    placed_count = [0]
 
     def one_more() -> None:
-        placed[0] = min(placed[0] + 1, len(photos))
+        placed_count[0] = min(placed_count[0] + 1, len(photos))
 
     def first_two() -> None:
-        placed[0] = min(placed[0] + 2, len(photos))
+        placed_count[0] = min(placed_count[0] + 2, len(photos))
 
     folder = _empty_folder(work / "mapping")
     reconstructions = cancellable(
@@ -149,9 +151,9 @@ def _incremental(
             cancellation_token=token,
         ),
         progress,
-        lambda: placed[0],
+        lambda: placed_count[0],
     )
-    progress.step(placed[0])
+    progress.step(placed_count[0])
     shutil.rmtree(folder, ignore_errors=True)
     return _largest_first(reconstructions)
 
@@ -204,25 +206,25 @@ def _largest_first(reconstructions: dict[int, Any]) -> list[Any]:
         key=lambda k: (-reconstructions[k].num_reg_images(), -reconstructions[k].num_points3D(), k),
     )
     parts: list[Any] = []
-    placed: set[int] = set()
+    placed_images: set[int] = set()
     for key in order:
         images = set(reconstructions[key].reg_image_ids())
-        if len(images - placed) < 2:
+        if len(images - placed_images) < 2:
             continue
         parts.append(reconstructions[key])
-        placed |= images
+        placed_images |= images
     return parts
 
 
 def shared_images(parts: Sequence[Any]) -> list[set[int]]:
     """List the images of each part that also belong to an earlier part."""
-    shared_items: list[set[int]] = []
-    placed: set[int] = set()
+    images_by_part: list[set[int]] = []
+    placed_images: set[int] = set()
     for part in parts:
         images = set(part.reg_image_ids())
-        shared_items.append(images & placed)
-        placed |= images
-    return shared_items
+        images_by_part.append(images & placed_images)
+        placed_images |= images
+    return images_by_part
 
 
 def remove_images(reconstruction: Any, images: Collection[int]) -> None:
@@ -310,12 +312,12 @@ def scene_of(
 
 def residuals(scene: SparseScene) -> FloatArray:
     """Return the residuals (m, 2), observed minus projected, pixels; NaN behind a camera."""
-    miss = np.full((len(scene.track_views), 2), np.nan)
+    misclosures = np.full((len(scene.track_views), 2), np.nan)
     points = scene.points[scene.track_points]
     for row, view in enumerate(scene.views):
-        mine = scene.track_views == row
-        miss[mine] = scene.track_pixels[mine] - view.project(points[mine])
-    return miss
+        is_of_view = scene.track_views == row
+        misclosures[is_of_view] = scene.track_pixels[is_of_view] - view.project(points[is_of_view])
+    return misclosures
 
 
 def point_errors(scene: SparseScene) -> Float32Array:

@@ -51,7 +51,7 @@ def open_database(
     share a camera.
     """
     lenses = lenses or [0] * len(photos)
-    stated = json.dumps(
+    stated_options = json.dumps(
         [
             [p.name, p.width, p.height, repr(p.camera_key), p.focal_px, k, lens]
             for p, k, lens in zip(photos, keys, lenses, strict=True)
@@ -59,7 +59,7 @@ def open_database(
     )
     note = path.with_suffix(".json")
     try:
-        if read_small(note, JSON_BYTES) == stated.encode() and _is_valid(path):
+        if read_small(note, JSON_BYTES) == stated_options.encode() and _is_valid(path):
             return
     except (InputError, OSError):
         pass
@@ -95,7 +95,7 @@ def open_database(
             database.write_descriptors(row + 1, descriptors)
     finally:
         database.close()
-    note.write_text(stated, encoding="utf-8")
+    note.write_text(stated_options, encoding="utf-8")
 
 
 def image_name(row: int) -> str:
@@ -232,10 +232,12 @@ def copy_pairs(source: Path, target: Path) -> None:
     Raises InputError if the database is invalid.
     """
     pycolmap = colmap()
-    with open_for_reading(source) as database, open_for_reading(target) as other:
+    with open_for_reading(source) as database, open_for_reading(target) as target_database:
         numbers, geometries = database.read_two_view_geometries()
         for number, geometry in zip(numbers, geometries, strict=True):
-            other.write_two_view_geometry(*pycolmap.pair_id_to_image_pair(number), geometry)
+            target_database.write_two_view_geometry(
+                *pycolmap.pair_id_to_image_pair(number), geometry
+            )
 
 
 def matches_of_pair(

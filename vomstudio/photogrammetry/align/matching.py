@@ -64,7 +64,7 @@ def choose_pairs(
     next 10 frames, and with those 20, 40, 80 ... frames later, which closes loops.
     """
     n = len(photos)
-    every = n * (n - 1) // 2
+    n_all_pairs = n * (n - 1) // 2
     if rule == "auto":
         if n <= _MAX_EXHAUSTIVE_PHOTOS:
             rule = "exhaustive"
@@ -73,7 +73,7 @@ def choose_pairs(
     if rule == "exhaustive":
         return PairChoice(
             tuple((i, j) for i in range(n) for j in range(i + 1, n)),
-            Finding("alignment.matched-all", count=every),
+            Finding("alignment.matched-all", count=n_all_pairs),
         )
     if rule == "sequential":
         steps = [*range(1, _SEQUENCE_LENGTH + 1)]
@@ -84,19 +84,22 @@ def choose_pairs(
             "alignment.matched-in-sequence",
             neighbours=_SEQUENCE_LENGTH,
             pairs=len(pairs),
-            total=every,
+            total=n_all_pairs,
         )
         return PairChoice(tuple(sorted(pairs)), finding)
     pairs = {(i, i + s) for s in (1, 2, 3) for i in range(n - s)}
     if rule == "spatial":
         pairs |= _nearest(photos)
         finding = Finding(
-            "alignment.matched-by-gps", neighbours=_NEIGHBOURS, pairs=len(pairs), total=every
+            "alignment.matched-by-gps", neighbours=_NEIGHBOURS, pairs=len(pairs), total=n_all_pairs
         )
     else:
         pairs |= _most_similar(features, progress or SilentProgress())
         finding = Finding(
-            "alignment.matched-by-likeness", neighbours=_NEIGHBOURS, pairs=len(pairs), total=every
+            "alignment.matched-by-likeness",
+            neighbours=_NEIGHBOURS,
+            pairs=len(pairs),
+            total=n_all_pairs,
         )
     return PairChoice(tuple(sorted(pairs)), finding)
 
@@ -132,13 +135,15 @@ def _nearest(photos: Sequence[PhotoLike]) -> set[Pair]:
     from scipy.spatial import cKDTree
 
     positions = _positions(photos)
-    known_rows = np.flatnonzero(~np.isnan(positions[:, 0]))
-    count = min(_NEIGHBOURS + 1, len(known_rows))
-    _, rows = cKDTree(positions[known_rows]).query(positions[known_rows], k=count)
+    known_indices = np.flatnonzero(~np.isnan(positions[:, 0]))
+    count = min(_NEIGHBOURS + 1, len(known_indices))
+    _, rows = cKDTree(positions[known_indices]).query(positions[known_indices], k=count)
     pairs = {
         (int(min(i, j)), int(max(i, j)))
-        for i, near in zip(known_rows, known_rows[rows.reshape(len(known_rows), -1)], strict=True)
-        for j in near
+        for i, neighbours in zip(
+            known_indices, known_indices[rows.reshape(len(known_indices), -1)], strict=True
+        )
+        for j in neighbours
         if i != j
     }
     # Photos without a position are compared with all photos.
@@ -149,24 +154,24 @@ def _nearest(photos: Sequence[PhotoLike]) -> set[Pair]:
 
 def _most_similar(features: Sequence[Features], progress: Progress) -> set[Pair]:
     n = len(features)
-    largest_items: list[Float32Array] = []
+    largest_features: list[Float32Array] = []
     for f in features:
         largest_rows = np.argsort(-sizes(f.keypoints), kind="stable")[:_PRESELECTION_FEATURES]
         d = f.descriptors[largest_rows].astype(np.float32)
-        largest_items.append(d / np.maximum(np.linalg.norm(d, axis=1, keepdims=True), 1e-6))
+        largest_features.append(d / np.maximum(np.linalg.norm(d, axis=1, keepdims=True), 1e-6))
     score = np.zeros((n, n), np.int32)
-    every = n * (n - 1) // 2
-    progress.stage(tr("Finding similar photos"), every)
+    n_all_pairs = n * (n - 1) // 2
+    progress.stage(tr("Finding similar photos"), n_all_pairs)
     for i in range(n):
-        progress.step(every - (n - i) * (n - i - 1) // 2)
+        progress.step(n_all_pairs - (n - i) * (n - i - 1) // 2)
         for j in range(i + 1, n):
-            score[i, j] = score[j, i] = _mutual_matches(largest_items[i], largest_items[j])
+            score[i, j] = score[j, i] = _mutual_matches(largest_features[i], largest_features[j])
     pairs: set[Pair] = set()
     for i in range(n):
-        best = np.argsort(-score[i], kind="stable")
+        best_rows = np.argsort(-score[i], kind="stable")
         pairs |= {
             (min(i, int(j)), max(i, int(j)))
-            for j in best[:_NEIGHBOURS]
+            for j in best_rows[:_NEIGHBOURS]
             if score[i, j] > 3 and j != i
         }
     return pairs
@@ -177,13 +182,15 @@ def _mutual_matches(a: Float32Array, b: Float32Array) -> int:
     if len(a) < 2 or len(b) < 2:
         return 0
     cosine = a @ b.T
-    best = cosine.argmax(axis=1)
+    best_columns = cosine.argmax(axis=1)
     first = cosine.max(axis=1)
-    others = cosine.copy()
-    others[np.arange(len(a)), best] = -1
+    second_best = cosine.copy()
+    second_best[np.arange(len(a)), best_columns] = -1
     # Lowe's ratio test with a threshold of 0.8, applied to angles.
-    clear = np.arccos(np.clip(first, -1, 1)) < 0.8 * np.arccos(np.clip(others.max(axis=1), -1, 1))
-    return int((clear & (cosine.argmax(axis=0)[best] == np.arange(len(a)))).sum())
+    clear = np.arccos(np.clip(first, -1, 1)) < 0.8 * np.arccos(
+        np.clip(second_best.max(axis=1), -1, 1)
+    )
+    return int((clear & (cosine.argmax(axis=0)[best_columns] == np.arange(len(a)))).sum())
 
 
 def match_pairs(
@@ -219,11 +226,11 @@ def match_pairs(
         tempfile.TemporaryDirectory(prefix="vom-pairs-") as folder,
         open_existing(path) as database_view,
     ):
-        before = count_compared(database_view)
+        n_compared_before = count_compared(database_view)
 
         def now_finished() -> int:
             try:
-                return finished_count + count_compared(database_view) - before
+                return finished_count + count_compared(database_view) - n_compared_before
             except RuntimeError:
                 # COLMAP is merging its log into the database.
                 return finished_count

@@ -146,16 +146,16 @@ def select_free_parameters(
         Whether the photos could be placed with the EXIF focal length.
     """
     distortion = photos >= MIN_PHOTOS_DISTORTION
-    weak = convergence < CONVERGENT_DEG
+    is_weak = convergence < CONVERGENT_DEG
     if not is_known:
-        if weak:
+        if is_weak:
             return Freedom(True, distortion), Finding("lens.focal-weak", spread_deg=convergence)
         return Freedom(True, distortion), Finding(
             "lens.focal-estimated-without-exif", spread_deg=convergence
         )
     if not is_trusted:
         return Freedom(True, distortion), Finding("lens.exif-unusable")
-    if weak:
+    if is_weak:
         return Freedom(False, distortion), Finding(
             "lens.focal-held-one-direction", spread_deg=convergence, least_deg=CONVERGENT_DEG
         )
@@ -198,11 +198,11 @@ def free_lens_parameters(freedom: Freedom, photos: int, convergence: float) -> F
 
     Call this after `select_free_parameters`.
     """
-    enough = freedom.distortion and photos >= MIN_PHOTOS
+    has_enough_photos = freedom.distortion and photos >= MIN_PHOTOS
     return replace(
         freedom,
-        second=enough,
-        centre=enough and freedom.focal and convergence >= CONVERGENT_DEG,
+        second=has_enough_photos,
+        centre=has_enough_photos and freedom.focal and convergence >= CONVERGENT_DEG,
     )
 
 
@@ -214,13 +214,13 @@ def judge_second(focal: float, corner_px: float, k2: float, sigma: float) -> tup
     radius = np.linspace(0.02, 1.0, 50) * corner_px / focal
     bend = focal * k2 * radius**5
     alternatives = np.column_stack([radius, radius**3])
-    remaining_values = bend - alternatives @ np.linalg.lstsq(alternatives, bend, rcond=None)[0]
-    effect, sigmas = float(np.abs(remaining_values).max()), abs(k2) / sigma if sigma > 0 else 0.0
-    if effect >= MIN_EFFECT_PX and sigmas >= MIN_SIGMAS:
-        return True, Finding("lens.distortion-estimated", effect_px=effect, times=sigmas)
+    bend_residuals = bend - alternatives @ np.linalg.lstsq(alternatives, bend, rcond=None)[0]
+    bend_effect, sigmas = float(np.abs(bend_residuals).max()), abs(k2) / sigma if sigma > 0 else 0.0
+    if bend_effect >= MIN_EFFECT_PX and sigmas >= MIN_SIGMAS:
+        return True, Finding("lens.distortion-estimated", effect_px=bend_effect, times=sigmas)
     return False, Finding(
         "lens.distortion-held",
-        effect_px=effect,
+        effect_px=bend_effect,
         times=sigmas,
         least_px=MIN_EFFECT_PX,
         least_times=MIN_SIGMAS,
@@ -239,19 +239,19 @@ def judge_centre(
     """
     # The effect of the shift that a rotation of the camera does not compensate for.
     distance = float(np.linalg.norm(shift))
-    effect = distance * (corner_px / focal) ** 2
+    centre_effect = distance * (corner_px / focal) ** 2
     sigma = float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
     is_estimated = (
-        effect >= MIN_EFFECT_PX
+        centre_effect >= MIN_EFFECT_PX
         and sigma <= MAX_CENTRE_SIGMA * 2 * corner_px
         and distance <= MAX_CENTRE_SHIFT * 2 * corner_px
     )
     values = {"x_px": float(shift[0]), "y_px": float(shift[1]), "sigma_px": sigma}
     if is_estimated:
-        reason = Finding("lens.centre-estimated", effect_px=effect, **values)
-    elif effect < MIN_EFFECT_PX:
+        reason = Finding("lens.centre-estimated", effect_px=centre_effect, **values)
+    elif centre_effect < MIN_EFFECT_PX:
         reason = Finding(
-            "lens.centre-held-small", effect_px=effect, least_px=MIN_EFFECT_PX, **values
+            "lens.centre-held-small", effect_px=centre_effect, least_px=MIN_EFFECT_PX, **values
         )
     elif distance > MAX_CENTRE_SHIFT * 2 * corner_px:
         reason = Finding("lens.centre-held-far", **values)

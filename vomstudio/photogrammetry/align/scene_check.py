@@ -167,14 +167,14 @@ def overlap_matrix(scene: SparseScene, grid: int = 8) -> FloatArray:
             continue
         x, y = np.meshgrid(steps * view.intrinsics.width, steps * view.intrinsics.height)
         pixels = np.column_stack([x.ravel(), y.ravel()])
-        nearest = ((pixels[:, None] - tie_pixels[None]) ** 2).sum(axis=2).argmin(axis=1)
+        nearest_points = ((pixels[:, None] - tie_pixels[None]) ** 2).sum(axis=2).argmin(axis=1)
         rays = view.intrinsics.rays(pixels)
         is_visible = np.isfinite(rays).all(axis=1)
-        camera = rays[is_visible] * depths[nearest[is_visible], None]
+        camera = rays[is_visible] * depths[nearest_points[is_visible], None]
         positions = (camera - view.translation) @ view.rotation
-        for j, other in enumerate(scene.views):
+        for j, other_view in enumerate(scene.views):
             if i != j and len(positions):
-                fractions[i, j] = _is_on_photo(other, positions).mean()
+                fractions[i, j] = _is_on_photo(other_view, positions).mean()
     return fractions
 
 
@@ -185,8 +185,8 @@ def face_normal(scene: SparseScene) -> FloatArray:
         return -np.asarray(scene.views[0].direction)
     centre = np.median(points, axis=0)
     distances = np.linalg.norm(points - centre, axis=1)
-    near = points[distances <= np.quantile(distances, 0.9)]
-    _, _, axes = np.linalg.svd(near - near.mean(axis=0), full_matrices=False)
+    near_points = points[distances <= np.quantile(distances, 0.9)]
+    _, _, axes = np.linalg.svd(near_points - near_points.mean(axis=0), full_matrices=False)
     normal = axes[-1]
     return np.asarray(normal * (1.0 if (scene.centres.mean(axis=0) - centre) @ normal > 0 else -1))
 
@@ -257,27 +257,31 @@ def _point_findings(
     findings = []
     names = [view.name for view in scene.views]
     counts = np.bincount(scene.track_views, minlength=len(names))
-    weak = tuple(n for n, c in zip(names, counts, strict=True) if c < _WEAK_POINTS)
-    if weak:
+    weak_photos = tuple(n for n, c in zip(names, counts, strict=True) if c < _WEAK_POINTS)
+    if weak_photos:
         findings.append(
-            Finding("weak-photos", photos=weak, value=float(counts.min()), least=_WEAK_POINTS)
+            Finding(
+                "weak-photos", photos=weak_photos, value=float(counts.min()), least=_WEAK_POINTS
+            )
         )
     view_counts = count_views_of_points(scene)
     if len(names) >= limits.fewest_photos and len(view_counts):
         median = float(np.median(view_counts))
         if median < limits.views:
-            few = tuple(n for n, v in zip(names, views, strict=True) if not v >= 3.0)
-            findings.append(Finding("few-views", photos=few, value=median))
+            photos_with_few = tuple(n for n, v in zip(names, views, strict=True) if not v >= 3.0)
+            findings.append(Finding("few-views", photos=photos_with_few, value=median))
     if len(names) > 1:
-        best = overlap.max(axis=1)
-        low_overlap = tuple(n for n, b in zip(names, best, strict=True) if b < limits.overlap)
+        best_overlap = overlap.max(axis=1)
+        low_overlap = tuple(
+            n for n, b in zip(names, best_overlap, strict=True) if b < limits.overlap
+        )
         if low_overlap:
             findings.append(
                 Finding(
                     "low-overlap",
                     photos=low_overlap,
-                    value=float(best.min()),
-                    overlap=100 * float(best[best < limits.overlap].max()),
+                    value=float(best_overlap.min()),
+                    overlap=100 * float(best_overlap[best_overlap < limits.overlap].max()),
                 )
             )
     errors = scene.errors_px[np.isfinite(scene.errors_px)]
@@ -310,7 +314,7 @@ def _size_findings(scene: SparseScene, gsd: FloatArray, limits: Limits) -> list[
     distance = (
         np.abs(np.log(np.where(is_known, gsd, median) / median)) > math.log(limits.gsd_ratio) / 2
     )
-    names = tuple(view.name for view, far in zip(scene.views, distance, strict=True) if far)
+    names = tuple(view.name for view, is_far in zip(scene.views, distance, strict=True) if is_far)
     return [Finding("gsd-spread", photos=names, value=ratio)]
 
 
@@ -332,7 +336,7 @@ def _direction_findings(scene: SparseScene, limits: Limits) -> list[Finding]:
 def _position_findings(scene: SparseScene, gsd: FloatArray, limits: Limits) -> list[Finding]:
     """Find photos taken from the same position (textbook 3.2.1)."""
     centres = scene.centres
-    turned_items: list[tuple[str, str]] = []
+    turned_photos: list[tuple[str, str]] = []
     for i in range(len(centres)):
         for j in range(i + 1, len(centres)):
             a, b = scene.views[i], scene.views[j]
@@ -343,16 +347,19 @@ def _position_findings(scene: SparseScene, gsd: FloatArray, limits: Limits) -> l
             if np.linalg.norm(centres[i] - centres[j]) > limits.same_place * distance:
                 continue
             angle = math.degrees(math.acos(float(np.clip(a.direction @ b.direction, -1, 1))))
-            one, two = (
+            first_sigma, second_sigma = (
                 f / max(v.intrinsics.width, v.intrinsics.height)
                 for f, v in zip(focal, (a, b), strict=True)
             )
-            if angle > limits.turn_deg or max(one / two, two / one) > limits.zoom:
-                turned_items.append((a.name, b.name))
-    if not turned_items:
+            if (
+                angle > limits.turn_deg
+                or max(first_sigma / second_sigma, second_sigma / first_sigma) > limits.zoom
+            ):
+                turned_photos.append((a.name, b.name))
+    if not turned_photos:
         return []
-    names = tuple(dict.fromkeys(name for pair in turned_items for name in pair))
-    return [Finding("same-position", photos=names, value=float(len(turned_items)))]
+    names = tuple(dict.fromkeys(name for pair in turned_photos for name in pair))
+    return [Finding("same-position", photos=names, value=float(len(turned_photos)))]
 
 
 def _is_metric(scene: SparseScene) -> bool:
@@ -366,5 +373,5 @@ def _line_findings(scene: SparseScene, limits: Limits) -> list[Finding]:
     width = straightness(scene.centres)
     if width >= limits.straight:
         return []
-    across_component = width * float(np.linalg.norm(scene.centres.std(axis=0)))
-    return [Finding("collinear", photos=(), value=width, width=across_component)]
+    crosswise_width = width * float(np.linalg.norm(scene.centres.std(axis=0)))
+    return [Finding("collinear", photos=(), value=width, width=crosswise_width)]

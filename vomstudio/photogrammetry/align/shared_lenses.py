@@ -46,7 +46,7 @@ def separate_lenses(
     features: Sequence[Features],
     work: Path,
     options: MappingOptions,
-    present: Sequence[Any],
+    present_images: Sequence[Any],
     progress: Progress,
 ) -> MappingResult | None:
     """Map the photos with separate lenses.
@@ -56,7 +56,7 @@ def separate_lenses(
     database : database of these photos, with matches
     """
     groups = unknown_groups(photos)
-    if not groups or not present:
+    if not groups or not present_images:
         return None
     scratch = work / "lenses"
     shutil.rmtree(scratch, ignore_errors=True)
@@ -83,7 +83,7 @@ def separate_lenses(
         merged_database = _database(database, scratch / "joined.db", photos, features, lenses)
         mapped_photos = mapping.map_photos(merged_database, photos, scratch, options, progress)
         if not mapped_photos.reconstructions or not _is_better(
-            mapped_photos.reconstructions[0], present[0]
+            mapped_photos.reconstructions[0], present_images[0]
         ):
             return None
     finally:
@@ -96,7 +96,7 @@ def separate_lenses(
             for focal, n in sizes
         ),
         after_px=_error(mapped_photos.reconstructions[0]),
-        before_px=_error(present[0]),
+        before_px=_error(present_images[0]),
     )
     return replace(mapped_photos, notes=(*mapped_photos.notes, note))
 
@@ -169,8 +169,8 @@ def _merge_similar(
         }
         order = sorted(placed_group, key=lambda r: focal[r])
         clusters = [[order[0]]]
-        for before, row in itertools.pairwise(order):
-            if np.log(focal[row] / focal[before]) > _LENS_TOLERANCE:
+        for previous_row, row in itertools.pairwise(order):
+            if np.log(focal[row] / focal[previous_row]) > _LENS_TOLERANCE:
                 clusters.append([])
             clusters[-1].append(row)
         clusters.sort(key=len, reverse=True)
@@ -181,10 +181,10 @@ def _merge_similar(
     return lenses, sizes
 
 
-def _is_better(one: Any, other: Any) -> bool:
-    return one.num_reg_images() >= other.num_reg_images() and _error(
-        one
-    ) < _MAX_ERROR_RATIO * _error(other)
+def _is_better(first_model: Any, second_model: Any) -> bool:
+    return first_model.num_reg_images() >= second_model.num_reg_images() and _error(
+        first_model
+    ) < _MAX_ERROR_RATIO * _error(second_model)
 
 
 def _error(reconstruction: Any) -> float:

@@ -172,8 +172,8 @@ def _not_written(path: Path, error: OSError) -> TargetError:
 
 def file_name(photo: str) -> str:
     """Return a file name without folders for a photo's results, unique to the photo."""
-    plain = re.sub(r"[^A-Za-z0-9._-]", "_", Path(photo).stem)[:40]
-    return f"{plain}-{hashlib.sha256(photo.encode()).hexdigest()[:8]}"
+    safe_stem = re.sub(r"[^A-Za-z0-9._-]", "_", Path(photo).stem)[:40]
+    return f"{safe_stem}-{hashlib.sha256(photo.encode()).hexdigest()[:8]}"
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -43,8 +43,8 @@ def workers_at_once(needed_bytes: int, threads: int) -> int:
 
 def fitting_size(wanted_px: int, needed_bytes: Callable[[int], int]) -> int:
     """Return the largest long side, up to `wanted_px`, for which enough memory is available."""
-    free_values = MAX_MEMORY_SHARE * available_bytes()
+    usable_memory = MAX_MEMORY_SHARE * available_bytes()
     size = wanted_px
-    while size > _SMALLEST_PX and needed_bytes(size) > free_values:
+    while size > _SMALLEST_PX and needed_bytes(size) > usable_memory:
         size = max(_SMALLEST_PX, int(size * 0.9))
     return size

@@ -113,7 +113,7 @@ def merge(inverse, steps, tolerance, least, most, fewest, merged, agreement_coun
         for i in range(w):
             merged[j, i] = 0.0
             agreement_counts[j, i] = 0
-            best = 0.0
+            best_score = 0.0
             for a in range(n):
                 q = inverse[a, j, i]
                 if q < least or q > most:
@@ -128,8 +128,8 @@ def merge(inverse, steps, tolerance, least, most, fewest, merged, agreement_coun
                         weight += one
                         total += one * p
                         votes += 1
-                if votes >= fewest and weight > best:
-                    best = weight
+                if votes >= fewest and weight > best_score:
+                    best_score = weight
                     merged[j, i] = total / weight
                     agreement_counts[j, i] = votes
 

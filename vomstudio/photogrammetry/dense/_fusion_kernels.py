@@ -85,8 +85,8 @@ def compare(  # type: ignore[no-untyped-def]
             off_y = fy * ((y + e * p1) / depth_here - y / z)
             distance_px = math.sqrt(off_x * off_x + off_y * off_y)
             if distance_px > most_px or abs(e) > most_part * b2:
-                is_large = distance_px > 3.0 * most_px or e > 3.0 * most_part * b2
-                if e > 0.0 and is_large and votes[j, i, 1] < 254:
+                is_too_large = distance_px > 3.0 * most_px or e > 3.0 * most_part * b2
+                if e > 0.0 and is_too_large and votes[j, i, 1] < 254:
                     votes[j, i, 1] += 1
                 continue
             m0, m1, m2 = normals[j, i, 0], normals[j, i, 1], normals[j, i, 2]

@@ -44,7 +44,7 @@ def _cost(u, v, rx, ry, z, nx, ny, nz, source, width, height, a, b, lens, patch,
     h00, h01, h02 = a[0, 0] + b[0] * g0, a[0, 1] + b[0] * g1, a[0, 2] + b[0] * g2
     h10, h11, h12 = a[1, 0] + b[1] * g0, a[1, 1] + b[1] * g1, a[1, 2] + b[1] * g2
     h20, h21, h22 = a[2, 0] + b[2] * g0, a[2, 1] + b[2] * g1, a[2, 2] + b[2] * g2
-    one = np.float32(1.0)
+    one_f32 = np.float32(1.0)
     s1, s2, s12 = np.float32(0.0), np.float32(0.0), np.float32(0.0)
     k = 0
     for dy in range(-RADIUS, RADIUS + 1, STRIDE):
@@ -57,25 +57,25 @@ def _cost(u, v, rx, ry, z, nx, ny, nz, source, width, height, a, b, lens, patch,
             w = h20 * x + h21 * y + h22
             if w <= np.float32(1e-6):
                 return np.float32(WORST)
-            w = one / w
+            w = one_f32 / w
             p, q = (h00 * x + h01 * y + h02) * w, (h10 * x + h11 * y + h12) * w
             if not (p >= 0.0 and q >= 0.0 and p < width - 1 and q < height - 1):
                 return np.float32(WORST)
             i, j = int(p), int(q)
             fx, fy = p - np.float32(i), q - np.float32(j)
-            upper = source[j, i] + (source[j, i + 1] - source[j, i]) * fx
+            upper_value = source[j, i] + (source[j, i + 1] - source[j, i]) * fx
             lower = source[j + 1, i] + (source[j + 1, i + 1] - source[j + 1, i]) * fx
-            value = upper + (lower - upper) * fy
-            weighted = weights[k] * value
-            s1 += weighted
-            s2 += weighted * value
-            s12 += weighted * patch[k]
+            value = upper_value + (lower - upper_value) * fy
+            weighted_value = weights[k] * value
+            s1 += weighted_value
+            s2 += weighted_value * value
+            s12 += weighted_value * patch[k]
             k += 1
     variance = s2 - s1 * s1
     if variance < np.float32(1e-5) or moments[1] < np.float32(1e-5):
         return np.float32(WORST)
     r = (s12 - s1 * moments[0]) / math.sqrt(variance * moments[1])
-    return min(max(one - r, np.float32(0.0)), np.float32(WORST))
+    return min(max(one_f32 - r, np.float32(0.0)), np.float32(WORST))
 
 
 @fastmath_part
@@ -109,16 +109,16 @@ def _select_sources(trial, selection, count):  # type: ignore[no-untyped-def]
     Returns the sum of the costs of the plane in these sources; the costs in `trial` are
     overwritten.
     """
-    best = np.float32(0.0)
+    best_cost = np.float32(0.0)
     for k in range(count):
         c = 0
         for s in range(1, len(trial)):
             if trial[s] < trial[c]:
                 c = s
         selection[k] = c
-        best += trial[c]
+        best_cost += trial[c]
         trial[c] = np.float32(9.0)
-    return best
+    return best_cost
 
 
 @step
@@ -162,11 +162,11 @@ def _ray_depth(ax, ay, az, deep, p, q, fx, fy, rx, ry):  # type: ignore[no-untyp
     """
     scaled_depth = ax * p * fx
     scaled_depth += ay * q * fy + az
-    along_component = ax * rx + ay * ry + az
+    direction_product = ax * rx + ay * ry + az
     return (
         np.float32(0.0)
-        if along_component > np.float32(-0.05)
-        else deep * scaled_depth / along_component
+        if direction_product > np.float32(-0.05)
+        else deep * scaled_depth / direction_product
     )
 
 
@@ -262,7 +262,7 @@ def sweep(  # type: ignore[no-untyped-def]
                     moments,
                 )
                 trial[s] = costs[y, x, s]
-            best = fraction * _select_sources(trial, selection, count)
+            best_cost = fraction * _select_sources(trial, selection, count)
             for k in range(11):
                 if k < 8:
                     i, j = _neighbour(k, x, y, reach)
@@ -311,10 +311,10 @@ def sweep(  # type: ignore[no-untyped-def]
                         weights,
                         moments,
                     )
-                    if total >= best:
+                    if total >= best_cost:
                         break
-                if total < best:
-                    best, z = total, d
+                if total < best_cost:
+                    best_cost, z = total, d
                     nx, ny, nz = ax, ay, az
                     # The next sweep, or `measure`, updates the costs in the other sources.
             depth[y, x] = z

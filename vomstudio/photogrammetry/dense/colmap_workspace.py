@@ -156,9 +156,9 @@ def _depth_map_from_colmap(photo: Undistorted, depth: Any, normal: Any, plan: An
             Finding("dense.map-size", width=depth.shape[1], height=depth.shape[0]),
             file=photo.view.name,
         )
-    is_good = (depth > plan.near) & (depth < plan.far) & photo.valid & normal.any(axis=2)
-    depth[~is_good] = 0.0
-    normal[~is_good] = 0.0
+    is_valid = (depth > plan.near) & (depth < plan.far) & photo.valid & normal.any(axis=2)
+    depth[~is_valid] = 0.0
+    normal[~is_valid] = 0.0
     # These depths are consistent with at least two other photos, or COLMAP would have dropped them.
-    confidence = np.where(is_good, 191, 0).astype(np.uint8)
+    confidence = np.where(is_valid, 191, 0).astype(np.uint8)
     return DepthMap(photo.view.name, photo.view, depth, normal, confidence)

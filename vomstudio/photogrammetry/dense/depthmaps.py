@@ -160,17 +160,17 @@ def depth_map(task: DepthTask) -> DepthMap:
         If a photo cannot be read.
     """
     _check_task(task)
-    view, valid = task.reference.view, task.reference.valid
-    if not valid.any():
-        return _empty(view, valid.shape)
-    first = (view, task.reference.gray(), valid)
-    others = [(source.view, source.gray(), source.valid) for source in task.sources]
-    merged, agreeing_photos = _rectified_depths(task, first, others)
+    view, is_valid = task.reference.view, task.reference.valid
+    if not is_valid.any():
+        return _empty(view, is_valid.shape)
+    first = (view, task.reference.gray(), is_valid)
+    other_photos = [(source.view, source.gray(), source.valid) for source in task.sources]
+    merged_depths, agreeing_photos = _rectified_depths(task, first, other_photos)
     # Remove the noise that small windows leave, without smoothing across edges.
-    merged = _planes(view, merged, 1.0, 1, 1)[1]
-    if PATCHMATCH in task.methods and _measured_share(task, merged) < task.options.enough:
-        _fill_by_patchmatch(task, first, others, merged, agreeing_photos)
-    return _finish(first, others, merged, agreeing_photos)
+    merged_depths = _planes(view, merged_depths, 1.0, 1, 1)[1]
+    if PATCHMATCH in task.methods and _measured_share(task, merged_depths) < task.options.enough:
+        _fill_by_patchmatch(task, first, other_photos, merged_depths, agreeing_photos)
+    return _finish(first, other_photos, merged_depths, agreeing_photos)
 
 
 def memory_needed(width: int, height: int, sources: int = SOURCES) -> int:
@@ -186,18 +186,18 @@ Photo = tuple[View, ByteArray, BoolArray]
 
 
 def _rectified_depths(
-    task: DepthTask, first: Photo, others: Sequence[Photo]
+    task: DepthTask, first: Photo, other_photos: Sequence[Photo]
 ) -> tuple[Float32Array, ByteArray]:
     """Return inverse depths from rectified pairs, and the number of agreeing sources."""
     from vomstudio.photogrammetry.dense._depth_kernels import merge
     from vomstudio.photogrammetry.dense.sgbm import pair_inverse_depth
 
     shape = first[1].shape
-    merged_values, agreeing_values = np.zeros(shape, np.float32), np.zeros(shape, np.uint8)
+    merged_inverse, agreement_counts = np.zeros(shape, np.float32), np.zeros(shape, np.uint8)
     inverse, steps = [], []
-    for other, method in zip(others, task.methods, strict=True):
+    for other_photo, method in zip(other_photos, task.methods, strict=True):
         if method == SGBM:
-            pair_depths = pair_inverse_depth(first, other, task.points, task.near, task.far)
+            pair_depths = pair_inverse_depth(first, other_photo, task.points, task.near, task.far)
             if pair_depths is not None:
                 inverse.append(pair_depths[0])
                 steps.append(pair_depths[1])
@@ -209,41 +209,45 @@ def _rectified_depths(
             np.float32(1.0 / task.far),
             np.float32(1.0 / task.near),
             min(task.options.fewest_sources, len(inverse)),
-            merged_values,
-            agreeing_values,
+            merged_inverse,
+            agreement_counts,
         )
-    return merged_values, agreeing_values
+    return merged_inverse, agreement_counts
 
 
 def _measured_share(task: DepthTask, inverse: Float32Array) -> float:
     """Return the share of the photo's unmasked tie points that have a depth."""
-    view, valid = task.reference.view, task.reference.valid
+    view, is_valid = task.reference.view, task.reference.valid
     pixels = view.project(task.points)
     pixels = pixels[np.isfinite(pixels).all(axis=1)]
     column, row = np.floor(pixels).astype(int).T
-    on = (column >= 0) & (row >= 0) & (column < valid.shape[1]) & (row < valid.shape[0])
-    column, row = column[on], row[on]
-    counted = valid[row, column]
-    return float(np.mean(inverse[row, column][counted] > 0)) if counted.any() else 0.0
+    is_on_photo = (
+        (column >= 0) & (row >= 0) & (column < is_valid.shape[1]) & (row < is_valid.shape[0])
+    )
+    column, row = column[is_on_photo], row[is_on_photo]
+    is_valid_target = is_valid[row, column]
+    return (
+        float(np.mean(inverse[row, column][is_valid_target] > 0)) if is_valid_target.any() else 0.0
+    )
 
 
 def _fill_by_patchmatch(
     task: DepthTask,
     first: Photo,
-    others: Sequence[Photo],
+    other_photos: Sequence[Photo],
     inverse: Float32Array,
-    agreeing_values: ByteArray,
+    agreement_counts: ByteArray,
 ) -> None:
     """Fill missing depths with PatchMatch, in place."""
     from vomstudio.photogrammetry.dense.patchmatch import match
 
-    is_missing = first[2] & (inverse == 0)
+    is_unmeasured = first[2] & (inverse == 0)
     result = match(
         first[0],
         first[1],
-        is_missing,
+        is_unmeasured,
         inverse,
-        others,
+        other_photos,
         task.points,
         task.near,
         task.far,
@@ -252,8 +256,8 @@ def _fill_by_patchmatch(
     )
     # Each pixel was fitted separately, so a plane through its neighbours is more accurate.
     smooth_planes = _planes(first[0], result.inverse, 2.0, 3, 1)[1]
-    inverse[is_missing] = smooth_planes[is_missing]
-    agreeing_values[is_missing] = result.agreeing[is_missing]
+    inverse[is_unmeasured] = smooth_planes[is_unmeasured]
+    agreement_counts[is_unmeasured] = result.agreeing[is_unmeasured]
 
 
 def _check_task(task: DepthTask) -> None:
@@ -280,9 +284,9 @@ def _check_task(task: DepthTask) -> None:
 
 def _finish(
     first: Photo,
-    others: Sequence[Photo],
+    other_photos: Sequence[Photo],
     inverse: Float32Array,
-    agreeing_values: ByteArray,
+    agreement_counts: ByteArray,
 ) -> DepthMap:
     """Remove depths that no other photo confirms.
 
@@ -293,31 +297,33 @@ def _finish(
 
     view = first[0]
     normals = _planes(view, inverse, 4.0, 4, 2)[0]
-    is_good = (inverse > 0) & normals.any(axis=2)
+    is_measured = (inverse > 0) & normals.any(axis=2)
     depth = np.zeros_like(inverse)
-    np.divide(1.0, inverse, out=depth, where=is_good)
-    alike = likeness(view, first[1], depth, normals, others)
-    is_good &= alike > 0
-    is_good &= ~sky_fringe(first[1], first[2], is_good)
-    depth[~is_good] = 0.0
-    normals[~is_good] = 0.0
-    agreeing_values = np.maximum(agreeing_values, alike)
-    confidence = np.where(is_good, 255.0 * (1.0 - 0.5 ** agreeing_values.astype(np.float32)), 0.0)
+    np.divide(1.0, inverse, out=depth, where=is_measured)
+    alike = likeness(view, first[1], depth, normals, other_photos)
+    is_measured &= alike > 0
+    is_measured &= ~sky_fringe(first[1], first[2], is_measured)
+    depth[~is_measured] = 0.0
+    normals[~is_measured] = 0.0
+    agreement_counts = np.maximum(agreement_counts, alike)
+    confidence = np.where(
+        is_measured, 255.0 * (1.0 - 0.5 ** agreement_counts.astype(np.float32)), 0.0
+    )
     return DepthMap(view.name, view, depth, normals, np.round(confidence).astype(np.uint8))
 
 
 def _planes(
-    view: View, inverse: Float32Array, steepness: float, radius: int, stride: int
+    view: View, inverse: Float32Array, max_steepness: float, radius: int, stride: int
 ) -> tuple[Float32Array, Float32Array]:
     """Fit planes to neighbouring pixels; return normals (h, w, 3) and inverse depths (h, w)."""
     from vomstudio.photogrammetry.dense._depth_kernels import plane_normals
 
     (fx, fy), (cx, cy) = view.intrinsics.focal, view.intrinsics.centre
     normals = np.empty((*inverse.shape, 3), np.float32)
-    fitted_values = np.empty(inverse.shape, np.float32)
+    fitted_inverse = np.empty(inverse.shape, np.float32)
     plane_normals(
         to_kernel_array(inverse, np.float32),
-        np.float32(steepness / min(fx, fy)),
+        np.float32(max_steepness / min(fx, fy)),
         radius,
         stride,
         fx,
@@ -325,9 +331,9 @@ def _planes(
         cx - 0.5,
         cy - 0.5,
         normals,
-        fitted_values,
+        fitted_inverse,
     )
-    return normals, fitted_values
+    return normals, fitted_inverse
 
 
 def _empty(view: View, shape: tuple[int, ...]) -> DepthMap:

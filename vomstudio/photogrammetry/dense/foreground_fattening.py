@@ -18,7 +18,7 @@ _SKY_SIZE, _MIN_SKY_SHARE = 33, 0.85
 _MAX_BRIGHTNESS_DIFFERENCE = 15.0
 
 
-def sky_fringe(gray: ByteArray, is_valid: BoolArray, has: BoolArray) -> BoolArray:
+def sky_fringe(gray: ByteArray, is_valid: BoolArray, has_depth: BoolArray) -> BoolArray:
     """Find pixels that have a depth although they show sky.
 
     These pixels are featureless, bright and adjacent to sky without depth. A window that lies on
@@ -29,7 +29,7 @@ def sky_fringe(gray: ByteArray, is_valid: BoolArray, has: BoolArray) -> BoolArra
     gray : (h, w) array
     is_valid : (h, w) array of bool
         Mask of the photo.
-    has : (h, w) array of bool
+    has_depth : (h, w) array of bool
         Pixels with a depth.
 
     Returns
@@ -49,21 +49,22 @@ def sky_fringe(gray: ByteArray, is_valid: BoolArray, has: BoolArray) -> BoolArra
     # Mortar and plaster have gaps too, but only sky fills a complete square without depth.
     square = (_SKY_SIZE, _SKY_SIZE)
     is_open_sky = (
-        cv2.blur((is_featureless & is_valid & ~has).astype(np.float32), square) > _MIN_SKY_SHARE
+        cv2.blur((is_featureless & is_valid & ~has_depth).astype(np.float32), square)
+        > _MIN_SKY_SHARE
     )
-    grown_values = np.asarray(
+    grown_mask = np.asarray(
         cv2.dilate(is_open_sky.astype(np.uint8), np.ones(square, np.uint8)), np.uint8
     )
-    is_reached = grown_values & ~has
-    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    is_reached = grown_mask & ~has_depth
+    cross_kernel = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
     for _ in range(_REACH):
-        is_reached = np.where(is_featureless, cv2.dilate(is_reached, cross), is_reached)
-    fringe = np.asarray(has & (is_reached > 0))
+        is_reached = np.where(is_featureless, cv2.dilate(is_reached, cross_kernel), is_reached)
+    fringe = np.asarray(has_depth & (is_reached > 0))
     if not fringe.any():
         return fringe
     sky = (is_featureless & (is_reached > 0)).astype(np.float32)
-    near = (2 * _WINDOW - 1, 2 * _WINDOW - 1)
-    fraction = cv2.blur(sky, near)
-    tone = cv2.blur(sky * value, near) / np.maximum(fraction, 1e-6)
+    window_size = (2 * _WINDOW - 1, 2 * _WINDOW - 1)
+    fraction = cv2.blur(sky, window_size)
+    tone = cv2.blur(sky * value, window_size) / np.maximum(fraction, 1e-6)
     is_like_sky = (fraction > 1e-3) & (np.abs(value - tone) < _MAX_BRIGHTNESS_DIFFERENCE)
-    return np.asarray(has & ((is_reached > 0) | is_like_sky))
+    return np.asarray(has_depth & ((is_reached > 0) | is_like_sky))

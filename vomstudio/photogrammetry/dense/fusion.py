@@ -105,8 +105,12 @@ def fuse(
     progress.stage(tr("Fusing depth maps"), len(maps))
     for row, name in enumerate(names):
         progress.step(row)
-        others = range(len(names)) if neighbours is None else _rows(neighbours.get(name, ()), rows)
-        part = _fuse_one(row, [other for other in others if other != row], cache, options)
+        other_rows = (
+            range(len(names)) if neighbours is None else _rows(neighbours.get(name, ()), rows)
+        )
+        part = _fuse_one(
+            row, [other_row for other_row in other_rows if other_row != row], cache, options
+        )
         if part is not None:
             colors = np.zeros((len(part[0]), 0), np.uint8)
             if photos is not None:
@@ -139,9 +143,9 @@ def memory_needed(pixels: int, largest_count: int) -> int:
 
 def _joined(parts: list[Any]) -> Any:
     """Concatenate arrays, and release the parts, which are the largest data in memory."""
-    whole_values = np.concatenate(parts)
+    joined_array = np.concatenate(parts)
     parts.clear()
-    return whole_values
+    return joined_array
 
 
 class _Cache:
@@ -156,45 +160,46 @@ class _Cache:
         if row in self._entries:
             self._entries.move_to_end(row)
             return self._entries[row]
-        one = self._maps[row]
-        self._entries[row] = one
-        self._bytes += _size(one)
+        depth_map = self._maps[row]
+        self._entries[row] = depth_map
+        self._bytes += _size(depth_map)
         while self._bytes > self._max_bytes and len(self._entries) > 2:
             self._bytes -= _size(self._entries.popitem(last=False)[1])
-        return one
+        return depth_map
 
 
-def _size(one: DepthMap) -> int:
-    return one.depth.nbytes + one.normals.nbytes + one.confidence.nbytes
+def _size(depth_map: DepthMap) -> int:
+    return depth_map.depth.nbytes + depth_map.normals.nbytes + depth_map.confidence.nbytes
 
 
 def _rows(names: Sequence[str], rows: Mapping[str, int]) -> Iterator[int]:
     return (rows[name] for name in names if name in rows)
 
 
-def _lens(one: DepthMap) -> FloatArray:
-    lens = one.view.intrinsics
+def _lens(depth_map: DepthMap) -> FloatArray:
+    lens = depth_map.view.intrinsics
     return np.array([*lens.focal, *lens.centre])
 
 
-def _fuse_one(row: int, others: Sequence[int], maps: _Cache, options: FusionOptions):  # type: ignore[no-untyped-def]
+def _fuse_one(row: int, other_rows: Sequence[int], maps: _Cache, options: FusionOptions):  # type: ignore[no-untyped-def]
     """Return rows, columns, points, normals, confidence and views of the used pixels."""
     from vomstudio.photogrammetry.dense._fusion_kernels import compare
 
-    one = maps[row]
-    shape = one.depth.shape
-    if not (one.depth > 0).any():
+    own_map = maps[row]
+    shape = own_map.depth.shape
+    if not (own_map.depth > 0).any():
         return None
-    confidence_here = one.confidence.astype(np.float32) / np.float32(255.0)
-    has = one.depth > 0
+    confidence_here = own_map.confidence.astype(np.float32) / np.float32(255.0)
+    has_depth = own_map.depth > 0
     weight = np.zeros(shape, np.float32)
-    weight[has] = (
-        confidence_here[has] * (np.float32(one.view.intrinsics.focal[0]) / one.depth[has]) ** 2
+    weight[has_depth] = (
+        confidence_here[has_depth]
+        * (np.float32(own_map.view.intrinsics.focal[0]) / own_map.depth[has_depth]) ** 2
     )
     sums = np.zeros((*shape, 6), np.float32)
     sums[..., 0] = weight
     sums[..., 2] = 1.0 - confidence_here
-    sums[..., 3:] = weight[..., None] * one.normals
+    sums[..., 3:] = weight[..., None] * own_map.normals
     votes = np.zeros((*shape, 3), np.uint8)
     limits = np.array(
         [
@@ -204,50 +209,52 @@ def _fuse_one(row: int, others: Sequence[int], maps: _Cache, options: FusionOpti
             _SAME_FOOTPRINT,
         ]
     )
-    depth = to_kernel_array(one.depth, np.float32)
-    normals = to_kernel_array(one.normals, np.float32)
-    for other in others:
-        two = maps[other]
-        rotation = two.view.rotation @ one.view.rotation.T
-        move = np.column_stack([rotation, two.view.translation - rotation @ one.view.translation])
+    depth = to_kernel_array(own_map.depth, np.float32)
+    normals = to_kernel_array(own_map.normals, np.float32)
+    for other_row in other_rows:
+        other_map = maps[other_row]
+        rotation = other_map.view.rotation @ own_map.view.rotation.T
+        move = np.column_stack(
+            [rotation, other_map.view.translation - rotation @ own_map.view.translation]
+        )
         compare(
             depth,
             normals,
-            _lens(one),
-            to_kernel_array(two.depth, np.float32),
-            to_kernel_array(two.normals, np.float32),
-            to_kernel_array(two.confidence, np.uint8),
-            _lens(two),
+            _lens(own_map),
+            to_kernel_array(other_map.depth, np.float32),
+            to_kernel_array(other_map.normals, np.float32),
+            to_kernel_array(other_map.confidence, np.uint8),
+            _lens(other_map),
             to_kernel_array(move, np.float64),
-            other > row,
+            other_row > row,
             limits,
             sums,
             votes,
         )
     confidence = 1.0 - sums[..., 2]
-    keep = (
-        has
+    is_kept = (
+        has_depth
         & (votes[..., 0] + 1 >= options.fewest_views)
         & (votes[..., 1] <= votes[..., 0])
         & (votes[..., 2] == 0)
         & (confidence >= options.least_confidence)
     )
-    j, i = np.nonzero(keep)
+    j, i = np.nonzero(is_kept)
     if not len(j):
         return None
-    rays = one.view.intrinsics.rays(np.column_stack([i, j]) + 0.5)
+    rays = own_map.view.intrinsics.rays(np.column_stack([i, j]) + 0.5)
     sums_of_points = sums[j, i].astype(np.float64)
-    points = rays * one.depth[j, i, None].astype(np.float64)
+    points = rays * own_map.depth[j, i, None].astype(np.float64)
     points += (
-        one.normals[j, i]
+        own_map.normals[j, i]
         * (sums_of_points[:, 1] / np.maximum(sums_of_points[:, 0], 1e-300))[:, None]
     )
-    mean = _toward_photo(sums_of_points[:, 3:], one.normals[j, i].astype(np.float64), rays)
-    rotation = one.view.rotation
+    mean = _toward_photo(sums_of_points[:, 3:], own_map.normals[j, i].astype(np.float64), rays)
+    rotation = own_map.view.rotation
     return (
         j,
         i,
-        (points - one.view.translation) @ rotation,
+        (points - own_map.view.translation) @ rotation,
         (mean @ rotation).astype(np.float32),
         confidence[j, i],
         votes[j, i, 0] + np.uint8(1),

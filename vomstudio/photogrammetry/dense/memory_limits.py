@@ -14,13 +14,13 @@ def memory_of_all(side: int, sizes: Sequence[tuple[int, int]]) -> int:
     side : long side of the reduced photos
     sizes : width and height of each original photo
     """
-    reduced_items = []
+    reduced_sizes = []
     for width, height in sizes:
         scale = min(1.0, side / max(width, height))
-        reduced_items.append((round(width * scale), round(height * scale)))
-    areas = [width * height for width, height in reduced_items]
-    one = max(depthmaps.memory_needed(*size) for size in reduced_items)
-    return max(one, fusion.memory_needed(sum(areas), max(areas)))
+        reduced_sizes.append((round(width * scale), round(height * scale)))
+    areas = [width * height for width, height in reduced_sizes]
+    bytes_per_photo = max(depthmaps.memory_needed(*size) for size in reduced_sizes)
+    return max(bytes_per_photo, fusion.memory_needed(sum(areas), max(areas)))
 
 
 def fitting_size(wanted_px: int, sizes: Sequence[tuple[int, int]]) -> int:

@@ -130,19 +130,21 @@ def select_pairs(
     points_by_view = _points_of_views(scene)
     shared_views = _views_with_common_points(scene)
     centres = scene.centres
-    plans, left_out = [], []
+    plans, skipped_photos = [], []
     for row, view in enumerate(scene.views):
         points = scene.points[points_by_view[row]]
         depths = view.depths(points)
         depths = depths[np.isfinite(depths) & (depths > 0)]
         if len(depths) < _MIN_POINTS:
-            left_out.append(Finding("dense.few-tie-points", count=len(depths), photo=view.name))
+            skipped_photos.append(
+                Finding("dense.few-tie-points", count=len(depths), photo=view.name)
+            )
             continue
         candidates = _candidates(scene, row, shared_views[row], points_by_view, centres)
         if not candidates:
-            left_out.append(Finding("dense.no-neighbour", photo=view.name))
+            skipped_photos.append(Finding("dense.no-neighbour", photo=view.name))
             continue
-        near, far = _range(depths)
+        near_depth, far_depth = _range(depths)
         selection = _select_spread(candidates, count)
         sources = tuple(
             SourcePhoto(
@@ -156,16 +158,16 @@ def select_pairs(
         )
         ranked = sorted(candidates, key=lambda c: (-c.shared, c.view))
         neighbours = tuple(c.view for c in ranked[:_MAX_NEIGHBOURS])
-        plans.append(DepthMapPlan(row, near, far, points, sources, neighbours))
+        plans.append(DepthMapPlan(row, near_depth, far_depth, points, sources, neighbours))
     if not plans:
         raise GeometryError(
             Finding(
                 "dense.no-photos",
-                reasons=" ".join(finding.message for finding in left_out[:3]),
-                reason_codes=[finding.code for finding in left_out],
+                reasons=" ".join(finding.message for finding in skipped_photos[:3]),
+                reason_codes=[finding.code for finding in skipped_photos],
             )
         )
-    return DepthMapPlans(tuple(plans), tuple(left_out))
+    return DepthMapPlans(tuple(plans), tuple(skipped_photos))
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,12 +195,14 @@ def _views_with_common_points(scene: SparseScene) -> list[IntArray]:
     ones = np.ones(len(scene.track_views), np.int32)
     table = csr_matrix((ones, (scene.track_views, scene.track_points)), shape=shape)
     table.data[:] = 1
-    both = (table @ table.T).tocsr()
-    both.setdiag(0)
-    both.sort_indices()
+    shared_counts = (table @ table.T).tocsr()
+    shared_counts.setdiag(0)
+    shared_counts.sort_indices()
     return [
-        both.indices[start:stop][both.data[start:stop] >= _MIN_SHARED].astype(np.int64)
-        for start, stop in itertools.pairwise(both.indptr)
+        shared_counts.indices[start:stop][shared_counts.data[start:stop] >= _MIN_SHARED].astype(
+            np.int64
+        )
+        for start, stop in itertools.pairwise(shared_counts.indptr)
     ]
 
 
@@ -211,23 +215,25 @@ def _candidates(
 ) -> list[_Candidate]:
     """Return the candidates among photos (rows) with enough common points."""
     candidates = []
-    for other in shared_indices.tolist():
-        both = np.intersect1d(points_by_view[row], points_by_view[other], assume_unique=True)
-        first = scene.points[both] - centres[row]
-        second = scene.points[both] - centres[other]
+    for other_row in shared_indices.tolist():
+        shared_points = np.intersect1d(
+            points_by_view[row], points_by_view[other_row], assume_unique=True
+        )
+        first = scene.points[shared_points] - centres[row]
+        second = scene.points[shared_points] - centres[other_row]
         angles = _angles_deg(first, second)
-        typical_value = float(np.median(angles))
-        if not typical_value > _MIN_ANGLE_DEG:
+        typical_angle = float(np.median(angles))
+        if not typical_angle > _MIN_ANGLE_DEG:
             continue
-        baseline = centres[other] - centres[row]
+        baseline = centres[other_row] - centres[row]
         axis = scene.views[row].direction
         side = baseline - axis * (axis @ baseline)
         candidates.append(
             _Candidate(
-                other,
-                len(both),
-                typical_value,
-                float(_angles_deg(axis[None], scene.views[other].direction[None])[0]),
+                other_row,
+                len(shared_points),
+                typical_angle,
+                float(_angles_deg(axis[None], scene.views[other_row].direction[None])[0]),
                 float(_angle_weights(angles).sum()),
                 side / max(float(np.linalg.norm(side)), 1e-300),
             )
@@ -249,24 +255,24 @@ def _select_spread(candidates: list[_Candidate], count: int) -> list[_Candidate]
         return -c.score * (1.0 - 0.6 * max(is_same, 0.0) ** 6), c.view
 
     while remaining and len(selection) < count:
-        best = min(remaining, key=rank)
-        remaining.remove(best)
-        selection.append(best)
+        best_candidate = min(remaining, key=rank)
+        remaining.remove(best_candidate)
+        selection.append(best_candidate)
     return selection
 
 
-def _method(view: View, other: View, points: FloatArray, candidate: _Candidate) -> str:
+def _method(view: View, other_view: View, points: FloatArray, candidate: _Candidate) -> str:
     """Return the method for a pair: SGBM if it can be rectified without distortion."""
     if candidate.convergence_deg > _MAX_CONVERGENCE_DEG or candidate.angle_deg > _MAX_ANGLE_DEG:
         return PATCHMATCH
-    baseline = (other.centre - view.centre)[None]
-    for item in (view, other):
-        across_component = float(_angles_deg(item.direction[None], baseline)[0])
-        if min(across_component, 180.0 - across_component) < _MIN_ACROSS_DEG:
+    baseline = (other_view.centre - view.centre)[None]
+    for item in (view, other_view):
+        crossing_angle = float(_angles_deg(item.direction[None], baseline)[0])
+        if min(crossing_angle, 180.0 - crossing_angle) < _MIN_ACROSS_DEG:
             return PATCHMATCH
     sizes = [
         float(np.median(v.depths(points))) / float(np.mean(v.intrinsics.focal))
-        for v in (view, other)
+        for v in (view, other_view)
     ]
     if min(sizes) <= 0 or max(sizes) / min(sizes) > _MAX_SCALE_RATIO:
         return PATCHMATCH
@@ -279,11 +285,13 @@ def _range(depths: FloatArray) -> tuple[float, float]:
     The range is padded by a fraction of its extent and of the depth, because rock without tie
     points extends beyond it. The padding is applied to inverse depths, which are linear in pixels.
     """
-    far, near = np.percentile(1.0 / depths, [1.0, 99.0])
-    room = 2 * _PADDING * (near - far) + 0.5 * _PADDING * near
-    return float(1.0 / (near + room)), float(1.0 / max(far - room, 0.25 * far))
+    far_depth, near_depth = np.percentile(1.0 / depths, [1.0, 99.0])
+    depth_padding = 2 * _PADDING * (near_depth - far_depth) + 0.5 * _PADDING * near_depth
+    return float(1.0 / (near_depth + depth_padding)), float(
+        1.0 / max(far_depth - depth_padding, 0.25 * far_depth)
+    )
 
 
 def _angles_deg(first: FloatArray, second: FloatArray) -> FloatArray:
-    cross = np.linalg.norm(np.cross(first, second), axis=1)
-    return np.asarray(np.degrees(np.arctan2(cross, (first * second).sum(axis=1))))
+    sines = np.linalg.norm(np.cross(first, second), axis=1)
+    return np.asarray(np.degrees(np.arctan2(sines, (first * second).sum(axis=1))))

@@ -51,7 +51,7 @@ def match(
     view: View,
     gray: ByteArray,
     is_active: BoolArray,
-    known_values: Float32Array,
+    known_depths: Float32Array,
     sources: Sequence[tuple[View, ByteArray, BoolArray]],
     points: FloatArray,
     near: float,
@@ -68,7 +68,7 @@ def match(
         Pinhole view and grey picture of the photo.
     is_active : (h, w) array of bool
         Pixels to compute.
-    known_values : (h, w) array
+    known_depths : (h, w) array
         Known inverse depths, 0 = none; their planes are propagated.
     sources : sequence of (View, array, array of bool)
         View, picture and mask of each source.
@@ -87,15 +87,15 @@ def match(
     with thread_pool(threads) as pool:
         for reduction, sweeps, spread, reach in levels:
             setting = _Setting.make(view, gray, is_active, sources, reduction)
-            fixed = _reduced(known_values, setting.ref.shape)
+            fixed = _reduced(known_depths, setting.ref.shape)
             if planes is None:
                 depth, normal = _start(setting.lens, fixed, view, points, near, far, rng)
                 sweeps, spread, reach = _LEVELS[0][1:]
             else:
                 depth, normal = _refine_planes(planes, setting.lens, near, far)
-            has = fixed > 0
-            depth[has] = 1.0 / fixed[has]
-            todo = to_kernel_array(setting.active & ~has, np.uint8)
+            has_depth = fixed > 0
+            depth[has_depth] = 1.0 / fixed[has_depth]
+            todo = to_kernel_array(setting.active & ~has_depth, np.uint8)
             costs = np.full((*setting.ref.shape, len(sources)), 2.0, np.float32)
             seeds = rng.integers(1, 2**32 - 1, setting.ref.size, dtype=np.uint32)
             unit = np.float32(_unit(view, setting.lens, [s[0] for s in sources]))
@@ -128,8 +128,8 @@ def match(
         if not counts.all():
             is_alike[..., s] &= _is_on_source(view, sources[s][0], depth, counts)
     agreement_counts = is_alike.sum(axis=2).astype(np.uint8)
-    is_good = (todo > 0) & (agreement_counts >= 1)
-    inverse[is_good] = 1.0 / depth[is_good]
+    is_confirmed = (todo > 0) & (agreement_counts >= 1)
+    inverse[is_confirmed] = 1.0 / depth[is_confirmed]
     _drop_specks(inverse, float(unit))
     agreement_counts[inverse == 0] = 0
     return PatchMatchResult(inverse, agreement_counts)
@@ -153,8 +153,8 @@ def likeness(
     h, w = depth.shape
     masked = [(v, np.where(counts, g, np.uint8(0)), counts) for v, g, counts in sources]
     setting = _Setting.make(view, gray, depth > 0, masked, step)
-    small = _reduced(depth, setting.ref.shape)
-    height, width = small.shape
+    reduced_depth = _reduced(depth, setting.ref.shape)
+    height, width = reduced_depth.shape
     rows = ((np.arange(height) + 0.5) * h / height).astype(int)
     columns = ((np.arange(width) + 0.5) * w / width).astype(int)
     costs = np.full((height, width, len(sources)), 2.0, np.float32)
@@ -165,16 +165,16 @@ def likeness(
         setting.turns,
         setting.shifts,
         setting.k,
-        to_kernel_array(small > 0, np.uint8),
-        to_kernel_array(small, np.float32),
+        to_kernel_array(reduced_depth > 0, np.uint8),
+        to_kernel_array(reduced_depth, np.float32),
         to_kernel_array(normals[rows[:, None], columns], np.float32),
         costs,
         0,
         height,
     )
-    back = ((np.arange(h) + 0.5) * height / h).astype(int)[:, None]
-    across_component = ((np.arange(w) + 0.5) * width / w).astype(int)
-    return np.asarray((costs < _ALIKE).sum(axis=2).astype(np.uint8)[back, across_component])
+    row_indices = ((np.arange(h) + 0.5) * height / h).astype(int)[:, None]
+    column_indices = ((np.arange(w) + 0.5) * width / w).astype(int)
+    return np.asarray((costs < _ALIKE).sum(axis=2).astype(np.uint8)[row_indices, column_indices])
 
 
 def _sweep(*arguments: object) -> None:
@@ -234,27 +234,30 @@ class _Setting:
         lens = view.intrinsics.scaled(ref.shape[1], ref.shape[0])
         (fx, fy), (cx, cy) = lens.focal, lens.centre
         k = np.array([1 / fx, 1 / fy, cx - 0.5, cy - 0.5], np.float32)
-        back = np.linalg.inv(_matrix_of_centres(lens))
-        small = [_shrunk(source[1], reduction) for source in sources]
-        height, width = np.max([item.shape for item in small], axis=0)
-        pictures = np.zeros((len(small), height, width), np.float32)
-        turns, shifts = np.empty((len(small), 3, 3)), np.empty((len(small), 3))
-        for s, (item, source) in enumerate(zip(small, sources, strict=True)):
+        inverse_matrix = np.linalg.inv(_matrix_of_centres(lens))
+        reduced_photos = [_shrunk(source[1], reduction) for source in sources]
+        height, width = np.max([item.shape for item in reduced_photos], axis=0)
+        pictures = np.zeros((len(reduced_photos), height, width), np.float32)
+        rotations, translations = (
+            np.empty((len(reduced_photos), 3, 3)),
+            np.empty((len(reduced_photos), 3)),
+        )
+        for s, (item, source) in enumerate(zip(reduced_photos, sources, strict=True)):
             pictures[s, : item.shape[0], : item.shape[1]] = item
-            other = source[0]
-            matrix = _matrix_of_centres(other.intrinsics.scaled(item.shape[1], item.shape[0]))
-            rotation = other.rotation @ view.rotation.T
-            turns[s] = matrix @ rotation @ back
-            shifts[s] = matrix @ (other.translation - rotation @ view.translation)
+            source_view = source[0]
+            matrix = _matrix_of_centres(source_view.intrinsics.scaled(item.shape[1], item.shape[0]))
+            rotation = source_view.rotation @ view.rotation.T
+            rotations[s] = matrix @ rotation @ inverse_matrix
+            translations[s] = matrix @ (source_view.translation - rotation @ view.translation)
         return cls(
             lens,
             ref,
             _reduced(active.astype(np.float32), ref.shape) > 0,
             k,
             pictures,
-            np.array([item.shape[::-1] for item in small], np.int64),
-            turns.astype(np.float32),
-            shifts.astype(np.float32),
+            np.array([item.shape[::-1] for item in reduced_photos], np.int64),
+            rotations.astype(np.float32),
+            translations.astype(np.float32),
         )
 
 
@@ -282,13 +285,13 @@ def _reduced(values: Float32Array, shape: tuple[int, ...]) -> Float32Array:
 
 
 def _unit(view: View, lens: Intrinsics, sources: Sequence[View]) -> float:
-    bases = [np.linalg.norm(other.centre - view.centre) for other in sources]
+    bases = [np.linalg.norm(source_view.centre - view.centre) for source_view in sources]
     return float(1.0 / (np.mean(lens.focal) * np.median(bases)))
 
 
 def _start(
     lens: Intrinsics,
-    fixed_values: Float32Array,
+    fixed_depths: Float32Array,
     view: View,
     points: FloatArray,
     near: float,
@@ -302,16 +305,16 @@ def _start(
     """
     from scipy.spatial import cKDTree
 
-    shape = fixed_values.shape
+    shape = fixed_depths.shape
     inverse = 1 / far + (1 / near - 1 / far) * rng.random(shape)
     pixels, depths = lens.project(_into(view, points)), view.depths(points)
-    is_good = np.isfinite(pixels).all(axis=1) & (depths > near) & (depths < far)
-    if is_good.sum() > 3:
+    is_valid = np.isfinite(pixels).all(axis=1) & (depths > near) & (depths < far)
+    if is_valid.sum() > 3:
         x, y = np.meshgrid(np.arange(shape[1]) + 0.5, np.arange(shape[0]) + 0.5)
-        _, which = cKDTree(pixels[is_good]).query(np.stack([x, y], axis=-1))
+        _, nearest_rows = cKDTree(pixels[is_valid]).query(np.stack([x, y], axis=-1))
         jitter = 1.0 + 0.02 * rng.standard_normal(shape)
         tied = rng.random(shape) < 0.5
-        inverse = np.where(tied, jitter / depths[is_good][which], inverse)
+        inverse = np.where(tied, jitter / depths[is_valid][nearest_rows], inverse)
     normal = rng.normal(0.0, 0.25, (*shape, 3)) - [0.0, 0.0, 1.0]
     normal /= np.linalg.norm(normal, axis=2, keepdims=True)
     depth = np.clip(1.0 / inverse, near, far)
@@ -339,26 +342,28 @@ def _refine_planes(
             n[..., 0] * ((x - cx) / fx) + n[..., 1] * ((y - cy) / fy)[:, None] + n[..., 2]
         )
 
-    before = along((columns + 0.5) * w / width, (rows + 0.5) * h / height)
-    after = along(np.arange(w) + 0.5, np.arange(h) + 0.5)
-    cut_values = z * before / np.where(after < -0.05, after, -1.0)
-    is_good = (after < -0.05) & (np.abs(cut_values - z) < 0.1 * z)
-    depth = np.clip(np.where(is_good, cut_values, z), near, far)
+    slope_before = along((columns + 0.5) * w / width, (rows + 0.5) * h / height)
+    slope_after = along(np.arange(w) + 0.5, np.arange(h) + 0.5)
+    refined_depths = z * slope_before / np.where(slope_after < -0.05, slope_after, -1.0)
+    is_accurate = (slope_after < -0.05) & (np.abs(refined_depths - z) < 0.1 * z)
+    depth = np.clip(np.where(is_accurate, refined_depths, z), near, far)
     return to_kernel_array(depth, np.float32), to_kernel_array(n, np.float32)
 
 
-def _is_on_source(view: View, other: View, depth: Float32Array, counts: BoolArray) -> BoolArray:
+def _is_on_source(
+    view: View, other_view: View, depth: Float32Array, counts: BoolArray
+) -> BoolArray:
     """Return which pixels show points on an unmasked part of the other photo."""
     h, w = depth.shape
     x, y = np.meshgrid(np.arange(w) + 0.5, np.arange(h) + 0.5)
     rays = view.intrinsics.rays(np.stack([x, y], axis=-1).reshape(-1, 2))
     points = (rays * depth.reshape(-1, 1) - view.translation) @ view.rotation
-    pixels = other.project(points)
-    on = other.contains(pixels)
-    on[~np.isfinite(pixels).all(axis=1)] = False
-    column = np.clip(np.where(on, pixels[:, 0], 0), 0, counts.shape[1] - 1).astype(int)
-    row = np.clip(np.where(on, pixels[:, 1], 0), 0, counts.shape[0] - 1).astype(int)
-    return np.asarray((on & counts[row, column]).reshape(h, w))
+    pixels = other_view.project(points)
+    is_on_source = other_view.contains(pixels)
+    is_on_source[~np.isfinite(pixels).all(axis=1)] = False
+    column = np.clip(np.where(is_on_source, pixels[:, 0], 0), 0, counts.shape[1] - 1).astype(int)
+    row = np.clip(np.where(is_on_source, pixels[:, 1], 0), 0, counts.shape[0] - 1).astype(int)
+    return np.asarray((is_on_source & counts[row, column]).reshape(h, w))
 
 
 def _drop_specks(inverse: Float32Array, unit: float) -> None:
@@ -373,8 +378,8 @@ def _drop_specks(inverse: Float32Array, unit: float) -> None:
     inverse[np.abs(inverse - middle) > unit] = 0.0
     if not (inverse > 0).any():
         return
-    least_value = float(inverse[inverse > 0].min())
-    steps = np.where(inverse > 0, (inverse - least_value) / (0.125 * unit) + 1.0, 0.0)
+    min_inverse = float(inverse[inverse > 0].min())
+    steps = np.where(inverse > 0, (inverse - min_inverse) / (0.125 * unit) + 1.0, 0.0)
     levels = np.ascontiguousarray(np.minimum(steps, 32_000), np.int16)
     cv2.filterSpeckles(levels, 0, 60, 16)
     inverse[levels == 0] = 0.0

@@ -110,13 +110,14 @@ def rectify(
     width, height = right - left + before + after, bottom - top
     if width * height > _MAX_GROWTH * lens.width * lens.height:
         return None
-    flat_values = np.diag([focal, focal, 1.0])
+    camera_matrix = np.diag([focal, focal, 1.0])
     alpha, beta, gamma = plane
     shear = np.array([[1.0 - alpha, -beta, -gamma], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 
     def project_onto(view: View) -> FloatArray:
         return np.asarray(
-            flat_values @ turn @ view.rotation.T @ np.linalg.inv(view.intrinsics.matrix), np.float64
+            camera_matrix @ turn @ view.rotation.T @ np.linalg.inv(view.intrinsics.matrix),
+            np.float64,
         )
 
     return Rectified(
@@ -213,10 +214,10 @@ def _box(view: View, rotation: FloatArray, focal: float) -> tuple[int, int, int,
     corners = view.intrinsics.rays([[0, 0], [w, 0], [w, h], [0, h]]) @ view.rotation @ rotation.T
     if not (corners[:, 2] > 0.2 * np.linalg.norm(corners, axis=1)).all():
         return None
-    flat_values = focal * corners[:, :2] / corners[:, 2:]
+    image_corners = focal * corners[:, :2] / corners[:, 2:]
     (left, top), (right, bottom) = (
-        np.floor(flat_values.min(axis=0)),
-        np.ceil(flat_values.max(axis=0)),
+        np.floor(image_corners.min(axis=0)),
+        np.ceil(image_corners.max(axis=0)),
     )
     return int(left), int(top), int(right), int(bottom)
 

@@ -111,45 +111,47 @@ def undistort(task: UndistortTask) -> Undistorted:
     if task.mask is not None:
         mask = decode_mask(task.mask, lens.width, lens.height, view.name)
 
-    whole = _pinhole_of(lens) if lens.distorts else _drop_distortion(lens)
+    full_lens = _pinhole_of(lens) if lens.distorts else _drop_distortion(lens)
     limit = min(task.max_size or _MAX_SIDE, _MAX_SIDE)
-    reduction = min(1.0, limit / max(whole.width, whole.height))
-    width = max(1, round(whole.width * reduction))
-    height = max(1, round(whole.height * reduction))
-    ideal = whole.scaled(width, height)
+    reduction = min(1.0, limit / max(full_lens.width, full_lens.height))
+    width = max(1, round(full_lens.width * reduction))
+    height = max(1, round(full_lens.height * reduction))
+    ideal = full_lens.scaled(width, height)
 
     # Downsample by area first to prevent aliasing, then remap each pixel.
-    small = (
+    reduced_size = (
         max(1, round(lens.width * reduction)),
         max(1, round(lens.height * reduction)),
     )
-    if small != (lens.width, lens.height):
-        image = np.asarray(cv2.resize(image, small, interpolation=cv2.INTER_AREA))
-    fully: ByteArray | None = None
+    if reduced_size != (lens.width, lens.height):
+        image = np.asarray(cv2.resize(image, reduced_size, interpolation=cv2.INTER_AREA))
+    full_mask: ByteArray | None = None
     if mask is not None:
-        fully = mask.astype(np.uint8) * np.uint8(255)
-        if small != (lens.width, lens.height):
-            fully = np.asarray(cv2.resize(fully, small, interpolation=cv2.INTER_AREA))
+        full_mask = mask.astype(np.uint8) * np.uint8(255)
+        if reduced_size != (lens.width, lens.height):
+            full_mask = np.asarray(
+                cv2.resize(full_mask, reduced_size, interpolation=cv2.INTER_AREA)
+            )
     if lens.distorts:
-        x, y, shown = _remapping(ideal, lens, small)
+        x, y, is_on_photo = _remapping(ideal, lens, reduced_size)
         # OpenCV's cubic weights shift the interpolated picture by up to 0.05 pixel.
         image = np.asarray(
             cv2.remap(image, x, y, cv2.INTER_LANCZOS4, borderMode=cv2.BORDER_REPLICATE)
         )
-        image[~shown] = 0
-        if fully is not None:
-            fully = np.asarray(
-                cv2.remap(fully, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        image[~is_on_photo] = 0
+        if full_mask is not None:
+            full_mask = np.asarray(
+                cv2.remap(full_mask, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
             )
-            shown &= fully >= 250
-    elif fully is not None:
-        shown = fully >= 250
+            is_on_photo &= full_mask >= 250
+    elif full_mask is not None:
+        is_on_photo = full_mask >= 250
     else:
-        shown = np.ones((height, width), bool)
+        is_on_photo = np.ones((height, width), bool)
 
     return Undistorted(
         _encode_photo(image, task.lossless),
-        None if shown.all() else _encode_mask(shown),
+        None if is_on_photo.all() else _encode_mask(is_on_photo),
         View(view.name, ideal, view.rotation, view.translation),
     )
 
@@ -206,9 +208,9 @@ def _drop_distortion(lens: Intrinsics) -> Intrinsics:
 
 def _pinhole_of(lens: Intrinsics) -> Intrinsics:
     """Return the pinhole camera with the same focal length and field of view."""
-    across_component = np.linspace(0.0, lens.width, 65)
+    border_columns = np.linspace(0.0, lens.width, 65)
     down = np.linspace(0.0, lens.height, 65)
-    pixels = np.stack(np.meshgrid(across_component, down), axis=-1).reshape(-1, 2)
+    pixels = np.stack(np.meshgrid(border_columns, down), axis=-1).reshape(-1, 2)
     rays = lens.rays(pixels)[:, :2]
     rays = rays[np.isfinite(rays).all(axis=1)]
     if not len(rays):
@@ -240,12 +242,16 @@ def _remapping(
         pixels = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
         u, v = lens.project(ideal.rays(pixels)).T
         with np.errstate(invalid="ignore"):
-            on = (u >= 0) & (u <= lens.width) & (v >= 0) & (v <= lens.height)
+            is_on_photo = (u >= 0) & (u <= lens.width) & (v >= 0) & (v <= lens.height)
         part = slice(top, top + len(rows))
         # OpenCV counts pixels from the centre of the first pixel.
-        x[part] = np.where(on, u * (size[0] / lens.width) - 0.5, -1.0).reshape(len(rows), -1)
-        y[part] = np.where(on, v * (size[1] / lens.height) - 0.5, -1.0).reshape(len(rows), -1)
-        is_shown[part] = on.reshape(len(rows), -1)
+        x[part] = np.where(is_on_photo, u * (size[0] / lens.width) - 0.5, -1.0).reshape(
+            len(rows), -1
+        )
+        y[part] = np.where(is_on_photo, v * (size[1] / lens.height) - 0.5, -1.0).reshape(
+            len(rows), -1
+        )
+        is_shown[part] = is_on_photo.reshape(len(rows), -1)
     return x, y, is_shown
 
 

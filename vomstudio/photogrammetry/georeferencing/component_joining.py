@@ -123,32 +123,32 @@ def join_components(
     report : JoinReport
     """
     remaining = list(parts)
-    joined_items: list[Junction] = []
-    failed_items: dict[tuple[str, str], Finding] = {}
+    junctions: list[Junction] = []
+    failures: dict[tuple[str, str], Finding] = {}
     surveyed_control = [point for point in control if not point.check]
     while len(remaining) > 1:
         links = [
             (_common_points(remaining[i], remaining[j], marks, surveyed_control), i, j)
             for i in range(len(remaining))
             for j in range(i + 1, len(remaining))
-            if _pair(remaining[i], remaining[j]) not in failed_items
+            if _pair(remaining[i], remaining[j]) not in failures
         ]
         count, i, j = max(links, key=lambda link: (link[0], -link[1], -link[2]), default=(0, 0, 0))
         if count < MIN_COMMON_POINTS:
             break
         try:
-            whole, junction = _join(
+            joined_scene, junction = _join(
                 remaining[i], remaining[j], marks, surveyed_control, threads, progress
             )
         except GeometryError as error:
-            failed_items[_pair(remaining[i], remaining[j])] = finding_of(error)
+            failures[_pair(remaining[i], remaining[j])] = finding_of(error)
             continue
-        joined_items.append(junction)
-        remaining = [whole, *(p for k, p in enumerate(remaining) if k not in (i, j))]
+        junctions.append(junction)
+        remaining = [joined_scene, *(p for k, p in enumerate(remaining) if k not in (i, j))]
         remaining.sort(key=lambda part: -len(part.views))
     not_joined = []
     for part in remaining[1:]:
-        cause = failed_items.get(_pair(remaining[0], part)) or _missing(remaining[0], part, marks)
+        cause = failures.get(_pair(remaining[0], part)) or _missing(remaining[0], part, marks)
         not_joined.append(
             Finding(
                 "join.not-joined",
@@ -159,7 +159,7 @@ def join_components(
                 **{name: value for name, value in cause.values.items() if name != "size"},
             )
         )
-    return tuple(remaining), JoinReport(tuple(joined_items), tuple(not_joined))
+    return tuple(remaining), JoinReport(tuple(junctions), tuple(not_joined))
 
 
 def _pair(one: SparseScene, other: SparseScene) -> tuple[str, str]:
@@ -196,53 +196,67 @@ def _join(
     progress: Progress | None,
 ) -> tuple[SparseScene, Junction]:
     a, b = _places(one, marks), _places(other, marks)
-    common = [label for label in a if label in b]
+    common_labels = [label for label in a if label in b]
     photos = (len(one.views), len(other.views))
-    if len(common) < MIN_COMMON_POINTS:
+    if len(common_labels) < MIN_COMMON_POINTS:
         fit = _fit_by_control(a, b, control)
-        whole = merge_scenes(one, other, fit)
-        error = mean_error(whole)
-        return whole, Junction(photos, "control points", (), fit.scale, error, error, None, ())
-    first_places, other_places = np.array([a[c] for c in common]), np.array([b[c] for c in common])
+        joined_scene = merge_scenes(one, other, fit)
+        error = mean_error(joined_scene)
+        return joined_scene, Junction(
+            photos, "control points", (), fit.scale, error, error, None, ()
+        )
+    first_places, other_places = (
+        np.array([a[c] for c in common_labels]),
+        np.array([b[c] for c in common_labels]),
+    )
     if nearly_on_a_line(first_places) or nearly_on_a_line(other_places):
         raise GeometryError(Finding("join.collinear"))
     pixel = _pixel_size(one, other, first_places, other_places)
-    fit, used = fit_robustly(other_places, first_places, min_sigma=2 * _MIN_MARKER_PX * pixel)
+    fit, is_used = fit_robustly(other_places, first_places, min_sigma=2 * _MIN_MARKER_PX * pixel)
     misses = np.linalg.norm(fit(other_places) - first_places, axis=1)
     rough = merge_scenes(one, other, fit)
-    before = mean_error(rough)
-    wrong = {label for label, good in zip(common, used, strict=True) if not good}
-    marks_by_label, _ = marks_by_point(rough, [mark for mark in marks if mark.label not in wrong])
+    error_before = mean_error(rough)
+    wrong_labels = {label for label, good in zip(common_labels, is_used, strict=True) if not good}
+    marks_by_label, _ = marks_by_point(
+        rough, [mark for mark in marks if mark.label not in wrong_labels]
+    )
     known_points = [
         KnownPoint(None, 0.0, seen_at.views, seen_at.pixels)
         for seen_at in marks_by_label.values()
         if np.isfinite(seen_at.place(rough)).all()
     ]
-    whole = bundle_adjust(rough, known_points, threads=threads, progress=progress)
-    after = mean_error(whole)
-    if not after <= 1.2 * before + 0.1:
-        worst = common[int(misses.argmax())]
+    joined_scene = bundle_adjust(rough, known_points, threads=threads, progress=progress)
+    error_after = mean_error(joined_scene)
+    if not error_after <= 1.2 * error_before + 0.1:
+        worst_label = common_labels[int(misses.argmax())]
         raise GeometryError(
             Finding(
                 "join.contradicted",
-                markers=len(common),
-                after_px=after,
-                before_px=before,
-                marker=worst,
+                markers=len(common_labels),
+                after_px=error_after,
+                before_px=error_before,
+                marker=worst_label,
                 residual_px=misses.max() / pixel,
             )
         )
     markers = tuple(
         MarkerFit(label, float(miss / pixel), bool(good))
-        for label, miss, good in zip(common, misses, used, strict=True)
+        for label, miss, good in zip(common_labels, misses, is_used, strict=True)
     )
-    freedom = 3 * int(used.sum()) - 7
-    sigma = max(math.sqrt(float((misses[used] ** 2).sum()) / freedom), pixel)
-    rotation = np.degrees(np.sqrt(np.diag(rotation_covariance(first_places[used], sigma))))
-    turned = (float(rotation[0]), float(rotation[1]), float(rotation[2]))
-    warnings = _warnings(markers, turned)
-    return whole, Junction(
-        photos, "markers", markers, fit.scale, before, after, turned, tuple(warnings)
+    freedom = 3 * int(is_used.sum()) - 7
+    sigma = max(math.sqrt(float((misses[is_used] ** 2).sum()) / freedom), pixel)
+    rotation = np.degrees(np.sqrt(np.diag(rotation_covariance(first_places[is_used], sigma))))
+    rotation_vector = (float(rotation[0]), float(rotation[1]), float(rotation[2]))
+    warnings = _warnings(markers, rotation_vector)
+    return joined_scene, Junction(
+        photos,
+        "markers",
+        markers,
+        fit.scale,
+        error_before,
+        error_after,
+        rotation_vector,
+        tuple(warnings),
     )
 
 
@@ -259,11 +273,11 @@ def _fit_by_control(
         if nearly_on_a_line(world):
             raise GeometryError(Finding("control.collinear"))
         fits.append(fit_similarity(model_places, world))
-    first, back = fits[1], fits[0].inverse
+    first, inverse_fit = fits[1], fits[0].inverse
     return Similarity(
-        back.scale * first.scale,
-        back.rotation @ first.rotation,
-        back(first.translation)[0],
+        inverse_fit.scale * first.scale,
+        inverse_fit.rotation @ first.rotation,
+        inverse_fit(first.translation)[0],
     )
 
 
@@ -282,7 +296,7 @@ def _missing(one: SparseScene, other: SparseScene, marks: Sequence[Mark]) -> Fin
     marked in only one of its photos or from only one position.
     """
     a, b = _places(one, marks), _places(other, marks)
-    common = sorted(a.keys() & b.keys())
+    common_labels = sorted(a.keys() & b.keys())
     not_located = set()
     for scene, located in ((one, a), (other, b)):
         marks_by_label, _ = marks_by_point(scene, marks)
@@ -290,9 +304,9 @@ def _missing(one: SparseScene, other: SparseScene, marks: Sequence[Mark]) -> Fin
     return Finding(
         "join.few-markers",
         size=len(other.views),
-        common=len(common),
+        common=len(common_labels),
         least=MIN_COMMON_POINTS,
-        markers=common,
+        markers=common_labels,
         not_located=sorted(not_located),
     )
 

@@ -142,26 +142,32 @@ def place_by_control(
     ground_points, findings = _marked_points(scene, control, marks)
     control_fit = ground_points.fitted(scene)
     fit = control_fit.fit
-    placed = place_in_world(scene, fit, ground_points.origin, crs)
+    placed_scene = place_in_world(scene, fit, ground_points.origin, crs)
     bending = BendingResult(None, control_fit, (), (), None)
     if adjust:
-        bending = bend_to_control(ground_points, placed, control_fit, threads, progress)
+        bending = bend_to_control(ground_points, placed_scene, control_fit, threads, progress)
     if bending.scene is not None:
-        placed, control_fit = bending.scene, bending.fit
-    used, scatter = control_fit.used, control_fit.scatter
+        placed_scene, control_fit = bending.scene, bending.fit
+    used_rows, scatter = control_fit.used, control_fit.scatter
     points = tuple(
-        _fit_of(placed, point, ground_points.local[i], ground_points.control_marks[i], i in used)
+        _fit_of(
+            placed_scene,
+            point,
+            ground_points.local[i],
+            ground_points.control_marks[i],
+            i in used_rows,
+        )
         for i, point in enumerate(control)
     )
     report = ControlReport(
         **placement_errors(
-            placed,
+            placed_scene,
             cameras,
             scatter,
-            lambda other: ground_points.places(other, used),
-            ground_points.local[used],
+            lambda other: ground_points.places(other, used_rows),
+            ground_points.local[used_rows],
             lenses=None if bending.scene is None else bending.lenses,
-            points=ground_points.known(used, control_fit.sigma),
+            points=ground_points.known(used_rows, control_fit.sigma),
         ),
         scale=fit.scale,
         crs=crs,
@@ -169,7 +175,7 @@ def place_by_control(
         decisions=bending.decisions,
         lenses=bending.lenses,
         bowing=_bowing(
-            points, bending.scene is not None, placed.points + np.array(ground_points.origin)
+            points, bending.scene is not None, placed_scene.points + np.array(ground_points.origin)
         ),
         points=points,
         control_rms_m=_rms(points, "control"),
@@ -178,7 +184,7 @@ def place_by_control(
         drift=scatter.drift,
     )
     warnings = [*findings, *_warnings(report), *([bending.refusal] if bending.refusal else [])]
-    return placed, replace(report, warnings=tuple(warnings))
+    return placed_scene, replace(report, warnings=tuple(warnings))
 
 
 def _bowing(points: Sequence[PointFit], is_adjusted: bool, extent: FloatArray) -> Bowing | None:
@@ -206,20 +212,20 @@ def _marked_points(
     # If two marks contradict each other, the position of the point as determined by the other
     # points shows which mark is wrong.
     ground_fit = ground.fitted(scene)
-    placed = place_in_world(scene, ground_fit.fit, ground.origin, None)
+    placed_scene = place_in_world(scene, ground_fit.fit, ground.origin, None)
     limit = 6.0 * ground_fit.sigma / ground.pixel
-    wrong_items: list[WrongMark] = []
+    wrong_marks: list[WrongMark] = []
     for i, point in enumerate(control):
-        others = [k for k in ground_fit.used if k != i]
-        if len(others) >= RECOMMENDED_POINTS - 1 and len(control_marks[i].views) >= 2:
-            point_marks = control_marks[i].match_views(placed)
+        other_rows = [k for k in ground_fit.used if k != i]
+        if len(other_rows) >= RECOMMENDED_POINTS - 1 and len(control_marks[i].views) >= 2:
+            point_marks = control_marks[i].match_views(placed_scene)
             rows, outliers = find_misplaced(
                 point.label, point_marks, ground.local[i], agreement_px(mark_px), limit
             )
             control_marks[i] = control_marks[i].select(rows)
-            wrong_items += outliers
-    if wrong_items:
-        findings = [*findings, *(mark.finding for mark in wrong_items)]
+            wrong_marks += outliers
+    if wrong_marks:
+        findings = [*findings, *(mark.finding for mark in wrong_marks)]
         ground = _ground(scene, control, control_marks, ties, mark_px, findings)
     return ground, findings
 
@@ -239,17 +245,17 @@ def _ground(
     mark_px : error of a mark in one direction
     """
     world = np.array([p.position for p in control], np.float64).reshape(-1, 3)
-    usable = [
+    usable_points = [
         i
         for i, marks in enumerate(control_marks)
         if meet(marks.match_views(scene), agreement_px(mark_px))
     ]
-    fitting = [i for i in usable if not control[i].check]
+    fitting = [i for i in usable_points if not control[i].check]
     if len(fitting) < MIN_POINTS:
         unused_labels = [
             point.label
             for i, point in enumerate(control)
-            if i not in usable and len(control_marks[i].views) >= 2
+            if i not in usable_points and len(control_marks[i].views) >= 2
         ]
         causes = [marks_disagree(unused_labels)] if unused_labels else causes[:1]
         raise GeometryError(
@@ -267,15 +273,15 @@ def _ground(
     local_points = world - origin
     positions = np.array([control_marks[i].place(scene) for i in fitting])
     require_width(local_points[fitting])
-    stated = [p.sigma_m for p in (control[i] for i in fitting) if p.sigma_m is not None]
-    surveyed_value = float(np.median(stated)) if stated else 0.0
+    stated_sigmas = [p.sigma_m for p in (control[i] for i in fitting) if p.sigma_m is not None]
+    surveyed_value = float(np.median(stated_sigmas)) if stated_sigmas else 0.0
     first = fit_similarity(positions, local_points[fitting])
     pixel = scene.pixel_at(positions) * first.scale
-    marked_values = [
+    mark_sigmas = [
         first.scale * math.sqrt(np.linalg.eigvalsh(control_marks[i].covariance(scene, mark_px))[-1])
         for i in fitting
     ]
-    floor = 3 * math.hypot(surveyed_value, max(2 * pixel, float(np.median(marked_values))))
+    floor = 3 * math.hypot(surveyed_value, max(2 * pixel, float(np.median(mark_sigmas))))
     return GroundPoints(
         control,
         control_marks,
@@ -312,9 +318,11 @@ def _observations(
         [point_marks.match_views(scene) for point_marks in marks_by_label.values()]
     )
     for label, point_marks in marks_by_label.items():
-        rows, wrong = find_agreeing(label, point_marks.match_views(scene), agreement_px(mark_px))
+        rows, wrong_marks = find_agreeing(
+            label, point_marks.match_views(scene), agreement_px(mark_px)
+        )
         marks_by_label[label] = point_marks.select(rows)
-        findings += [mark.finding for mark in wrong]
+        findings += [mark.finding for mark in wrong_marks]
     findings += labels_on_one_spot(marks)
     control_marks = [marks_by_label.pop(point.label, NO_MARKS) for point in control]
     labels = {point.label for point in control}
@@ -368,7 +376,7 @@ def _warnings(report: ControlReport) -> Iterator[Finding]:
     out = [p.label for p in report.points if p.role == "left out"]
     unseen_labels = [p.label for p in report.points if p.role == "unseen" and p.photos < 2]
     unused_labels = [p.label for p in report.points if p.role == "unseen" and p.photos >= 2]
-    few = [p.label for p in used_points if p.photos < RECOMMENDED_PHOTOS]
+    points_with_few = [p.label for p in used_points if p.photos < RECOMMENDED_PHOTOS]
     if out:
         yield Finding("control.left-out", labels=out)
     if unseen_labels:
@@ -377,7 +385,7 @@ def _warnings(report: ControlReport) -> Iterator[Finding]:
         yield marks_disagree(unused_labels)
     if len(used_points) < RECOMMENDED_POINTS:
         yield Finding("control.no-redundancy", count=len(used_points), least=RECOMMENDED_POINTS)
-    if few:
-        yield Finding("control.more-marks", wanted=RECOMMENDED_PHOTOS, labels=few)
+    if points_with_few:
+        yield Finding("control.more-marks", wanted=RECOMMENDED_PHOTOS, labels=points_with_few)
     if not any(p.role == "check" for p in report.points):
         yield Finding("control.no-check-points")

@@ -112,22 +112,22 @@ class GroundPoints:
         require_width(positions)
         fit, good = fit_robustly(positions, targets, min_sigma=self.floor)
         misses = (fit(positions) - targets)[good]
-        used = [i for i, keep in zip(self.fitting, good, strict=True) if keep]
-        stated_errors = self.errors(scene, fit, used) if self.surveyed else None
+        used_rows = [i for i, is_good in zip(self.fitting, good, strict=True) if is_good]
+        stated_errors = self.errors(scene, fit, used_rows) if self.surveyed else None
         scatter = scatter_of(targets[good], misses, stated_errors, is_ordered=True)
         # Even with exact coordinates, the error is a fraction of a pixel.
         if not scatter.covariance.any():
             scatter = scatter_of(targets[good], misses, _MIN_ERROR_PIXELS * self.pixel)
-        worst = scatter.worst_rotation_deg
-        if not worst <= MAX_ROTATION_ERROR_DEG:
+        worst_rotation = scatter.worst_rotation_deg
+        if not worst_rotation <= MAX_ROTATION_ERROR_DEG:
             raise GeometryError(
                 Finding(
                     "control.contradicts",
                     sigma_m=float(np.sqrt((scatter.sigma**2).mean())),
-                    rotation_deg=worst,
+                    rotation_deg=worst_rotation,
                 )
             )
-        return ControlFit(fit, used, scatter)
+        return ControlFit(fit, used_rows, scatter)
 
     def errors(self, scene: SparseScene, fit: Similarity, rows: Sequence[int]) -> FloatArray:
         """Return the covariances (n, 3, 3) of points, from survey accuracy and scatter of marks.
@@ -164,12 +164,12 @@ class GroundPoints:
 
     def known(self, used_indices: Sequence[int], sigma: float) -> list[KnownPoint]:
         """Return the used points and all tie markers as input of an adjustment."""
-        usual = max(self.surveyed or sigma, self.pixel)
+        usual_sigma = max(self.surveyed or sigma, self.pixel)
         mark_px = max(HAND_MARK_PX, self.mark_px)
         known_points = [
             KnownPoint(
                 self.local[i],
-                self.control[i].sigma_m or usual,
+                self.control[i].sigma_m or usual_sigma,
                 self.control_marks[i].views,
                 self.control_marks[i].pixels,
                 mark_px,
@@ -205,24 +205,28 @@ def bend_to_control(
     progress: Progress | None,
 ) -> BendingResult:
     """Adjust the scene with the control points if this improves it."""
-    better, lenses = ground.adjusted(placed_sparse_scene, first, threads, progress)
-    again = _fitted_or_none(ground, better)
+    adjusted_scene, lenses = ground.adjusted(placed_sparse_scene, first, threads, progress)
+    second_fit = _fitted_or_none(ground, adjusted_scene)
     # A wrong lens makes good points scatter and contradict each other, so judge them again without
     # it.
-    if again is not None and (
-        again.used != first.used or (not ground.surveyed and again.sigma < 0.7 * first.sigma)
+    if second_fit is not None and (
+        second_fit.used != first.used
+        or (not ground.surveyed and second_fit.sigma < 0.7 * first.sigma)
     ):
-        better, lenses = ground.adjusted(placed_sparse_scene, again, threads, progress)
-        again = _fitted_or_none(ground, better)
+        adjusted_scene, lenses = ground.adjusted(placed_sparse_scene, second_fit, threads, progress)
+        second_fit = _fitted_or_none(ground, adjusted_scene)
     # Control points that no bundle of rays can fit bend the model, which shows in the tie points.
-    if again is None or not mean_error(better) <= 1.2 * mean_error(placed_sparse_scene) + 0.1:
+    if (
+        second_fit is None
+        or not mean_error(adjusted_scene) <= 1.2 * mean_error(placed_sparse_scene) + 0.1
+    ):
         refusal = Finding("control.contradicts-photos")
         return BendingResult(None, first, (), (), refusal)
     decisions = [lens.reason for lens in lenses]
     if ground.ties:
         decisions.append(Finding("control.tie-points", count=len(ground.ties)))
     misses = _cross_validation_residuals(
-        ground, placed_sparse_scene, better, again, threads, progress
+        ground, placed_sparse_scene, adjusted_scene, second_fit, threads, progress
     )
     if misses is not None:
         bent, stiff = misses
@@ -236,7 +240,7 @@ def bend_to_control(
                 Finding("control.not-adjusted", **values),
             )
         decisions.append(Finding("control.adjusted", **values))
-    return BendingResult(better, again, lenses, tuple(decisions), None)
+    return BendingResult(adjusted_scene, second_fit, lenses, tuple(decisions), None)
 
 
 def _fitted_or_none(ground: GroundPoints, scene: SparseScene) -> ControlFit | None:
@@ -274,30 +278,36 @@ def _cross_validation_residuals(
     """
     if len(fit.used) < _MIN_POINTS_TO_COMPARE:
         return None
-    bent_items, stiff = [], []
+    bent_residuals, stiff = [], []
     for k in range(_FOLDS):
         left_out_rows = fit.used[k::_FOLDS]
-        others = [i for i in fit.used if i not in left_out_rows]
+        other_rows = [i for i in fit.used if i not in left_out_rows]
         try:
-            require_width(ground.local[others])
-            again = fit_similarity(ground.places(placed_sparse_scene, others), ground.local[others])
+            require_width(ground.local[other_rows])
+            second_fit = fit_similarity(
+                ground.places(placed_sparse_scene, other_rows), ground.local[other_rows]
+            )
         except GeometryError:
             continue
-        start = place_in_world(placed_sparse_scene, again, ground.origin, placed_sparse_scene.crs)
+        start = place_in_world(
+            placed_sparse_scene, second_fit, ground.origin, placed_sparse_scene.crs
+        )
         # Use the lenses of the complete adjustment, because estimating them takes most of the time.
         views = zip(start.views, adjusted_sparse_scene.views, strict=True)
         start_with_lenses = replace(
             start, views=tuple(replace(v, intrinsics=b.intrinsics) for v, b in views)
         )
-        known_points = ground.known(others, fit.sigma)
+        known_points = ground.known(other_rows, fit.sigma)
         trial = bundle_adjust(start_with_lenses, known_points, threads=threads, progress=progress)
         if not _has_converged(trial):
             return math.inf, ground.off(start, left_out_rows)
-        bent_items += [ground.off(trial, [i]) for i in left_out_rows]
+        bent_residuals += [ground.off(trial, [i]) for i in left_out_rows]
         stiff += [ground.off(start, [i]) for i in left_out_rows]
-    if not bent_items:
+    if not bent_residuals:
         return None
-    return float(np.sqrt(np.mean(np.square(bent_items)))), float(np.sqrt(np.mean(np.square(stiff))))
+    return float(np.sqrt(np.mean(np.square(bent_residuals)))), float(
+        np.sqrt(np.mean(np.square(stiff)))
+    )
 
 
 def require_width(local_points: FloatArray) -> None:

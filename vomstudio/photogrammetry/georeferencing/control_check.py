@@ -196,15 +196,17 @@ def _warnings(
 ) -> Iterator[Finding]:
     used_points = [p for p in points if p.usable and p.use == "control"]
     unseen_labels = [p.label for p in points if not p.usable]
-    few = [p.label for p in used_points if p.photos < RECOMMENDED_PHOTOS]
+    points_with_few = [p.label for p in used_points if p.photos < RECOMMENDED_PHOTOS]
     if MIN_POINTS <= len(used_points) < RECOMMENDED_POINTS:
         yield Finding("control.no-redundancy", count=len(used_points), least=RECOMMENDED_POINTS)
     if not any(p.usable and p.use == "check" for p in points):
         yield Finding("control.no-check-points")
     if unseen_labels:
         yield Finding("control.few-marks", labels=sorted(unseen_labels))
-    if few:
-        yield Finding("control.more-marks", wanted=RECOMMENDED_PHOTOS, labels=sorted(few))
+    if points_with_few:
+        yield Finding(
+            "control.more-marks", wanted=RECOMMENDED_PHOTOS, labels=sorted(points_with_few)
+        )
     ties = sorted(label for label, rows in others.items() if len(rows) >= MIN_PHOTOS)
     useless = sorted(set(others) - set(ties))
     if ties:

@@ -125,48 +125,50 @@ def place_by_gps(
     # A receiver that does not state its accuracy may drift, so positions within its drift are not
     # treated as wrong.
     floor = 2.5 * (stated_accuracy or _DEFAULT_ACCURACY_M / 2)
-    fit, used = fit_robustly(centres, local_points, min_sigma=floor)
-    scatter = _scatter(fit(centres), local_points, used, stated_accuracy)
-    each = _each_sigma(placed, stated_accuracy or scatter.horizontal_sigma)
-    better, entered = adjust_to_positions(
+    fit, is_used = fit_robustly(centres, local_points, min_sigma=floor)
+    scatter = _scatter(fit(centres), local_points, is_used, stated_accuracy)
+    sigma_of_each = _each_sigma(placed, stated_accuracy or scatter.horizontal_sigma)
+    adjusted_scene, entered = adjust_to_positions(
         place_in_world(scene, fit, origin, crs),
         rows,
         local_points,
-        each,
+        sigma_of_each,
         threads=threads,
         progress=progress,
     )
     residuals = fit(centres) - local_points
     if entered.adjusted:
-        _, used = fit_robustly(better.centres[rows], local_points, min_sigma=floor)
-        scatter = _scatter(better.centres[rows], local_points, used, stated_accuracy)
-        residuals = better.centres[rows] - local_points
-    some = np.asarray(rows)[used]
+        _, is_used = fit_robustly(adjusted_scene.centres[rows], local_points, min_sigma=floor)
+        scatter = _scatter(adjusted_scene.centres[rows], local_points, is_used, stated_accuracy)
+        residuals = adjusted_scene.centres[rows] - local_points
+    used_indices = np.asarray(rows)[is_used]
     report = GpsReport(
         **placement_errors(
-            better,
+            adjusted_scene,
             cameras,
             scatter,
-            lambda other: other.centres[some],
-            local_points[used],
+            lambda other: other.centres[used_indices],
+            local_points[is_used],
             lenses=entered.lenses if entered.adjusted else None,
-            centres=known_centres(some, local_points[used], each[used]),
+            centres=known_centres(used_indices, local_points[is_used], sigma_of_each[is_used]),
         ),
         scale=fit.scale,
         crs=crs,
         adjusted=entered.adjusted,
         decisions=(entered.reason, *(lens.reason for lens in entered.lenses)),
         lenses=entered.lenses,
-        bowing=fit_bowing(world[used], residuals[used], extent=better.points + np.array(origin)),
+        bowing=fit_bowing(
+            world[is_used], residuals[is_used], extent=adjusted_scene.points + np.array(origin)
+        ),
         names=tuple(photo.name for photo in placed),
         positions=world,
         residuals_m=residuals,
-        used=used,
-        rms_m=float(np.sqrt((residuals[used] ** 2).sum(1).mean())),
+        used=is_used,
+        rms_m=float(np.sqrt((residuals[is_used] ** 2).sum(1).mean())),
         heights=_heights(placed),
     )
     warnings = [*_warnings(report, scene, placed), *drift_findings({"cameras": scatter.drift})]
-    return better, replace(report, warnings=tuple(warnings))
+    return adjusted_scene, replace(report, warnings=tuple(warnings))
 
 
 def _photos_with_position(
@@ -177,25 +179,25 @@ def _photos_with_position(
     Raises GeometryError if there are fewer than three.
     """
     photo_by_name = {photo.name: photo for photo in photos}
-    rows, placed_items = [], []
+    rows, placed_rows = [], []
     for row, view in enumerate(scene.views):
         photo = photo_by_name.get(view.name)
         if photo is not None and has_position(photo):
             rows.append(row)
-            placed_items.append(photo)
-    if not placed_items:
+            placed_rows.append(photo)
+    if not placed_rows:
         raise GeometryError(Finding("gps-few", "error", total=len(scene.views), photos=(), value=0))
-    if len(placed_items) < 3:
+    if len(placed_rows) < 3:
         raise GeometryError(
             Finding(
                 "gps-few",
                 "error",
-                value=len(placed_items),
+                value=len(placed_rows),
                 total=len(scene.views),
-                photos=[photo.name for photo in placed_items],
+                photos=[photo.name for photo in placed_rows],
             )
         )
-    return rows, placed_items
+    return rows, placed_rows
 
 
 def _scatter(
@@ -207,22 +209,22 @@ def _scatter(
 
     centres, local : (n, 3) camera centres and GPS positions
     """
-    each = (
+    sigma_of_each = (
         None
         if stated_value is None
         else np.array([stated_value, stated_value, HEIGHT_ERROR_FACTOR * stated_value])
     )
     scatter = scatter_of(
-        local_points[is_used], (centres - local_points)[is_used], each, is_ordered=True
+        local_points[is_used], (centres - local_points)[is_used], sigma_of_each, is_ordered=True
     )
     sigma = scatter.horizontal_sigma
     inside = local_points[is_used] - local_points[is_used].mean(axis=0)
     baseline = float(np.sqrt((inside**2).sum(1).mean()))
     if sigma > 0.5 * baseline:
         raise GeometryError(Finding("gps.imprecise", sigma_m=sigma, spread_m=baseline))
-    worst = scatter.worst_rotation_deg
-    if worst > MAX_ROTATION_ERROR_DEG:
-        raise GeometryError(Finding("gps.rotation", sigma_m=sigma, rotation_deg=worst))
+    worst_rotation = scatter.worst_rotation_deg
+    if worst_rotation > MAX_ROTATION_ERROR_DEG:
+        raise GeometryError(Finding("gps.rotation", sigma_m=sigma, rotation_deg=worst_rotation))
     return scatter
 
 
@@ -265,8 +267,12 @@ def has_position(photo: PhotoLike) -> bool:
 
 def _stated_accuracy(photos: Sequence[PhotoLike]) -> float | None:
     """Return the typical stated error of one coordinate, or None if few photos state it."""
-    stated = [p.gps_accuracy_m for p in photos if p.gps_accuracy_m]
-    return float(np.median(stated)) / _RADIUS_PER_SIGMA if len(stated) > len(photos) / 2 else None
+    stated_accuracies = [p.gps_accuracy_m for p in photos if p.gps_accuracy_m]
+    return (
+        float(np.median(stated_accuracies)) / _RADIUS_PER_SIGMA
+        if len(stated_accuracies) > len(photos) / 2
+        else None
+    )
 
 
 def _each_sigma(photos: Sequence[PhotoLike], default_m: float) -> FloatArray:
@@ -289,12 +295,12 @@ def _warnings(
     report: GpsReport, scene: SparseScene, photos: Sequence[PhotoLike]
 ) -> Iterator[Finding]:
     yield from report.findings(_WARN_DEG, "gps")
-    excluded = [n for n, u in zip(report.names, report.used, strict=True) if not u]
-    if excluded:
+    excluded_names = [n for n, u in zip(report.names, report.used, strict=True) if not u]
+    if excluded_names:
         yield Finding(
             "cameras.left-out",
-            count=len(excluded),
-            photos=excluded,
+            count=len(excluded_names),
+            photos=excluded_names,
         )
     references = {p.altitude_reference for p in photos if p.altitude_reference}
     if len(references) > 1:

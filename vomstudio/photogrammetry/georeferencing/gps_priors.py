@@ -94,18 +94,21 @@ def adjust_to_positions(
         width = float(np.median(misses))
         start = scene
         if width > _MAX_MISFIT * median:
-            loose = known_centres(rows, positions, np.maximum(sigmas, width))
-            start = bundle_adjust(scene, (), loose, threads=threads, progress=progress)
+            loose_centres = known_centres(rows, positions, np.maximum(sigmas, width))
+            start = bundle_adjust(scene, (), loose_centres, threads=threads, progress=progress)
         centres = known_centres(rows, positions, sigmas)
         bent, lenses = adjust_to_ground(start, (), centres, threads=threads, progress=progress)
         misfit = ground_misfit(bent, (), centres)
         if misfit <= _MAX_MISFIT:
             break
         sigmas = sigmas * misfit
-    before, after = (float(np.nanmean(s.errors_px)) for s in (scene, bent))
-    if after > 1.1 * before + 0.02:
+    error_before, error_after = (float(np.nanmean(s.errors_px)) for s in (scene, bent))
+    if error_after > 1.1 * error_before + 0.02:
         reason = Finding(
-            "gps.contradicts-photos", accuracy_m=median, after_px=after, before_px=before
+            "gps.contradicts-photos",
+            accuracy_m=median,
+            after_px=error_after,
+            before_px=error_before,
         )
         return scene, GpsAdjustment(False, reason, median)
     reason = Finding("gps.adjusted", accuracy_m=median)
@@ -132,5 +135,5 @@ def known_centres(
     rows: Sequence[int] | IntArray, positions: FloatArray, sigmas: FloatArray
 ) -> list[KnownCentre]:
     """Return positions (n, 3) with horizontal errors (n,) as input of an adjustment."""
-    each = sigmas[:, None] * [1.0, 1.0, HEIGHT_ERROR_FACTOR]
-    return [KnownCentre(int(r), p, s) for r, p, s in zip(rows, positions, each, strict=True)]
+    axis_sigmas = sigmas[:, None] * [1.0, 1.0, HEIGHT_ERROR_FACTOR]
+    return [KnownCentre(int(r), p, s) for r, p, s in zip(rows, positions, axis_sigmas, strict=True)]

@@ -132,12 +132,12 @@ def focal_sigmas(
 def noise_px(scene: SparseScene) -> float:
     """Return the error of a correlated tie point observation in one direction, pixels."""
     misses = residuals(scene)
-    is_good = np.isfinite(misses).all(axis=1)
-    if not is_good.any():
+    is_finite = np.isfinite(misses).all(axis=1)
+    if not is_finite.any():
         return 1.0
     # RMS of a two-dimensional Gaussian from its mean length, which is robust to a few outliers.
-    rms = float(np.linalg.norm(misses[is_good], axis=1).mean()) / math.sqrt(math.pi / 2)
-    return max(_MIN_NOISE_PX, rms * correlated_factor(int(is_good.sum()), len(scene.views)))
+    rms = float(np.linalg.norm(misses[is_finite], axis=1).mean()) / math.sqrt(math.pi / 2)
+    return max(_MIN_NOISE_PX, rms * correlated_factor(int(is_finite.sum()), len(scene.views)))
 
 
 class _Problem:
@@ -197,10 +197,10 @@ class _Problem:
         for centre in centres:
             frame = self.reconstruction.image(centre.view + 1).frame
             covariance = np.diag((centre.sigma / noise) ** 2)
-            near = costs.AbsolutePosePositionPriorCost(covariance, centre.position)
+            prior_cost = costs.AbsolutePosePositionPriorCost(covariance, centre.position)
             loss = pyceres.CauchyLoss(_OUTLIER_SIGMAS * noise)
             # Residuals are in units of sigma / noise.
-            add(owned_by_colmap(near), owned_by_colmap(loss), [frame.rig_from_world.params])
+            add(owned_by_colmap(prior_cost), owned_by_colmap(loss), [frame.rig_from_world.params])
 
 
 def reconstruction_of(scene: SparseScene) -> tuple[Any, dict[Intrinsics, int]]:
@@ -213,8 +213,8 @@ def reconstruction_of(scene: SparseScene) -> tuple[Any, dict[Intrinsics, int]]:
     cameras: dict[Intrinsics, int] = {}
     slot = np.zeros(len(scene.track_views), np.int64)
     for row, view in enumerate(scene.views):
-        mine = np.flatnonzero(scene.track_views == row)
-        slot[mine] = np.arange(len(mine))
+        view_tracks = np.flatnonzero(scene.track_views == row)
+        slot[view_tracks] = np.arange(len(view_tracks))
         lens = view.intrinsics
         if lens not in cameras:
             cameras[lens] = len(cameras) + 1
@@ -225,7 +225,7 @@ def reconstruction_of(scene: SparseScene) -> tuple[Any, dict[Intrinsics, int]]:
             reconstruction.add_camera_with_trivial_rig(camera)
         image = pycolmap.Image(
             name=f"{row + 1:06d}",
-            keypoints=scene.track_pixels[mine].astype(np.float64),
+            keypoints=scene.track_pixels[view_tracks].astype(np.float64),
             camera_id=cameras[lens],
             image_id=row + 1,
         )

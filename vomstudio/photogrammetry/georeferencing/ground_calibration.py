@@ -85,11 +85,13 @@ def adjust_to_ground(
         new_lenses = _adjusted_lenses(fixed_result, trial)
         trial_lenses = [new_lenses[lens] for lens in free_order]
         excess = ground_misfit(trial, points, centres)
-        sigmas_by_ground, both = _sigmas_by_ground(trial, points, centres, trial_lenses, threads)
+        sigmas_by_ground, joint_sigmas = _sigmas_by_ground(
+            trial, points, centres, trial_lenses, threads
+        )
         alone |= {lens: sigmas_by_ground[new_lenses[lens]] * excess for lens in free_order}
         determined = [lens for lens in free_order if alone[lens] <= MAX_SIGMA]
         if determined == free_order:
-            sigma |= {lens: both[new_lenses[lens]] * excess for lens in free_order}
+            sigma |= {lens: joint_sigmas[new_lenses[lens]] * excess for lens in free_order}
             result = trial
             break
         free_order = determined
@@ -114,17 +116,17 @@ def ground_misfit(
                 np.mean(view.intrinsics.focal)
             )
             variance = point.mark_px**2 + (point.sigma / size) ** 2
-            miss = view.project(point.position)[0] - pixel
-            squares += (miss**2 / variance).tolist()
+            misclosure = view.project(point.position)[0] - pixel
+            squares += (misclosure**2 / variance).tolist()
     for centre in centres:
-        miss = (scene.views[centre.view].centre - centre.position) / centre.sigma
-        squares += (miss**2).tolist()
-    known_values = np.array([s for s in squares if math.isfinite(s)])
-    if not len(known_values):
+        misclosure = (scene.views[centre.view].centre - centre.position) / centre.sigma
+        squares += (misclosure**2).tolist()
+    known_squares = np.array([s for s in squares if math.isfinite(s)])
+    if not len(known_squares):
         return 1.0
     # The median of squared standard Gaussian errors is 0.455; unlike the mean, it is robust to
     # wrong positions.
-    return max(1.0, math.sqrt(float(np.median(known_values)) / 0.455))
+    return max(1.0, math.sqrt(float(np.median(known_squares)) / 0.455))
 
 
 def _sigmas_by_ground(
@@ -139,13 +141,13 @@ def _sigmas_by_ground(
     Returns two dictionaries, for ground control alone and together with the tie points. Errors are
     infinite if undetermined.
     """
-    both = focal_sigmas(scene, points, centres, free_lenses=lenses, threads=threads)
+    joint_sigmas = focal_sigmas(scene, points, centres, free_lenses=lenses, threads=threads)
     ties = focal_sigmas(scene, (), (), free_lenses=lenses, threads=threads)
     ground_sigmas = {}
     for lens in lenses:
-        added_information = both[lens] ** -2 - ties[lens] ** -2
+        added_information = joint_sigmas[lens] ** -2 - ties[lens] ** -2
         ground_sigmas[lens] = added_information**-0.5 if added_information > 0 else float("inf")
-    return ground_sigmas, both
+    return ground_sigmas, joint_sigmas
 
 
 def _adjusted_lenses(before: SparseScene, after: SparseScene) -> dict[Intrinsics, Intrinsics]:
@@ -164,14 +166,16 @@ def _verdict(
     is_freed: bool,
 ) -> LensVerdict:
     photos = tuple(view.name for view in scene.views if view.intrinsics == lens)
-    before, focal = lens.focal[0], became.focal[0]
+    lens_before, focal = lens.focal[0], became.focal[0]
     values = {
         "focal_px": focal,
         "required_percent": 100 * MAX_SIGMA,
         "ground_percent": 100 * sigma_without_ties,
         "sigma_px": sigma * focal,
-        "change_percent": 100 * (focal / before - 1),
+        "change_percent": 100 * (focal / lens_before - 1),
     }
     code = "lens.ground-estimated" if is_freed else "lens.ground-held"
     reason = Finding(code, count=len(photos), **values)
-    return LensVerdict(photos, is_freed, before, focal, sigma * focal if is_freed else 0.0, reason)
+    return LensVerdict(
+        photos, is_freed, lens_before, focal, sigma * focal if is_freed else 0.0, reason
+    )

@@ -74,13 +74,13 @@ def _report_findings(report: JoinReport) -> Iterator[Finding]:
 
 
 def _junction_finding(junction: Junction) -> Finding:
-    one, other = junction.photos
+    first_photo, second_photo = junction.photos
     if junction.rotation_error_deg is None or junction.rms_px is None:
-        return Finding("join.by-control", one=one, other=other)
+        return Finding("join.by-control", one=first_photo, other=second_photo)
     return Finding(
         "join.by-markers",
-        one=one,
-        other=other,
+        one=first_photo,
+        other=second_photo,
         markers=sum(marker.used for marker in junction.markers),
         rms_px=junction.rms_px,
         rotation_deg=max(junction.rotation_error_deg),

@@ -137,8 +137,8 @@ def lens_effect(
 
 def bend_of_lenses(scene: SparseScene, cameras: Sequence[Calibration]) -> LensBend | None:
     """Return the bend of a scene that only photos determine, in the units of the scene."""
-    effect = lens_effect(scene, cameras, scene.points.mean(axis=0))
-    return None if effect is None else effect.bend
+    effect_of_lenses = lens_effect(scene, cameras, scene.points.mean(axis=0))
+    return None if effect_of_lenses is None else effect_of_lenses.bend
 
 
 def identity(_scene: SparseScene) -> Similarity:
@@ -181,33 +181,35 @@ def _thin_points(scene: SparseScene) -> SparseScene:
     rng = np.random.default_rng(0)
     order = rng.permutation(len(scene.points))
     order = order[np.argsort(-np.minimum(scene.track_lengths[order], 6), kind="stable")]
-    keep = np.zeros(len(scene.points), bool)
+    is_kept = np.zeros(len(scene.points), bool)
     offsets = scene.track_offsets
     for point in order:
-        mine = scene.track_views[offsets[point] : offsets[point + 1]]
-        if (remaining_counts[mine] > 0).any():
-            keep[point] = True
-            remaining_counts[mine] -= 1
+        point_views = scene.track_views[offsets[point] : offsets[point + 1]]
+        if (remaining_counts[point_views] > 0).any():
+            is_kept[point] = True
+            remaining_counts[point_views] -= 1
         if not (remaining_counts > 0).any():
             break
-    is_observed = np.repeat(keep, scene.track_lengths)
+    is_observed = np.repeat(is_kept, scene.track_lengths)
     return replace(
         scene,
-        points=scene.points[keep],
-        colors=scene.colors[keep],
-        errors_px=scene.errors_px[keep],
-        track_offsets=np.concatenate([[0], np.cumsum(scene.track_lengths[keep])]).astype(np.int64),
+        points=scene.points[is_kept],
+        colors=scene.colors[is_kept],
+        errors_px=scene.errors_px[is_kept],
+        track_offsets=np.concatenate([[0], np.cumsum(scene.track_lengths[is_kept])]).astype(
+            np.int64
+        ),
         track_views=scene.track_views[is_observed],
         track_pixels=scene.track_pixels[is_observed],
     )
 
 
-def _add_second_radial(scene: SparseScene, known_items: dict[Intrinsics, float]) -> SparseScene:
+def _add_second_radial(scene: SparseScene, known_sigmas: dict[Intrinsics, float]) -> SparseScene:
     """Add k2, which bends a block most, to lenses without it."""
 
     def widen_view(view: View) -> View:
         lens = view.intrinsics
-        if lens.model != "SIMPLE_RADIAL" or lens not in known_items:
+        if lens.model != "SIMPLE_RADIAL" or lens not in known_sigmas:
             return view
         return replace(view, intrinsics=replace(lens, model="RADIAL", params=(*lens.params, 0.0)))
 
@@ -219,16 +221,16 @@ def _changes(response: Response, focal_errors: Sequence[float | None]) -> list[F
 
     focal_errors : relative error of each lens's focal length, 0 if estimated; None for a fixed lens
     """
-    prior, fixed_items, focal_changes = [], [], []
+    prior, fixed_lenses, focal_changes = [], [], []
     for lens, fraction in zip(response.lenses, focal_errors, strict=True):
         diagonal = float(np.hypot(lens.width, lens.height))
         for name in MODELS[lens.model]:
             spread = {"c": _CENTRE * diagonal, "k": _K2, "p": 0.1 * _K2}.get(name[0], np.inf)
             prior.append(_K1 if name == "k1" else spread)
             focal = name[0] == "f"
-            fixed_items.append(fraction is None or (focal and fraction > 0.0))
+            fixed_lenses.append(fraction is None or (focal and fraction > 0.0))
             focal_changes.append((fraction or 0.0) * lens.focal[0] if focal else 0.0)
-    is_free = ~np.array(fixed_items)
+    is_free = ~np.array(fixed_lenses)
     information = response.information + np.diag(np.array(prior) ** -2.0)
     free_information = information[np.ix_(is_free, is_free)]
     values, axes = np.linalg.eigh(free_information)

@@ -55,12 +55,12 @@ class Response:
         """Return the adjusted scene after a change (l,) of the lenses."""
         poses = self._poses_by_lens @ change
         views, points, lens_of = self._rows
-        each = poses.reshape(-1, 6)
+        pose_changes = poses.reshape(-1, 6)
         new_lenses = []
         for lens, start in zip(self.lenses, self.starts, strict=True):
             params = np.array(lens.params) + change[start : start + len(lens.params)]
             new_lenses.append(replace(lens, params=tuple(params.tolist())))
-        right = np.einsum("mij,mj->mi", self._to_pose, each[views])
+        right = np.einsum("mij,mj->mi", self._to_pose, pose_changes[views])
         parameter_count = self._to_lens.shape[2]
         lens_changes = np.zeros((len(self.lenses), parameter_count))
         for k, (lens, start) in enumerate(zip(self.lenses, self.starts, strict=True)):
@@ -68,15 +68,17 @@ class Response:
         right += np.einsum("mij,mj->mi", self._to_lens, lens_changes[lens_of])
         count = len(self._point_inverse)
         pull = np.stack([np.bincount(points, right[:, k], count) for k in range(3)], axis=1)
-        shifts = -np.einsum("nij,nj->ni", self._point_inverse, pull)
+        point_shifts = -np.einsum("nij,nj->ni", self._point_inverse, pull)
         number = {lens: k for k, lens in enumerate(self.lenses)}
         new_views = [
             _turned(view, move, new_lenses[number[view.intrinsics]])
-            for view, move in zip(self.scene.views, each, strict=True)
+            for view, move in zip(self.scene.views, pose_changes, strict=True)
         ]
         point_count = len(self.scene.points)
         return replace(
-            self.scene, views=tuple(new_views), points=self.scene.points + shifts[:point_count]
+            self.scene,
+            views=tuple(new_views),
+            points=self.scene.points + point_shifts[:point_count],
         )
 
 
@@ -105,15 +107,19 @@ def response_of(
     pose_derivatives, point_derivatives, lens_derivatives = _derivatives(
         scene.views, positions, observations, width
     )
-    views, which = observations.views, observations.points
+    views, point_rows = observations.views, observations.points
     count = len(positions)
 
-    inner_values = np.zeros((count, 3, 3))
-    np.add.at(inner_values, which, np.einsum("mki,mkj->mij", point_derivatives, point_derivatives))
-    inner_values += observations.prior[:, None, None] * np.eye(3)
+    inner_matrices = np.zeros((count, 3, 3))
+    np.add.at(
+        inner_matrices, point_rows, np.einsum("mki,mkj->mij", point_derivatives, point_derivatives)
+    )
+    inner_matrices += observations.prior[:, None, None] * np.eye(3)
     # Points on two almost parallel rays need a prior of the size of the scene.
-    scale = float(np.trace(inner_values, axis1=1, axis2=2).mean()) if count else 1.0
-    inverse: FloatArray = np.linalg.inv(inner_values + 1e-12 * scale * np.eye(3)).astype(np.float64)
+    scale = float(np.trace(inner_matrices, axis1=1, axis2=2).mean()) if count else 1.0
+    inverse: FloatArray = np.linalg.inv(inner_matrices + 1e-12 * scale * np.eye(3)).astype(
+        np.float64
+    )
     to_pose: FloatArray = np.einsum("mki,mkj->mij", point_derivatives, pose_derivatives)
     to_lens: FloatArray = np.einsum("mki,mkj->mij", point_derivatives, lens_derivatives)
 
@@ -130,11 +136,11 @@ def response_of(
         places_of[np.ix_(is_of_lens, 6 + np.arange(len(lens.params)))] = (
             size + starts[k] + np.arange(len(lens.params))
         )
-    padded_values = np.zeros((total + 1, total + 1))
+    padded_matrix = np.zeros((total + 1, total + 1))
     products = np.einsum("mki,mkj->mij", columns, columns)
-    np.add.at(padded_values, (places_of[:, :, None], places_of[:, None, :]), products)
-    _eliminate(padded_values, which, places_of, pull, inverse)
-    normal = padded_values[:total, :total]
+    np.add.at(padded_matrix, (places_of[:, :, None], places_of[:, None, :]), products)
+    _eliminate(padded_matrix, point_rows, places_of, pull, inverse)
+    normal = padded_matrix[:total, :total]
     _add_priors(normal, scene, centres)
     poses = normal[:size, :size]
     mixed_normal = normal[:size, size:]
@@ -142,7 +148,7 @@ def response_of(
     information = normal[size:, size:] + mixed_normal.T @ answer
     information = (information + information.T) / 2.0
     return Response(
-        scene, lenses, information, answer, inverse, to_pose, to_lens, (views, which, lens_of)
+        scene, lenses, information, answer, inverse, to_pose, to_lens, (views, point_rows, lens_of)
     )
 
 
@@ -164,7 +170,7 @@ class _Observed:
 def _observations(
     scene: SparseScene, noise_px: float, points: Sequence[KnownPoint]
 ) -> tuple[FloatArray, _Observed]:
-    views, which = [scene.track_views.astype(np.int64)], [scene.track_points]
+    views, point_rows = [scene.track_views.astype(np.int64)], [scene.track_points]
     weight = [np.full(len(scene.track_views), 1.0 / noise_px)]
     positions, prior = [scene.points], [np.zeros(len(scene.points))]
     count = len(scene.points)
@@ -172,12 +178,12 @@ def _observations(
         if point.position is None or len(point.views) < 1:
             continue
         views.append(np.asarray(point.views, np.int64))
-        which.append(np.full(len(point.views), count, np.int64))
+        point_rows.append(np.full(len(point.views), count, np.int64))
         weight.append(np.full(len(point.views), 1.0 / point.mark_px))
         positions.append(np.asarray(point.position, np.float64)[None])
         prior.append(np.array([point.sigma**-2.0]))
         count += 1
-    observations = _Observed(*(np.concatenate(item) for item in (views, which, weight, prior)))
+    observations = _Observed(*(np.concatenate(item) for item in (views, point_rows, weight, prior)))
     return np.concatenate(positions), observations
 
 
@@ -203,18 +209,18 @@ def _derivatives(
         slopes = np.zeros((len(rows_of_view), 2, 3))
         for k in range(3):
             move = step * np.eye(3)[k]
-            forward, back = (
+            forward, inverse_rotation = (
                 view.intrinsics.project(camera_points + move),
                 view.intrinsics.project(camera_points - move),
             )
-            slopes[:, :, k] = (forward - back) / (2.0 * step)
-        turns = np.zeros((len(rows_of_view), 3, 6))
+            slopes[:, :, k] = (forward - inverse_rotation) / (2.0 * step)
+        rotation_derivatives = np.zeros((len(rows_of_view), 3, 6))
         x, y, z = camera_points.T
-        turns[:, 0, 1], turns[:, 0, 2] = z, -y
-        turns[:, 1, 0], turns[:, 1, 2] = -z, x
-        turns[:, 2, 0], turns[:, 2, 1] = y, -x
-        turns[:, :, 3:] = np.eye(3)
-        pose_derivatives[rows_of_view] = slopes @ turns
+        rotation_derivatives[:, 0, 1], rotation_derivatives[:, 0, 2] = z, -y
+        rotation_derivatives[:, 1, 0], rotation_derivatives[:, 1, 2] = -z, x
+        rotation_derivatives[:, 2, 0], rotation_derivatives[:, 2, 1] = y, -x
+        rotation_derivatives[:, :, 3:] = np.eye(3)
+        pose_derivatives[rows_of_view] = slopes @ rotation_derivatives
         point_derivatives[rows_of_view] = slopes @ view.rotation
         params = np.array(view.intrinsics.params)
         for k, name in enumerate(MODELS[view.intrinsics.model]):
@@ -227,11 +233,15 @@ def _derivatives(
             pixels = [lens.project(camera_points) for lens in two]
             lens_derivatives[rows_of_view, :, k] = (pixels[0] - pixels[1]) / (2.0 * move[k])
     weight = observations.weight[:, None, None]
-    weighted = pose_derivatives * weight, point_derivatives * weight, lens_derivatives * weight
-    is_undefined = ~np.isfinite(np.concatenate(weighted, axis=2)).all(axis=(1, 2))
-    for item in weighted:
+    weighted_derivatives = (
+        pose_derivatives * weight,
+        point_derivatives * weight,
+        lens_derivatives * weight,
+    )
+    is_undefined = ~np.isfinite(np.concatenate(weighted_derivatives, axis=2)).all(axis=(1, 2))
+    for item in weighted_derivatives:
         item[is_undefined] = 0.0
-    return weighted
+    return weighted_derivatives
 
 
 def _eliminate(
@@ -253,9 +263,9 @@ def _eliminate(
     for end in ends:
         rows_of_point = order[start:end]
         start = end
-        cross = np.concatenate(list(pull[rows_of_point]), axis=1)
+        cross_terms = np.concatenate(list(pull[rows_of_point]), axis=1)
         unknowns = places[rows_of_point].ravel()
-        correction = cross.T @ inverse[residual_rows[rows_of_point[0]]] @ cross
+        correction = cross_terms.T @ inverse[residual_rows[rows_of_point[0]]] @ cross_terms
         np.subtract.at(normal, (unknowns[:, None], unknowns[None, :]), correction)
 
 
@@ -264,18 +274,20 @@ def _add_priors(normal: FloatArray, scene: SparseScene, centres: Sequence[KnownC
     max_distance = (
         float(np.linalg.norm(scene.centres - scene.centres.mean(axis=0), axis=1).max()) or 1.0
     )
-    loose = np.array(
+    is_loose = np.array(
         [_POSE_SIGMA, _POSE_SIGMA, _POSE_SIGMA, *(3 * [_POSE_SIGMA / max_distance**2])]
     )
     for row in range(len(scene.views)):
         position = np.arange(6 * row, 6 * row + 6)
-        normal[position, position] += loose
+        normal[position, position] += is_loose
     for centre in centres:
         view = scene.views[centre.view]
         # The centre moves by -R^T times the translation in the camera frame.
-        known_values = view.rotation @ np.diag(np.asarray(centre.sigma) ** -2.0) @ view.rotation.T
+        prior_information = (
+            view.rotation @ np.diag(np.asarray(centre.sigma) ** -2.0) @ view.rotation.T
+        )
         position = np.arange(6 * centre.view + 3, 6 * centre.view + 6)
-        normal[np.ix_(position, position)] += known_values
+        normal[np.ix_(position, position)] += prior_information
 
 
 def _turned(view: View, move: FloatArray, lens: Intrinsics) -> View:

@@ -57,8 +57,8 @@ class Marking:
     def labels(self) -> tuple[str, ...]:
         """Labels of points with coordinates in table order, then others as created."""
         named_labels = [p.label for p in self.control]
-        others = [*(m.label for m in self.marks), *self.begun]
-        return tuple(dict.fromkeys([*named_labels, *others]))
+        other_labels = [*(m.label for m in self.marks), *self.begun]
+        return tuple(dict.fromkeys([*named_labels, *other_labels]))
 
     def point(self, label: str) -> ControlPoint | None:
         """Return the control or check point with this label, or None if it has no coordinates."""
@@ -240,10 +240,10 @@ class PlacedPhotos:
     def predict(self, marking: Marking, label: str) -> MarkPrediction:
         """Predict the position of a point in all photos with a pose, and compute its residuals."""
         marks = marking.of(label)
-        expected_items: dict[str, Pixel] = {}
+        expected_pixels: dict[str, Pixel] = {}
         residuals: dict[str, float] = {}
         sizes: dict[str, float] = {}
-        suspect = None
+        suspect_mark = None
         for number, views in enumerate(self._views):
             part_marks = self._marks(number, marks)
             place = self._place(part_marks)
@@ -251,13 +251,13 @@ class PlacedPhotos:
                 distances = mark_distances(part_marks, place[0])
                 names = [view.name for view in part_marks.views]
                 residuals |= dict(zip(names, distances.tolist(), strict=True))
-                wrong = find_agreeing(label, part_marks, BAD_PX)[1]
+                wrong_marks = find_agreeing(label, part_marks, BAD_PX)[1]
                 if (
                     len(distances) >= _MIN_MARKS_TO_SUSPECT
-                    and wrong
+                    and wrong_marks
                     and distances.max() == max(residuals.values())
                 ):
-                    suspect = max(wrong, key=lambda mark: residuals[mark.photo]).photo
+                    suspect_mark = max(wrong_marks, key=lambda mark: residuals[mark.photo]).photo
             else:
                 place = self._place_by_coordinates(marking, label, number)
             if place is None:
@@ -268,8 +268,8 @@ class PlacedPhotos:
                     continue
                 sizes[name] = float(view.depths(place)[0] / np.mean(view.intrinsics.focal))
                 if name not in marks:
-                    expected_items[name] = (float(pixel[0]), float(pixel[1]))
-        return MarkPrediction(expected_items, residuals, sizes, suspect)
+                    expected_pixels[name] = (float(pixel[0]), float(pixel[1]))
+        return MarkPrediction(expected_pixels, residuals, sizes, suspect_mark)
 
     def epipolar_line(self, marking: Marking, label: str, photo: str) -> FloatArray:
         """Return the epipolar line, pixels (k, 2), of a point that is marked in one other photo.
@@ -280,16 +280,18 @@ class PlacedPhotos:
         if number is None or photo in marking.of(label):
             return np.zeros((0, 2))
         views = self._views[number]
-        mine = [(views[name], pixel) for name, pixel in marking.of(label).items() if name in views]
-        if len(mine) != 1:
+        marks_in_views = [
+            (views[name], pixel) for name, pixel in marking.of(label).items() if name in views
+        ]
+        if len(marks_in_views) != 1:
             return np.zeros((0, 2))
-        (view, pixel), other = mine[0], views[photo]
-        baseline = float(np.linalg.norm(other.centre - view.centre))
+        (view, pixel), other_view = marks_in_views[0], views[photo]
+        baseline = float(np.linalg.norm(other_view.centre - view.centre))
         # Steps must be small near the camera; far away, the pixel changes very little.
         distances = np.geomspace(0.05, 2000.0, 600)[:, None] * baseline
-        pixels = other.project(view.centre + distances * view.rays(pixel))
+        pixels = other_view.project(view.centre + distances * view.rays(pixel))
         pixels = pixels[np.isfinite(pixels).all(axis=1)]
-        return pixels[other.contains(pixels)]
+        return pixels[other_view.contains(pixels)]
 
     def _marks(self, number: int, marks: Mapping[str, Pixel]) -> Marks:
         """Return the marks of a point in the photos of a part."""
@@ -318,16 +320,16 @@ class PlacedPhotos:
 
     def _frame(self, marking: Marking, number: int) -> Similarity | None:
         """Return the similarity from the World frame to a component, from its marked points."""
-        known_items, positions = [], []
+        known_positions, positions = [], []
         for point in marking.control:
             place = self._place(self._marks(number, marking.of(point.label)))
             if place is not None:
-                known_items.append(point.position)
+                known_positions.append(point.position)
                 positions.append(place[0])
-        if len(known_items) < MIN_POINTS:
+        if len(known_positions) < MIN_POINTS:
             return None
         try:
-            return fit_robustly(np.array(known_items), np.array(positions))[0]
+            return fit_robustly(np.array(known_positions), np.array(positions))[0]
         except GeometryError:
             return None
 
@@ -345,8 +347,8 @@ def usable_tables(
         return None, marks, []
     find = photo_finder(photos)
     rows = [(mark, find(mark.photo)) for mark in read_marks(marks)]
-    here = tuple(replace(mark, photo=photos[row]) for mark, row in rows if row is not None)
-    marking = Marking(tuple(read_control(control)), here)
+    usable_marks = tuple(replace(mark, photo=photos[row]) for mark, row in rows if row is not None)
+    marking = Marking(tuple(read_control(control)), usable_marks)
     good_usable_points = find_usable_points(marking)
     if len(good_usable_points) < MIN_POINTS or _is_collinear(marking, good_usable_points):
         return None, marks, missing(marking)
@@ -410,21 +412,23 @@ def _missing_joins(marking: Marking, placed_photos: PlacedPhotos, model: set[str
     """
     findings = []
     for number, part in enumerate(placed_photos.parts[1:], start=2):
-        other = {view.name for view in part.views}
+        part_names = {view.name for view in part.views}
         counts = {
             label: (
                 len(_counted(marking, label, model)),
-                len(_counted(marking, label, other)),
+                len(_counted(marking, label, part_names)),
             )
             for label in marking.labels
         }
-        joined_labels = [label for label, both in counts.items() if min(both) >= MIN_PHOTOS]
+        joined_labels = [
+            label for label, view_counts in counts.items() if min(view_counts) >= MIN_PHOTOS
+        ]
         if len(joined_labels) < MIN_POINTS:
             findings.append(
                 Finding(
                     "join.few-markers",
                     "info",
-                    size=len(other),
+                    size=len(part_names),
                     common=len(joined_labels),
                     least=MIN_POINTS,
                     markers=joined_labels,

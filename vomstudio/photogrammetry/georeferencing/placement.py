@@ -134,15 +134,15 @@ def placement_errors(
         Control points and camera positions of the adjustment.
     """
 
-    def place_again(other: SparseScene) -> Similarity:
-        return fit_similarity(locate(other), targets)
+    def place_again(other_scene: SparseScene) -> Similarity:
+        return fit_similarity(locate(other_scene), targets)
 
     centre = targets.mean(axis=0)
     if lenses is None:
-        effect = lens_effect(scene, cameras, centre, place_again)
+        lens_bend = lens_effect(scene, cameras, centre, place_again)
     else:
-        effect = lens_effect(scene, cameras, centre, identity, points, centres, lenses)
-    covariance = scatter.covariance + (0.0 if effect is None else effect.covariance)
+        lens_bend = lens_effect(scene, cameras, centre, identity, points, centres, lenses)
+    covariance = scatter.covariance + (0.0 if lens_bend is None else lens_bend.covariance)
     east, north, up = (float(angle) for angle in np.degrees(np.sqrt(np.diag(covariance)[:3])))
     x, y, z = (float(value) for value in centre + np.array(scene.origin))
     return {
@@ -153,5 +153,5 @@ def placement_errors(
         "tilt_error_deg": math.hypot(east, north),
         "covariance": covariance,
         "centre": (x, y, z),
-        "lens_bend": None if effect is None else effect.bend,
+        "lens_bend": None if lens_bend is None else lens_bend.bend,
     }

@@ -80,8 +80,8 @@ def overview(out: Path) -> dict[str, Any]:
     lengths = np.linalg.norm(mapping.residuals(scene), axis=1)
     photos = []
     for row, (name, width, height) in enumerate(names):
-        mine = lengths[scene.track_views == views[name]] if name in views else np.zeros(0)
-        mine = mine[np.isfinite(mine)]
+        view_errors = lengths[scene.track_views == views[name]] if name in views else np.zeros(0)
+        view_errors = view_errors[np.isfinite(view_errors)]
         photos.append(
             {
                 "name": name,
@@ -90,9 +90,9 @@ def overview(out: Path) -> dict[str, Any]:
                 "features": features.get(row, 0),
                 "part": parts.get(name),
                 "reason": reasons.get(name),
-                "tie_points": len(mine),
-                "error_px": float(np.median(mine)) if len(mine) else None,
-                "largest_px": float(mine.max()) if len(mine) else None,
+                "tie_points": len(view_errors),
+                "error_px": float(np.median(view_errors)) if len(view_errors) else None,
+                "largest_px": float(view_errors.max()) if len(view_errors) else None,
                 "gps_m": gps.get(name),
                 "has_depths": depths is not None and _depth_path(depths, name).exists(),
             }
@@ -174,10 +174,10 @@ def pair(out: Path, a: str, b: str) -> PairOfPhotos:
         folder / "database.db", names.index(a), names.index(b)
     )
     verified_pairs = {(int(i), int(j)) for i, j in verified_rows}
-    refused_values = np.array(
+    rejected_matches = np.array(
         [row for row in all_rows.tolist() if tuple(row) not in verified_pairs], np.int64
     )
-    return PairOfPhotos(left, right, verified_rows, refused_values.reshape(-1, 2))
+    return PairOfPhotos(left, right, verified_rows, rejected_matches.reshape(-1, 2))
 
 
 def residual_vectors(out: Path, name: str) -> tuple[Float32Array, Float32Array]:
@@ -189,11 +189,11 @@ def residual_vectors(out: Path, name: str) -> tuple[Float32Array, Float32Array]:
     row = next((k for k, view in enumerate(scene.views) if view.name == name), None)
     if row is None:
         return np.zeros((0, 2), np.float32), np.zeros((0, 2), np.float32)
-    mine = scene.track_views == row
-    pixels = scene.track_pixels[mine]
-    miss = pixels - scene.views[row].project(scene.points[scene.track_points[mine]])
-    is_good = np.isfinite(miss).all(axis=1)
-    return pixels[is_good].astype(np.float32), miss[is_good].astype(np.float32)
+    is_of_view = scene.track_views == row
+    pixels = scene.track_pixels[is_of_view]
+    misclosures = pixels - scene.views[row].project(scene.points[scene.track_points[is_of_view]])
+    is_finite = np.isfinite(misclosures).all(axis=1)
+    return pixels[is_finite].astype(np.float32), misclosures[is_finite].astype(np.float32)
 
 
 # ------------------------------------------------------------------------------------------------
@@ -245,13 +245,13 @@ def depth_pictures(out: Path, name: str) -> DepthPictures:
         undistorted = load_undistorted(_depth_path(straight_stage_folder, name))
         if undistorted.pixels().shape == photo.shape:
             photo, is_usable = undistorted.pixels(), undistorted.valid
-    has = depth_map.depth > 0
+    has_depth = depth_map.depth > 0
     low, high = depth_range(depth_map.depth)
     table = color_table()
     normals = facing_colors(depth_map.normals @ depth_map.view.rotation)
     confidence = table[depth_map.confidence]
     for picture in (normals, confidence):
-        picture[~has] = NO_DEPTH
+        picture[~has_depth] = NO_DEPTH
     return DepthPictures(
         photo,
         depth_map.depth,
@@ -260,7 +260,7 @@ def depth_pictures(out: Path, name: str) -> DepthPictures:
         depth_colors(depth_map.depth, low, high, table),
         confidence,
         normals,
-        float((has & is_usable).sum() / max(1, is_usable.sum())),
+        float((has_depth & is_usable).sum() / max(1, is_usable.sum())),
     )
 
 
@@ -273,15 +273,15 @@ def coverage(out: Path, name: str) -> float | None:
         return None
     try:
         with open_arrays(_depth_path(folder, name)) as arrays:
-            has = arrays["depth"] > 0
+            has_depth = arrays["depth"] > 0
         straight_stage_folder = stage_folder(out, "straight")
         if straight_stage_folder is not None:
-            usable = load_undistorted(_depth_path(straight_stage_folder, name)).valid
-            if usable.shape == has.shape:
-                return float((has & usable).sum() / max(1, usable.sum()))
+            usable_pixels = load_undistorted(_depth_path(straight_stage_folder, name)).valid
+            if usable_pixels.shape == has_depth.shape:
+                return float((has_depth & usable_pixels).sum() / max(1, usable_pixels.sum()))
     except (OSError, ValueError, KeyError, EOFError):
         return None
-    return float(has.mean())
+    return float(has_depth.mean())
 
 
 def depth_range(depth: Float32Array) -> tuple[float, float]:

@@ -166,12 +166,12 @@ class PhotoViews:
         self, centre: FloatArray, local_points: FloatArray, slack_m: float | FloatArray | None
     ) -> BoolArray:
         ways = local_points - centre
-        far = np.linalg.norm(ways, axis=1)
+        distances = np.linalg.norm(ways, axis=1)
         slack = 2.0 * self.resolution if slack_m is None else slack_m
         # Of a cloud every point within reach of the line of sight counts.
-        slack = np.minimum(slack + self.tree.reach, 0.5 * far) + 1e-9 * far
-        last = 1.0 - slack / np.maximum(far, 1e-300)
-        hits = self.tree.cast(centre + self._origin, ways, last)
+        slack = np.minimum(slack + self.tree.reach, 0.5 * distances) + 1e-9 * distances
+        last_distances = 1.0 - slack / np.maximum(distances, 1e-300)
+        hits = self.tree.cast(centre + self._origin, ways, last_distances)
         return np.asarray(hits.index >= 0)
 
     def sightings(self, world: npt.ArrayLike, slack_m: float | None = None) -> list[Sighting]:
@@ -273,18 +273,18 @@ class PhotoViews:
         pixels : (n, 2) pixels of the photo
         """
         photo = self.views[view]
-        queried_values = np.asarray(pixels, np.float64).reshape(-1, 2)
-        directions = photo.rays(queried_values)
+        pixel_positions = np.asarray(pixels, np.float64).reshape(-1, 2)
+        directions = photo.rays(pixel_positions)
         hits = self.tree.cast(self._centres[view] + self._origin, directions)
-        is_hit = (hits.index >= 0) & photo.contains(queried_values)
-        places = np.full((len(queried_values), 3), np.nan)
+        is_hit = (hits.index >= 0) & photo.contains(pixel_positions)
+        places = np.full((len(pixel_positions), 3), np.nan)
         hit_places = self.tree.positions(hits.index[is_hit], hits.weights[is_hit])
         if not isinstance(self.tree.data, Mesh):
-            start, along_component = self._centres[view] + self._origin, directions[is_hit]
+            start, hit_directions = self._centres[view] + self._origin, directions[is_hit]
             hit_places = (
                 start
-                + ((hit_places - start) * along_component).sum(axis=1, keepdims=True)
-                * along_component
+                + ((hit_places - start) * hit_directions).sum(axis=1, keepdims=True)
+                * hit_directions
             )
         places[is_hit] = (hit_places - self._origin) @ self._forth.T + self._anchor
         return places

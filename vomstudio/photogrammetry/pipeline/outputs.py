@@ -132,8 +132,8 @@ def report_disk_errors(folder: Path) -> Iterator[None]:
     except (VomError, MemoryError):
         raise
     except Exception as error:
-        full = isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT)
-        if full or _free_bytes(folder) <= _FULL_BELOW or is_full(folder, error):
+        is_disk_full = isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT)
+        if is_disk_full or _free_bytes(folder) <= _FULL_BELOW or is_full(folder, error):
             finding = Finding("reconstruct.not-written", reason=tr("the disk is full"))
             raise TargetError(finding, file=folder) from error
         # The messages of libraries about disk errors are unreliable, so try to write to the disk.

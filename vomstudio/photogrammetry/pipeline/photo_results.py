@@ -84,11 +84,11 @@ def load_result(load: Callable[[Path], Result], path: Path) -> Result:
         ) from error
 
 
-def save_undistorted(path: Path, straight: Undistorted) -> None:
+def save_undistorted(path: Path, undistorted: Undistorted) -> None:
     """Write an undistorted photo with its mask and view as npz."""
-    arrays = {"photo": np.frombuffer(straight.photo, np.uint8), "view": _words(straight.view)}
-    if straight.mask is not None:
-        arrays["mask"] = np.frombuffer(straight.mask, np.uint8)
+    arrays = {"photo": np.frombuffer(undistorted.photo, np.uint8), "view": _words(undistorted.view)}
+    if undistorted.mask is not None:
+        arrays["mask"] = np.frombuffer(undistorted.mask, np.uint8)
     _save(path, arrays)
 
 

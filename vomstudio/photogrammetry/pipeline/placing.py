@@ -47,7 +47,7 @@ def place_scene(
     cameras = alignment.cameras
     try:
         if settings.control is not None:
-            scene, fitted = control.place_by_control(
+            scene, fit_to_control = control.place_by_control(
                 part,
                 tables.points,
                 tables.marks,
@@ -56,7 +56,7 @@ def place_scene(
                 threads=threads,
                 progress=progress,
             )
-            return scene, report_data.control_registration(fitted)
+            return scene, report_data.control_registration(fit_to_control)
         scene, report = georeference.place_by_gps(
             part, photos, settings.crs, cameras=cameras, threads=threads, progress=progress
         )

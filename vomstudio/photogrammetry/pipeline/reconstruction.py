@@ -152,15 +152,15 @@ class _Run:
         # registered.
         write_cameras_of(self.outputs, self.folder, alignment, alignment.parts[0])
         alignment, aligned = self._join(alignment, aligned)
-        placed = self._place(alignment, photos, aligned)
-        write_cameras_of(self.outputs, self.folder, alignment, placed.scene)
-        straight, flat = self._undistort(placed, photos)
-        pairs, maps, deep = self._depths(placed.scene, straight, flat)
-        cloud, fused = self._fuse(placed.scene, pairs, straight, maps, deep)
-        mesh, surfaced = self._surface(cloud, placed, fused)
-        textured, dressed = self._texture(mesh, placed, photos, surfaced)
-        write_models(self.outputs, placed.scene, cloud, textured, self.log)
-        return self._finish(photos, alignment, placed, cloud, textured, dressed)
+        placed_scene = self._place(alignment, photos, aligned)
+        write_cameras_of(self.outputs, self.folder, alignment, placed_scene.scene)
+        undistorted, flat = self._undistort(placed_scene, photos)
+        pairs, maps, depth_stage = self._depths(placed_scene.scene, undistorted, flat)
+        cloud, fused = self._fuse(placed_scene.scene, pairs, undistorted, maps, depth_stage)
+        mesh, surfaced = self._surface(cloud, placed_scene, fused)
+        textured, dressed = self._texture(mesh, placed_scene, photos, surfaced)
+        write_models(self.outputs, placed_scene.scene, cloud, textured, self.log)
+        return self._finish(photos, alignment, placed_scene, cloud, textured, dressed)
 
     def pause(self) -> None:
         self.log.end_stage()
@@ -291,7 +291,7 @@ class _Run:
     def _depths(
         self,
         scene: SparseScene,
-        straight: PhotoResults[Undistorted],
+        undistorted: PhotoResults[Undistorted],
         flat_stage_folder: StageFolder,
     ) -> tuple[DepthMapPlans, PhotoResults[DepthMap], StageFolder]:
         from vomstudio.photogrammetry.dense import depthmaps
@@ -311,7 +311,7 @@ class _Run:
             results = PhotoResults(stage.folder, names, _save_map, depthmaps.DepthMap.load)
             if stage.done:
                 return pairs, results.at(stage.folder), stage
-            if put_depths_of_gpu(scene, pairs, straight, results.put, self.settings, self.log):
+            if put_depths_of_gpu(scene, pairs, undistorted, results.put, self.settings, self.log):
                 stage.finish()
                 return pairs, results.at(stage.folder), stage
             self.device = "cpu"
@@ -319,16 +319,18 @@ class _Run:
         stage = self.checkpoints.stage("depths", flat_stage_folder.key, versions, *self.only)
 
         def task(number: int) -> depthmaps.DepthTask:
-            return depthmaps.make_task(pairs.plans[number], straight.__getitem__)
+            return depthmaps.make_task(pairs.plans[number], undistorted.__getitem__)
 
         results = PhotoResults(stage.folder, names, _save_map, depthmaps.DepthMap.load)
         lenses = [view.intrinsics for view in scene.views]
         scales = [min(1.0, self.dense_px / max(n.width, n.height)) for n in lenses]
-        needed = max(
+        needed_memory = max(
             depthmaps.memory_needed(round(n.width * k), round(n.height * k))
             for n, k in zip(lenses, scales, strict=True)
         )
-        self._each(tr("Computing depth maps"), stage, results, depthmaps.depth_map, task, needed)
+        self._each(
+            tr("Computing depth maps"), stage, results, depthmaps.depth_map, task, needed_memory
+        )
         return pairs, results.at(stage.folder), stage
 
     def _each(
@@ -346,25 +348,27 @@ class _Run:
         missing = [number for number in range(len(results)) if not results.has(number)]
         self.log.stage(title, len(results))
         progress = ResumedProgress(self.log, len(results) - len(missing))
-        for done, result in self.executor.map(work, map(task, missing), progress, needed_bytes):
-            results.put(missing[done], result)
+        for done_count, result in self.executor.map(
+            work, map(task, missing), progress, needed_bytes
+        ):
+            results.put(missing[done_count], result)
         stage.finish()
 
     def _fuse(
         self,
         scene: SparseScene,
         pairs: DepthMapPlans,
-        straight: PhotoResults[Undistorted],
+        undistorted: PhotoResults[Undistorted],
         maps: PhotoResults[DepthMap],
-        deep: StageFolder,
+        depth_stage: StageFolder,
     ) -> tuple[PointCloud, StageFolder]:
         from vomstudio.photogrammetry.dense.fusion import fuse, neighbours_by_name
 
-        stage = self.checkpoints.stage("cloud", deep.key)
+        stage = self.checkpoints.stage("cloud", depth_stage.key)
         if not stage.done:
-            photos = straight.select([plan.view for plan in pairs.plans])
-            near = neighbours_by_name(scene, pairs)
-            cloud = fuse(maps.names, maps, photos, near, progress=self.log)
+            photos = undistorted.select([plan.view for plan in pairs.plans])
+            neighbours = neighbours_by_name(scene, pairs)
+            cloud = fuse(maps.names, maps, photos, neighbours, progress=self.log)
             if self.region is not None:
                 cloud = cloud.select_rows(self.region.inside(cloud.points, scene.origin))
             write_atomically(stage.folder / _CLOUD, lambda path: save_cloud(path, cloud))

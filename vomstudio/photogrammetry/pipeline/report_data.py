@@ -109,14 +109,14 @@ def gps_registration(report: GpsReport) -> dict[str, Any]:
     residuals = [
         {
             "name": name,
-            "dx": float(miss[0]),
-            "dy": float(miss[1]),
-            "dz": float(miss[2]),
-            "error_m": float(np.linalg.norm(miss)),
-            "used": bool(used),
+            "dx": float(misclosure[0]),
+            "dy": float(misclosure[1]),
+            "dz": float(misclosure[2]),
+            "error_m": float(np.linalg.norm(misclosure)),
+            "used": bool(is_used),
             "surveyed": position.tolist(),
         }
-        for name, miss, used, position in zip(
+        for name, misclosure, is_used, position in zip(
             report.names, report.residuals_m, report.used, report.positions, strict=True
         )
     ]
@@ -229,7 +229,7 @@ def cameras_after_placement(
     cameras: Sequence[Calibration], scene: SparseScene, registration: Mapping[str, Any]
 ) -> list[Calibration]:
     """Return the cameras after the adjustment to ground control, if there was one."""
-    adjusted_items = []
+    adjusted_cameras = []
     for camera in cameras:
         photos = set(camera.photos)
         for view in scene.views:
@@ -243,8 +243,8 @@ def cameras_after_placement(
                 if lens["freed"]:
                     sigma = (lens["sigma_px"], *camera.sigma[1:])
                     camera = replace(camera, focal="freed", sigma=sigma)
-        adjusted_items.append(camera)
-    return adjusted_items
+        adjusted_cameras.append(camera)
+    return adjusted_cameras
 
 
 def calibration(cameras: Sequence[Calibration], photos: Sequence[Photo]) -> list[dict[str, Any]]:
@@ -254,8 +254,10 @@ def calibration(cameras: Sequence[Calibration], photos: Sequence[Photo]) -> list
     for camera in cameras:
         first = photo_by_name[camera.photos[0]]
         # Parameters freed by the ground have an error, but no correlations with others.
-        is_alone = np.isfinite(camera.sigma) & np.isnan(np.diag(camera.correlation))
-        free_indices = [i for i, value in enumerate(camera.sigma) if value != 0 and not is_alone[i]]
+        is_uncorrelated = np.isfinite(camera.sigma) & np.isnan(np.diag(camera.correlation))
+        free_indices = [
+            i for i, value in enumerate(camera.sigma) if value != 0 and not is_uncorrelated[i]
+        ]
         rows.append(
             {
                 "camera": first.camera,

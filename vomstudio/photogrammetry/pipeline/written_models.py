@@ -62,8 +62,8 @@ def write_models(
     world = replace(cloud, points=cloud.points + scene.origin)
     write_model(world, scene.crs, outputs.dense, force=True, axes=scene.axes)
     mesh = replace(textured_mesh, vertices=textured_mesh.vertices + scene.origin)
-    for done, path in enumerate((outputs.mesh, *outputs.others), start=1):
-        progress.step(done)
+    for written_count, path in enumerate((outputs.mesh, *outputs.others), start=1):
+        progress.step(written_count)
         write_model(mesh, scene.crs, path, force=True, axes=scene.axes)
     if scene.crs is not None:
         from pyproj import CRS

@@ -22,7 +22,7 @@ def settle_labels(smooth, exact, neighbour_faces, directions, min_cosine, joinin
     for _ in range(sweeps):
         changed_count = 0
         for f in range(len(labels)):
-            best, best_label = -1e9, labels[f]
+            best_facing, best_label = -1e9, labels[f]
             for d in range(count):
                 ex, ey, ez = directions[d, 0], directions[d, 1], directions[d, 2]
                 value = smooth[f, 0] * ex + smooth[f, 1] * ey + smooth[f, 2] * ez
@@ -33,8 +33,8 @@ def settle_labels(smooth, exact, neighbour_faces, directions, min_cosine, joinin
                     g = neighbour_faces[f, side]
                     if g >= 0 and labels[g] == d:
                         value += joining
-                if value > best + 1e-12:
-                    best, best_label = value, d
+                if value > best_facing + 1e-12:
+                    best_facing, best_label = value, d
             if best_label != labels[f]:
                 labels[f] = best_label
                 changed_count += 1
@@ -98,7 +98,7 @@ def cover_cells(corners, members, shift, gutter, side, cells):  # type: ignore[n
                     continue
                 mx, my = (i + 0.5) * side, (j + 0.5) * side
                 # Outside, where the whole square lies beyond one edge.
-                outside = False
+                is_outside = False
                 for k in range(3):
                     if k == 0:
                         px, py, qx, qy = ax, ay, bx, by
@@ -109,9 +109,9 @@ def cover_cells(corners, members, shift, gutter, side, cells):  # type: ignore[n
                     dx, dy = sign * (qx - px), sign * (qy - py)
                     value = dx * (my - py) - dy * (mx - px)
                     if value + half * (abs(dx) + abs(dy)) < 0:
-                        outside = True
+                        is_outside = True
                         break
-                if not outside:
+                if not is_outside:
                     cells[j, i] = True
 
 

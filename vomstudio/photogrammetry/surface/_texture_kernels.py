@@ -41,23 +41,23 @@ def choose_views(starts, views, quality, neighbour_faces, joining, sweeps, label
     for sweep in range(sweeps):
         changed_count = 0
         for f in range(len(labels)):
-            first, last = starts[f], starts[f + 1]
-            if first == last:
+            first, last_neighbour = starts[f], starts[f + 1]
+            if first == last_neighbour:
                 labels[f] = -1
                 continue
             top = 1e-20
-            for e in range(first, last):
+            for e in range(first, last_neighbour):
                 top = max(top, quality[e])
-            best, best_view = -1.0, labels[f]
-            for e in range(first, last):
+            best_quality, best_view = -1.0, labels[f]
+            for e in range(first, last_neighbour):
                 value = quality[e] / top
                 if sweep > 0:
                     for side in range(3):
                         g = neighbour_faces[f, side]
                         if g >= 0 and labels[g] == views[e]:
                             value += joining
-                if value > best + 1e-9:
-                    best, best_view = value, views[e]
+                if value > best_quality + 1e-9:
+                    best_quality, best_view = value, views[e]
             if best_view != labels[f]:
                 labels[f] = best_view
                 changed_count += 1
@@ -131,15 +131,15 @@ def median_distances(starts, colors, distance, spread):  # type: ignore[no-untyp
     Also the spread of the nearer half. Each in the worst channel; 0 with fewer than three entries.
     """
     for v in range(len(starts) - 1):
-        first, last = starts[v], starts[v + 1]
-        n = last - first
-        for e in range(first, last):
+        first, last_neighbour = starts[v], starts[v + 1]
+        n = last_neighbour - first
+        for e in range(first, last_neighbour):
             distance[e] = 0.0
             spread[e] = 0.0
         if n < 3:
             continue
         for c in range(3):
-            values = colors[first:last, c].copy()
+            values = colors[first:last_neighbour, c].copy()
             values.sort()
             centre = 0.5 * (values[(n - 1) // 2] + values[n // 2])
             for k in range(n):
@@ -147,7 +147,7 @@ def median_distances(starts, colors, distance, spread):  # type: ignore[no-untyp
             values.sort()
             # Use the nearer half, so that outliers do not widen the spread.
             median = values[(n - 1) // 2]
-            for e in range(first, last):
+            for e in range(first, last_neighbour):
                 distance[e] = max(distance[e], abs(colors[e, c] - centre))
                 spread[e] = max(spread[e], median)
 
@@ -253,8 +253,8 @@ def add_view(  # type: ignore[no-untyped-def]
             # In the gutter beyond the face, use the weights of its border.
             cu, cv = min(max(u, 0.0), 1.0), min(max(v, 0.0), 1.0)
             ct = min(max(t, 0.0), 1.0)
-            near = ct + cu + cv
-            ct, cu, cv = ct / near, cu / near, cv / near
+            nearest_depth = ct + cu + cv
+            ct, cu, cv = ct / nearest_depth, cu / nearest_depth, cv / nearest_depth
             weight = ct * weights[e, 0] + cu * weights[e, 1] + cv * weights[e, 2]
             if weight <= 1e-6:
                 continue

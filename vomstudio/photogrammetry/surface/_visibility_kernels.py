@@ -78,8 +78,8 @@ def count_seen(  # type: ignore[no-untyped-def]
         gy = ((zc - za) * ex - (zb - za) * fx) * inverse
         slope = abs(gx) + abs(gy)
         total, visible_count, clear_count = 0, 0, 0
-        for attempt in range(2):
-            if attempt == 1:
+        for pass_number in range(2):
+            if pass_number == 1:
                 if total > 0:
                     break
                 # The face does not contain a pixel's centre: use the pixel below its middle.
@@ -90,23 +90,23 @@ def count_seen(  # type: ignore[no-untyped-def]
             for j in range(j0, j1 + 1):
                 for i in range(i0, i1 + 1):
                     u, v = weights_at(i, j, ax, ay, ex, ey, fx, fy, inverse)
-                    if attempt == 1:
+                    if pass_number == 1:
                         u = v = 1.0 / 3.0
                     elif u < 0.0 or v < 0.0 or u + v > 1.0:
                         continue
                     total += 1
                     if usable[j, i] == 0:
                         continue
-                    near = za + u * (zb - za) + v * (zc - za)
-                    z = 1.0 / near
+                    face_depth = za + u * (zb - za) + v * (zc - za)
+                    z = 1.0 / face_depth
                     # The depth that this face's own slope allows nearby.
-                    steep_values = slope * z * z
+                    depth_tolerance_of_slope = slope * z * z
                     tolerance = depth_tolerance * pixel * z + (
-                        steep_values if attempt == 1 else 0.0
+                        depth_tolerance_of_slope if pass_number == 1 else 0.0
                     )
                     if z <= buffer[j, i] + tolerance:
                         visible_count += 1
-                        if z <= nearest[j, i] + tolerance + radius * steep_values:
+                        if z <= nearest[j, i] + tolerance + radius * depth_tolerance_of_slope:
                             clear_count += 1
         if total > 0:
             visible[row] = visible_count / total

@@ -142,14 +142,14 @@ def make_atlas(
     else:
         raise GeometryError(Finding("texture.charts-too-large"))
     corners, page, sizes = packed
-    drawn_values = np.abs(_doubled_areas(corners)).sum() / 2
+    drawn_area = np.abs(_doubled_areas(corners)).sum() / 2
     facts = {
         "texel_m": texel,
         "wanted_texel_m": requested,
         "charts": int(chart.max()) + 1,
         "pages": len(sizes),
         "page_sizes": sizes.tolist(),
-        "filled_share": float(drawn_values / (sizes[:, 0] * sizes[:, 1]).sum()),
+        "filled_share": float(drawn_area / (sizes[:, 0] * sizes[:, 1]).sum()),
     }
     return Atlas(corners, page, chart, sizes, texel, facts)
 
@@ -176,8 +176,8 @@ def uv_mesh(atlas: Atlas, faces: Int32Array) -> tuple[IntArray, Int32Array, Floa
     size = atlas.sizes[np.repeat(atlas.page[order], 3)[first]]
     uv = place / size
     uv[:, 1] = 1.0 - uv[:, 1]
-    fresh = inverse.reshape(-1, 3).astype(np.int32)
-    return old_faces, fresh, np.clip(uv, 0, 1).astype(np.float32), order
+    new_faces = inverse.reshape(-1, 3).astype(np.int32)
+    return old_faces, new_faces, np.clip(uv, 0, 1).astype(np.float32), order
 
 
 # --- charts ------------------------------------------------------------------------------------
@@ -196,71 +196,77 @@ def _flatten(
     Corners are in the unit of the vertices, from (0, 0).
     """
     length = np.linalg.norm(cross, axis=1)
-    exact_values = np.divide(
+    exact_normals = np.divide(
         cross, length[:, None], out=np.zeros_like(cross), where=length[:, None] > 0
     )
     neighbour_faces = neighbours(faces)
-    labels = _labels(cross, exact_values, neighbour_faces)
+    labels = _labels(cross, exact_normals, neighbour_faces)
     piece = _connected_pieces(faces, labels)
-    flat_values = np.zeros((len(faces), 3, 2))
+    chart_coordinates = np.zeros((len(faces), 3, 2))
     chart = np.full(len(faces), -1, np.int32)
-    remaining_values = np.arange(len(faces))
+    remaining_faces = np.arange(len(faces))
     count = 0
     longest = (options.page - 2 * options.gutter - 2 * _CELL_TEXELS) * texel
-    for attempt in range(_MAX_ATTEMPTS):
-        progress.step(attempt)
-        if not len(remaining_values):
+    for attempt_number in range(_MAX_ATTEMPTS):
+        progress.step(attempt_number)
+        if not len(remaining_faces):
             break
-        is_last = attempt == _MAX_ATTEMPTS - 1
-        groups = np.arange(len(remaining_values)) if is_last else piece[remaining_values]
+        is_last = attempt_number == _MAX_ATTEMPTS - 1
+        groups = np.arange(len(remaining_faces)) if is_last else piece[remaining_faces]
         order = np.argsort(groups, kind="stable")
         bounds = np.flatnonzero(np.r_[True, np.diff(groups[order]) != 0, True])
         overlapping_faces = []
         for start, stop in itertools.pairwise(bounds):
-            rows = remaining_values[order[start:stop]]
-            is_facing_away = _project(vertices, faces, rows, cross, exact_values, flat_values)
-            for part in _cut_chart(flat_values, rows[~is_facing_away], longest, texel):
-                clash = _overlapping(flat_values, part, texel)
+            rows = remaining_faces[order[start:stop]]
+            is_facing_away = _project(
+                vertices, faces, rows, cross, exact_normals, chart_coordinates
+            )
+            for part in _cut_chart(chart_coordinates, rows[~is_facing_away], longest, texel):
+                clash = _overlapping(chart_coordinates, part, texel)
                 fitting = part[~clash]
                 if len(fitting):
-                    flat_values[fitting] -= flat_values[fitting].reshape(-1, 2).min(axis=0)
+                    chart_coordinates[fitting] -= (
+                        chart_coordinates[fitting].reshape(-1, 2).min(axis=0)
+                    )
                     chart[fitting] = count
                     count += 1
                 overlapping_faces.append(part[clash])
             overlapping_faces.append(rows[is_facing_away])
-        remaining_values = (
-            np.sort(np.concatenate(overlapping_faces))
-            if overlapping_faces
-            else remaining_values[:0]
+        remaining_faces = (
+            np.sort(np.concatenate(overlapping_faces)) if overlapping_faces else remaining_faces[:0]
         )
-        if len(remaining_values):
+        if len(remaining_faces):
             is_remaining = np.zeros(len(faces), bool)
-            is_remaining[remaining_values] = True
+            is_remaining[remaining_faces] = True
             piece = components(faces, is_remaining)
-    if len(remaining_values):
+    if len(remaining_faces):
         raise GeometryError(Finding("texture.charts-too-large"))
-    return flat_values, chart
+    return chart_coordinates, chart
 
 
-def _labels(cross: FloatArray, exact_values: FloatArray, neighbour_faces: Int32Array) -> Int32Array:
+def _labels(
+    cross: FloatArray, exact_normals: FloatArray, neighbour_faces: Int32Array
+) -> Int32Array:
     """Return the projection direction (m,) of each face."""
     from vomstudio.photogrammetry.surface._atlas_kernels import settle_labels
 
-    smooth = cross.copy()
+    smoothed_normals = cross.copy()
     for _ in range(12):
-        total = smooth.copy()
+        total = smoothed_normals.copy()
         for side in range(3):
             has_neighbour = neighbour_faces[:, side] >= 0
-            total[has_neighbour] += smooth[neighbour_faces[has_neighbour, side]]
-        smooth = total
-        smooth /= 4
-    length = np.linalg.norm(smooth, axis=1, keepdims=True)
-    smooth = np.divide(smooth, length, out=np.zeros_like(smooth), where=length > 0)
-    directions = _directions(smooth, np.linalg.norm(cross, axis=1))
-    labels = np.ascontiguousarray((smooth @ directions.T).argmax(axis=1), np.int32)
+            total[has_neighbour] += smoothed_normals[neighbour_faces[has_neighbour, side]]
+        smoothed_normals = total
+        smoothed_normals /= 4
+    length = np.linalg.norm(smoothed_normals, axis=1, keepdims=True)
+    smoothed_normals = np.divide(
+        smoothed_normals, length, out=np.zeros_like(smoothed_normals), where=length > 0
+    )
+    directions = _directions(smoothed_normals, np.linalg.norm(cross, axis=1))
+    labels = np.ascontiguousarray((smoothed_normals @ directions.T).argmax(axis=1), np.int32)
     settle_labels(
-        smooth,
-        np.ascontiguousarray(exact_values),
+        smoothed_normals,
+        np.ascontiguousarray(exact_normals),
         neighbour_faces,
         directions,
         _MIN_FACING,
@@ -286,13 +292,13 @@ def _directions(normals: FloatArray, weights: FloatArray) -> FloatArray:
     step = max(1, len(normals) // 50_000)
     subset, weight = normals[::step], weights[::step].copy()
     facing = subset @ candidates.T > _MIN_REACH
-    whole = weight.sum()
+    total_weight = weight.sum()
     directions: list[FloatArray] = []
     for _ in range(_MAX_DIRECTIONS):
-        if weight.sum() <= 0.002 * whole and directions:
+        if weight.sum() <= 0.002 * total_weight and directions:
             break
-        best = int((facing * weight[:, None]).sum(axis=0).argmax())
-        direction = candidates[best]
+        best_direction = int((facing * weight[:, None]).sum(axis=0).argmax())
+        direction = candidates[best_direction]
         for _ in range(3):
             is_covered = subset @ direction > _MIN_REACH
             mean = (subset[is_covered] * weight[is_covered, None]).sum(axis=0)
@@ -301,7 +307,7 @@ def _directions(normals: FloatArray, weights: FloatArray) -> FloatArray:
             direction = mean / np.linalg.norm(mean)
         directions.append(direction)
         weight[subset @ direction > _MIN_REACH] = 0
-        weight[facing[:, best]] = 0
+        weight[facing[:, best_direction]] = 0
     return np.ascontiguousarray(directions)
 
 
@@ -312,11 +318,11 @@ def _connected_pieces(faces: Int32Array, labels: Int32Array) -> Int32Array:
 
     neighbour_faces = neighbours(faces)
     face, side = np.nonzero(neighbour_faces >= 0)
-    other = neighbour_faces[face, side]
-    is_same = labels[face] == labels[other]
+    other_face = neighbour_faces[face, side]
+    is_same = labels[face] == labels[other_face]
     n = len(faces)
     links = coo_matrix(
-        (np.ones(int(is_same.sum()), np.int8), (face[is_same], other[is_same])), shape=(n, n)
+        (np.ones(int(is_same.sum()), np.int8), (face[is_same], other_face[is_same])), shape=(n, n)
     )
     return np.asarray(connected_components(links, directed=False)[1], np.int32)
 
@@ -326,8 +332,8 @@ def _project(
     faces: Int32Array,
     rows: IntArray,
     cross: FloatArray,
-    exact_values: FloatArray,
-    flat_values: FloatArray,
+    exact_normals: FloatArray,
+    chart_coordinates: FloatArray,
 ) -> BoolArray:
     """Project faces along their mean normal into the narrowest upright box, in place.
 
@@ -345,41 +351,41 @@ def _project(
     # y increases downwards on a page: right x down = into the surface.
     down = np.cross(right, normal)
     corners = vertices[faces[rows]]
-    drawn_values = np.stack([corners @ right, corners @ down], -1)
-    flatness = exact_values[rows] @ normal
+    drawn_coordinates = np.stack([corners @ right, corners @ down], -1)
+    flatness = exact_normals[rows] @ normal
     areas = np.linalg.norm(cross[rows], axis=1)
     cosine = float((areas * flatness).sum() / areas.sum()) if areas.sum() > 0 else 1.0
-    angle = _smallest_box_angle(drawn_values.reshape(-1, 2))
+    angle = _smallest_box_angle(drawn_coordinates.reshape(-1, 2))
     c, s = math.cos(angle), math.sin(angle)
     stretch = 1 / math.sqrt(min(max(cosine, 0.5), 1.0))
-    flat_values[rows] = drawn_values @ np.array([[c, s], [-s, c]]) * stretch
+    chart_coordinates[rows] = drawn_coordinates @ np.array([[c, s], [-s, c]]) * stretch
     is_facing_away = (flatness < _MIN_FACING / 2) & (areas > 0)
     return is_facing_away if len(rows) > 1 else np.zeros(1, bool)
 
 
 def _smallest_box_angle(points: FloatArray) -> float:
     """Return the rotation angle of the smallest box around points."""
-    some = points[:: max(1, len(points) // 3000)]
+    hull_sample = points[:: max(1, len(points) // 3000)]
     angles = np.radians(np.arange(0, 90, 5.0))
-    x = some @ np.stack([np.cos(angles), -np.sin(angles)])
-    y = some @ np.stack([np.sin(angles), np.cos(angles)])
+    x = hull_sample @ np.stack([np.cos(angles), -np.sin(angles)])
+    y = hull_sample @ np.stack([np.sin(angles), np.cos(angles)])
     return float(angles[(np.ptp(x, axis=0) * np.ptp(y, axis=0)).argmin()])
 
 
 def _cut_chart(
-    flat_values: FloatArray, rows: IntArray, max_side: float, texel: float
+    chart_coordinates: FloatArray, rows: IntArray, max_side: float, texel: float
 ) -> list[IntArray]:
     """Divide a chart, by its face centres, into parts that fit a page and fill their boxes."""
     if not len(rows):
         return []
-    low = flat_values[rows].reshape(-1, 2).min(axis=0)
-    extent = flat_values[rows].reshape(-1, 2).max(axis=0) - low
-    is_large = (extent > max_side).any()
-    if not is_large:
-        drawn_values = np.abs(_doubled_areas(flat_values[rows])).sum() / 2
+    low = chart_coordinates[rows].reshape(-1, 2).min(axis=0)
+    extent = chart_coordinates[rows].reshape(-1, 2).max(axis=0) - low
+    is_too_large = (extent > max_side).any()
+    if not is_too_large:
+        drawn_area = np.abs(_doubled_areas(chart_coordinates[rows])).sum() / 2
         # A ring or a winding ledge keeps more of a page free than its parts do.
         is_ragged = (
-            drawn_values < _MIN_FILL * extent.prod() and extent.max() > _MIN_DIVIDED_TEXELS * texel
+            drawn_area < _MIN_FILL * extent.prod() and extent.max() > _MIN_DIVIDED_TEXELS * texel
         )
         if not is_ragged or len(rows) < _MIN_DIVIDED_FACES:
             return [rows]
@@ -388,28 +394,28 @@ def _cut_chart(
             Finding("texture.triangle-too-large"),
             field="page",
         )
-    centre = flat_values[rows].mean(axis=1) - low
+    centre = chart_coordinates[rows].mean(axis=1) - low
     axis = int(extent.argmax())
-    far = centre[:, axis] > extent[axis] / 2
-    if far.all() or not far.any():
-        far = np.arange(len(rows)) >= len(rows) // 2
+    is_far_side = centre[:, axis] > extent[axis] / 2
+    if is_far_side.all() or not is_far_side.any():
+        is_far_side = np.arange(len(rows)) >= len(rows) // 2
     return [
-        *_cut_chart(flat_values, rows[~far], max_side, texel),
-        *_cut_chart(flat_values, rows[far], max_side, texel),
+        *_cut_chart(chart_coordinates, rows[~is_far_side], max_side, texel),
+        *_cut_chart(chart_coordinates, rows[is_far_side], max_side, texel),
     ]
 
 
-def _overlapping(flat_values: FloatArray, rows: IntArray, texel: float) -> BoolArray:
+def _overlapping(chart_coordinates: FloatArray, rows: IntArray, texel: float) -> BoolArray:
     from vomstudio.photogrammetry.surface._atlas_kernels import find_overlap
 
     if len(rows) < 2:
         return np.zeros(len(rows), bool)
-    drawn_values = np.ascontiguousarray(flat_values[rows] / texel)
-    drawn_values -= drawn_values.reshape(-1, 2).min(axis=0)
-    width, height = (np.ceil(drawn_values.reshape(-1, 2).max(axis=0)).astype(int) + 1).tolist()
+    drawn_coordinates = np.ascontiguousarray(chart_coordinates[rows] / texel)
+    drawn_coordinates -= drawn_coordinates.reshape(-1, 2).min(axis=0)
+    width, height = (np.ceil(drawn_coordinates.reshape(-1, 2).max(axis=0)).astype(int) + 1).tolist()
     clash = np.zeros(len(rows), bool)
     grid = np.full((height, width), -1, np.int32)
-    find_overlap(drawn_values, np.arange(len(rows), dtype=np.int32), grid, clash)
+    find_overlap(drawn_coordinates, np.arange(len(rows), dtype=np.int32), grid, clash)
     return clash
 
 
@@ -417,7 +423,7 @@ def _overlapping(flat_values: FloatArray, rows: IntArray, texel: float) -> BoolA
 
 
 def _pack(
-    drawn_values: FloatArray, chart: Int32Array, options: AtlasOptions, progress: Progress
+    drawn_coordinates: FloatArray, chart: Int32Array, options: AtlasOptions, progress: Progress
 ) -> tuple[FloatArray, Int32Array, IntArray] | None:
     """Return corners on pages, in texels; None if there are too many pages."""
     from vomstudio.photogrammetry.surface._atlas_kernels import cover_cells
@@ -425,18 +431,20 @@ def _pack(
     count = int(chart.max()) + 1
     order = np.argsort(chart, kind="stable").astype(np.int32)
     bounds = np.r_[0, np.cumsum(np.bincount(chart, minlength=count))]
-    shapes, filled_values = [], np.zeros(count, np.int64)
+    shapes, filled_counts = [], np.zeros(count, np.int64)
     pad = float(options.gutter)
     for k in range(count):
         rows = order[bounds[k] : bounds[k + 1]]
-        size = drawn_values[rows].reshape(-1, 2).max(axis=0) + 2 * pad
+        size = drawn_coordinates[rows].reshape(-1, 2).max(axis=0) + 2 * pad
         cells = np.zeros(np.ceil(size[::-1] / _CELL_TEXELS).astype(int), bool)
-        cover_cells(drawn_values, np.ascontiguousarray(rows), pad, pad, float(_CELL_TEXELS), cells)
+        cover_cells(
+            drawn_coordinates, np.ascontiguousarray(rows), pad, pad, float(_CELL_TEXELS), cells
+        )
         shapes.append(cells)
-        filled_values[k] = cells.sum()
-    side = _page_side(shapes, int(filled_values.sum()), options) // _CELL_TEXELS
+        filled_counts[k] = cells.sum()
+    side = _page_side(shapes, int(filled_counts.sum()), options) // _CELL_TEXELS
     while True:
-        packed_charts = _place_charts(shapes, filled_values, side, options, progress)
+        packed_charts = _place_charts(shapes, filled_counts, side, options, progress)
         # One slightly larger page is better than a second one for the remaining charts.
         if side == options.page // _CELL_TEXELS or (
             packed_charts is not None and len(packed_charts[0]) == 1
@@ -446,7 +454,7 @@ def _pack(
     if packed_charts is None:
         return None
     pages, place = packed_charts
-    corners = drawn_values + (place[chart, 1:] * _CELL_TEXELS + pad)[:, None, :]
+    corners = drawn_coordinates + (place[chart, 1:] * _CELL_TEXELS + pad)[:, None, :]
     sizes = []
     for page in pages:
         rows_used, columns_used = np.flatnonzero(page.any(axis=1)), np.flatnonzero(page.any(axis=0))
@@ -470,10 +478,10 @@ def _place_charts(
     pages: list[BoolArray] = []
     starts: list[dict[tuple[int, int], int]] = []
     place = np.zeros((count, 3), np.int64)
-    tallest_values = np.array([max(s.shape) for s in shapes])
-    for done, k in enumerate(np.lexsort((-filled_indices, -tallest_values)).tolist()):
-        if done % 64 == 0:
-            progress.step(done)
+    heights = np.array([max(s.shape) for s in shapes])
+    for done_count, k in enumerate(np.lexsort((-filled_indices, -heights)).tolist()):
+        if done_count % 64 == 0:
+            progress.step(done_count)
         cells = shapes[k]
         kind = (int(cells.shape[0]).bit_length(), int(cells.shape[1]).bit_length())
         number, position = 0, -1

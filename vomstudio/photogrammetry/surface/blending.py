@@ -155,13 +155,13 @@ def blend(
         count,
     )
     quality = np.concatenate([photo.quality for photo in visible])[order]
-    well = np.concatenate([photo.well for photo in visible])[order]
+    is_well_seen = np.concatenate([photo.well for photo in visible])[order]
     quality = quality * np.clip(sharpness[face_rows.views] / _MIN_SHARPNESS, 0.3, 1.0)
     doubtful_flag_faces = _flag_faces(occluded, vertex_rows, face_rows, faces, count)
-    seen_by = np.bincount(face_rows.owner[well & ~doubtful_flag_faces], minlength=m).astype(
+    seen_by = np.bincount(face_rows.owner[is_well_seen & ~doubtful_flag_faces], minlength=m).astype(
         np.int32
     )
-    quality = np.where(well, quality, _POOR_QUALITY * quality)
+    quality = np.where(is_well_seen, quality, _POOR_QUALITY * quality)
     quality = np.where(doubtful_flag_faces, _POOR_QUALITY**2 * quality, quality).astype(np.float32)
     progress.stage(tr("Selecting a photo for each triangle"))
     neighbour_faces = neighbours(faces)
@@ -169,7 +169,9 @@ def blend(
         face_rows.starts, face_rows.views, quality, neighbour_faces, 6, np.empty_like(quality)
     )
     # Smoothing must not restore excluded entries.
-    factors = np.where(doubtful_flag_faces, _POOR_QUALITY**2, np.where(well, 1.0, _POOR_QUALITY))
+    factors = np.where(
+        doubtful_flag_faces, _POOR_QUALITY**2, np.where(is_well_seen, 1.0, _POOR_QUALITY)
+    )
     quality = (quality * factors).astype(np.float32)
     views = np.full(m, -1, np.int32)
     choose_views(
@@ -183,7 +185,7 @@ def blend(
         face_rows,
         colors,
         quality,
-        well & ~doubtful_flag_faces,
+        is_well_seen & ~doubtful_flag_faces,
         occluded,
         links,
         texel,
@@ -191,15 +193,15 @@ def blend(
         progress,
     )
     draws = _photos_of_faces(faces, views, vertex_rows, face_rows, quality, offsets, count)
-    shown, known = _vertex_colors(
+    vertex_colors, is_known_vertex = _vertex_colors(
         faces, views, seen_by, vertex_rows, colors + offsets, links, count
     )
     return Blend(
         views,
         seen_by,
         *draws,
-        shown,
-        known,
+        vertex_colors,
+        is_known_vertex,
         gains,
         sharpness,
         np.bincount(vertex_rows.views[occluded], minlength=count),
@@ -228,13 +230,13 @@ class _Links:
         return cls(starts, np.ascontiguousarray(end[order]))
 
     def spread(
-        self, some: Int32Array, counts: BoolArray, values: Float32Array, rounds: int
+        self, vertex_rows: Int32Array, counts: BoolArray, values: Float32Array, rounds: int
     ) -> None:
-        """Average the values (n, c) of `some` vertices over linked ones that count."""
+        """Average the values (n, c) of `vertex_rows` vertices over linked ones that count."""
         from vomstudio.photogrammetry.surface._texture_kernels import diffuse
 
-        spare = np.empty((len(some), values.shape[1]), np.float32)
-        diffuse(self.starts, self.others, some, counts, values, spare, rounds)
+        spread_values = np.empty((len(vertex_rows), values.shape[1]), np.float32)
+        diffuse(self.starts, self.others, vertex_rows, counts, values, spread_values, rounds)
 
 
 def _unclipped(colors: Float32Array) -> BoolArray:
@@ -255,21 +257,21 @@ def _balance(
     table = np.full((count, n // step + 1, values.shape[1]), np.nan, np.float32)
     table[rows.views[is_sampled], rows.owner[is_sampled] // step] = values[is_sampled]
     is_known = np.isfinite(table[..., 0])
-    common = is_known.astype(np.float32) @ is_known.astype(np.float32).T
+    common_counts = is_known.astype(np.float32) @ is_known.astype(np.float32).T
     normal, right = np.zeros((count, count)), np.zeros((count, values.shape[1]))
     for i in range(count):
         # Each of hundreds of photos sees a small part.
         known_vertices = np.flatnonzero(is_known[i])
-        for j in np.flatnonzero(common[i, :i] >= _MIN_COMMON):
+        for j in np.flatnonzero(common_counts[i, :i] >= _MIN_COMMON):
             common_vertices = known_vertices[is_known[j, known_vertices]]
-            above = np.median(table[i, common_vertices] - table[j, common_vertices], axis=0)
-            weight = float(common[i, j])
+            differences = np.median(table[i, common_vertices] - table[j, common_vertices], axis=0)
+            weight = float(common_counts[i, j])
             normal[i, i] += weight
             normal[j, j] += weight
             normal[i, j] -= weight
             normal[j, i] -= weight
-            right[i] += weight * above
-            right[j] -= weight * above
+            right[i] += weight * differences
+            right[j] -= weight * differences
     normal += np.eye(count) * max(1e-4 * np.trace(normal) / count, 1e-9)
     return np.asarray(np.linalg.solve(normal, right), np.float64)
 
@@ -290,37 +292,37 @@ def _find_occluded(
     median_distances(rows.starts, smoothed, distance, spread)
     # Estimate the usual differences of photos by misregistration and light.
     median = float(np.median(distance[distance > 0])) if (distance > 0).any() else 0.0
-    occluded_values = np.asarray(
+    is_occluded = np.asarray(
         distance > np.maximum(max(_MIN_DIFFERENCE, 6.0 * median), 2.5 * spread)
     )
     for view in range(count):
-        mine = rows.rows_of_view(view)
-        if not occluded_values[mine].any():
+        view_rows = rows.rows_of_view(view)
+        if not is_occluded[view_rows].any():
             continue
-        owner = rows.owner[mine]
+        owner = rows.owner[view_rows]
         flags = np.zeros((n, 1), np.float32)
-        flags[owner, 0] = occluded_values[mine]
+        flags[owner, 0] = is_occluded[view_rows]
         is_visible = np.zeros(n, bool)
         is_visible[owner] = True
         # A single vertex is noise; an occluder has an edge that is mixed with the rock.
         links.spread(owner, is_visible, flags, 1)
         flags[flags < 0.4] = 0
         links.spread(owner, is_visible, flags, _RINGS_ABOUT_OCCLUDER)
-        occluded_values[mine] = flags[owner, 0] > 0.01
-    return occluded_values
+        is_occluded[view_rows] = flags[owner, 0] > 0.01
+    return is_occluded
 
 
 def _smooth_view(rows: _Rows, view: int, values: Float32Array, links: _Links, rounds: int) -> None:
     """Smooth the values of one view's entries over its visible vertices."""
     n = len(rows.starts) - 1
-    mine = rows.rows_of_view(view)
-    owner = rows.owner[mine]
+    view_rows = rows.rows_of_view(view)
+    owner = rows.owner[view_rows]
     dense = np.zeros((n, values.shape[1]), np.float32)
     is_visible = np.zeros(n, bool)
     is_visible[owner] = True
-    dense[owner] = values[mine]
+    dense[owner] = values[view_rows]
     links.spread(owner, is_visible, dense, rounds)
-    values[mine] = dense[owner]
+    values[view_rows] = dense[owner]
 
 
 def _corner_rows(
@@ -346,7 +348,7 @@ def _offsets(
     face_rows: _Rows,
     colors: Float32Array,
     quality: Float32Array,
-    well: BoolArray,
+    is_well_seen: BoolArray,
     is_occluded: BoolArray,
     links: _Links,
     texel: float,
@@ -366,20 +368,20 @@ def _offsets(
     corner = _corner_rows(rows, faces, face_rows.owner, face_rows.views, count)
     for k in range(3):
         total += np.bincount(corner[:, k], quality, minlength=len(total)).astype(np.float32)
-        is_reliable[corner[well, k]] = True
+        is_reliable[corner[is_well_seen, k]] = True
     is_reliable &= ~is_occluded
     weight = np.zeros(len(colors), np.float32)
     everywhere = np.ones(n, bool)
     for view in range(count):
         progress.step(view)
-        mine = rows.rows_of_view(view)
+        view_rows = rows.rows_of_view(view)
         # Fade a photo out towards the border of its well visible part, to avoid a step.
-        mine = mine[is_reliable[mine]]
-        owner = rows.owner[mine]
+        view_rows = view_rows[is_reliable[view_rows]]
+        owner = rows.owner[view_rows]
         ramp = np.zeros((n, 1), np.float32)
         ramp[owner, 0] = 1.0
         links.spread(owner, everywhere, ramp, min(rounds, 30))
-        weight[mine] = total[mine] * np.maximum(ramp[owner, 0], 1e-4)
+        weight[view_rows] = total[view_rows] * np.maximum(ramp[owner, 0], 1e-4)
     weight = np.maximum(weight, np.where(is_occluded, 1e-12, 1e-9)).astype(np.float32)
     mean = np.empty((n, 3), np.float32)
     sums = np.maximum(np.bincount(rows.owner, weight, minlength=n), 1e-30)
@@ -389,15 +391,15 @@ def _offsets(
     offsets = (mean[rows.owner] - colors).astype(np.float32)
     for view in range(count):
         progress.step(view)
-        mine = rows.rows_of_view(view)
-        owner = rows.owner[mine]
+        view_rows = rows.rows_of_view(view)
+        owner = rows.owner[view_rows]
         is_visible = np.zeros(n, bool)
         is_visible[owner] = True
         dense = np.zeros((n, 4), np.float32)
-        dense[owner, :3] = offsets[mine] * is_reliable[mine, None]
-        dense[owner, 3] = is_reliable[mine]
+        dense[owner, :3] = offsets[view_rows] * is_reliable[view_rows, None]
+        dense[owner, 3] = is_reliable[view_rows]
         links.spread(owner, is_visible, dense, rounds)
-        offsets[mine] = dense[owner, :3] / np.maximum(dense[owner, 3:], 1e-3)
+        offsets[view_rows] = dense[owner, :3] / np.maximum(dense[owner, 3:], 1e-3)
     return offsets
 
 
@@ -411,23 +413,26 @@ def _photos_of_faces(
     count: int,
 ) -> tuple[Int32Array, Int32Array, Float32Array, Float32Array]:
     """Return the photos of faces: both along a seam, each fading over its adjacent faces."""
-    known_rows = np.flatnonzero(views >= 0)
-    keys = (faces[known_rows].astype(np.int64) * count + views[known_rows, None]).ravel()
+    known_faces = np.flatnonzero(views >= 0)
+    keys = (faces[known_faces].astype(np.int64) * count + views[known_faces, None]).ravel()
     pairs, fractions = np.unique(keys, return_counts=True)
     starts = np.searchsorted(pairs, np.arange(len(rows.starts), dtype=np.int64) * count)
     # Each face uses the photos of its three corners.
     face, view = [], []
     for k in range(3):
-        v = faces[known_rows, k]
+        v = faces[known_faces, k]
         counts = starts[v + 1] - starts[v]
         index = np.repeat(starts[v], counts) + (
             np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
         )
-        face.append(np.repeat(known_rows, counts))
+        face.append(np.repeat(known_faces, counts))
         view.append((pairs[index] % count).astype(np.int32))
-    both = np.unique(np.concatenate(face) * np.int64(count) + np.concatenate(view))
-    draw_face, draw_view = (both // count).astype(np.int32), (both % count).astype(np.int32)
-    entry = face_rows.find(both)
+    face_views = np.unique(np.concatenate(face) * np.int64(count) + np.concatenate(view))
+    draw_face, draw_view = (
+        (face_views // count).astype(np.int32),
+        (face_views % count).astype(np.int32),
+    )
+    entry = face_rows.find(face_views)
     # Exclude photos with a much worse view of the face than its own.
     best_entry = face_rows.find(draw_face.astype(np.int64) * count + views[draw_face])
     is_useful = (entry >= 0) & (quality[entry] > 0.05 * quality[best_entry])
@@ -435,8 +440,8 @@ def _photos_of_faces(
     corner = faces[draw_face].astype(np.int64) * count + draw_view[:, None]
     index = np.minimum(np.searchsorted(pairs, corner), max(len(pairs) - 1, 0))
     weights = np.where(pairs[index] == corner, fractions[index], 0).astype(np.float32)
-    whole_values = np.bincount(faces[known_rows].ravel(), minlength=len(rows.starts) - 1)
-    weights /= np.maximum(whole_values[faces[draw_face]], 1)
+    known_corner_counts = np.bincount(faces[known_faces].ravel(), minlength=len(rows.starts) - 1)
+    weights /= np.maximum(known_corner_counts[faces[draw_face]], 1)
     return draw_face, draw_view, weights.astype(np.float32), offsets[rows.find(corner)]
 
 
@@ -463,20 +468,20 @@ def _vertex_colors(
     )
     owner = faces[drawn_rows].ravel()
     total = np.bincount(owner, minlength=n)
-    shown_values = np.zeros((n, 3), np.float32)
+    shown_colors = np.zeros((n, 3), np.float32)
     for c in range(3):
-        shown_values[:, c] = np.bincount(owner, colors[position, c], minlength=n) / np.maximum(
+        shown_colors[:, c] = np.bincount(owner, colors[position, c], minlength=n) / np.maximum(
             total, 1
         )
     is_known = total > 0
     is_well_known = is_known.copy()
     is_well_known[faces[seen_by == 0]] = False
-    filled_colors = shown_values.copy()
-    spare = np.zeros(n, np.int32)
-    fill_outward(links.starts, links.others, is_well_known, filled_colors, spare)
+    filled_colors = shown_colors.copy()
+    color_counts = np.zeros(n, np.int32)
+    fill_outward(links.starts, links.others, is_well_known, filled_colors, color_counts)
     # Parts without a good view use any colour.
     is_known |= is_well_known
-    fill_outward(links.starts, links.others, is_known, filled_colors, spare)
+    fill_outward(links.starts, links.others, is_known, filled_colors, color_counts)
     has_all_faces = total > 0
     has_all_faces[faces[views < 0]] = False
-    return np.where(has_all_faces[:, None], shown_values, filled_colors), is_known
+    return np.where(has_all_faces[:, None], shown_colors, filled_colors), is_known

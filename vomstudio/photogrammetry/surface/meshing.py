@@ -148,10 +148,10 @@ def build_surface(
     distance = tree.query(vertices, workers=1)[0]
     max_distance = options.trim * spacing
     hole = 30 * spacing if options.largest_hole_m is None else options.largest_hole_m
-    keep, closed = _trim(vertices, faces, distance, max_distance, hole)
-    if not keep.any():
+    is_kept, closed = _trim(vertices, faces, distance, max_distance, hole)
+    if not is_kept.any():
         raise GeometryError(Finding("surface.nothing-left"))
-    vertices, faces, _ = compact(vertices, faces[keep])
+    vertices, faces, _ = compact(vertices, faces[is_kept])
     facts |= {"cut_share": 1 - len(faces) / facts["faces_poisson"], "holes_closed": closed}
     if options.sharpen:
         progress.stage(tr("Refining the surface"))
@@ -219,13 +219,13 @@ def _spacing(points: FloatArray) -> tuple[Any, float]:
     from scipy.spatial import cKDTree
 
     tree = cKDTree(points, balanced_tree=False)
-    some = points[:: max(1, len(points) // 20_000)]
-    near = tree.query(some, k=2)[0][:, 1]
-    near = near[near > 0]
-    if not len(near):
+    sample = points[:: max(1, len(points) // 20_000)]
+    distances = tree.query(sample, k=2)[0][:, 1]
+    distances = distances[distances > 0]
+    if not len(distances):
         raise GeometryError(Finding("surface.coincident-points"))
     # Along a surface, points at random have neighbours at half the step of a regular grid.
-    return tree, float(np.median(near))
+    return tree, float(np.median(distances))
 
 
 def _depth(points: FloatArray, spacing: float, faces: int | None) -> int:
@@ -267,33 +267,33 @@ def _trim(
     ends sooner.
     """
     farthest_distance = distance[faces].max(axis=1)
-    keep = farthest_distance <= _RIM_DISTANCE_SHARE * max_distance
-    if keep.all() or not keep.any():
-        return keep, 0
-    piece = components(faces, ~keep)
+    is_kept = farthest_distance <= _RIM_DISTANCE_SHARE * max_distance
+    if is_kept.all() or not is_kept.any():
+        return is_kept, 0
+    piece = components(faces, ~is_kept)
     count = int(piece.max()) + 1
-    rows = np.flatnonzero(~keep)
+    rows = np.flatnonzero(~is_kept)
     labels = piece[rows]
     corners = vertices[faces[rows]]
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, labels, corners.min(axis=1))
     np.maximum.at(high, labels, corners.max(axis=1))
-    far = np.zeros(count)
-    np.maximum.at(far, labels, farthest_distance[rows])
+    farthest_distances = np.zeros(count)
+    np.maximum.at(farthest_distances, labels, farthest_distance[rows])
     # A border of the Poisson surface is a rim, not a hole.
     rim = np.zeros(count, bool)
     rim[labels[(neighbours(faces)[rows] < 0).any(axis=1)]] = True
-    sparse = (far <= max_distance) & ~rim
-    is_closed = ~sparse & ~rim & (np.linalg.norm(high - low, axis=1) <= 1.2 * hole)
-    keep[rows[(sparse | is_closed)[labels]]] = True
-    keep |= _find_cracks(
+    is_sparse = (farthest_distances <= max_distance) & ~rim
+    is_closed = ~is_sparse & ~rim & (np.linalg.norm(high - low, axis=1) <= 1.2 * hole)
+    is_kept[rows[(is_sparse | is_closed)[labels]]] = True
+    is_kept |= _find_cracks(
         vertices,
         faces,
-        ~keep & (farthest_distance <= max_distance),
+        ~is_kept & (farthest_distance <= max_distance),
         farthest_distance > max_distance,
         max_distance,
     )
-    return keep, int(is_closed.sum())
+    return is_kept, int(is_closed.sum())
 
 
 def _find_cracks(
@@ -315,22 +315,22 @@ def _find_cracks(
     rows = np.flatnonzero(band)
     if not len(rows):
         return is_crack
-    used, corners = np.unique(faces[rows], return_inverse=True)
+    used_vertices, corners = np.unique(faces[rows], return_inverse=True)
     corners = corners.reshape(-1, 3)
     start, end = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
-    length = np.linalg.norm(vertices[used[start]] - vertices[used[end]], axis=1)
+    length = np.linalg.norm(vertices[used_vertices[start]] - vertices[used_vertices[end]], axis=1)
     low, high = np.minimum(start, end), np.maximum(start, end)
     _, first = np.unique(low.astype(np.int64) << 32 | high, return_index=True)
     links = (np.maximum(length[first], 1e-12), (low[first], high[first]))
-    graph = coo_matrix(links, shape=(len(used), len(used))).tocsr()
+    graph = coo_matrix(links, shape=(len(used_vertices), len(used_vertices))).tocsr()
     is_adjacent_to_air = np.zeros(len(vertices), bool)
     is_adjacent_to_air[faces[air]] = True
-    seeds = np.flatnonzero(is_adjacent_to_air[used])
-    far = np.full(len(used), np.inf)
+    seeds = np.flatnonzero(is_adjacent_to_air[used_vertices])
+    distances = np.full(len(used_vertices), np.inf)
     if len(seeds):
         rim = _RIM_WIDTH * max_distance
-        far = dijkstra(graph, directed=False, indices=seeds, min_only=True, limit=rim)
-    is_crack[rows] = np.isinf(far[corners]).all(axis=1)
+        distances = dijkstra(graph, directed=False, indices=seeds, min_only=True, limit=rim)
+    is_crack[rows] = np.isinf(distances[corners]).all(axis=1)
     return is_crack
 
 
@@ -346,34 +346,34 @@ def _refine(
     """Move vertices onto the points near them, unless their faces would flip."""
     from vomstudio.photogrammetry.surface._surface_kernels import pull_to_points
 
-    refined_values = np.ascontiguousarray(vertices.copy())
+    refined_vertices = np.ascontiguousarray(vertices.copy())
     facing = vertex_normals(vertices, faces)
     step = 100_000
-    for start in range(0, len(refined_values), step):
+    for start in range(0, len(refined_vertices), step):
         progress.step(start)
         part = slice(start, start + step)
         distance, near = tree.query(
-            refined_values[part], k=min(_NEIGHBOURS, len(points)), workers=1
+            refined_vertices[part], k=min(_NEIGHBOURS, len(points)), workers=1
         )
         rows = start + np.flatnonzero(distance[:, 0] < 4 * width)
         subset, forward = (
-            np.ascontiguousarray(refined_values[rows]),
+            np.ascontiguousarray(refined_vertices[rows]),
             np.ascontiguousarray(facing[rows]),
         )
         neighbour_rows = np.ascontiguousarray(near[rows - start].astype(np.int64))
         pull_to_points(subset, forward, neighbour_rows, points, normals, width, 2.5 * width)
-        refined_values[rows] = subset
-    before = cross_products(vertices, faces)
+        refined_vertices[rows] = subset
+    normals_before = cross_products(vertices, faces)
     for _ in range(5):
-        after = cross_products(refined_values, faces)
-        is_turned = (before * after).sum(axis=1) < 0.2 * np.linalg.norm(before, axis=1) * (
-            np.linalg.norm(after, axis=1)
-        )
+        normals_after = cross_products(refined_vertices, faces)
+        is_turned = (normals_before * normals_after).sum(axis=1) < 0.2 * np.linalg.norm(
+            normals_before, axis=1
+        ) * (np.linalg.norm(normals_after, axis=1))
         if not is_turned.any():
             break
         rows = np.unique(faces[is_turned])
-        refined_values[rows] = vertices[rows]
-    return refined_values
+        refined_vertices[rows] = vertices[rows]
+    return refined_vertices
 
 
 def _decimate(
@@ -419,8 +419,8 @@ def _orient_to_normals(
 ) -> Int32Array:
     """Orient the faces of each piece counter-clockwise, seen from the air."""
     centre = vertices[faces].mean(axis=1)
-    nearest = tree.query(centre)[1]
-    agree = (cross_products(vertices, faces) * normals[nearest]).sum(axis=1)
+    nearest_points = tree.query(centre)[1]
+    agree = (cross_products(vertices, faces) * normals[nearest_points]).sum(axis=1)
     piece = components(faces)
     is_wrong = np.bincount(piece, agree)[piece] < 0
     faces = faces.copy()

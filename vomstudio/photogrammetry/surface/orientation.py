@@ -25,7 +25,9 @@ def visible_faces(visible: Sequence[PhotoVisibility], count: int) -> BoolArray:
 
 
 def orient_to_photos(
-    vertices: FloatArray, faces: Int32Array, look: Callable[[Int32Array], list[PhotoVisibility]]
+    vertices: FloatArray,
+    faces: Int32Array,
+    find_visibility: Callable[[Int32Array], list[PhotoVisibility]],
 ) -> tuple[Int32Array, list[PhotoVisibility], int]:
     """Orient faces to the side from which the photos show them.
 
@@ -35,7 +37,7 @@ def orient_to_photos(
     Parameters
     ----------
     vertices, faces : array
-    look : callable
+    find_visibility : callable
         Returns the visibility of faces (m, 3), counter-clockwise from outside.
 
     Returns
@@ -51,12 +53,12 @@ def orient_to_photos(
         If more than half of the area is not visible in any photo.
     """
     area = np.linalg.norm(cross_products(vertices, faces), axis=1)
-    whole = max(float(area.sum()), 1e-300)
-    visible = look(faces)
+    total_area = max(float(area.sum()), 1e-300)
+    visible = find_visibility(faces)
     is_visible = visible_faces(visible, len(faces))
     turned_count = 0
-    if area[~is_visible].sum() > MAX_UNSEEN * whole:
-        seen_behind = visible_faces(look(faces[:, ::-1].copy()), len(faces))
+    if area[~is_visible].sum() > MAX_UNSEEN * total_area:
+        seen_behind = visible_faces(find_visibility(faces[:, ::-1].copy()), len(faces))
         piece = components(faces)
         gain = np.bincount(piece, area * seen_behind) - np.bincount(piece, area * is_visible)
         turned_count = int((gain > 0).sum())
@@ -64,11 +66,11 @@ def orient_to_photos(
             is_flipped = (gain > 0)[piece]
             faces = faces.copy()
             faces[is_flipped] = faces[is_flipped][:, ::-1]
-            visible = look(faces)
+            visible = find_visibility(faces)
             is_visible = visible_faces(visible, len(faces))
     if not is_visible.any():
         raise GeometryError(Finding("texture.no-photo-sees"))
-    unseen_value = float(area[~is_visible].sum() / whole)
+    unseen_value = float(area[~is_visible].sum() / total_area)
     if unseen_value > MAX_UNSEEN:
         raise GeometryError(Finding("texture.mostly-unseen", share_percent=100 * unseen_value))
     return faces, visible, turned_count

@@ -175,8 +175,8 @@ def jpeg(page: ByteArray, quality: int = JPEG_QUALITY) -> bytes:
         cv2.IMWRITE_JPEG_SAMPLING_FACTOR,
         cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
     ]
-    done, content = cv2.imencode(".jpg", np.ascontiguousarray(page[..., ::-1]), settings)
-    if not done:
+    is_encoded, content = cv2.imencode(".jpg", np.ascontiguousarray(page[..., ::-1]), settings)
+    if not is_encoded:
         raise GeometryError(
             Finding("texture.page-too-large", width=page.shape[1], height=page.shape[0])
         )
@@ -215,7 +215,7 @@ def make_texture(
     vertices = np.ascontiguousarray(mesh.vertices - shift)
     faces = np.ascontiguousarray(mesh.faces, np.int32)
     shifted_photos = [_ShiftedPhoto(photo, shift) for photo in photos]
-    faces, visible, turned = orient_to_photos(
+    faces, visible, turned_faces = orient_to_photos(
         vertices, faces, lambda f: _visibility(shifted_photos, vertices, f, executor, progress)
     )
     resolved = options.texel_m or _photo_resolution(visible, len(faces)) / options.texels_per_pixel
@@ -233,18 +233,18 @@ def make_texture(
         executor,
         progress,
     )
-    old, fresh, uv, order = uv_mesh(atlas, faces)
+    old_vertices, new_faces, uv, order = uv_mesh(atlas, faces)
     counts = np.bincount(atlas.page, minlength=len(pages))
-    finished = Mesh(
-        mesh.vertices[old],
-        fresh,
+    textured_mesh = Mesh(
+        mesh.vertices[old_vertices],
+        new_faces,
         tuple(Material(f"texture_{k + 1}") for k in range(len(pages))),
         np.r_[0, np.cumsum(counts)].astype(np.int64),
         uv,
-        np.clip(np.rint(colors), 0, 255).astype(np.uint8)[old],
+        np.clip(np.rint(colors), 0, 255).astype(np.uint8)[old_vertices],
     )
-    report = _report(vertices, faces, visible, atlas, blend_result, turned)
-    return Textured(finished, tuple(pages), report, blend_result.views[order])
+    report = _report(vertices, faces, visible, atlas, blend_result, turned_faces)
+    return Textured(textured_mesh, tuple(pages), report, blend_result.views[order])
 
 
 class _ShiftedPhoto:
@@ -274,18 +274,18 @@ def _visibility(
     tasks = (VisibilityTask(p.photo, p.mask, p.view, vertices, faces) for p in photos)
     results: dict[int, PhotoVisibility] = {}
     lenses = [p.view.intrinsics for p in photos]
-    needed = max(visibility_memory(lens.width, lens.height, len(faces)) for lens in lenses)
-    for number, one in executor.map(compute_visibility, tasks, progress, needed):
-        results[number] = one
+    needed_memory = max(visibility_memory(lens.width, lens.height, len(faces)) for lens in lenses)
+    for number, visibility in executor.map(compute_visibility, tasks, progress, needed_memory):
+        results[number] = visibility
     return [results[number] for number in range(len(photos))]
 
 
 def _photo_resolution(visible: Sequence[PhotoVisibility], m: int) -> float:
     """Return the median size on the rock of a pixel in the best photo of each face."""
-    best = np.zeros(m, np.float32)
+    best_resolution = np.zeros(m, np.float32)
     for item in visible:
-        np.maximum.at(best, item.faces, item.quality)
-    return float(1 / np.median(best[best > 0]))
+        np.maximum.at(best_resolution, item.faces, item.quality)
+    return float(1 / np.median(best_resolution[best_resolution > 0]))
 
 
 def _all_colors(blend_result: Blend, mesh: Mesh) -> Float32Array:
@@ -309,9 +309,9 @@ def _report(
     n_rotated_faces: int,
 ) -> TextureReport:
     area = np.linalg.norm(cross_products(vertices, faces), axis=1) / 2
-    whole = max(float(area.sum()), 1e-300)
+    total_area = max(float(area.sum()), 1e-300)
     names = [item.name for item in visible]
-    drawn_values = np.bincount(
+    drawn_texels = np.bincount(
         blend_result.views[blend_result.views >= 0],
         area[blend_result.views >= 0],
         minlength=len(names),
@@ -321,17 +321,17 @@ def _report(
         occluded / max(len(item.vertices), 1)
         for occluded, item in zip(blend_result.occluded, visible, strict=True)
     ]
-    unseen_value = float(area[blend_result.views < 0].sum() / whole)
+    unseen_value = float(area[blend_result.views < 0].sum() / total_area)
     warnings = [
         Finding("texture.photo-sees-nothing", photo=item.name)
         for item in visible
         if not len(item.faces)
     ]
-    larger_values = atlas.texel / atlas.facts["wanted_texel_m"]
-    if larger_values > 1.001:
+    texel_ratio = atlas.texel / atlas.facts["wanted_texel_m"]
+    if texel_ratio > 1.001:
         # Without a length: the model may have no scale.
         warnings.append(
-            Finding("texture.larger-pixels", count=len(atlas.sizes), factor=larger_values)
+            Finding("texture.larger-pixels", count=len(atlas.sizes), factor=texel_ratio)
         )
     if unseen_value > 0.05:
         warnings.append(Finding("texture.unseen", share_percent=100 * unseen_value))
@@ -346,9 +346,13 @@ def _report(
         int(atlas.facts["charts"]),
         {n: tuple(g) for n, g in zip(names, blend_result.gains.tolist(), strict=True)},
         dict(zip(names, blend_result.sharpness.tolist(), strict=True)),
-        dict(zip(names, (drawn_values / whole).tolist(), strict=True)),
+        dict(zip(names, (drawn_texels / total_area).tolist(), strict=True)),
         dict(zip(names, (float(fraction) for fraction in occluded_shares), strict=True)),
-        {k: float(fraction / whole) for k, fraction in enumerate(area_by_count) if fraction > 0},
+        {
+            k: float(fraction / total_area)
+            for k, fraction in enumerate(area_by_count)
+            if fraction > 0
+        },
         unseen_value,
         tuple(warnings),
     )

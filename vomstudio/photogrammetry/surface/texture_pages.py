@@ -181,8 +181,8 @@ def draw_pages(
 
 def _tile_memory(photos: Sequence[MaskedPhoto]) -> int:
     """Return the peak memory of `draw_tile`: sums of a tile, and a photo with its pyramid."""
-    largest = max(p.view.intrinsics.width * p.view.intrinsics.height for p in photos)
-    return 35 * _TILE**2 + 6 * largest + 20_000_000
+    largest_photo = max(p.view.intrinsics.width * p.view.intrinsics.height for p in photos)
+    return 35 * _TILE**2 + 6 * largest_photo + 20_000_000
 
 
 class _Tasks:
@@ -225,10 +225,10 @@ class _Tasks:
         view = blend_result.draw_view[draws]
         parts = []
         for k in np.unique(view).tolist():
-            mine = view == k
-            rows, face = draws[mine], local_points[mine]
-            _, corners, used = compact(self._vertices, self._faces[faces_in_tile[face]])
-            pixels, depths = project(self._photos[k].view, self._vertices[used])
+            is_of_view = view == k
+            rows, face = draws[is_of_view], local_points[is_of_view]
+            _, corners, used_vertices = compact(self._vertices, self._faces[faces_in_tile[face]])
+            pixels, depths = project(self._photos[k].view, self._vertices[used_vertices])
             parts.append(
                 TilePhoto(
                     self._photos[k].photo,
@@ -266,32 +266,34 @@ def fill_between(page: ByteArray, is_filled: BoolArray) -> None:
     while min(levels[-1][1].shape) > 1:
         levels.append(_halved(*levels[-1], 1.0))
     color, weight = levels[-1]
-    below = color / np.maximum(weight, 1e-12)[..., None]
+    mean_color = color / np.maximum(weight, 1e-12)[..., None]
     for color, weight in reversed(levels[:-1]):
-        below = color + (1 - weight)[..., None] * _enlarged(below, color.shape)
-    enlarged_page = _enlarged(np.clip(np.rint(below), 0, 255).astype(np.uint8), page.shape)
+        mean_color = color + (1 - weight)[..., None] * _enlarged(mean_color, color.shape)
+    enlarged_page = _enlarged(np.clip(np.rint(mean_color), 0, 255).astype(np.uint8), page.shape)
     np.copyto(page, enlarged_page, where=~is_filled[..., None])
 
 
-def _halved(color: Any, weight: Any, full: float) -> tuple[Any, Any]:
+def _halved(color: Any, weight: Any, full_weight: float) -> tuple[Any, Any]:
     """Return weighted means of pixel pairs, and their weights.
 
-    full : weight of a complete texel. Colours are multiplied by their weights.
+    full_weight : weight of a complete texel. Colours are multiplied by their weights.
     """
     import cv2
 
     size = (max(1, (weight.shape[1] + 1) // 2), max(1, (weight.shape[0] + 1) // 2))
-    fraction = cv2.resize(weight, size, interpolation=cv2.INTER_AREA).astype(np.float32) / full
+    fraction = (
+        cv2.resize(weight, size, interpolation=cv2.INTER_AREA).astype(np.float32) / full_weight
+    )
     mean = cv2.resize(color, size, interpolation=cv2.INTER_AREA).astype(np.float32)
-    enough = np.minimum(fraction * 4, 1)
-    ratio = np.where(fraction > 0, enough / np.maximum(fraction, 1e-12), 0)
-    return mean * ratio[..., None], enough
+    opacity = np.minimum(fraction * 4, 1)
+    ratio = np.where(fraction > 0, opacity / np.maximum(fraction, 1e-12), 0)
+    return mean * ratio[..., None], opacity
 
 
 def _enlarged(picture: Any, shape: tuple[int, ...]) -> Any:
     import cv2
 
-    large = cv2.resize(
+    enlarged_picture = cv2.resize(
         np.ascontiguousarray(picture), (shape[1], shape[0]), interpolation=cv2.INTER_LINEAR
     )
-    return large.reshape(shape)
+    return enlarged_picture.reshape(shape)

@@ -21,10 +21,10 @@ def neighbours(faces: Int32Array) -> Int32Array:
     first = np.flatnonzero(np.r_[True, ranked[1:] != ranked[:-1]])
     count = np.diff(np.r_[first, len(ranked)])
     pair = first[count == 2]
-    across_component = np.full(len(keys), -1, np.int32)
+    opposite_faces = np.full(len(keys), -1, np.int32)
     a, b = order[pair], order[pair + 1]
-    across_component[a], across_component[b] = b // 3, a // 3
-    return across_component.reshape(-1, 3)
+    opposite_faces[a], opposite_faces[b] = b // 3, a // 3
+    return opposite_faces.reshape(-1, 3)
 
 
 def components(faces: Int32Array, among: BoolArray | None = None) -> Int32Array:
@@ -34,18 +34,18 @@ def components(faces: Int32Array, among: BoolArray | None = None) -> Int32Array:
 
     neighbour_faces = neighbours(faces)
     face, side = np.nonzero(neighbour_faces >= 0)
-    other = neighbour_faces[face, side]
+    other_face = neighbour_faces[face, side]
     if among is not None:
-        is_inside = among[face] & among[other]
-        face, other = face[is_inside], other[is_inside]
+        is_inside = among[face] & among[other_face]
+        face, other_face = face[is_inside], other_face[is_inside]
     n = len(faces)
-    links = coo_matrix((np.ones(len(face), np.int8), (face, other)), shape=(n, n))
+    links = coo_matrix((np.ones(len(face), np.int8), (face, other_face)), shape=(n, n))
     labels: Int32Array = connected_components(links, directed=False)[1].astype(np.int32)
     if among is None:
         return labels
     labels[~among] = -1
-    used, packed = np.unique(labels[among], return_inverse=True)
-    del used
+    used_labels, packed = np.unique(labels[among], return_inverse=True)
+    del used_labels
     labels[among] = packed
     return labels
 
@@ -108,12 +108,12 @@ def _split_vertices(vertices: FloatArray, faces: Int32Array) -> tuple[FloatArray
 
     neighbour_faces = neighbours(faces)
     face, side = np.nonzero(neighbour_faces >= 0)
-    other = neighbour_faces[face, side]
+    other_face = neighbour_faces[face, side]
     ends = []
     for corner in (side, (side + 1) % 3):
         vertex = faces[face, corner]
-        match = np.argmax(faces[other] == vertex[:, None], axis=1)
-        ends.append((face * 3 + corner, other.astype(np.int64) * 3 + match))
+        match = np.argmax(faces[other_face] == vertex[:, None], axis=1)
+        ends.append((face * 3 + corner, other_face.astype(np.int64) * 3 + match))
     a = np.concatenate([e[0] for e in ends])
     b = np.concatenate([e[1] for e in ends])
     n = faces.size

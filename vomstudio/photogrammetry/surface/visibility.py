@@ -130,11 +130,11 @@ def compute_visibility(task: VisibilityTask) -> PhotoVisibility:
     distances = np.linalg.norm(rays, axis=1)
     cosine = (cross * rays).sum(axis=1) / np.maximum(length * distances, 1e-300)
     corners = faces[selection]
-    keep = (
+    is_kept = (
         (visible_share >= _MIN_VISIBLE_SHARE) & (cosine > _MIN_COSINE) & inside[corners].all(axis=1)
     )
     selection, corners, cosine, clear_share, distances = (
-        a[keep] for a in (selection, corners, cosine, clear_share, distances)
+        a[is_kept] for a in (selection, corners, cosine, clear_share, distances)
     )
     width, height = view.intrinsics.width, view.intrinsics.height
     border_distance = (
@@ -147,14 +147,14 @@ def compute_visibility(task: VisibilityTask) -> PhotoVisibility:
         / distances
         * np.clip(border_distance / (_BORDER_SHARE * max(width, height)), 0.02, 1)
     )
-    well = (clear_share > 0.999) & (cosine > _MIN_COSINE_WELL) & (border_distance > 2)
+    is_well_seen = (clear_share > 0.999) & (cosine > _MIN_COSINE_WELL) & (border_distance > 2)
     rows = np.unique(corners).astype(np.int32)
     span = _spans(pixels, corners, len(task.vertices))[rows]
     return PhotoVisibility(
         view.name,
         selection,
         quality.astype(np.float32),
-        well,
+        is_well_seen,
         rows,
         _colors(picture, pixels[rows], span),
         _detail(picture, pixels[rows]),
@@ -176,28 +176,28 @@ def _visible_shares(
     lens = task.view.intrinsics
     shrink = max(1.0, math.sqrt(lens.width * lens.height / _MAX_DEPTH_PIXELS))
     size = (max(1, round(lens.width / shrink)), max(1, round(lens.height / shrink)))
-    scaled_values = pixels * (np.array(size) / (lens.width, lens.height))
+    scaled_pixels = pixels * (np.array(size) / (lens.width, lens.height))
     buffer = np.full(size[::-1], np.inf, np.float32)
-    draw_depths(scaled_values, depths, task.faces, selection, buffer)
+    draw_depths(scaled_pixels, depths, task.faces, selection, buffer)
     kernel = np.ones((2 * _MARGIN_PX + 1,) * 2, np.uint8)
-    nearest_values = np.ascontiguousarray(cv2.erode(buffer, kernel, borderValue=math.inf))
-    usable_values = np.full(size[::-1], 255, np.uint8)
+    nearest_depths = np.ascontiguousarray(cv2.erode(buffer, kernel, borderValue=math.inf))
+    usable_mask = np.full(size[::-1], 255, np.uint8)
     if task.mask is not None:
         mask = cv2.resize(
             decode(task.mask, task.view, grey=True), size, interpolation=cv2.INTER_AREA
         )
-        usable_values = np.ascontiguousarray(cv2.erode((mask > 127).astype(np.uint8), kernel))
+        usable_mask = np.ascontiguousarray(cv2.erode((mask > 127).astype(np.uint8), kernel))
     visible_share = np.zeros(len(selection), np.float32)
     clear_share = np.zeros(len(selection), np.float32)
     pixel = lens.width / size[0] / lens.focal[0]
     count_seen(
-        scaled_values,
+        scaled_pixels,
         depths,
         task.faces,
         selection,
         buffer,
-        nearest_values,
-        usable_values,
+        nearest_depths,
+        usable_mask,
         pixel,
         float(_MARGIN_PX),
         _SLACK,
@@ -262,11 +262,11 @@ def _detail(picture: Any, pixels: FloatArray) -> Float32Array:
     from vomstudio.photogrammetry.surface._visibility_kernels import look_up
 
     grey = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY).astype(np.float32)
-    fine = cv2.GaussianBlur(grey, (0, 0), 0.8) - cv2.GaussianBlur(grey, (0, 0), 1.6)
+    fine_detail = cv2.GaussianBlur(grey, (0, 0), 0.8) - cv2.GaussianBlur(grey, (0, 0), 1.6)
     half = cv2.resize(grey, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
-    coarse = half - cv2.GaussianBlur(half, (0, 0), 1.2)
+    coarse_detail = half - cv2.GaussianBlur(half, (0, 0), 1.2)
     energies = []
-    for band in (fine, coarse):
+    for band in (fine_detail, coarse_detail):
         shrunk = cv2.resize(np.abs(band), (half.shape[1], half.shape[0]), interpolation=3)
         energies.append(cv2.GaussianBlur(shrunk, (0, 0), 3))
     ratio = np.log((energies[0] + 0.05) / (energies[1] + 0.05))

@@ -48,9 +48,9 @@ def metres_from_gps(photos: Sequence[Photo]) -> FloatArray:
 
 def accuracy_of(photos: Sequence[Photo]) -> tuple[float, bool]:
     """Return the median standard deviation of the positions (m), and whether it is stated."""
-    stated = [p.gps_accuracy_m for p in photos if p.gps_accuracy_m is not None]
-    if stated:
-        return float(np.median(stated)), True
+    stated_accuracies = [p.gps_accuracy_m for p in photos if p.gps_accuracy_m is not None]
+    if stated_accuracies:
+        return float(np.median(stated_accuracies)), True
     drone = any(p.pitch_deg is not None or p.relative_altitude_m is not None for p in photos)
     return (DRONE_ACCURACY_M if drone else HANDHELD_ACCURACY_M), False
 
@@ -65,8 +65,8 @@ def rotation_error95_deg(positions: FloatArray, sigma_m: float) -> tuple[float, 
     sigma_m : independent error of each coordinate
     """
     values, axes = np.linalg.eigh(rotation_covariance(positions, sigma_m))
-    worst_value = math.degrees(_Z95 * math.sqrt(values[-1]))
-    return (180.0 if len(positions) < 3 else min(180.0, worst_value)), axes[:, -1]
+    largest_eigenvalue_deg = math.degrees(_Z95 * math.sqrt(values[-1]))
+    return (180.0 if len(positions) < 3 else min(180.0, largest_eigenvalue_deg)), axes[:, -1]
 
 
 def straightness(positions: FloatArray) -> float:
@@ -74,6 +74,6 @@ def straightness(positions: FloatArray) -> float:
 
     It is 0 if the positions are collinear.
     """
-    centred_values = positions - positions.mean(axis=0)
-    s = np.linalg.svd(centred_values, compute_uv=False)
+    centred_positions = positions - positions.mean(axis=0)
+    s = np.linalg.svd(centred_positions, compute_uv=False)
     return float(s[1] / s[0]) if len(s) > 1 and s[0] > 0 else 0.0

@@ -45,8 +45,8 @@ def measure_folder(folder: PhotoFolder, progress: Progress | None = None) -> Sur
     photos = tuple(folder.photos)
     progress.stage(tr("Measuring photo quality"), len(photos))
     quality, features = [], []
-    for done, photo in enumerate(photos):
-        progress.step(done)
+    for done_count, photo in enumerate(photos):
+        progress.step(done_count)
         quality.append(measure_quality(photo))
         features.append(None if quality[-1].error else features_of(photo))
     progress.step(len(photos))
@@ -79,10 +79,10 @@ def report(
     photos = measurements.photos
     gsd = [pixel_size(photo, distance_m) for photo in photos]
     axes, known_axes = optical_axes(measurements.pairs, len(photos))
-    best = station_checks.best_overlap(measurements.pairs, len(photos))
+    best_overlap = station_checks.best_overlap(measurements.pairs, len(photos))
     findings = [
         *_folder_findings(folder, measurements, limits),
-        *station_checks.pair_findings(measurements, best, limits),
+        *station_checks.pair_findings(measurements, best_overlap, limits),
         *station_checks.direction_findings(measurements, axes, known_axes, limits),
         *picture_checks.pixel_findings(measurements, limits),
         *station_checks.size_findings(measurements, gsd, limits),
@@ -99,7 +99,7 @@ def report(
             measurements.quality[i].blur_px,
             float(measurements.pairs.views[i]),
             measurements.quality[i].brightness,
-            best[i],
+            best_overlap[i],
         )
         for i, photo in enumerate(photos)
     )
@@ -157,19 +157,24 @@ def _folder_findings(
         findings.append(Finding("few-photos", photos=(), value=count, count=count))
     damaged = tuple(
         p.name
-        for p, look in zip(measurements.photos, measurements.quality, strict=True)
-        if look.error
+        for p, quality in zip(measurements.photos, measurements.quality, strict=True)
+        if quality.error
     )
     if damaged:
-        reason = next(look.error for look in measurements.quality if look.error)
+        reason = next(quality.error for quality in measurements.quality if quality.error)
         findings.append(Finding("damaged", photos=damaged, value=len(damaged), reason=reason))
     if folder.duplicates:
         names = tuple(name for name, _ in folder.duplicates)
         findings.append(Finding("duplicates", photos=names, value=len(names)))
-    unknown = tuple(p.name for p in measurements.photos if p.focal_px is None)
-    if unknown:
+    photos_without_focal = tuple(p.name for p in measurements.photos if p.focal_px is None)
+    if photos_without_focal:
         findings.append(
-            Finding("no-focal-length", photos=unknown, value=len(unknown), count=len(unknown))
+            Finding(
+                "no-focal-length",
+                photos=photos_without_focal,
+                value=len(photos_without_focal),
+                count=len(photos_without_focal),
+            )
         )
     return findings + _camera_findings(folder)
 
@@ -182,9 +187,11 @@ def _camera_findings(folder: PhotoFolder) -> list[Finding]:
     groups = [_camera_group(group) for group in settings.values()]
     findings = [Finding("several-cameras", photos=(), value=len(settings), cameras=groups)]
     sides = {(g[0].camera, g[0].width, g[0].height) for g in settings.values()}
-    turned = {(camera, w, h) for camera, w, h in sides if w != h and (camera, h, w) in sides}
-    if turned:
-        names = [p.name for p in folder.photos if (p.camera, p.width, p.height) in turned]
+    turned_cameras = {
+        (camera, w, h) for camera, w, h in sides if w != h and (camera, h, w) in sides
+    }
+    if turned_cameras:
+        names = [p.name for p in folder.photos if (p.camera, p.width, p.height) in turned_cameras]
         findings.append(Finding("survey.turned-photos", photos=names, value=len(names)))
     return findings
 

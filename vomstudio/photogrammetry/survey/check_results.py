@@ -191,10 +191,12 @@ def assess(
         resolved = Finding("survey.model-resolution", size=size)
         return first, resolved, expected_planes(planes, is_metric=is_metric, source="model")
     if gsd_m is not None:
-        covered = Finding("survey.pixel-size", pixel=length_text(gsd_m, 2, is_metric=is_metric))
+        size_finding = Finding(
+            "survey.pixel-size", pixel=length_text(gsd_m, 2, is_metric=is_metric)
+        )
         return (
             first,
-            covered,
+            size_finding,
             expected_planes(PlaneSizes.from_pixel_size(gsd_m), is_metric=is_metric),
         )
     return first, *hint

@@ -37,11 +37,11 @@ class FolderCheck(PrintableResult, SurveyReport):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the object that ``--json`` prints, with the reasons as texts."""
-        skipped = [
+        skipped_files = [
             {"name": name, "reason": reason.message, "reason_code": reason.code}
             for name, reason in self.skipped
         ]
-        return super().to_dict() | {"skipped": skipped}
+        return super().to_dict() | {"skipped": skipped_files}
 
 
 def check_folder(

@@ -158,12 +158,12 @@ def features_of(photo: Photo) -> NormalizedFeatures | None:
         mask = read_mask(photo)
     except InputError:
         return None
-    small = None
+    reduced_picture = None
     if mask is not None:
         size = (pixels.shape[1], pixels.shape[0])
-        small = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
+        reduced_picture = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
     sift = cv2.SIFT.create(MAX_FEATURES, contrastThreshold=0.02)
-    keys, descriptors = sift.detectAndCompute(np.ascontiguousarray(pixels), small)
+    keys, descriptors = sift.detectAndCompute(np.ascontiguousarray(pixels), reduced_picture)
     long_side = float(max(pixels.shape))
     points = np.array([key.pt for key in keys], np.float64).reshape(-1, 2) / long_side
     if descriptors is None:
@@ -190,10 +190,10 @@ def choose_pairs(count: int, positions: FloatArray | None = None) -> list[tuple[
         return list(itertools.combinations(range(count), 2))
     pairs = {(i, j) for i in range(count) for j in range(i + 1, min(i + _NEIGHBOURS + 1, count))}
     if positions is not None:
-        known_rows = np.flatnonzero(np.isfinite(positions).all(axis=1))
-        for i in known_rows:
-            distances = np.linalg.norm(positions[known_rows] - positions[i], axis=1)
-            for j in known_rows[np.argsort(distances, kind="stable")[1 : _NEIGHBOURS + 3]]:
+        known_indices = np.flatnonzero(np.isfinite(positions).all(axis=1))
+        for i in known_indices:
+            distances = np.linalg.norm(positions[known_indices] - positions[i], axis=1)
+            for j in known_indices[np.argsort(distances, kind="stable")[1 : _NEIGHBOURS + 3]]:
                 pairs.add((min(i, j), max(i, j)))
     return sorted(pairs)
 
@@ -203,14 +203,14 @@ def match_pair(a: NormalizedFeatures, b: NormalizedFeatures) -> tuple[FloatArray
     if len(a.points) < MIN_MATCHES or len(b.points) < MIN_MATCHES:
         return np.empty((0, 2)), np.empty((0, 2))
     likeness = a.descriptors @ b.descriptors.T
-    forth, back = np.argmax(likeness, 1), np.argmax(likeness, 0)
+    forth, backward_matches = np.argmax(likeness, 1), np.argmax(likeness, 0)
     rows = np.arange(len(likeness))
-    best = likeness[rows, forth]
+    best_likeness = likeness[rows, forth]
     second = likeness.copy()
     second[rows, forth] = -1.0
-    near, next_ = (np.sqrt(np.maximum(2 - 2 * v, 0)) for v in (best, second.max(1)))
-    is_good = (back[forth] == rows) & (near < _MATCH_RATIO * next_)
-    return a.points[is_good], b.points[forth[is_good]]
+    distances, next_ = (np.sqrt(np.maximum(2 - 2 * v, 0)) for v in (best_likeness, second.max(1)))
+    is_match = (backward_matches[forth] == rows) & (distances < _MATCH_RATIO * next_)
+    return a.points[is_match], b.points[forth[is_match]]
 
 
 def compare_pair(
@@ -227,19 +227,19 @@ def compare_pair(
     _, inliers = cv2.findFundamentalMat(p, q, cv2.FM_RANSAC, threshold, 0.999, 2000)
     if inliers is None:
         return None
-    keep = inliers.ravel().astype(bool)
-    if keep.sum() < MIN_MATCHES or keep.sum() < 0.2 * len(p):
+    is_inlier = inliers.ravel().astype(bool)
+    if is_inlier.sum() < MIN_MATCHES or is_inlier.sum() < 0.2 * len(p):
         return None
-    p, q = p[keep], q[keep]
+    p, q = p[is_inlier], q[is_inlier]
     # The tolerance is larger than the epipolar one, to allow for relief.
     plane, is_on_plane = cv2.findHomography(p, q, cv2.RANSAC, 4.0 / LONG_SIDE, None, 2000, 0.999)
     fraction = 0.0 if is_on_plane is None else float(is_on_plane.mean())
     if plane is None or fraction < _MIN_PLANE_SHARE or abs(np.linalg.det(plane)) < 1e-9:
-        inside, back = _inside_hull(p, a), _inside_hull(q, b)
+        inside, inside_backward = _inside_hull(p, a), _inside_hull(q, b)
         rotation, ratio = _rotation_by_essential_matrix(p, q, a, b), None
     else:
         inside = _is_in_other_photo(plane, a, b)
-        back = _is_in_other_photo(np.linalg.inv(plane), b, a)
+        inside_backward = _is_in_other_photo(np.linalg.inv(plane), b, a)
         ratio = _pixel_ratio(plane, a)
         rotation = None
     base = None
@@ -252,12 +252,12 @@ def compare_pair(
         j,
         len(p),
         fraction,
-        float(min(inside.mean(), back.mean())),
+        float(min(inside.mean(), inside_backward.mean())),
         ratio,
         rotation,
         base,
         inside,
-        back,
+        inside_backward,
     )
 
 
@@ -296,8 +296,8 @@ def _compare_pairs(
     pairs: list[PairOverlap],
     progress: Progress,
 ) -> None:
-    for done, (i, j) in enumerate(candidates):
-        progress.step(done)
+    for done_count, (i, j) in enumerate(candidates):
+        progress.step(done_count)
         a, b = features[i], features[j]
         if a is not None and b is not None:
             overlap = compare_pair(i, j, a, b)
@@ -316,33 +316,35 @@ def _pairs_between_components(
     if count <= _MAX_PHOTOS_ALL_PAIRS:
         return []
     parts = SetOverlap(tuple(pairs), np.empty(0), np.empty(0), 0).components(count)
-    done = set(compared_pairs)
+    finished_pairs = set(compared_pairs)
     candidates = [
         (min(i, j), max(i, j))
         for p, part in enumerate(parts[1:], 1)
         for i in part
-        for other in parts[:p]
-        for j in other
-        if (min(i, j), max(i, j)) not in done
+        for other_part in parts[:p]
+        for j in other_part
+        if (min(i, j), max(i, j)) not in finished_pairs
     ]
     step = max(1, -(-len(candidates) // _MAX_EXTRA_PAIRS))
     return candidates[::step]
 
 
-def optical_axes(look: SetOverlap, count: int) -> tuple[FloatArray, BoolArray]:
+def optical_axes(overlap: SetOverlap, count: int) -> tuple[FloatArray, BoolArray]:
     """Return the view directions (count, 3) in the frame of one camera, and which are known.
 
     Relative rotations are chained along the best-matched pairs of the largest component.
     """
-    best = sorted((p for p in look.pairs if p.rotation is not None), key=lambda p: -p.matches)
-    part = set(look.components(count)[0]) if count else set()
+    best_pairs = sorted(
+        (p for p in overlap.pairs if p.rotation is not None), key=lambda p: -p.matches
+    )
+    part = set(overlap.components(count)[0]) if count else set()
     rotation: dict[int, FloatArray] = {}
-    if best:
-        rotation[best[0].first] = np.eye(3)
+    if best_pairs:
+        rotation[best_pairs[0].first] = np.eye(3)
     is_grown = True
     while is_grown:
         is_grown = False
-        for pair in best:
+        for pair in best_pairs:
             i, j = pair.first, pair.second
             assert pair.rotation is not None
             if i in rotation and j not in rotation:
@@ -376,8 +378,8 @@ def _is_in_other_photo(
     front = position[:, 2] * np.sign(centre) > 1e-9
     with np.errstate(divide="ignore", invalid="ignore"):
         x, y = position[:, 0] / position[:, 2], position[:, 1] / position[:, 2]
-        on = (x >= 0) & (x <= b.width) & (y >= 0) & (y <= b.height)
-    return np.asarray(front & on)
+        is_on_photo = (x >= 0) & (x <= b.width) & (y >= 0) & (y <= b.height)
+    return np.asarray(front & is_on_photo)
 
 
 def _inside_hull(points: FloatArray, f: NormalizedFeatures) -> BoolArray:

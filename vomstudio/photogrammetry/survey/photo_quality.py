@@ -67,14 +67,14 @@ def measure_quality(photo: Photo) -> PhotoQuality:
         mask = read_mask(photo)
     except InputError as error:
         return PhotoQuality(error=error.message)
-    used = pixels[::8, ::8] if mask is None else pixels[::8, ::8][mask[::8, ::8]]
-    if used.size == 0:
-        used = pixels[::8, ::8]
-    linear = linear_light(used)
+    used_pixels = pixels[::8, ::8] if mask is None else pixels[::8, ::8][mask[::8, ::8]]
+    if used_pixels.size == 0:
+        used_pixels = pixels[::8, ::8]
+    linear = linear_light(used_pixels)
     return PhotoQuality(
         blur_px=blur(pixels, mask),
         brightness=float(linear.mean()),
-        burnt=float((used >= 254).mean()),
+        burnt=float((used_pixels >= 254).mean()),
         resampled=interpolation_period(pixels),
     )
 
@@ -95,12 +95,12 @@ def blur(pixels: ByteArray, mask: BoolArray | None = None) -> float | None:
     """
     tiles = [tile.astype(np.float32) for tile in _tiles(pixels, mask)]
     for level in range(4):
-        across_component, along_component = (_edge_sigma(tiles, axis) for axis in (1, 0))
-        known = [s for s in (across_component, along_component) if s is not None]
-        if not known:
+        horizontal_sigma, vertical_sigma = (_edge_sigma(tiles, axis) for axis in (1, 0))
+        known_sigmas = [s for s in (horizontal_sigma, vertical_sigma) if s is not None]
+        if not known_sigmas:
             return None
-        if max(known) <= _MAX_BLUR_SIGMA_PX or level == 3:
-            return float(max(known) * 2**level)
+        if max(known_sigmas) <= _MAX_BLUR_SIGMA_PX or level == 3:
+            return float(max(known_sigmas) * 2**level)
         # Averaging two pixels adds some blur, which is negligible compared with the measured blur.
         tiles = [_halved(tile) for tile in tiles]
     return None
@@ -141,21 +141,21 @@ def _edge_sigma(tiles: list[Float32Array], axis: int) -> float | None:
         kernel = np.array([[-0.5, 0.0, 0.5]], np.float32)
         kernel = kernel if axis == 1 else kernel.T
         step = np.abs(cv2.filter2D(tile, cv2.CV_32F, kernel))
-        after = np.abs(cv2.filter2D(softer, cv2.CV_32F, kernel))
-        other = np.abs(cv2.filter2D(tile, cv2.CV_32F, kernel.T))
+        softened_edges = np.abs(cv2.filter2D(softer, cv2.CV_32F, kernel))
+        cross_edges = np.abs(cv2.filter2D(tile, cv2.CV_32F, kernel.T))
         is_inner = np.zeros(tile.shape, bool)
         is_inner[4:-4, 4:-4] = True
         top = (
             is_inner
             & (step >= np.roll(step, 1, axis))
             & (step >= np.roll(step, -1, axis))
-            & (step > 2 * other)
+            & (step > 2 * cross_edges)
         )
         values = step[top]
         if len(values) < 20:
             continue
         strong = top & (step >= max(float(np.quantile(values, _STRONG_QUANTILE)), 2.0))
-        ratios.append(step[strong] / np.maximum(after[strong], 1e-6))
+        ratios.append(step[strong] / np.maximum(softened_edges[strong], 1e-6))
     ratio = np.concatenate(ratios) if ratios else np.empty(0)
     # A gradient that increases when blurred is noise or a corner.
     ratio = ratio[ratio > 1.005]

@@ -26,8 +26,10 @@ def pixel_findings(measurements: SurveyMeasurements, limits: Limits) -> list[Fin
         limit = max(limits.blur_px, limits.blur_times * median)
         blurred_names = tuple(photos[i].name for i, value in blurs.items() if value > limit)
         if blurred_names:
-            worst = max(blurs.values())
-            findings.append(Finding("blurred", photos=blurred_names, value=worst, median=median))
+            worst_blur = max(blurs.values())
+            findings.append(
+                Finding("blurred", photos=blurred_names, value=worst_blur, median=median)
+            )
         if median > limits.soft_px:
             findings.append(Finding("soft", photos=(), value=median, factor=median / 0.8))
     findings += _enlargement_findings(measurements, limits)
@@ -56,35 +58,45 @@ def _enlargement_findings(measurements: SurveyMeasurements, limits: Limits) -> l
     if zoomed:
         max_zoom = max(value or 1.0 for value in zoomed.values())
         findings.append(Finding("digital-zoom", photos=tuple(zoomed), value=max_zoom))
-    enlarged_items = []
+    enlarged_photos = []
     for photo in photos:
         model = find_camera(photo.camera)
         if model is not None and photo.long_side > 1.05 * max(model.width_px, model.height_px):
-            enlarged_items.append(photo.name)
-    if enlarged_items:
-        model = find_camera(next(p.camera for p in photos if p.name == enlarged_items[0]))
+            enlarged_photos.append(photo.name)
+    if enlarged_photos:
+        model = find_camera(next(p.camera for p in photos if p.name == enlarged_photos[0]))
         assert model is not None
         findings.append(
             Finding(
                 "enlarged",
-                photos=tuple(enlarged_items),
-                value=len(enlarged_items),
+                photos=tuple(enlarged_photos),
+                value=len(enlarged_photos),
                 camera=model.label,
                 width_px=model.width_px,
             )
         )
-    looks = [look for look in measurements.quality if look.blur_px is not None]
-    traced = [look for look in looks if (look.resampled or 0.0) >= limits.resampled]
-    median = float(np.median([look.blur_px or 0.0 for look in looks])) if looks else 0.0
+    measured_photos = [quality for quality in measurements.quality if quality.blur_px is not None]
+    traced = [
+        quality for quality in measured_photos if (quality.resampled or 0.0) >= limits.resampled
+    ]
+    median = (
+        float(np.median([quality.blur_px or 0.0 for quality in measured_photos]))
+        if measured_photos
+        else 0.0
+    )
     # Undistortion and reduction also leave a trace, but do no harm.
-    if not enlarged_items and len(traced) > 0.6 * len(looks) and median > limits.enlarged_px:
+    if (
+        not enlarged_photos
+        and len(traced) > 0.6 * len(measured_photos)
+        and median > limits.enlarged_px
+    ):
         findings.append(
             Finding(
                 "enlarged",
                 photos=[
                     p.name
-                    for p, look in zip(photos, measurements.quality, strict=True)
-                    if (look.resampled or 0.0) >= limits.resampled
+                    for p, quality in zip(photos, measurements.quality, strict=True)
+                    if (quality.resampled or 0.0) >= limits.resampled
                 ],
                 value=median,
             )
@@ -97,24 +109,31 @@ def _light_findings(measurements: SurveyMeasurements, limits: Limits) -> list[Fi
     photos = measurements.photos
     badly_exposed = {
         i
-        for i, look in enumerate(measurements.quality)
-        if look.brightness is not None
-        and (look.brightness < limits.darkest or (look.burnt or 0.0) > limits.burnt)
+        for i, quality in enumerate(measurements.quality)
+        if quality.brightness is not None
+        and (quality.brightness < limits.darkest or (quality.burnt or 0.0) > limits.burnt)
     }
     if badly_exposed:
         names = tuple(photos[i].name for i in sorted(badly_exposed))
         findings.append(Finding("exposure", photos=names, value=len(names)))
     bright = {
-        i: math.log2(look.brightness)
-        for i, look in enumerate(measurements.quality)
-        if look.brightness is not None and look.brightness > 0 and i not in badly_exposed
+        i: math.log2(quality.brightness)
+        for i, quality in enumerate(measurements.quality)
+        if quality.brightness is not None and quality.brightness > 0 and i not in badly_exposed
     }
     if len(bright) >= 3:
         median = float(np.median(list(bright.values())))
         jumps = tuple(photos[i].name for i, v in bright.items() if abs(v - median) > limits.stops)
         if jumps:
-            worst = max((v - median for v in bright.values()), key=abs)
-            findings.append(Finding("brightness-jump", photos=jumps, value=worst, stops=abs(worst)))
+            worst_difference = max((v - median for v in bright.values()), key=abs)
+            findings.append(
+                Finding(
+                    "brightness-jump",
+                    photos=jumps,
+                    value=worst_difference,
+                    stops=abs(worst_difference),
+                )
+            )
     return findings + _time_findings(photos, limits)
 
 

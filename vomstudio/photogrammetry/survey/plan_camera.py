@@ -55,8 +55,10 @@ def camera_of(text: str, focal_mm: float | None = None) -> PlanCamera:
 
     model = find_camera(text)
     if model is None:
-        like = similar_cameras(text)
-        finding = Finding("plan.unknown-camera", camera=shorten(text), similar=like or None)
+        similar_names = similar_cameras(text)
+        finding = Finding(
+            "plan.unknown-camera", camera=shorten(text), similar=similar_names or None
+        )
         raise UsageError(finding, field="--camera")
     focal = focal_mm or model.focal_mm
     if focal is None:
@@ -114,7 +116,7 @@ def _camera_of_photo(path: str, focal_mm: float | None) -> PlanCamera:
 def _camera_of_numbers(text: str, focal_mm: float | None) -> PlanCamera:
     sensor: tuple[float, ...] = ()
     pixels: tuple[float, ...] = ()
-    unnamed_items: list[float] = []
+    unnamed_numbers: list[float] = []
     focal = focal_mm
     for token in re.split(r"[,;\s]+", text.strip(" ,;")):
         key, _, value = token.rpartition("=")
@@ -138,16 +140,16 @@ def _camera_of_numbers(text: str, focal_mm: float | None) -> PlanCamera:
         elif len(numbers) == 2:
             sensor = numbers
         else:
-            unnamed_items.append(numbers[0])
+            unnamed_numbers.append(numbers[0])
     # Numbers without a name are in the order sensor, focal length, pixels.
-    if not sensor and unnamed_items:
-        sensor = (unnamed_items.pop(0),)
-    if focal is None and unnamed_items:
-        focal = unnamed_items.pop(0)
-    if not pixels and unnamed_items:
-        pixels = tuple(unnamed_items[:2])
-        unnamed_items = unnamed_items[2:]
-    if not sensor or focal is None or not pixels or unnamed_items:
+    if not sensor and unnamed_numbers:
+        sensor = (unnamed_numbers.pop(0),)
+    if focal is None and unnamed_numbers:
+        focal = unnamed_numbers.pop(0)
+    if not pixels and unnamed_numbers:
+        pixels = tuple(unnamed_numbers[:2])
+        unnamed_numbers = unnamed_numbers[2:]
+    if not sensor or focal is None or not pixels or unnamed_numbers:
         raise _not_a_camera(text)
     pixels = tuple(sorted(pixels, reverse=True))
     sensor = tuple(sorted(sensor, reverse=True))

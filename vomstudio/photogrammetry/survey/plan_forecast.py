@@ -32,11 +32,13 @@ def add_forecasts(
     receiver_m, control_m : float, optional
         Standard deviation of a horizontal coordinate of a camera and of a control point.
     """
-    both = forecasts(plan, receiver_m or DEFAULT_RECEIVER_M, control_m or DEFAULT_CONTROL_M)
+    both_forecasts = forecasts(
+        plan, receiver_m or DEFAULT_RECEIVER_M, control_m or DEFAULT_CONTROL_M
+    )
     findings = []
     if receiver_m is not None or _nearly_in_line(plan):
-        findings = forecast_findings(plan, *both)
-    return replace(plan, registration=both, warnings=(*plan.warnings, *findings))
+        findings = forecast_findings(plan, *both_forecasts)
+    return replace(plan, registration=both_forecasts, warnings=(*plan.warnings, *findings))
 
 
 def forecasts(plan: SurveyPlan, receiver_m: float, control_m: float) -> tuple[Forecast, Forecast]:
@@ -66,13 +68,15 @@ def forecasts(plan: SurveyPlan, receiver_m: float, control_m: float) -> tuple[Fo
 
 def forecast_findings(plan: SurveyPlan, receiver: Forecast, control: Forecast) -> list[Finding]:
     """Report advice if the positions of the cameras alone cannot orient the model."""
-    worst = receiver.worst_95_deg
-    if worst is not None and worst <= _MAX_ERROR_DEG:
+    worst_error_deg = receiver.worst_95_deg
+    if worst_error_deg is not None and worst_error_deg <= _MAX_ERROR_DEG:
         return []
-    if worst is None:
+    if worst_error_deg is None:
         findings = [Finding("plan.unregistrable")]
     else:
-        findings = [Finding("plan.rotation", sigma_m=receiver.sigma_m[0], rotation95_deg=worst)]
+        findings = [
+            Finding("plan.rotation", sigma_m=receiver.sigma_m[0], rotation95_deg=worst_error_deg)
+        ]
     if control.worst_95_deg is not None and control.worst_95_deg <= _MAX_ERROR_DEG:
         findings.append(
             Finding(
@@ -104,9 +108,9 @@ def convert_to_world(positions: FloatArray, is_upright: bool) -> FloatArray:
     """
     if not len(positions):
         return np.zeros((0, 3))
-    along_component, up, distances = positions.T
+    horizontal, up, distances = positions.T
     return np.column_stack(
-        [along_component, -distances, up] if is_upright else [along_component, up, distances]
+        [horizontal, -distances, up] if is_upright else [horizontal, up, distances]
     )
 
 

@@ -218,16 +218,18 @@ def plan_survey(camera: PlanCamera, options: PlanOptions) -> SurveyPlan:
     warnings += distance_warnings
     footprint = gsd * camera.width_px, gsd * camera.height_px
     spacing = (1.0 - overlap) * footprint[0], (1.0 - overlap) * footprint[1]
-    expected = (width_m / spacing[0] + 2.0) * (height_m / spacing[1] + 1.0) * 2.0
-    if expected > _MAX_PHOTOS:
-        raise UsageError(Finding("plan.too-many-photos", photos=expected))
-    stations, least, middle = _stations(
+    expected_count = (width_m / spacing[0] + 2.0) * (height_m / spacing[1] + 1.0) * 2.0
+    if expected_count > _MAX_PHOTOS:
+        raise UsageError(Finding("plan.too-many-photos", photos=expected_count))
+    stations, least_stations, middle = _stations(
         camera, distance_m, width_m, height_m, footprint, spacing, manner
     )
     sharp = depth_of_field(
         camera.focal_mm, aperture, distance_m, _MAX_BLUR_PIXELS * camera.pixel_pitch_mm
     )
-    warnings += _warnings(manner, stations, distance_m, width_m, height_m, footprint, least)
+    warnings += _warnings(
+        manner, stations, distance_m, width_m, height_m, footprint, least_stations
+    )
     return SurveyPlan(
         camera,
         manner,
@@ -242,7 +244,7 @@ def plan_survey(camera: PlanCamera, options: PlanOptions) -> SurveyPlan:
         sharp,
         stations,
         _control_points(width_m, height_m),
-        least,
+        least_stations,
         middle,
         tuple(warnings),
     )
@@ -309,10 +311,12 @@ def _stations(
     ways = [(0, 0.0), (1, 0.0)]
     if manner != "handheld":
         ways.append((1, spacing[1]))
-    for beyond, margin in ways:
+    for extra_columns, margin in ways:
         rows = _row_heights(height, footprint[1], spacing[1], margin)
-        along_component = [i * width / columns for i in range(-beyond, columns + 1 + beyond)]
-        aimed = [(u, v, 0.0, 0.0) for v in rows for u in along_component]
+        horizontal_positions = [
+            i * width / columns for i in range(-extra_columns, columns + 1 + extra_columns)
+        ]
+        aimed = [(u, v, 0.0, 0.0) for v in rows for u in horizontal_positions]
         aimed += _obliques(rows, width, footprint, manner)
         stations = tuple(_station_at(n, *target, distance) for n, target in enumerate(aimed, 1))
         views = _views(camera, stations, width, height)
@@ -403,8 +407,8 @@ def _control_points(width: float, height: float) -> tuple[PlannedControlPoint, .
         ("check", 0.7, 0.25),
     ]
     return tuple(
-        PlannedControlPoint(f"P{i}", use, u * width, v * height)
-        for i, (use, u, v) in enumerate(spots, 1)
+        PlannedControlPoint(f"P{i}", point_use, u * width, v * height)
+        for i, (point_use, u, v) in enumerate(spots, 1)
     )
 
 

@@ -25,17 +25,17 @@ if TYPE_CHECKING:
 
 def best_overlap(pairs: SetOverlap, count: int) -> list[float]:
     """Return the largest overlap (0 to 1) of each of `count` photos with another one."""
-    best = [0.0] * count
+    best_overlaps = [0.0] * count
     for pair in pairs.pairs:
         for i in (pair.first, pair.second):
-            best[i] = max(best[i], pair.overlap)
-    return best
+            best_overlaps[i] = max(best_overlaps[i], pair.overlap)
+    return best_overlaps
 
 
 def pair_findings(
-    measurements: SurveyMeasurements, best: Sequence[float], limits: Limits
+    measurements: SurveyMeasurements, best_overlaps: Sequence[float], limits: Limits
 ) -> list[Finding]:
-    """Return findings on matches, overlap and base; `best` is defined by `best_overlap`."""
+    """Return findings on matches, overlap and base; `best_overlap` returns `best_overlaps`."""
     photos, pairs = measurements.photos, measurements.pairs
     count = len(photos)
     if count < 2:
@@ -50,16 +50,22 @@ def pair_findings(
             )
         ]
     findings += _component_findings(photos, parts)
-    low_overlap = tuple(photos[i].name for g in larger_parts for i in g if best[i] < limits.overlap)
+    low_overlap = tuple(
+        photos[i].name for g in larger_parts for i in g if best_overlaps[i] < limits.overlap
+    )
     if low_overlap:
-        max_overlap = max(best[i] for g in larger_parts for i in g if best[i] < limits.overlap)
+        max_overlap = max(
+            best_overlaps[i] for g in larger_parts for i in g if best_overlaps[i] < limits.overlap
+        )
         findings.append(
             Finding("low-overlap", photos=low_overlap, value=max_overlap, overlap=100 * max_overlap)
         )
     views = float(np.median(pairs.views))
     if count >= limits.fewest_photos and views < limits.views and pairs.pairs:
-        few = tuple(p.name for i, p in enumerate(photos) if pairs.views[i] < limits.views)
-        findings.append(Finding("few-views", photos=few, value=views))
+        photos_with_few = tuple(
+            p.name for i, p in enumerate(photos) if pairs.views[i] < limits.views
+        )
+        findings.append(Finding("few-views", photos=photos_with_few, value=views))
     findings += _same_position_findings(measurements, limits)
     return findings
 
@@ -75,10 +81,13 @@ def _component_findings(photos: Sequence[Photo], parts: Sequence[Sequence[int]])
     if unmatched:
         findings.append(Finding("unmatched", photos=unmatched, value=len(unmatched)))
     if len(larger_parts) > 1:
-        small = tuple(photos[i].name for g in larger_parts[1:] for i in g)
+        photos_outside = tuple(photos[i].name for g in larger_parts[1:] for i in g)
         findings.append(
             Finding(
-                "parts", photos=small, value=len(larger_parts), sizes=[len(g) for g in larger_parts]
+                "parts",
+                photos=photos_outside,
+                value=len(larger_parts),
+                sizes=[len(g) for g in larger_parts],
             )
         )
     return findings
@@ -86,7 +95,7 @@ def _component_findings(photos: Sequence[Photo], parts: Sequence[Sequence[int]])
 
 def _same_position_findings(measurements: SurveyMeasurements, limits: Limits) -> list[Finding]:
     photos = measurements.photos
-    turned_items: list[tuple[str, str]] = []
+    turned_photos: list[tuple[str, str]] = []
     twins: list[tuple[str, str]] = []
     for pair in measurements.pairs.pairs:
         if pair.baseline_ratio is None or pair.baseline_ratio > limits.same_place:
@@ -96,16 +105,19 @@ def _same_position_findings(measurements: SurveyMeasurements, limits: Limits) ->
         f1, f2 = photos[pair.first].focal_px, photos[pair.second].focal_px
         zoom = 1.0
         if f1 and f2:
-            one, two = f1 / photos[pair.first].long_side, f2 / photos[pair.second].long_side
-            zoom = max(one / two, two / one)
+            first_focal, second_focal = (
+                f1 / photos[pair.first].long_side,
+                f2 / photos[pair.second].long_side,
+            )
+            zoom = max(first_focal / second_focal, second_focal / first_focal)
         if angle > limits.turn_deg or zoom > limits.zoom:
-            turned_items.append(names)
+            turned_photos.append(names)
         elif pair.overlap > limits.near_identical:
             twins.append(names)
     findings = []
-    if turned_items:
-        photos_of_group = _photos_of_pairs(turned_items)
-        findings.append(Finding("same-position", photos=photos_of_group, value=len(turned_items)))
+    if turned_photos:
+        photos_of_group = _photos_of_pairs(turned_photos)
+        findings.append(Finding("same-position", photos=photos_of_group, value=len(turned_photos)))
     if twins:
         photos_of_group = _photos_of_pairs(twins)
         findings.append(Finding("near-identical", photos=photos_of_group, value=len(twins)))
@@ -167,30 +179,32 @@ def size_findings(
     sizes: list[float | None] = list(gsd)
     if sum(value is not None for value in sizes) < len(photos):
         sizes = _relative_sizes(measurements.pairs, len(photos))
-    known = {i: value for i, value in enumerate(sizes) if value is not None}
-    if len(known) < 2:
+    known_sizes = {i: value for i, value in enumerate(sizes) if value is not None}
+    if len(known_sizes) < 2:
         return []
-    ratio = max(known.values()) / min(known.values())
+    ratio = max(known_sizes.values()) / min(known_sizes.values())
     if ratio <= limits.gsd_ratio:
         return []
-    median = float(np.median(list(known.values())))
-    far = tuple(
+    median = float(np.median(list(known_sizes.values())))
+    far_photos = tuple(
         photos[i].name
-        for i, value in known.items()
+        for i, value in known_sizes.items()
         if max(value / median, median / value) > math.sqrt(limits.gsd_ratio)
     )
-    return [Finding("gsd-spread", photos=far, value=ratio)]
+    return [Finding("gsd-spread", photos=far_photos, value=ratio)]
 
 
 def _relative_sizes(pairs: SetOverlap, count: int) -> list[float | None]:
     sizes: dict[int, float] = {}
-    best = sorted((p for p in pairs.pairs if p.pixel_ratio is not None), key=lambda p: -p.matches)
-    if best:
-        sizes[best[0].first] = 1.0
+    best_pairs = sorted(
+        (p for p in pairs.pairs if p.pixel_ratio is not None), key=lambda p: -p.matches
+    )
+    if best_pairs:
+        sizes[best_pairs[0].first] = 1.0
     is_grown = True
     while is_grown:
         is_grown = False
-        for pair in best:
+        for pair in best_pairs:
             i, j, ratio = pair.first, pair.second, pair.pixel_ratio
             assert ratio is not None
             # A pixel of the first is `ratio` pixels of the second.
@@ -209,18 +223,20 @@ def position_findings(photos: Sequence[Photo], limits: Limits) -> list[Finding]:
     """Return findings on GPS positions: whether and how well they would register a model."""
     positions = metres_from_gps(photos)
     is_known = np.isfinite(positions[:, 0])
-    placed = [photo for photo, k in zip(photos, is_known, strict=True) if k]
-    names = tuple(photo.name for photo in placed)
-    if not placed:
+    located_photos = [photo for photo, k in zip(photos, is_known, strict=True) if k]
+    names = tuple(photo.name for photo in located_photos)
+    if not located_photos:
         return [Finding("no-gps", photos=(), value=0)]
     findings = []
     located_positions = positions[is_known]
-    if len(placed) > 1 and _radius(located_positions) < 0.05:
-        return [Finding("gps-equal", photos=names, value=len(placed))]
-    if len(placed) < 0.5 * len(photos):
-        findings.append(Finding("gps-few", photos=names, value=len(placed), total=len(photos)))
-    if len(placed) >= 3:
-        findings.append(_gps_accuracy_finding(placed, located_positions, limits))
+    if len(located_photos) > 1 and _radius(located_positions) < 0.05:
+        return [Finding("gps-equal", photos=names, value=len(located_photos))]
+    if len(located_photos) < 0.5 * len(photos):
+        findings.append(
+            Finding("gps-few", photos=names, value=len(located_photos), total=len(photos))
+        )
+    if len(located_photos) >= 3:
+        findings.append(_gps_accuracy_finding(located_photos, located_positions, limits))
     return findings
 
 
@@ -228,7 +244,7 @@ def _gps_accuracy_finding(
     placed_photos: Sequence[Photo], position: FloatArray, limits: Limits
 ) -> Finding:
     """Report how well positions (n, 3) of photos determine the rotation of a model."""
-    sigma, stated = accuracy_of(placed_photos)
+    sigma, has_stated_accuracy = accuracy_of(placed_photos)
     error, _ = rotation_error95_deg(position, sigma)
     if straightness(position) < limits.straight and error > limits.rotation_deg:
         return Finding("collinear", photos=(), value=straightness(position))
@@ -239,9 +255,11 @@ def _gps_accuracy_finding(
             value=error,
             extent_m=2 * _radius(position),
             sigma_m=sigma,
-            stated=stated,
+            stated=has_stated_accuracy,
         )
-    return Finding("gps-registration", photos=(), value=error, sigma_m=sigma, stated=stated)
+    return Finding(
+        "gps-registration", photos=(), value=error, sigma_m=sigma, stated=has_stated_accuracy
+    )
 
 
 def _radius(position: FloatArray) -> float:

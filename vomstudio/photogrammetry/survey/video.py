@@ -207,10 +207,10 @@ class _Video:
         self.path = path
         if not _is_video(path):
             raise InputError(Finding("video.not-a-video"), file=path)
-        with utf8_name(path) as named:
-            self._capture = cv2.VideoCapture(str(named))
-        ok, first = self._capture.read() if self._capture.isOpened() else (False, None)
-        if not ok or first is None:
+        with utf8_name(path) as safe_path:
+            self._capture = cv2.VideoCapture(str(safe_path))
+        is_read, first = self._capture.read() if self._capture.isOpened() else (False, None)
+        if not is_read or first is None:
             self._capture.release()
             raise InputError(Finding("video.not-a-video"), file=path)
         self._first = np.asarray(first)
@@ -232,8 +232,8 @@ class _Video:
         number = 1
         while self._capture.grab():
             if number % interval == 0:
-                ok, frame = self._capture.retrieve()
-                if ok and frame is not None:
+                is_read, frame = self._capture.retrieve()
+                if is_read and frame is not None:
                     yield number, np.asarray(frame, np.uint8)
             number += 1
         self.count = number
@@ -246,13 +246,13 @@ def _select_frames(
 
     report = FrameReport(target, source.width, source.height, source.fps, 0.0)
     window = max(1, round(source.fps / fps))
-    stated = source.count
-    progress.stage(tr("Selecting frames"), stated)
-    last: ByteArray | None = None
+    stated_count = source.count
+    progress.stage(tr("Selecting frames"), stated_count)
+    last_frame: ByteArray | None = None
     sigmas: list[float] = []
     stem = decode_name(source.path.stem)
-    for done, group in _windows(source, window):
-        progress.step(min(done, stated) if stated else done)
+    for done_count, group in _windows(source, window):
+        progress.step(min(done_count, stated_count) if stated_count else done_count)
         number, frame = max(group, key=lambda item: _detail(item[1]))
         sigma = blur(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY).astype(np.uint8))
         # The sharp ones so far: most of a video may be blurred.
@@ -264,33 +264,33 @@ def _select_frames(
         if sigma > min(max(_BLUR_PX, _BLUR_TIMES * sharp), _MAX_BLUR_PX):
             _count(report, BLURRED)
             continue
-        small = _reduced(frame)
-        if last is not None:
-            shift = _shift(last, small)
+        reduced_frame = _reduced(frame)
+        if last_frame is not None:
+            shift = _shift(last_frame, reduced_frame)
             if shift is not None and shift < _MIN_SHIFT:
                 _count(report, UNCHANGED)
                 continue
             if shift is None or shift > _MAX_SHIFT:
                 report.gaps_s.append(round(number / source.fps, 2))
         name = f"{stem}_{number:06d}.jpg"
-        done, content = cv2.imencode(".jpg", frame, [cv2.IMWRITE_JPEG_QUALITY, 96])
-        if not done:
+        done_count, content = cv2.imencode(".jpg", frame, [cv2.IMWRITE_JPEG_QUALITY, 96])
+        if not done_count:
             raise OSError(28, tr("the disk may be full"))
         # Not by OpenCV, which a name that is not UTF-8 crashes.
         (part / name).write_bytes(content.tobytes())
         report.frames.append(VideoFrame(name, number, number / source.fps, sigma))
-        last = small
-    if stated and source.count is not None and source.count < 0.95 * stated:
-        report.warnings.append(Finding("video.cut-short", frames=source.count, total=stated))
+        last_frame = reduced_frame
+    if stated_count and source.count is not None and source.count < 0.95 * stated_count:
+        report.warnings.append(Finding("video.cut-short", frames=source.count, total=stated_count))
     return replace(report, seconds=(source.count or 0) / source.fps)
 
 
 def _windows(source: _Video, window: int) -> Iterator[tuple[int, list[tuple[int, ByteArray]]]]:
     """Return the candidate frames of each interval."""
-    every = max(1, window // _CANDIDATES)
+    stride = max(1, window // _CANDIDATES)
     group: list[tuple[int, ByteArray]] = []
     end = window
-    for number, frame in source.frames(every):
+    for number, frame in source.frames(stride):
         if number >= end and group:
             yield number, group
             group = []
@@ -316,8 +316,8 @@ def _reduced(frame: ByteArray) -> ByteArray:
     import cv2
 
     scale = _TRACKING_SIZE / max(frame.shape[:2])
-    small = cv2.resize(frame, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    return np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY), np.uint8)
+    reduced_frame = cv2.resize(frame, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    return np.asarray(cv2.cvtColor(reduced_frame, cv2.COLOR_BGR2GRAY), np.uint8)
 
 
 def _shift(before: ByteArray, after: ByteArray) -> float | None:
@@ -330,14 +330,14 @@ def _shift(before: ByteArray, after: ByteArray) -> float | None:
     forward, status, _ = cv2.calcOpticalFlowPyrLK(
         before, after, corners, np.empty_like(corners), winSize=(21, 21), maxLevel=4
     )
-    back, back_status, _ = cv2.calcOpticalFlowPyrLK(
+    tracked_back, back_status, _ = cv2.calcOpticalFlowPyrLK(
         after, before, forward, np.empty_like(corners), winSize=(21, 21), maxLevel=4
     )
-    is_consistent = np.linalg.norm((back - corners).reshape(-1, 2), axis=1) < 1.0
-    is_good = (status.ravel() == 1) & (back_status.ravel() == 1) & is_consistent
-    if is_good.sum() < max(12, 0.15 * len(corners)):
+    is_consistent = np.linalg.norm((tracked_back - corners).reshape(-1, 2), axis=1) < 1.0
+    is_tracked = (status.ravel() == 1) & (back_status.ravel() == 1) & is_consistent
+    if is_tracked.sum() < max(12, 0.15 * len(corners)):
         return None
-    steps = np.linalg.norm((forward - corners).reshape(-1, 2)[is_good], axis=1)
+    steps = np.linalg.norm((forward - corners).reshape(-1, 2)[is_tracked], axis=1)
     return float(np.median(steps)) / float(max(before.shape))
 
 
@@ -350,7 +350,7 @@ def _add_verdict(report: FrameReport, fps: float) -> FrameReport:
     n_frames = len(report.frames)
     moments = n_frames + sum(report.skipped.values())
     blurred = report.skipped.get(BLURRED, 0) / max(moments, 1)
-    still = report.skipped.get(UNCHANGED, 0)
+    unchanged_count = report.skipped.get(UNCHANGED, 0)
     reasons = report.reasons
     size = max(report.width, report.height)
     if n_frames < _MIN_FRAMES:
@@ -365,7 +365,7 @@ def _add_verdict(report: FrameReport, fps: float) -> FrameReport:
         report.warnings.append(Finding("video.small", width=report.width, height=report.height))
     if 0 < blurred <= 0.5 and blurred > 0.2:
         report.warnings.append(Finding("video.blurred", share_percent=100 * blurred))
-    if still > 0.3 * max(moments, 1):
+    if unchanged_count > 0.3 * max(moments, 1):
         report.warnings.append(Finding("video.still"))
     if fps > 4.0 or fps < 1.0:
         report.warnings.append(Finding("video.unusual-rate", fps=fps))
@@ -431,6 +431,6 @@ def _put_in_place(part: Path, target: Path, report: FrameReport) -> None:
 
 
 def _umask() -> int:
-    now = os.umask(0o022)
-    os.umask(now)
-    return now
+    current_mask = os.umask(0o022)
+    os.umask(current_mask)
+    return current_mask

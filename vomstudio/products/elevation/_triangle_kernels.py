@@ -44,13 +44,13 @@ def _enclose(points, starts, nx, ny, grid_left, top, side, x, y, reach, tri):  #
     These are the nearest point, and the points with the largest angle to it on either side.
     """
     j0, j1 = _rows(ny, y - reach, y + reach, top, side)
-    nearest_value, a = math.inf, -1
+    nearest_square, a = math.inf, -1
     for j in range(j0, j1 + 1):
         s, e = _row(starts, nx, j, x - reach, x + reach, grid_left, side)
         for p in range(s, e):
             d = (points[p, 0] - x) ** 2 + (points[p, 1] - y) ** 2
-            if d < nearest_value:
-                nearest_value, a = d, p
+            if d < nearest_square:
+                nearest_square, a = d, p
     if a < 0:
         return False
     ax, ay = points[a, 0] - x, points[a, 1] - y
@@ -78,10 +78,10 @@ def _shares(points, a, b, c, x, y):  # type: ignore[no-untyped-def]
     bx, by = points[b, 0] - x, points[b, 1] - y
     cx, cy = points[c, 0] - x, points[c, 1] - y
     u, v, w = bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx
-    whole_values = u + v + w
-    if whole_values == 0.0:
+    weight_sum = u + v + w
+    if weight_sum == 0.0:
         return -math.inf, -math.inf, -math.inf
-    return u / whole_values, v / whole_values, w / whole_values
+    return u / weight_sum, v / weight_sum, w / weight_sum
 
 
 @part
@@ -106,7 +106,7 @@ def _deepest_inside(points, starts, nx, ny, grid_left, top, side, x, y, f, g, h,
     mx, my = f / 2, g / 2
     radius = math.sqrt(max(h + mx * mx + my * my, 0.0))
     low_y, high_y = max(my - radius, -reach), min(my + radius, reach)
-    deepest_point, deepest_values = -1, -ROUNDING * side * side
+    deepest_point, greatest_depth = -1, -ROUNDING * side * side
     if low_y > high_y:
         return deepest_point
     j0, j1 = _rows(ny, y + low_y, y + high_y, top, side)
@@ -117,24 +117,24 @@ def _deepest_inside(points, starts, nx, ny, grid_left, top, side, x, y, f, g, h,
         s, e = _row(starts, nx, j, x + low_x, x + high_x, grid_left, side)
         for p in range(s, e):
             px, py = points[p, 0] - x, points[p, 1] - y
-            above = px * px + py * py - f * px - g * py - h
-            if above < deepest_values:
-                deepest_point, deepest_values = p, above
+            excess = px * px + py * py - f * px - g * py - h
+            if excess < greatest_depth:
+                deepest_point, greatest_depth = p, excess
     return deepest_point
 
 
 @part
 def _enter(points, tri, new, x, y):  # type: ignore[no-untyped-def]
     """Replace one of three points by a new one so that they still enclose the position."""
-    best, leaves = -math.inf, 0
+    best_score, leaves = -math.inf, 0
     for k in range(3):
         a = new if k == 0 else tri[0]
         b = new if k == 1 else tri[1]
         c = new if k == 2 else tri[2]
         u, v, w = _shares(points, a, b, c, x, y)
-        least = min(u, v, w)
-        if least > best:
-            best, leaves = least, k
+        smallest_weight = min(u, v, w)
+        if smallest_weight > best_score:
+            best_score, leaves = smallest_weight, k
     tri[leaves] = new
 
 
@@ -164,10 +164,10 @@ def _settle(points, starts, nx, ny, grid_left, top, side, x, y, limit, tri):  # 
                 return False
             # A point farther away would become a corner that is farther than the maximum side
             # length.
-            far = _deepest_inside(
+            deepest_point = _deepest_inside(
                 points, starts, nx, ny, grid_left, top, side, x, y, f, g, h, math.inf
             )
-            return far < 0
+            return deepest_point < 0
         _enter(points, tri, new, x, y)
     return False
 

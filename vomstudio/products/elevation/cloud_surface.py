@@ -56,8 +56,8 @@ def default_side_limit(xy: FloatArray) -> float:
     from scipy.spatial import ConvexHull, QhullError
 
     try:
-        some = xy[:: -(-len(xy) // HULL_POINTS)]
-        hull = ConvexHull(some - some.mean(axis=0))
+        sample = xy[:: -(-len(xy) // HULL_POINTS)]
+        hull = ConvexHull(sample - sample.mean(axis=0))
     except (QhullError, ValueError) as error:
         raise _no_surface() from error
     # Use the area of the cells that the cloud covers instead of its hull, since it may have any
@@ -98,75 +98,77 @@ def extract_top_sheet(points: FloatArray) -> FloatArray:
     ordered_points = points[order]
     is_first = np.ones(len(ordered_points), bool)
     is_first[1:] = (np.diff(ordered_points[:, :2], axis=0) != 0).any(axis=1)
-    unique_values = np.ascontiguousarray(ordered_points[is_first])
-    is_open = np.ones(len(unique_values), bool)
+    unique_points = np.ascontiguousarray(ordered_points[is_first])
+    is_open = np.ones(len(unique_points), bool)
     for _ in range(PASSES):
-        if len(unique_values) <= N_NEIGHBOURS or not is_open.any():
+        if len(unique_points) <= N_NEIGHBOURS or not is_open.any():
             break
-        under, doubtful = _under_another(unique_values, np.flatnonzero(is_open))
-        unique_values, is_open = unique_values[~under], doubtful[~under]
-    return unique_values
+        is_hidden, doubtful = _under_another(unique_points, np.flatnonzero(is_open))
+        unique_points, is_open = unique_points[~is_hidden], doubtful[~is_hidden]
+    return unique_points
 
 
-def _under_another(points: FloatArray, open_rows: IndexArray) -> tuple[BoolArray, BoolArray]:
+def _under_another(points: FloatArray, open_indices: IndexArray) -> tuple[BoolArray, BoolArray]:
     """Return which points (n,) lie below another sheet, and which must be tested again.
 
     The latter have a gap above them or are neighbours of removed points.
     """
     from scipy.spatial import cKDTree
 
-    under, is_doubtful = np.zeros(len(points), bool), np.zeros(len(points), bool)
+    is_under, is_doubtful = np.zeros(len(points), bool), np.zeros(len(points), bool)
     tree = cKDTree(points[:, :2])
-    for start in range(0, len(open_rows), _BLOCK_POINTS):
-        rows = open_rows[start : start + _BLOCK_POINTS]
-        reach, near = tree.query(points[rows, :2], k=N_NEIGHBOURS, workers=-1)
-        above = np.sort(np.maximum(points[rows, None, 2] - points[near, 2], 0.0), axis=1)
-        gaps = np.diff(above, axis=1, prepend=0.0)
+    for start in range(0, len(open_indices), _BLOCK_POINTS):
+        rows = open_indices[start : start + _BLOCK_POINTS]
+        reach, neighbours = tree.query(points[rows, :2], k=N_NEIGHBOURS, workers=-1)
+        heights_above = np.sort(
+            np.maximum(points[rows, None, 2] - points[neighbours, 2], 0.0), axis=1
+        )
+        gaps = np.diff(heights_above, axis=1, prepend=0.0)
         width = gaps > GAP_SPREADS * np.maximum(reach[:, -1:], 1e-300)
-        some = np.flatnonzero(width.any(axis=1))
-        if not len(some):
+        rows_with_width = np.flatnonzero(width.any(axis=1))
+        if not len(rows_with_width):
             continue
-        offsets = points[near[some]] - points[rows[some], None]
-        level = above[some, width[some].argmax(axis=1)]
-        covered = _covered(offsets[:, :, :2], (0.0 - offsets[:, :, 2]) >= level[:, None])
-        is_doubtful[rows[some]] = True
-        is_doubtful[near[some[covered]]] = True
-        under[rows[some[covered]]] = True
-    return under, is_doubtful & bool(under.any())
+        offsets = points[neighbours[rows_with_width]] - points[rows[rows_with_width], None]
+        level = heights_above[rows_with_width, width[rows_with_width].argmax(axis=1)]
+        is_covered = _covered(offsets[:, :, :2], (0.0 - offsets[:, :, 2]) >= level[:, None])
+        is_doubtful[rows[rows_with_width]] = True
+        is_doubtful[neighbours[rows_with_width[is_covered]]] = True
+        is_under[rows[rows_with_width[is_covered]]] = True
+    return is_under, is_doubtful & bool(is_under.any())
 
 
-def _covered(away: FloatArray, over: BoolArray) -> BoolArray:
+def _covered(away: FloatArray, is_above: BoolArray) -> BoolArray:
     """Return whether the neighbours above a point cover it.
 
     Parameters
     ----------
     away : (n, k, 2) array
         Neighbours relative to the point, including the point itself.
-    over : (n, k) bool array
+    is_above : (n, k) bool array
         Whether each neighbour is above the point.
 
     Returns
     -------
     (n,) bool array
     """
-    counts = over.sum(axis=1)
-    upper, is_lower = over[:, :, None], ~over[:, :, None]
-    middle_up = (away * upper).sum(axis=1) / counts[:, None]
-    middle_low = (away * is_lower).sum(axis=1) / (over.shape[1] - counts)[:, None]
+    counts = is_above.sum(axis=1)
+    is_upper, is_lower = is_above[:, :, None], ~is_above[:, :, None]
+    middle_up = (away * is_upper).sum(axis=1) / counts[:, None]
+    middle_low = (away * is_lower).sum(axis=1) / (is_above.shape[1] - counts)[:, None]
     # Fisher's linear discriminant gives the direction of best separation.
-    deviations = away - np.where(upper, middle_up[:, None], middle_low[:, None])
+    deviations = away - np.where(is_upper, middle_up[:, None], middle_low[:, None])
     scatter = np.einsum("nki,nkj->nij", deviations, deviations)
     scale = np.maximum(np.trace(scatter, axis1=1, axis2=2), 1e-300)
     scatter += 1e-6 * scale[:, None, None] * np.eye(2)
     direction = np.linalg.solve(scatter, (middle_up - middle_low)[:, :, None])[:, :, 0]
     projections = np.einsum("nki,ni->nk", away, direction)
-    pairs = over[:, :, None] & ~over[:, None, :]
+    pairs = is_above[:, :, None] & ~is_above[:, None, :]
     right = (projections[:, :, None] > projections[:, None, :]) & pairs
     parted = right.sum(axis=(1, 2)) / pairs.sum(axis=(1, 2))
     # Near the edge of an upper sheet, the sheet is on one side, and the lower points are on the
     # other.
     outward = np.einsum("nki,ni->nk", away, middle_up) < 0
-    is_inside = (outward & over).any(axis=1) | ~(outward & ~over).any(axis=1)
+    is_inside = (outward & is_above).any(axis=1) | ~(outward & ~is_above).any(axis=1)
     mingled = (counts >= MIN_ABOVE) & (parted < MIN_SEPARATED_SHARE) & is_inside
     # An isolated point of the lower sheet has points above on all sides.
     right_of, is_below = away[:, :, 0] >= 0, away[:, :, 1] >= 0
@@ -177,9 +179,9 @@ def _covered(away: FloatArray, over: BoolArray) -> BoolArray:
         ~right_of & is_below,
         ~right_of & ~is_below,
     ):
-        sides += (quarter & over).any(axis=1)
-    is_alone = (over.shape[1] - counts <= MAX_BELOW) & (sides >= 3)
-    return np.asarray(mingled | is_alone)
+        sides += (quarter & is_above).any(axis=1)
+    is_surrounded = (is_above.shape[1] - counts <= MAX_BELOW) & (sides >= 3)
+    return np.asarray(mingled | is_surrounded)
 
 
 def average_top_points(points: FloatArray, side: float) -> FloatArray:

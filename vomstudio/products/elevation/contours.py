@@ -60,7 +60,7 @@ def contour_lines(
     a, b, c, d, e, f = transform
     column, row = (np.arange(n) + 0.5 for n in heights.shape[::-1])
     # Trace relative to the corner, because map coordinates leave few digits for precision.
-    drawn = (
+    contour_set = (
         Figure()
         .add_subplot()
         .contour(
@@ -70,7 +70,7 @@ def contour_lines(
     assert b == d == 0.0
     return [
         (float(level), np.asarray(line, np.float64) + (c, f))
-        for level, lines in zip(levels, drawn.allsegs, strict=True)
+        for level, lines in zip(levels, contour_set.allsegs, strict=True)
         for line in lines
         if len(line) > 1
     ]

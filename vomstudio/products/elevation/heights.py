@@ -69,18 +69,18 @@ def draw_heights(
     progress.stage(tr("Preparing the model"))
     source: Drawer[FloatArray]
     if isinstance(data, Mesh):
-        source, used = MeshHeights(plan.points, data.faces, plan.grid), None
+        source, limit_used = MeshHeights(plan.points, data.faces, plan.grid), None
     else:
-        usual = default_side_limit(plan.points[:, :2])
-        used = usual if limit is None else limit
-        source = CloudHeights(plan.points, used, plan.grid)
+        default_limit = default_side_limit(plan.points[:, :2])
+        limit_used = default_limit if limit is None else limit
+        source = CloudHeights(plan.points, limit_used, plan.grid)
     grid = plan.grid
     heights = np.full((grid.height, grid.width), np.nan, np.float32)
     level = plan.height_at_reference
     for tile, depth in draw_tiles(source, grid, progress, threads):
         rows, columns = slice(tile.row, tile.row + tile.height), slice(tile.column, None)
         heights[rows, columns][:, : tile.width] = level - depth
-    return heights, used
+    return heights, limit_used
 
 
 class MeshHeights:

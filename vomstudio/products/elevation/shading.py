@@ -36,11 +36,11 @@ def compute_gradients(heights: FloatingArray, gsd: float) -> tuple[FloatArray, F
     z = np.asarray(heights, np.float64)
     columns = z[:-2] + 2 * z[1:-1] + z[2:]
     rows = z[:, :-2] + 2 * z[:, 1:-1] + z[:, 2:]
-    is_whole = np.isfinite(columns[:, :-2] + columns[:, 1:-1] + columns[:, 2:])
+    is_complete = np.isfinite(columns[:, :-2] + columns[:, 1:-1] + columns[:, 2:])
     x = (columns[:, 2:] - columns[:, :-2]) / (8 * gsd)
     y = (rows[2:] - rows[:-2]) / (8 * gsd)
-    right[1:-1, 1:-1] = np.where(is_whole, x, np.nan)
-    down[1:-1, 1:-1] = np.where(is_whole, y, np.nan)
+    right[1:-1, 1:-1] = np.where(is_complete, x, np.nan)
+    down[1:-1, 1:-1] = np.where(is_complete, y, np.nan)
     return right, down
 
 

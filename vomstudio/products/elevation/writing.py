@@ -81,8 +81,8 @@ def figures_of(
         If no cell has a height.
     """
     is_known = np.isfinite(heights)
-    covered = int(is_known.sum())
-    if not covered:
+    covered_count = int(is_known.sum())
+    if not covered_count:
         raise InputError(
             edge_on_finding(plan.points, plan.frame, plan.grid.gsd) or Finding("dem.no-heights")
         )
@@ -91,7 +91,7 @@ def figures_of(
         grid.width,
         grid.height,
         grid.gsd,
-        covered / heights.size,
+        covered_count / heights.size,
         plan.reference,
         plane.dip_direction_deg,
         plane.dip_deg,
@@ -151,15 +151,15 @@ def write_elevation(
         lines = contour_lines(heights, plan.transform, files.contours_m)
         if not lines:
             warnings = (*warnings, Finding("dem.no-contours"))
-    named = {name: str(target) for name, target in targets.items()}
+    path_by_name = {name: str(target) for name, target in targets.items()}
     result = WrittenElevation(
         str(raster),
         figures,
-        named["sidecar"],
-        named.get("hillshade"),
-        named.get("slope"),
-        named.get("aspect"),
-        named.get("contours"),
+        path_by_name["sidecar"],
+        path_by_name.get("hillshade"),
+        path_by_name.get("slope"),
+        path_by_name.get("aspect"),
+        path_by_name.get("contours"),
         warnings,
     )
     facts = _facts(result, plan, world, north_known) | {

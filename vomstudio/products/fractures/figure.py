@@ -100,8 +100,8 @@ def lay_out_page(mapped_network: MappedNetwork, style: NetStyle = PRINT) -> Frac
     -------
     FracturePage
     """
-    cut_values = np.asarray(mapped_network.pieces.cut.any(axis=1))
-    letters = ("d" if len(cut_values) and not cut_values.all() else "") + (
+    is_cut = np.asarray(mapped_network.pieces.cut.any(axis=1))
+    letters = ("d" if len(is_cut) and not is_cut.all() else "") + (
         "e" if mapped_network.found.P21_by_size else ""
     )
     texts = _legend_texts(mapped_network)
@@ -258,12 +258,14 @@ def _draw_map(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str:
 
     ax.set_axis_off()
     lines = mapped_network.pieces.lines
-    thin = float(np.clip(12.0 / math.sqrt(max(len(lines), 1)), 0.15, 0.8)) * style.line_pt
+    line_width = float(np.clip(12.0 / math.sqrt(max(len(lines), 1)), 0.15, 0.8)) * style.line_pt
     for i in range(len(mapped_network.sets)):
-        mine = lines[mapped_network.set_of == i]
+        set_lines = lines[mapped_network.set_of == i]
         color = _color(i, style) if len(mapped_network.sets) > 1 else style.ink
-        paths = [shapely.get_coordinates(line) for line in mine]
-        ax.add_collection(LineCollection(paths, colors=color, linewidths=thin, linestyles=_dash(i)))
+        paths = [shapely.get_coordinates(line) for line in set_lines]
+        ax.add_collection(
+            LineCollection(paths, colors=color, linewidths=line_width, linestyles=_dash(i))
+        )
     sampling_region = mapped_network.counted
     edges = (
         []
@@ -416,13 +418,13 @@ def _draw_triangle(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> 
     corners = [triangle_place(*row) for row in np.eye(3)]
     ax.plot(*zip(*corners, corners[0], strict=True), color=style.ink, linewidth=1.2 * style.line_pt)
     for fraction in (0.2, 0.4, 0.6, 0.8):
-        remainder = 1 - fraction
-        for one, other in (
-            ((fraction, remainder, 0), (fraction, 0, remainder)),
-            ((remainder, fraction, 0), (0, fraction, remainder)),
-            ((remainder, 0, fraction), (0, remainder, fraction)),
+        third_share = 1 - fraction
+        for first_corner, second_corner in (
+            ((fraction, third_share, 0), (fraction, 0, third_share)),
+            ((third_share, fraction, 0), (0, fraction, third_share)),
+            ((third_share, 0, fraction), (0, third_share, fraction)),
         ):
-            ends = [triangle_place(*row) for row in (one, other)]
+            ends = [triangle_place(*row) for row in (first_corner, second_corner)]
             ax.plot(*zip(*ends, strict=True), color=style.soft, linewidth=0.35 * style.line_pt)
     for per_branch in (1.0, 1.5):
         _draw_connections(ax, per_branch, style)
@@ -462,11 +464,11 @@ def _draw_connections(ax: Axes, per_branch: float, style: NetStyle) -> None:
     """Draw a line of equal connections per branch, (3 Y + 4 X) / ((I + 3 Y + 4 X) / 2)."""
     # With I + Y + X = 1: I = (2 - c) / c * (3 Y + 4 X).
     ends = []
-    for weight, which in ((3.0, 1), (4.0, 2)):
+    for weight, corner_index in ((3.0, 1), (4.0, 2)):
         ratio = (2.0 - per_branch) / per_branch * weight
-        isolated_values = 1.0 / (1.0 + ratio)
-        row = [1.0 - isolated_values, 0.0, 0.0]
-        row[which] = isolated_values
+        isolated_share = 1.0 / (1.0 + ratio)
+        row = [1.0 - isolated_share, 0.0, 0.0]
+        row[corner_index] = isolated_share
         ends.append(triangle_place(*row))
     ax.plot(
         *zip(*ends, strict=True),
@@ -558,16 +560,16 @@ def _add_legend(ax: Axes, place: Literal["lower left", "upper right"], style: Ne
 def _draw_fits(ax: Axes, length: TraceLengths, grid: Any, style: NetStyle) -> None:
     if not length.fits:
         return
-    best = length.fits[0]
-    name = tr(_LAWS[best.distribution])
+    best_fit = length.fits[0]
+    name = tr(_LAWS[best_fit.distribution])
     ax.plot(
         grid,
-        _survival(best, grid),
+        _survival(best_fit, grid),
         color=_color(1, style),
         linewidth=1.6 * style.line_pt,
         label=tr("{law}, whole traces", law=name) if length.uncorrected else name,
     )
-    is_same = [f for f in length.uncorrected if f.distribution == best.distribution]
+    is_same = [f for f in length.uncorrected if f.distribution == best_fit.distribution]
     if is_same:
         ax.plot(
             grid,

@@ -119,40 +119,44 @@ def map_fractures(
     else:
         columns = _attributes(options) if sets is None else (_REPEAT,)
         raw = read_raw_lines(request.traces, options.layer, columns, progress, request.frame)
-    placed = _placed(raw, attitude)
-    drawn, plane = placed.drawn, placed.plane
-    warnings: list[Finding] = list(drawn.warnings)
+    placed_layer = _placed(raw, attitude)
+    drawn_layer, plane = placed_layer.drawn, placed_layer.plane
+    warnings: list[Finding] = list(drawn_layer.warnings)
     if place is not None:
-        circle = placed.circle(place)
+        circle = placed_layer.circle(place)
         sampling_region = SamplingRegion(circle_area(*circle), circle=circle)
     elif options.area is not None:
-        raw = read_raw_areas(Path(options.area), progress=progress, model=ModelFrame(drawn.crs))
-        polygon, read = extract_area(placed.window(raw, "area"))
+        raw = read_raw_areas(
+            Path(options.area), progress=progress, model=ModelFrame(drawn_layer.crs)
+        )
+        polygon, read = extract_area(placed_layer.window(raw, "area"))
         warnings += _new_findings(read.warnings, warnings)
         sampling_region = SamplingRegion(polygon)
     elif area is not None:
         polygon, crossings = resolve_crossings(
-            placed.window(raw_shapes(area, "area"), "area").shapes
+            placed_layer.window(raw_shapes(area, "area"), "area").shapes
         )
         sampling_region = SamplingRegion(polygon, warnings=tuple(crossings))
     elif options.scanline is not None:
-        raw = read_raw_lines(Path(options.scanline), progress=progress, model=ModelFrame(drawn.crs))
-        read = extract_lines(placed.window(raw, "scanline"))
+        raw = read_raw_lines(
+            Path(options.scanline), progress=progress, model=ModelFrame(drawn_layer.crs)
+        )
+        read = extract_lines(placed_layer.window(raw, "scanline"))
         warnings += _new_findings(read.warnings, warnings)
         sampling_region = SamplingRegion(scanlines=read.shapes)
     elif scanlines is not None:
-        shapes = placed.window(raw_shapes(scanlines, "scanline"), "scanline").shapes
+        shapes = placed_layer.window(raw_shapes(scanlines, "scanline"), "scanline").shapes
         sampling_region = SamplingRegion(scanlines=shapes)
     if sets is None:
-        sets = sets_of(drawn, options.by, strikes, plane)
+        sets = sets_of(drawn_layer, options.by, strikes, plane)
     elif lines is None or len(sets) != len(lines):
         raise UsageError(Finding("fractures.sets-not-of-traces", sets=len(sets)), field="by")
     else:
-        sets = [sets[i - 1] for i in drawn.feature]
+        sets = [sets[i - 1] for i in drawn_layer.feature]
     if progress is not None:
         progress.stage(tr("Analysing the fracture network"))
     mapped_fracture_network = fracture_network(
-        drawn.shapes,
+        drawn_layer.shapes,
         sampling_region,
         sets=sets,
         snap_m=options.snap_m,
@@ -162,7 +166,7 @@ def map_fractures(
     )
     return (
         replace(mapped_fracture_network, y_axis="up")
-        if plane is None and is_view_plane(drawn.crs)
+        if plane is None and is_view_plane(drawn_layer.crs)
         else mapped_fracture_network
     )
 
@@ -225,8 +229,8 @@ def _placed(raw_layer: RawLayer, attitude: Plane | None) -> _Placed:
         count = int(lacks_heights.sum())
         findings = [*findings, Finding("lines.no-heights", lines=count, plane=plane.name)]
         raw_layer = raw_layer.only(~lacks_heights)
-    projected = replace(raw_layer, shapes=plane.project(raw_layer.shapes))
-    drawn_first_picks = _first_picks(extract_lines(projected, include_rings=False))
+    projected_layer = replace(raw_layer, shapes=plane.project(raw_layer.shapes))
+    drawn_first_picks = _first_picks(extract_lines(projected_layer, include_rings=False))
     findings = [plane.finding(len(drawn_first_picks.shapes)), *findings]
     z = np.concatenate([line[:, 2] for line in lines]) if lines else np.array([math.nan])
     return _Placed(

@@ -104,9 +104,9 @@ def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
         ),
         (tr("  distribution"), _law_text(length)),
     ]
-    for set_values in values["sets"] if len(values["sets"]) > 1 else ():
+    for set_figures in values["sets"] if len(values["sets"]) > 1 else ():
         rows.append(
-            (tr("set {name}", name=set_values["name"]), _set_text(set_values, network.plane))
+            (tr("set {name}", name=set_figures["name"]), _set_text(set_figures, network.plane))
         )
     return rows
 

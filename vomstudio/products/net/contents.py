@@ -161,8 +161,8 @@ class NetEllipse:
         total_deg: float,
     ) -> NetEllipse:
         """Enlarge the ellipse of a fit to the total error (see `enlarged_semi_axes`)."""
-        largest, smallest = enlarged_semi_axes(largest_deg, smallest_deg, total_deg)
-        return cls(plane, float(largest), float(smallest), rake_deg)
+        major_deg, minor_deg = enlarged_semi_axes(largest_deg, smallest_deg, total_deg)
+        return cls(plane, float(major_deg), float(minor_deg), rake_deg)
 
     def outline(self) -> list[FloatArray]:
         """Return the outline as polylines (k, 3) on the lower hemisphere."""
@@ -202,10 +202,10 @@ def fold_ellipse(fold: FoldAxis) -> NetLineEllipse | None:
     """Return the 95 % ellipse of a fold axis, including the registration error if known."""
     if fold.total is not None and fold.registration_error_deg is not None:
         return NetLineEllipse.of(fold.beta.vector(), fold.total)
-    largest, smallest = fold.max_confidence95_deg, fold.min_confidence95_deg
-    if largest is None or smallest is None or fold.confidence_axis is None:
+    major_deg, minor_deg = fold.max_confidence95_deg, fold.min_confidence95_deg
+    if major_deg is None or minor_deg is None or fold.confidence_axis is None:
         return None
-    return NetLineEllipse(fold.beta, largest, smallest, fold.confidence_axis.vector())
+    return NetLineEllipse(fold.beta, major_deg, minor_deg, fold.confidence_axis.vector())
 
 
 @dataclass(frozen=True)
@@ -415,12 +415,25 @@ def make_sets(
         a, b = np.asarray(azimuth, dtype=np.float64), np.asarray(angle, dtype=np.float64)
         is_finite = np.isfinite(a) & np.isfinite(b)
         names = tuple(ids[name]) if ids and name in ids else ()
-        kept_ids = tuple(k for k, ok in zip(names, is_finite, strict=True) if ok) if names else ()
+        kept_ids = (
+            tuple(k for k, is_kept in zip(names, is_finite, strict=True) if is_kept)
+            if names
+            else ()
+        )
         color = OKABE_ITO[i % len(OKABE_ITO)]
         marker = MARKERS[(i + i // len(OKABE_ITO)) % len(MARKERS)]
-        turned = turns[name].of(is_finite) if turns and name in turns else None
+        selected_turns = turns[name].of(is_finite) if turns and name in turns else None
         sets.append(
-            NetSet(name, kind, a[is_finite], b[is_finite], kept_ids, color, marker, turns=turned)
+            NetSet(
+                name,
+                kind,
+                a[is_finite],
+                b[is_finite],
+                kept_ids,
+                color,
+                marker,
+                turns=selected_turns,
+            )
         )
     return tuple(sets)
 

@@ -50,12 +50,12 @@ def draw_contours(ax: Any, plan: ContourPlan, style: NetStyle) -> None:
 
 
 def _line_colors(
-    of: NetSet | None, colors: list[str], is_filled: bool, style: NetStyle
+    colored_set: NetSet | None, colors: list[str], is_filled: bool, style: NetStyle
 ) -> list[str]:
     """Return the line colours; between filled contours, lines are only separators."""
     if not is_filled:
         return colors
-    color = style.soft if of is None else style.outline(style.color(of.color))
+    color = style.soft if colored_set is None else style.outline(style.color(colored_set.color))
     return [color] * len(colors)
 
 

@@ -62,18 +62,23 @@ class ContourPlan:
         groups = contour_groups(net)
         if net.contour is None or not groups:
             return None
-        look = net.contouring
+        contouring = net.contouring
         colors = Counter[str]()
         parts = []
         for s, vectors in groups:
-            steps, values = densities.density_grid(vectors, net.contour, sigma=look.sigma)
+            steps, values = densities.density_grid(vectors, net.contour, sigma=contouring.sigma)
             color = "" if s is None else s.color
             parts.append(ContourGroup(s, steps, values, DASHES[colors[color] % len(DASHES)]))
             colors[color] += 1
         top = max(float(part.values.max()) for part in parts)
         levels = contour_levels(net, top)
         return cls(
-            net.contour, look.sigma, look.is_filled, levels, tuple(parts), _describe_subject(net)
+            net.contour,
+            contouring.sigma,
+            contouring.is_filled,
+            levels,
+            tuple(parts),
+            _describe_subject(net),
         )
 
     @property
@@ -94,13 +99,15 @@ def check_contour_sizes(net: NetContents) -> list[Finding]:
     if net.contour is None:
         return []
     findings = []
-    for of, v in contour_groups(net):
+    for contoured_set, v in contour_groups(net):
         area = densities.counting_area(len(v), net.contour, net.contouring.sigma)
         if area > 0.5:
             findings.append(
                 Finding(
                     "net.few-for-contours",
-                    set=of.name if of else net.contouring.only or tr("All sets"),
+                    set=contoured_set.name
+                    if contoured_set
+                    else net.contouring.only or tr("All sets"),
                     count=len(v),
                     share_percent=100.0 * area,
                 )
@@ -119,8 +126,8 @@ def contoured_sets(net: NetContents) -> list[NetSet]:
     -------
     list of NetSet
     """
-    only = net.contouring.only
-    return [s for s in net.sets if len(s) and only in (None, s.group_name)]
+    contoured_type = net.contouring.only
+    return [s for s in net.sets if len(s) and contoured_type in (None, s.group_name)]
 
 
 def _describe_subject(net: NetContents) -> str:
@@ -167,7 +174,7 @@ def describe_density(net: NetContents) -> dict[str, Any] | None:
         line = Line.from_vector(place)
         parts.append(
             {
-                "set": look.only if of is None else of.name,
+                "set": contouring.only if contoured_set is None else contoured_set.name,
                 "n": len(v),
                 "maximum": top,
                 "trend_deg": line.trend_deg,
@@ -177,14 +184,16 @@ def describe_density(net: NetContents) -> dict[str, Any] | None:
     return {
         "method": net.contour,
         "unit": densities.DENSITY_UNITS[net.contour],
-        "sigma": None if net.contour == "schmidt" else look.sigma,
+        "sigma": None if net.contour == "schmidt" else contouring.sigma,
         "levels": list(plan.levels),
-        "filled": look.is_filled,
+        "filled": contouring.is_filled,
         "parts": parts,
     }
 
 
-def contour_colors(of: NetSet | None, n: int, is_filled: bool, style: NetStyle) -> list[str]:
+def contour_colors(
+    colored_set: NetSet | None, n: int, is_filled: bool, style: NetStyle
+) -> list[str]:
     """Return the colours of n ascending levels.
 
     All features together are drawn in greys (in a perceptual colour map on a dark net), and each
@@ -193,11 +202,11 @@ def contour_colors(of: NetSet | None, n: int, is_filled: bool, style: NetStyle) 
     from matplotlib import colormaps
     from matplotlib.colors import to_hex
 
-    if of is None and is_filled:
+    if colored_set is None and is_filled:
         if style.contour_map == "dark":
             return [to_hex(colormaps["cividis"](float(s))) for s in np.linspace(0.1, 0.9, n)]
         return [to_hex(colormaps["Greys"](float(s))) for s in np.linspace(0.2, 0.9, n)]
-    color = style.ink if of is None else style.outline(style.color(of.color))
+    color = style.ink if colored_set is None else style.outline(style.color(colored_set.color))
     return [mix_colors(color, style.net, float(fraction)) for fraction in np.linspace(0.55, 0.0, n)]
 
 

@@ -64,8 +64,8 @@ class NetDrawing:
     def _draw_circles(self, s: NetSet) -> None:
         net, style = self.net, self.style
         count = sum(len(item) for item in net.sets if item.kind == "plane")
-        drawn = s.kind == "plane" and shows_all_circles(net)
-        rows = np.arange(len(s) if drawn else 0)
+        drawn_circles = s.kind == "plane" and shows_all_circles(net)
+        rows = np.arange(len(s) if drawn_circles else 0)
         arcs = nets.great_circles(
             s.azimuth_deg[rows], s.angle_deg[rows], 61 if count <= 100 else 31
         )

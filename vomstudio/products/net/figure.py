@@ -90,23 +90,23 @@ class NetArtists:
         which was drawn last, is returned.
         """
         point = np.array(self.to_net(x_px, y_px))
-        best, id_ = reach_px / self.radius_px, None
+        best_distance, id_ = reach_px / self.radius_px, None
         if self.contents.poles:
             for s, position in zip(self.contents.sets, self.positions, strict=True):
                 if s.ids and len(position):
                     distances = np.hypot(*(position - point).T)
                     row = len(distances) - 1 - int(np.argmin(distances[::-1]))
-                    if distances[row] <= best:
-                        best, id_ = float(distances[row]), s.ids[row]
+                    if distances[row] <= best_distance:
+                        best_distance, id_ = float(distances[row]), s.ids[row]
         if id_ is not None:
             return id_
-        best = max(2.0, reach_px / 2.0) / self.radius_px
+        best_distance = max(2.0, reach_px / 2.0) / self.radius_px
         for s, arcs, rows in zip(self.contents.sets, self.arcs, self.arc_rows, strict=True):
             if s.ids and len(arcs):
                 distances = _distance_to_arcs(point, arcs)
                 i = int(np.argmin(distances))
-                if distances[i] <= best:
-                    best, id_ = float(distances[i]), s.ids[int(rows[i])]
+                if distances[i] <= best_distance:
+                    best_distance, id_ = float(distances[i]), s.ids[int(rows[i])]
         return id_
 
     def features_within(self, polygon_px: Sequence[tuple[float, float]]) -> frozenset[str]:
@@ -126,9 +126,9 @@ class NetArtists:
 
         The whole net is drawn again only if the legend entry of the ellipse changes.
         """
-        before = _named_in_legend(self.contents)
+        legend_names = _named_in_legend(self.contents)
         self.contents = self.contents.replace_selection(selected_names, ellipses)
-        if before != _named_in_legend(self.contents) and not self.contents.compact:
+        if legend_names != _named_in_legend(self.contents) and not self.contents.compact:
             figure = self.axes.get_figure(root=True)
             assert figure is not None
             anew = draw_stereonet(figure, self.contents, self.style)
@@ -192,13 +192,13 @@ def _fitting_height_mm(net: NetContents, style: NetStyle, width_mm: float) -> fl
     from matplotlib.figure import Figure
 
     min_diameter_pt = min(_MIN_NET_MM, _MIN_WIDTH_SHARE * width_mm) / 25.4 * 72.0
-    height, before = SIZE_MM[1], 0.0
+    height, previous_height = SIZE_MM[1], 0.0
     while height < _MAX_HEIGHT_MM:
         page = NetPage(Figure(figsize=(width_mm / 25.4, height / 25.4)), net, style)
         # The width may be the limiting dimension.
-        if page.whole and (2.0 * page.radius >= min_diameter_pt or page.radius <= before):
+        if page.whole and (2.0 * page.radius >= min_diameter_pt or page.radius <= previous_height):
             break
-        before = page.radius
+        previous_height = page.radius
         height += _HEIGHT_STEP_MM
     return height
 
@@ -249,5 +249,5 @@ def _distance_to_arcs(point: FloatArray, arcs: FloatArray) -> FloatArray:
     segments = b - a
     square = np.maximum(np.sum(segments**2, axis=-1), 1e-300)
     t = np.clip(np.sum((point - a) * segments, axis=-1) / square, 0.0, 1.0)
-    nearest_values = a + t[..., None] * segments
-    return np.asarray(np.min(np.hypot(*np.moveaxis(nearest_values - point, -1, 0)), axis=1))
+    nearest_points = a + t[..., None] * segments
+    return np.asarray(np.min(np.hypot(*np.moveaxis(nearest_points - point, -1, 0)), axis=1))

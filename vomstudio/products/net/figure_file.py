@@ -92,18 +92,18 @@ def write_figure(
 
     rc: Any = {"svg.fonttype": "none", "pdf.fonttype": 42, "svg.hashsalt": "vomstudio"}
     rc = rc | dict(settings or {})
-    if others := fonts_of_other_scripts():
-        rc["font.family"] = [*rc.get("font.family", ["DejaVu Sans"]), *others]
+    if other_fonts := fonts_of_other_scripts():
+        rc["font.family"] = [*rc.get("font.family", ["DejaVu Sans"]), *other_fonts]
     with _SETTINGS, rc_context(rc):
         width, height = size_mm() if callable(size_mm) else size_mm
         figure = Figure(figsize=(width / 25.4, height / 25.4), dpi=dpi)
         FigureCanvasAgg(figure)
         figure.set_facecolor(paper)
-        drawn = draw(figure)
+        drawn_figure = draw(figure)
         for words in figure.findobj(Text):
             words.set_text(replace_control_characters(words.get_text()))
         figure.savefig(target, format=format, dpi=dpi, facecolor=paper, **_SAVE_OPTIONS[format])
-    return drawn
+    return drawn_figure
 
 
 @cache

@@ -78,14 +78,20 @@ class FigureStyle:
 
     def net_style(self) -> NetStyle:
         """Return the style of a net on white paper."""
-        stated = {"font_pt": self.font_pt, "marker_pt": self.symbol_pt, "line_pt": self.line_pt}
-        sizes: dict[str, Any] = {name: value for name, value in stated.items() if value is not None}
+        stated_sizes = {
+            "font_pt": self.font_pt,
+            "marker_pt": self.symbol_pt,
+            "line_pt": self.line_pt,
+        }
+        sizes: dict[str, Any] = {
+            name: value for name, value in stated_sizes.items() if value is not None
+        }
         return replace(PRINT, grey=self.grey, family=self.font, swaps=dict(self.colors), **sizes)
 
     def to_keep(self) -> dict[str, Any]:
         """Return the values that differ from the defaults, to be stored in the settings."""
-        usual = asdict(FigureStyle())
-        return {name: value for name, value in asdict(self).items() if value != usual[name]}
+        default_style = asdict(FigureStyle())
+        return {name: value for name, value in asdict(self).items() if value != default_style[name]}
 
     @classmethod
     def restore(cls, values: Mapping[str, Any]) -> FigureStyle:

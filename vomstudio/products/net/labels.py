@@ -39,7 +39,7 @@ def find_label_place(
         Left end and middle height of the label; None if it does not fit.
     """
     width, half = text_width(text, sheet.font), 0.62 * sheet.font
-    best, cost = None, math.inf
+    best_place, cost = None, math.inf
     for reach in (1.0, 1.7, 2.6, 4.0):
         distances = reach * 1.1 * sheet.font
         for i in range(12):
@@ -52,7 +52,7 @@ def find_label_place(
                 continue
             if box[1] < 2 or box[3] > sheet.height - 2:
                 continue
-            if any(_meet(box, other) for other in sheet.text_boxes):
+            if any(_meet(box, other_box) for other_box in sheet.text_boxes):
                 continue
             gaps = [_gap(box, m) for m in marks]
             if min(gaps) < _gap(box, mark):  # it would be read as another mark's
@@ -65,10 +65,10 @@ def find_label_place(
             is_across = corner > sheet.radius > _gap(box, (sheet.cx, sheet.cy)) - half
             # Prefer a place inside, but one outside to one that the rim and its ticks cross.
             rim = 15.0 if is_across else 3.0 if corner > sheet.radius else 0.0
-            now = 30.0 * hits + float(inside) + rim + 1.5 * reach
-            if now < cost:
-                best, cost = (x, y), now
-    return best
+            place_cost = 30.0 * hits + float(inside) + rim + 1.5 * reach
+            if place_cost < cost:
+                best_place, cost = (x, y), place_cost
+    return best_place
 
 
 def _meet(a: Box, b: Box) -> bool:

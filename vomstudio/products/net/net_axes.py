@@ -123,9 +123,12 @@ def _draw_ticks(ax: Any, style: NetStyle, letter: float) -> None:
     azimuth = np.radians(np.arange(0, 360, 10))
     unit = np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)
     length = np.where(np.arange(36) % 9 == 0, 0.6, 0.3)[:, None] * letter
-    cross = 0.35 * letter
+    tick_length = 0.35 * letter
     ticks = [*np.stack([unit, unit * (1 + length)], axis=1)]
-    ticks += [np.array([[-cross, 0], [cross, 0]]), np.array([[0, -cross], [0, cross]])]
+    ticks += [
+        np.array([[-tick_length, 0], [tick_length, 0]]),
+        np.array([[0, -tick_length], [0, tick_length]]),
+    ]
     ax.add_collection(
         LineCollection(
             ticks,

@@ -197,10 +197,10 @@ class Turning:
     def rotate_circle(self, circle: NetCircle, notation: str = "dipdir/dip") -> NetCircle:
         """Rotate a user-defined circle; its label states the original and the new attitude."""
         axis = Line.from_vector(self.vectors(circle.axis.vector()))
-        now = format_line(axis)
+        axis_text = format_line(axis)
         if circle.half_angle_deg == 90.0:
-            now = format_plane(axis.normal_plane(), notation)
-        label = tr("{typed}, rotated to {now}", typed=circle.label, now=now)
+            axis_text = format_plane(axis.normal_plane(), notation)
+        label = tr("{typed}, rotated to {now}", typed=circle.label, now=axis_text)
         return replace(circle, axis=axis, label=label)
 
     def rotate_mark(self, mark: NetMark) -> NetMark:
@@ -208,8 +208,8 @@ class Turning:
 
     def rotate_ellipse(self, ellipse: AnyEllipse) -> AnyEllipse:
         if isinstance(ellipse, NetBand):
-            one, other = ellipse.edges
-            return NetBand((self.vectors(one), self.vectors(other)))
+            first_edge, second_edge = ellipse.edges
+            return NetBand((self.vectors(first_edge), self.vectors(second_edge)))
         line = ellipse.pole_ellipse() if isinstance(ellipse, NetEllipse) else ellipse
         vector, axis = self.vectors(np.array([line.line.vector(), line.axis]))
         return replace(line, line=Line.from_vector(vector), axis=axis)

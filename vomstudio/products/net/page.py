@@ -113,13 +113,13 @@ class NetPage:
         head = self.row + 0.6 * self.font  # N and its tick
         tick = 0.9 * self.font
         bar = bar_space(self.bar, self.font)
-        notes, widest_values = self.foot, _MAX_LEGEND_LETTERS * self.font
+        notes, widest_width = self.foot, _MAX_LEGEND_LETTERS * self.font
 
-        self.foot = _lines(notes, self.font, widest_values)
-        words = _lines(self.averages, self.font, widest_values)
+        self.foot = _lines(notes, self.font, widest_width)
+        words = _lines(self.averages, self.font, widest_width)
         if self.bar is not None:
             texts = [text for text in (self.bar.name, self.bar.subject, self.bar.unit) if text]
-            self.bar_words = _lines(texts, self.font, widest_values)
+            self.bar_words = _lines(texts, self.font, widest_width)
         gap = tick + 1.5 * self.font
         column = self._column_width(words)
         is_beside = min(
@@ -166,10 +166,10 @@ class NetPage:
         """
         rows = self._flow(self.width - 2 * self.pad)
         words = _lines(self.averages, self.font, self.width - 2 * self.pad)
-        least = min((0.55 if self.net.compact else 0.4) * self.height, widest_value)
+        min_width = min((0.55 if self.net.compact else 0.4) * self.height, widest_value)
         low = (len(rows) + len(words) + len(foot)) * self.row + self.pad
         # Assign space to the net first, then to the legend, then to the averages.
-        while (len(rows) > 1 or words) and self.height - head - low < least:
+        while (len(rows) > 1 or words) and self.height - head - low < min_width:
             if words:
                 words = _cut(words, len(words) - 1)
             else:
@@ -187,11 +187,11 @@ class NetPage:
 
     def _foot(self) -> float:
         """Return the height of the caption and the colour bar below a legend beside the net."""
-        under = (self.under + 1.0) * self.row
+        top_of_foot = (self.under + 1.0) * self.row
         if self.bar is None:
-            return under
+            return top_of_foot
         words = (len(self.bar_words) + 1.0) * self.row
-        return under + bar_height(self.bar, self.font, self.height) + words
+        return top_of_foot + bar_height(self.bar, self.font, self.height) + words
 
     @property
     def under(self) -> int:
@@ -202,8 +202,8 @@ class NetPage:
         """Return the lines of an entry; on the screen, long texts are shortened instead."""
         if self.net.compact:
             return [entry]
-        room = (width - _SIGN_LETTERS * self.font) / _HINTING
-        lines = wrap_text(entry.text, self.font, room)
+        letters_per_line = (width - _SIGN_LETTERS * self.font) / _HINTING
+        lines = wrap_text(entry.text, self.font, letters_per_line)
         continuation = [NetLegendEntry(line, entry.color, is_continued=True) for line in lines[1:]]
         return [replace(entry, text=lines[0]), *continuation]
 
@@ -343,8 +343,8 @@ class NetPage:
 
     def draw_legend(self) -> None:
         if self.net.title:
-            room = self.legend_width if self.is_beside else self.width - 2 * self.pad
-            title = shorten_text(self.net.title, 1.15 * self.font, room, "bold")
+            available_width = self.legend_width if self.is_beside else self.width - 2 * self.pad
+            title = shorten_text(self.net.title, 1.15 * self.font, available_width, "bold")
             top = self.height - self.pad - 0.5 * self.row
             self.text(self.legend_x, top, title, weight="bold", size=1.15)
         if self.is_beside:
@@ -354,8 +354,8 @@ class NetPage:
         step = self.row * (1.15 if self.is_beside else 1.0)
         for row in self._shown_rows():
             for offset, entry in row:
-                room = self.legend_width - offset - _SIGN_LETTERS * self.font
-                text = shorten_text(entry.text, self.font, room / _HINTING)
+                available_width = self.legend_width - offset - _SIGN_LETTERS * self.font
+                text = shorten_text(entry.text, self.font, available_width / _HINTING)
                 self._legend_entry(offset, y, replace(entry, text=text))
             y -= step
         for i, line in enumerate([*self.words, *self.foot]):
@@ -368,15 +368,15 @@ class NetPage:
     def _shown_rows(self) -> list[LegendRow]:
         """Return the rows of the legend, in which the last entry may count those without room."""
         rows = self.rows
-        shown = [entry for row in rows for _, entry in row]
-        if len(shown) == sum(len(row) for row in self._all_rows()):
+        shown_entries = [entry for row in rows for _, entry in row]
+        if len(shown_entries) == sum(len(row) for row in self._all_rows()):
             return rows
         while len(rows) > 1 and rows[-1][-1][1].is_continued:
             rows = rows[:-1]
-        offset, last = rows[-1][-1]
-        shown = [entry for row in rows for _, entry in row if not entry.is_continued]
-        text = tr("and {count} more", count=len(self.entries) - len(shown) + 1)
-        return [*rows[:-1], [*rows[-1][:-1], (offset, NetLegendEntry(text, last.color))]]
+        offset, last_entry = rows[-1][-1]
+        shown_entries = [entry for row in rows for _, entry in row if not entry.is_continued]
+        text = tr("and {count} more", count=len(self.entries) - len(shown_entries) + 1)
+        return [*rows[:-1], [*rows[-1][:-1], (offset, NetLegendEntry(text, last_entry.color))]]
 
     def _all_rows(self) -> list[LegendRow]:
         arrange = self._stack if self.is_beside else self._flow
@@ -395,18 +395,18 @@ class NetPage:
                 linestyle=entry.line,
             )
         if entry.marker is not None:
-            big = 1.6 if entry.marker == "*" or entry.outlined else 1.1
+            marker_scale = 1.6 if entry.marker == "*" or entry.outlined else 1.1
             face, edge = entry.color, style.ink if entry.outlined else style.paper
             width = (1.4 if entry.outlined else 0.5) * style.line_pt
             if entry.like is not None:
                 face, edge, width = style.symbol(entry.like)
-                big = 1.1 * SYMBOL_SIZES.get(entry.marker, 1.0)
+                marker_scale = 1.1 * SYMBOL_SIZES.get(entry.marker, 1.0)
             self.plot(
                 [x + 0.8 * self.font],
                 [y],
                 marker=entry.marker,
                 zorder=layer("legend"),
-                markersize=big * style.marker_pt,
+                markersize=marker_scale * style.marker_pt,
                 linestyle="none",
                 markerfacecolor=face,
                 markeredgecolor=edge,

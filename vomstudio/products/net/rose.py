@@ -112,16 +112,16 @@ class _Grid:
     @classmethod
     def of(cls, count: int, width: float, height: float, head: float, foot: float) -> _Grid:
         """Find the grid with the largest panels that fit."""
-        best = cls(1, 0.0)
+        best_rotation = cls(1, 0.0)
         for columns in range(1, count + 1):
             rows = math.ceil(count / columns)
             total_height = (height - foot) / rows - head
             side = min(
                 width / columns, total_height * 2 * _PANEL_HALF_WIDTH / (_PANEL_TOP + _PANEL_BOTTOM)
             )
-            if side >= best.side - 1e-6:
-                best = cls(columns, side)
-        return cls(best.columns, max(best.side, 1.0))
+            if side >= best_rotation.side - 1e-6:
+                best_rotation = cls(columns, side)
+        return cls(best_rotation.columns, max(best_rotation.side, 1.0))
 
 
 @dataclass(eq=False)
@@ -139,8 +139,8 @@ class RoseArtists:
         """Return the ids of the features in the petal or bar under a pixel."""
         for name, ax in self.axes.items():
             x, y = ax.transData.inverted().transform((x_px, y_px))
-            counted = self.contents.counted.get(name)
-            if counted is None or not (
+            counted_set = self.contents.counted.get(name)
+            if counted_set is None or not (
                 -_PANEL_HALF_WIDTH <= x <= _PANEL_HALF_WIDTH and -_PANEL_BOTTOM <= y <= _PANEL_TOP
             ):
                 continue
@@ -151,11 +151,11 @@ class RoseArtists:
             if inside is None:
                 return ()
             low, period = inside
-            angles = (counted.angles_deg + 1e-7 - low) % period
+            angles = (counted_set.angles_deg + 1e-7 - low) % period
             if isinstance(rose, AngleHistogram) and low + rose.bin_deg >= 90.0:
-                angles = np.where(counted.angles_deg >= low, 0.0, np.nan)
+                angles = np.where(counted_set.angles_deg >= low, 0.0, np.nan)
             rows = np.flatnonzero(angles < rose.bin_deg)
-            return tuple(counted.ids[int(i)] for i in rows)
+            return tuple(counted_set.ids[int(i)] for i in rows)
         return ()
 
     def _petal(self, rose: Rose, x: float, y: float) -> tuple[float, float] | None:
@@ -186,12 +186,12 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
     figure.set_facecolor(style.paper)
     title = [contents.title] if contents.title else []
     foot = [*title, *contents.notes, *wrap_text(_caption(contents), font, width - 2 * font)]
-    under = (_FOOT_LETTERS + 1.45 * (len(foot) - 1)) * font
-    grid = _Grid.of(len(contents.roses), width, height, _HEAD_LETTERS * font, under)
+    foot_height = (_FOOT_LETTERS + 1.45 * (len(foot) - 1)) * font
+    grid = _Grid.of(len(contents.roses), width, height, _HEAD_LETTERS * font, foot_height)
     side = min(grid.side, _MAX_PANEL_MM / 25.4 * 72.0 if style is PRINT else grid.side)
     total_height = _tall(side)
     rings = choose_rings(max(float(r.shares.max()) for r in contents.roses.values()))
-    drawn_items = {}
+    drawn_petals = {}
     for i, (name, rose) in enumerate(contents.roses.items()):
         row, column = divmod(i, grid.columns)
         x_left = (width - grid.columns * side) / 2 + column * side
@@ -199,14 +199,14 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
         ax = figure.add_axes((x_left / width, y_low / height, side / width, total_height / height))
         _draw_panel(ax, contents, name, rings, style)
         title_text = tr("{set} (n = {count:,})", set=name, count=rose.n)
-        for above, text, weight in (
+        for baseline, text, weight in (
             (1.95, title_text, "bold"),
             (0.53, mean_words(rose), "normal"),
         ):
             size = font * min(1.0, max(0.7, 0.94 * side / text_width(text, font, weight)))
             figure.text(
                 (x_left + side / 2) / width,
-                (y_low + total_height + above * font) / height,
+                (y_low + total_height + baseline * font) / height,
                 shorten_text(text, size, side, weight),
                 ha="center",
                 va="bottom",
@@ -215,7 +215,7 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
                 color=style.ink,
                 parse_math=False,
             )
-        drawn_items[name] = ax
+        drawn_petals[name] = ax
     for i, line in enumerate(reversed(foot)):
         figure.text(
             0.5,
@@ -227,7 +227,7 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
             color=style.soft,
             parse_math=False,
         )
-    return RoseArtists(drawn_items, contents, rings)
+    return RoseArtists(drawn_petals, contents, rings)
 
 
 def draw_single_rose(ax: Axes, contents: RoseContents, style: NetStyle = PRINT) -> None:
@@ -266,10 +266,10 @@ def _draw_panel(
     ax.set_xlim(-_PANEL_HALF_WIDTH, _PANEL_HALF_WIDTH)
     ax.set_ylim(-_PANEL_BOTTOM, _PANEL_TOP)
     ax.set_axis_off()
-    rose, known = contents.roses[name], contents.counted.get(name)
+    rose, counted_set = contents.roses[name], contents.counted.get(name)
     place = list(contents.roses).index(name)
-    usual = OKABE_ITO[place % len(OKABE_ITO)] if known is None else known.color
-    color = style.color(contents.colors.get(name, usual))
+    default_color = OKABE_ITO[place % len(OKABE_ITO)] if counted_set is None else counted_set.color
+    color = style.color(contents.colors.get(name, default_color))
     if isinstance(rose, AngleHistogram):
         draw_histogram(ax, rose, rings, color, style)
         return
@@ -321,7 +321,7 @@ def mean_words(rose: Rose | AngleHistogram) -> str:
         if rose.std_deg is None:
             return tr("mean {mean:.0f}°", mean=rose.mean_deg)
         return tr("mean {mean:.0f}°, s {spread:.0f}°", mean=rose.mean_deg, spread=rose.std_deg)
-    one = f"{round(rose.mean_deg) % 360:03d}"
+    mean_text = f"{round(rose.mean_deg) % 360:03d}"
     if rose.axial:
-        one = f"{round(rose.mean_deg) % 180:03d}-{round(rose.mean_deg) % 180 + 180:03d}"
-    return tr("mean {azimuth}, R̄ {length:.2f}", azimuth=one, length=rose.resultant)
+        mean_text = f"{round(rose.mean_deg) % 180:03d}-{round(rose.mean_deg) % 180 + 180:03d}"
+    return tr("mean {azimuth}, R̄ {length:.2f}", azimuth=mean_text, length=rose.resultant)

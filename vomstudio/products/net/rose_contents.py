@@ -118,7 +118,7 @@ def roses_of_table(
     angles = table_angles(table, of)
     weights = None if weight is None else column_weights(table, weight)
     is_suitable = table.is_plane != (of in LINE_ANGLES)
-    roses, empty_items = {}, []
+    roses, empty_sets = {}, []
     for name, members in members_of(table, by).items():
         rows = np.array([i for i in members if is_suitable[i]], dtype=np.intp)
         if len(rows):
@@ -127,9 +127,9 @@ def roses_of_table(
             if rose.total > 0:
                 roses[name] = rose
             else:
-                empty_items.append(name)
+                empty_sets.append(name)
     notes = repeats_note(table.repeats)
-    return RoseContents(of, roses, weight, is_area_scaled, tuple(empty_items), notes=notes)
+    return RoseContents(of, roses, weight, is_area_scaled, tuple(empty_sets), notes=notes)
 
 
 def roses_of_sets(
@@ -155,7 +155,7 @@ def roses_of_sets(
     is_area_scaled : bool
     """
     required_kind = "line" if of in LINE_ANGLES else "plane"
-    roses, counted_items, empty_items = {}, {}, []
+    roses, counted_sets, empty_sets = {}, {}, []
     for s in sets:
         if s.kind != required_kind or not len(s):
             continue
@@ -167,10 +167,10 @@ def roses_of_sets(
         rose = _one(of, angles, bin_deg, w)
         if rose.total > 0:
             roses[s.name] = rose
-            counted_items[s.name] = Counted(s.ids, angles, s.color)
+            counted_sets[s.name] = Counted(s.ids, angles, s.color)
         else:
-            empty_items.append(s.name)
-    return RoseContents(of, roses, weight, is_area_scaled, tuple(empty_items), counted_items)
+            empty_sets.append(s.name)
+    return RoseContents(of, roses, weight, is_area_scaled, tuple(empty_sets), counted_sets)
 
 
 def _one(

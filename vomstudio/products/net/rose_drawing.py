@@ -121,8 +121,8 @@ def draw_histogram(
     """Draw bars from 0 to 90 degrees; the highest tick is at the last value of `rings`."""
     from matplotlib.patches import Rectangle
 
-    top, height, across_component = rings[-1], TOP - BOTTOM, (RIGHT - LEFT) / 90.0
-    small: dict[str, Any] = {"fontsize": 0.9 * style.font_pt, "color": style.ink}
+    top, height, bar_width = rings[-1], TOP - BOTTOM, (RIGHT - LEFT) / 90.0
+    small_style: dict[str, Any] = {"fontsize": 0.9 * style.font_pt, "color": style.ink}
     # In a narrow panel, the labels of the shares are smaller.
     figure = ax.get_figure(root=True)
     assert figure is not None
@@ -152,10 +152,10 @@ def draw_histogram(
                 color=style.ink,
             )
     for angle in (0, 30, 60, 90):
-        x = LEFT + angle * across_component
+        x = LEFT + angle * bar_width
         ax.plot([x, x], [BOTTOM, BOTTOM - 0.05], color=style.ink, linewidth=style.line_pt)
-        ax.text(x, BOTTOM - 0.08, f"{angle}°", ha="center", va="top", **small)
-    width = histogram.bin_deg * across_component
+        ax.text(x, BOTTOM - 0.08, f"{angle}°", ha="center", va="top", **small_style)
+    width = histogram.bin_deg * bar_width
     for i, fraction in enumerate(histogram.shares):
         if fraction > 0:
             bar = Rectangle(
@@ -169,7 +169,7 @@ def draw_histogram(
             )
             ax.add_patch(bar)
     if histogram.mean_deg is not None:
-        x = LEFT + histogram.mean_deg * across_component
+        x = LEFT + histogram.mean_deg * bar_width
         ax.plot(
             [x, x],
             [BOTTOM, TOP],

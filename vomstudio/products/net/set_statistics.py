@@ -27,12 +27,12 @@ _MIN_FEATURES = 3
 def add_statistics(net: NetContents, requested_names: Collection[str]) -> NetContents:
     """Add the requested statistics, "girdles", "maxima" or "averages", to a net."""
     if "girdles" in requested_names:
-        girdles, others = fit_girdles(net.sets, net.notation, net.decimals)
-        note = Finding("net.no-girdle", sets=others).message
+        girdles, other_sets = fit_girdles(net.sets, net.notation, net.decimals)
+        note = Finding("net.no-girdle", sets=other_sets).message
         net = replace(
             net,
             circles_typed=(*net.circles_typed, *girdles),
-            notes=(*net.notes, note) if others else net.notes,
+            notes=(*net.notes, note) if other_sets else net.notes,
         )
     if "maxima" in requested_names:
         net = replace(net, marks=(*net.marks, *find_maxima(net)))
@@ -55,14 +55,14 @@ def fit_girdles(
     others : tuple of str
         Names of the sets that are not girdles.
     """
-    girdles, others = [], []
+    girdles, other_sets = [], []
     for s in sets:
         if not len(s):
             continue
         values, axes = orientation_tensor(s.vectors())
         shape = woodcock(values)[0]
         if len(s) < _MIN_FEATURES or shape is None or shape > 1.0:
-            others.append(s.name)
+            other_sets.append(s.name)
             continue
         cross_axes = Line.from_vector(axes[2])
         label = tr(
@@ -72,7 +72,7 @@ def fit_girdles(
             shape=shape,
         )
         girdles.append(NetCircle(cross_axes, 90.0, label, s.color))
-    return tuple(girdles), tuple(others)
+    return tuple(girdles), tuple(other_sets)
 
 
 def find_maxima(net: NetContents) -> tuple[NetMark, ...]:
@@ -81,23 +81,25 @@ def find_maxima(net: NetContents) -> tuple[NetMark, ...]:
     The method is that of the contours or, without contours, Kamb's with an exponential kernel.
     """
     method = net.contour or "exponential_kamb"
-    look = net.contouring
+    contouring = net.contouring
     groups = (
         contour_groups(net)
         if net.contour is not None
         else [(s, s.vectors()) for s in net.sets if len(s)]
     )
     maxima = []
-    for of, vectors in groups:
+    for contoured_set, vectors in groups:
         if len(vectors) < _MIN_FEATURES:
             continue
-        place, top = find_maximum(vectors, method, look.sigma)
+        place, top = find_maximum(vectors, method, contouring.sigma)
         line = Line.from_vector(place)
         unit = "% / 1 %" if method == "schmidt" else "σ"
         label = tr(
             "max {line}, {top:.1f} {unit}", line=format_line(line, net.decimals), top=top, unit=unit
         )
-        maxima.append(NetMark(line, label, "+", None if of is None else of.color))
+        maxima.append(
+            NetMark(line, label, "+", None if contoured_set is None else contoured_set.color)
+        )
     return tuple(maxima)
 
 

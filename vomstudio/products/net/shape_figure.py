@@ -71,14 +71,14 @@ def write_shapes(
 
 def draw_shapes(axes: Axes, rows: Sequence[Mapping[str, Any]], style: NetStyle = PRINT) -> int:
     """Draw symbols by verdict, name those that are not good, and return the symbol count."""
-    known_rows = [
+    known_shapes = [
         row for row in rows if _finite(row["coplanarity"]) and _finite(row["collinearity"])
     ]
-    largest = max((float(row["coplanarity"]) for row in known_rows), default=100.0)
-    top = 10.0 ** math.ceil(math.log10(max(largest * 1.5, 100.0)))
+    largest_value = max((float(row["coplanarity"]) for row in known_shapes), default=100.0)
+    top = 10.0 ** math.ceil(math.log10(max(largest_value * 1.5, 100.0)))
     _ground(axes, top, style)
     for quality, (marker, color, name) in _LOOKS.items():
-        group = [row for row in known_rows if row.get("quality") == quality]
+        group = [row for row in known_shapes if row.get("quality") == quality]
         if not group:
             continue
         axes.plot(
@@ -91,24 +91,26 @@ def draw_shapes(axes: Axes, rows: Sequence[Mapping[str, Any]], style: NetStyle =
             label=tr("{verdict} ({count})", verdict=tr(name), count=len(group)),
             zorder=4,
         )
-    if known_rows:
+    if known_shapes:
         axes.legend(loc="lower right", frameon=False, fontsize=0.9 * style.font_pt)
-    _name(axes, known_rows, style)
+    _name(axes, known_shapes, style)
     axes.set_title(
-        tr("n = {count} planes", count=len(known_rows)), fontsize=style.font_pt, color=style.ink
+        tr("n = {count} planes", count=len(known_shapes)), fontsize=style.font_pt, color=style.ink
     )
-    return len(known_rows)
+    return len(known_shapes)
 
 
-def _name(axes: Axes, known: Sequence[Mapping[str, Any]], style: NetStyle) -> None:
+def _name(axes: Axes, known_shapes: Sequence[Mapping[str, Any]], style: NetStyle) -> None:
     """Name the symbols that are not good."""
-    if not known:
+    if not known_shapes:
         return
-    poor = [k for k, row in enumerate(known) if row.get("quality") != "good"][:_MAX_NAMES]
+    poor_shapes = [k for k, row in enumerate(known_shapes) if row.get("quality") != "good"][
+        :_MAX_NAMES
+    ]
     name_symbols(
         axes,
-        np.array([(float(row["collinearity"]), float(row["coplanarity"])) for row in known]),
-        {k: str(known[k].get("name") or known[k]["id"]) for k in poor},
+        np.array([(float(row["collinearity"]), float(row["coplanarity"])) for row in known_shapes]),
+        {k: str(known_shapes[k].get("name") or known_shapes[k]["id"]) for k in poor_shapes},
         symbol_pt=style.marker_pt,
         font_pt=0.8 * style.font_pt,
         color=style.ink,

@@ -57,15 +57,17 @@ def draw_slip_arrows(
     neck = tip - _HEAD * step
     shafts = np.stack([position[is_moving] - half * step, neck], axis=1)
     heads = np.stack([tip, neck + _WING * side, neck - _WING * side], axis=1)
-    look: dict[str, Any] = {
+    arrow_style: dict[str, Any] = {
         "transform": plane_transform(ax),
         "clip_on": False,
         "zorder": zorder,
     }
     ax.add_collection(
-        LineCollection(list(shafts), colors=color, linewidths=width_pt, **look), autolim=False
+        LineCollection(list(shafts), colors=color, linewidths=width_pt, **arrow_style),
+        autolim=False,
     )
     ax.add_collection(
-        PolyCollection(list(heads), facecolors=color, edgecolors="none", **look), autolim=False
+        PolyCollection(list(heads), facecolors=color, edgecolors="none", **arrow_style),
+        autolim=False,
     )
     return np.asarray(is_moving)

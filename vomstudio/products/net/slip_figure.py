@@ -90,9 +90,11 @@ def _faults(ax: Any, table: SlipRows, normals: FloatArray, slips: FloatArray) ->
     rows = np.unique(np.linspace(0, len(normals) - 1, min(len(normals), MAX_FAULTS)).astype(int))
     arcs = nets.great_circles(table.dip_direction_deg[rows], table.dip_deg[rows])
     plot_curves(ax, arcs, colors=_FAULT, linewidths=0.6, zorder=2)
-    moving = draw_slip_arrows(ax, slips[rows], slips[rows], color=_ARROW, width_pt=0.9, zorder=5)
+    moving_arrows = draw_slip_arrows(
+        ax, slips[rows], slips[rows], color=_ARROW, width_pt=0.9, zorder=5
+    )
     dots: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 3, "zorder": 5}
-    plot_vectors(ax, slips[rows][~moving], color=_ARROW, **dots)
+    plot_vectors(ax, slips[rows][~moving_arrows], color=_ARROW, **dots)
     caption = tr("Faults and movement of their hanging walls")
     if len(rows) < len(normals):
         caption += tr(" ({count} drawn)", count=len(rows))

@@ -189,28 +189,34 @@ def _some_intersections(normals: FloatArray, sets: IntArray | None) -> FloatArra
     if sets is not None:
         is_different = (sets[first] != sets[second]) | (sets[first] < 0)
         first, second = first[is_different], second[is_different]
-    cross = np.cross(normals[first], normals[second])
-    length = np.linalg.norm(cross, axis=1)
-    lines = cross[length > 1e-9] / length[length > 1e-9, None]
+    cross_products = np.cross(normals[first], normals[second])
+    length = np.linalg.norm(cross_products, axis=1)
+    lines = cross_products[length > 1e-9] / length[length > 1e-9, None]
     return np.asarray(np.where(lines[:, 2:] > 0.0, -lines, lines))
 
 
 def _draw(ax: Any, face: SlopeFace, panel: _Panel) -> None:
     _shade(ax, face, panel)
-    back = face.axes()
-    limits = [part for curve in panel.limits for part in nets.split_at_primitive(curve @ back)]
+    rotation_back = face.axes()
+    limits = [
+        part for curve in panel.limits for part in nets.split_at_primitive(curve @ rotation_back)
+    ]
     plot_curves(ax, limits, colors=PRINT.soft, linewidths=0.7, linestyles=(0, (4, 2)), zorder=3)
     plot_vectors(
         ax, nets.great_circle(face.plane), flip=False, color=_FACE, linewidth=1.3, zorder=4
     )
-    vectors, critical = panel.vectors @ back, panel.zones.critical
+    vectors, is_critical = panel.vectors @ rotation_back, panel.zones.critical
     size = float(np.interp(len(vectors), [50, 1000], [3.6, 1.4]))
     dot: dict[str, Any] = {"marker": "o", "linestyle": "none", "markeredgewidth": 0.0, "zorder": 5}
-    plot_vectors(ax, vectors[~critical], markersize=size, color=_CALM, **dot)
-    plot_vectors(ax, vectors[critical], markersize=1.25 * size, color=_CRITICAL, **dot)
-    look: dict[str, Any] = {"transform": plane_transform(ax), "va": "top", "color": PRINT.ink}
-    ax.text(-1.13, 1.15, panel.title, fontsize=PRINT.font_pt + 1, fontweight="bold", **look)
-    ax.text(-1.13, -1.12, _count_text(panel), fontsize=PRINT.font_pt, **look)
+    plot_vectors(ax, vectors[~is_critical], markersize=size, color=_CALM, **dot)
+    plot_vectors(ax, vectors[is_critical], markersize=1.25 * size, color=_CRITICAL, **dot)
+    label_style: dict[str, Any] = {
+        "transform": plane_transform(ax),
+        "va": "top",
+        "color": PRINT.ink,
+    }
+    ax.text(-1.13, 1.15, panel.title, fontsize=PRINT.font_pt + 1, fontweight="bold", **label_style)
+    ax.text(-1.13, -1.12, _count_text(panel), fontsize=PRINT.font_pt, **label_style)
 
 
 def _count_text(panel: _Panel) -> str:

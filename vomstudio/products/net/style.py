@@ -95,9 +95,9 @@ class NetStyle:
         )
 
     def color(self, color: str) -> str:
-        for name, other in self.swaps.items():
+        for name, swapped_name in self.swaps.items():
             if name.casefold() == color.casefold():
-                color = other
+                color = swapped_name
                 break
         if self.grey:
             # Light greys would be invisible on paper.
@@ -132,11 +132,11 @@ def layer(name: str) -> int:
     return LAYERS.index(name)
 
 
-def mix_colors(color: str, other: str, fraction: float = 0.5) -> str:
+def mix_colors(color: str, other_color: str, fraction: float = 0.5) -> str:
     """Mix a colour with a share, 0 to 1, of another colour, and return it as hex."""
     from matplotlib.colors import to_hex, to_rgb
 
-    pairs = zip(to_rgb(color), to_rgb(other), strict=True)
+    pairs = zip(to_rgb(color), to_rgb(other_color), strict=True)
     red, green, blue = ((1.0 - fraction) * a + fraction * b for a, b in pairs)
     return to_hex((red, green, blue))
 
@@ -146,10 +146,10 @@ def _lightness(color: str) -> float:
     """Relative luminance, 0 to 1 (WCAG 2)."""
     from matplotlib.colors import to_rgb
 
-    linear_values = [
+    linear_rgb = [
         v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in to_rgb(color)
     ]
-    return 0.2126 * linear_values[0] + 0.7152 * linear_values[1] + 0.0722 * linear_values[2]
+    return 0.2126 * linear_rgb[0] + 0.7152 * linear_rgb[1] + 0.0722 * linear_rgb[2]
 
 
 def _contrast(a: str, b: str) -> float:

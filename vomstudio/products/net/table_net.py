@@ -50,11 +50,13 @@ def net_of_table(
         If the column is missing, or if the table does not contain the set to contour.
     """
     groups: dict[str, tuple[str, Any, Any]] = {}
-    turns: dict[str, Turns] = {}
+    turns_by_name: dict[str, Turns] = {}
     members_by_name = members_of(table, by)
-    only = None if contouring is None else contouring.only
-    if only is not None and only not in members_by_name:
-        finding = Finding("option.not-a-choice", value=only, choices=tuple(members_by_name))
+    contoured_type = None if contouring is None else contouring.only
+    if contoured_type is not None and contoured_type not in members_by_name:
+        finding = Finding(
+            "option.not-a-choice", value=contoured_type, choices=tuple(members_by_name)
+        )
         raise UsageError(finding, file=table.path, field="--contour-set")
     names: dict[str, str] = {}
     for name, members in members_by_name.items():
@@ -62,8 +64,8 @@ def net_of_table(
             rows = [i for i in members if table.is_plane[i] == is_plane]
             if not rows:
                 continue
-            both = len(rows) < len(members)
-            label = f"{name} ({kind}s)" if both else name
+            has_excluded_rows = len(rows) < len(members)
+            label = f"{name} ({kind}s)" if has_excluded_rows else name
             azimuth, angle = (
                 (table.dip_direction_deg, table.dip_deg)
                 if is_plane
@@ -72,8 +74,8 @@ def net_of_table(
             groups[label] = (kind, azimuth[rows], angle[rows])
             names[label] = name
             if table.turns is not None:
-                turns[label] = table.turns.of(rows)
-    sets = tuple(replace(s, group=names[s.name]) for s in make_sets(groups, turns=turns))
+                turns_by_name[label] = table.turns.of(rows)
+    sets = tuple(replace(s, group=names[s.name]) for s in make_sets(groups, turns=turns_by_name))
     # The mean of a girdle or a scattered set is meaningless and therefore not marked.
     clustered_sets = [s for s in sets if no_fisher_reason(s.vectors(), False) is None]
     return NetContents(
@@ -92,7 +94,9 @@ def replace_colors(net: NetContents, colors: Mapping[str, str]) -> NetContents:
         return net
     sets = tuple(replace(s, color=colors.get(s.name, s.color)) for s in net.sets)
     # If there are more sets than colours, two sets may share a colour. Means follow their sets.
-    new_colors = {(s.color, s.marker): new.color for s, new in zip(net.sets, sets, strict=True)}
+    new_colors = {
+        (s.color, s.marker): new_set.color for s, new_set in zip(net.sets, sets, strict=True)
+    }
     means = tuple(replace(m, color=new_colors.get((m.color, m.marker), m.color)) for m in net.means)
     return replace(net, sets=sets, means=means)
 
@@ -118,13 +122,13 @@ def error_ellipses(table: OrientationRows) -> tuple[NetEllipse, ...]:
         totals = [""] * len(cells[0])
     ellipses = []
     for row, (*words, total) in enumerate(zip(*cells, totals, strict=True)):
-        largest, smallest, rake = (_number(word) for word in words)
-        if table.is_plane[row] and math.isfinite(largest + smallest + rake):
+        major_deg, minor_deg, rake = (_number(word) for word in words)
+        if table.is_plane[row] and math.isfinite(major_deg + minor_deg + rake):
             plane = Plane(float(table.dip_direction_deg[row]), float(table.dip_deg[row]))
             known_number = _number(total)
-            known_number = known_number if math.isfinite(known_number) else largest
+            known_number = known_number if math.isfinite(known_number) else major_deg
             ellipses.append(
-                NetEllipse.enlarge_to_total(plane, largest, smallest, rake, known_number)
+                NetEllipse.enlarge_to_total(plane, major_deg, minor_deg, rake, known_number)
             )
     if not ellipses:
         raise UsageError(

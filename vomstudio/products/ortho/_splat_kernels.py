@@ -60,11 +60,11 @@ def splat(  # type: ignore[no-untyped-def]
                         continue
                     neighbour_faces, down = 0.0, 0.0
                     if 0 < i < w - 1:
-                        one = abs(nearest[j, i] - nearest[j, i - 1])
-                        neighbour_faces = min(one, abs(nearest[j, i + 1] - nearest[j, i]))
+                        depth_step = abs(nearest[j, i] - nearest[j, i - 1])
+                        neighbour_faces = min(depth_step, abs(nearest[j, i + 1] - nearest[j, i]))
                     if 0 < j < h - 1:
-                        one = abs(nearest[j, i] - nearest[j - 1, i])
-                        down = min(one, abs(nearest[j + 1, i] - nearest[j, i]))
+                        depth_step = abs(nearest[j, i] - nearest[j - 1, i])
+                        down = min(depth_step, abs(nearest[j + 1, i] - nearest[j, i]))
                     steep = min(
                         math.sqrt(neighbour_faces * neighbour_faces + down * down) / gsd, MAX_SLOPE
                     )

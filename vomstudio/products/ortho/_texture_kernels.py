@@ -84,31 +84,31 @@ def sample_texture(  # type: ignore[no-untyped-def]
         Output array for the colours.
     """
     levels = len(offsets)
-    before = -1
+    previous_level = -1
     x0, y0, ax, ay, bx, by = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     major, sx, sy, blend = 0.0, 0.0, 0.0, 0.0
-    n, fine, repeat = 1, 0, False
+    n, finest_level, repeat = 1, 0, False
     for index in range(len(rows)):
         k = rows[index]
         f = face[k]
-        if f != before:
+        if f != previous_level:
             # Adjacent pixels usually belong to the same triangle.
-            before = f
+            previous_level = f
             x0, y0, ax, ay, bx, by, major, minor, sx, sy = _footprint(
                 f, view, faces, uv, width, height, gsd
             )
             longer = major / max(minor, 1.0) - _ROUNDING
             n = max(int(min(math.ceil(longer), MAX_SAMPLES)), 1)
             level = min(math.log2(max(minor, major / n, 1.0)), levels - 1.0)
-            fine = int(level)
-            blend = level - fine
+            finest_level = int(level)
+            blend = level - finest_level
             # If a triangle extends beyond the picture, the picture repeats.
             repeat = False
             for corner in range(3):
                 for axis in range(2):
                     t = uv[faces[f, corner], axis]
-                    beyond = _OUTSIDE_TEXELS / (height if axis else width)
-                    repeat |= t < -beyond or t > 1.0 + beyond
+                    margin = _OUTSIDE_TEXELS / (height if axis else width)
+                    repeat |= t < -margin or t > 1.0 + margin
         u, v = weights[k, 0], weights[k, 1]
         x, y = x0 + u * ax + v * bx, y0 + u * ay + v * by
         red, green, blue = 0.0, 0.0, 0.0
@@ -116,19 +116,19 @@ def sample_texture(  # type: ignore[no-untyped-def]
             fraction = (blend if coarser else 1.0 - blend) / n
             if fraction == 0.0:
                 continue
-            o = fine + coarser
+            o = finest_level + coarser
             w, h, start = sizes[o, 0], sizes[o, 1], offsets[o]
             # This is exact, since it is a power of 2.
-            smaller_values = 1.0 / (1 << o)
+            level_scale = 1.0 / (1 << o)
             for i in range(n):
-                along_component = ((i + 0.5) / n - 0.5) * major
-                tx, ty = x + along_component * sx, y + along_component * sy
+                major_offset = ((i + 0.5) / n - 0.5) * major
+                tx, ty = x + major_offset * sx, y + major_offset * sy
                 if repeat:
                     tx -= width * math.floor(tx / width)
                     ty -= height * math.floor(ty / height)
                 # Texel coordinates at this level; (0, 0) is the outer corner.
-                tx = min(max(tx * smaller_values - 0.5, 0.0), w - 1.0)
-                ty = min(max(ty * smaller_values - 0.5, 0.0), h - 1.0)
+                tx = min(max(tx * level_scale - 0.5, 0.0), w - 1.0)
+                ty = min(max(ty * level_scale - 0.5, 0.0), h - 1.0)
                 left, top = int(tx), int(ty)
                 fx, fy = tx - left, ty - top
                 right, next_row = min(left + 1, w - 1), min(top + 1, h - 1)

@@ -218,9 +218,9 @@ def find_sidecars(drawing: Path, progress: Progress | None = None) -> list[Path]
     progress = progress or SilentProgress()
     matches = []
     candidates = sorted(drawing.parent.glob("*.json"))
-    for done, path in enumerate(candidates):
+    for done_count, path in enumerate(candidates):
         progress.stage(tr("Finding the orthophoto of the drawing"), len(candidates))
-        progress.step(done)
+        progress.step(done_count)
         try:
             read_drawing(drawing, read_sidecar(path), progress)
         except InputError:
@@ -264,18 +264,18 @@ def project_lines(
     size = (sidecar.width, sidecar.height)
     depths = visible_depths(data, sidecar.matrix, size, np.concatenate(pixels))
     parts = np.split(depths, np.cumsum([len(part) for part in pixels])[:-1])
-    brought_items: list[BackLine] = []
-    skipped_items: list[BackLine] = []
+    projected_lines: list[BackLine] = []
+    skipped_lines: list[BackLine] = []
     names = _unique([line.name for line in lines])
     for place, depth, name, line in zip(pixels, parts, names, lines, strict=True):
         is_met = np.isfinite(depth)
         position = np.column_stack([place[is_met], depth[is_met]])
         points = position @ sidecar.matrix[:3, :3].T + sidecar.matrix[:3, 3]
-        one = BackLine(name, line.layer, line.words, place, is_met, points)
-        (brought_items if len(points) > 1 else skipped_items).append(one)
-    if not brought_items:
+        projected_line = BackLine(name, line.layer, line.words, place, is_met, points)
+        (projected_lines if len(points) > 1 else skipped_lines).append(projected_line)
+    if not projected_lines:
         raise InputError(Finding("drawing.off-surface"))
-    return ProjectedLines(tuple(brought_items), tuple(skipped_items))
+    return ProjectedLines(tuple(projected_lines), tuple(skipped_lines))
 
 
 def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> FloatArray:
@@ -286,9 +286,15 @@ def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> FloatA
     """
     ratio = sidecar.width / sidecar.height
     stem = Path(sidecar.image).stem.casefold()
-    shown = [(image.name, image.fitted_corners(ratio), image.corners) for image in drawing.images]
-    named = [box for name, box, _ in shown if name and Path(name).stem.casefold() == stem]
-    positions = named or [box for _, box, place in shown if _is_like(place, sidecar)]
+    shown_images = [
+        (image.name, image.fitted_corners(ratio), image.corners) for image in drawing.images
+    ]
+    matching_boxes = [
+        box for name, box, _ in shown_images if name and Path(name).stem.casefold() == stem
+    ]
+    positions = matching_boxes or [
+        box for _, box, place in shown_images if _is_like(place, sidecar)
+    ]
     if not drawing.images and drawing.page is not None:
         x, y, w, h = drawing.page
         page = np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h]])
@@ -334,12 +340,12 @@ def _gis_lines(
         return pixels, warnings
     unit = read_dxf_properties(path).unit_m if path.suffix.lower() == ".dxf" else None
     if unit not in (None, 1.0):
-        scaled = [
+        scaled_lines = [
             _transform_line(replace(line, points=line.points * unit), inverse) for line in lines
         ]
-        if _inside_share(scaled, sidecar) >= MIN_INSIDE_SHARE:
+        if _inside_share(scaled_lines, sidecar) >= MIN_INSIDE_SHARE:
             warnings.append(Finding("drawing.unit-converted", unit_m=unit))
-            return scaled, warnings
+            return scaled_lines, warnings
     return pixels, warnings
 
 
@@ -362,22 +368,24 @@ def _transform_layers(
     """
     geojson = path.suffix.lower() in (".geojson", ".json")
     systems = dict.fromkeys((line.layer, line.crs) for line in read.lines)
-    used_items: list[ReadLine] = []
-    others: list[str] = []
+    used_lines: list[ReadLine] = []
+    other_names: list[str] = []
     reasons: list[InputError] = []
     for layer, crs in systems:
         lines = [line for line in read.lines if (line.layer, line.crs) == (layer, crs)]
         try:
             _check_marks((read.described.get(layer, ""), crs or ""), sidecar, path)
-            used_items += _transform_layer(lines, crs, geojson, sidecar, path)
+            used_lines += _transform_layer(lines, crs, geojson, sidecar, path)
         except InputError as error:
-            others.append(layer)
+            other_names.append(layer)
             reasons.append(error)
-    if reasons and not used_items:
+    if reasons and not used_lines:
         raise reasons[0]
-    if not others:
-        return used_items, []
-    return used_items, [Finding("drawing.layers-left-out", count=len(others), names=others)]
+    if not other_names:
+        return used_lines, []
+    return used_lines, [
+        Finding("drawing.layers-left-out", count=len(other_names), names=other_names)
+    ]
 
 
 def _transform_layer(
@@ -395,27 +403,27 @@ def _transform_layer(
     from pyproj.exceptions import CRSError
 
     try:
-        theirs = CRS.from_user_input(crs)
-        ours = None if sidecar.crs is None else CRS.from_user_input(sidecar.crs)
+        drawing_crs = CRS.from_user_input(crs)
+        own_crs = None if sidecar.crs is None else CRS.from_user_input(sidecar.crs)
     except CRSError:
         return lines
-    if not (theirs.is_projected or theirs.is_geographic):
+    if not (drawing_crs.is_projected or drawing_crs.is_geographic):
         return lines
     # GeoJSON without a CRS is in degrees according to the standard, but in metres if the picture is
     # in its own plane.
-    unnamed = geojson and theirs.is_geographic
-    if sidecar.oblique or ours is None:
+    unnamed = geojson and drawing_crs.is_geographic
+    if sidecar.oblique or own_crs is None:
         if unnamed:
             return lines
         if sidecar.oblique:
-            raise InputError(Finding("drawing.on-map", crs=theirs.name), file=path)
+            raise InputError(Finding("drawing.on-map", crs=drawing_crs.name), file=path)
         return lines
-    if theirs == ours:
+    if drawing_crs == own_crs:
         return lines
-    every = np.concatenate([line.points for line in lines])
-    if unnamed and (np.abs(every) > [360.0, 90.0]).any():
+    all_points = np.concatenate([line.points for line in lines])
+    if unnamed and (np.abs(all_points) > [360.0, 90.0]).any():
         return lines
-    turn = Transformer.from_crs(theirs, ours, always_xy=True)
+    turn = Transformer.from_crs(drawing_crs, own_crs, always_xy=True)
     return [replace(line, points=np.stack(turn.transform(*line.points.T), 1)) for line in lines]
 
 
@@ -461,15 +469,15 @@ def _layer_name(layer: str) -> str:
 
 def _unique(names: Sequence[str]) -> list[str]:
     """Make names unique; a missing name is replaced by the number of the line."""
-    used: set[str] = set()
+    used_names: set[str] = set()
     labels = []
     for k, name in enumerate(names):
         label = base = name.strip() or str(k + 1)
         number = 1
-        while label in used:
+        while label in used_names:
             number += 1
             label = f"{base}-{number}"
-        used.add(label)
+        used_names.add(label)
         labels.append(label)
     return labels
 

@@ -57,7 +57,7 @@ class CloudSource:
             return empty_picture(tile)
         g, halo = self._grid.gsd, self._halo
         h, w = tile.height + 2 * halo, tile.width + 2 * halo
-        nearest_values = np.full((h, w), np.inf, np.float32)
+        nearest_depths = np.full((h, w), np.inf, np.float32)
         limit = np.zeros((h, w), np.float32)
         color = np.zeros((h, w, 3), np.float32)
         weight = np.zeros((h, w), np.float32)
@@ -72,7 +72,7 @@ class CloudSource:
             x_left,
             top,
             g,
-            nearest_values,
+            nearest_depths,
             limit,
             color,
             weight,
@@ -109,10 +109,10 @@ class CloudSource:
         if not is_visible.any():
             return np.zeros_like(is_visible)
         size = 2 * self._close + 1
-        deep = np.where(is_visible, z, np.float32(np.inf))
-        surface = maximum_filter(minimum_filter(deep, size), size)
+        visible_depth = np.where(is_visible, z, np.float32(np.inf))
+        surface = maximum_filter(minimum_filter(visible_depth, size), size)
         with np.errstate(invalid="ignore"):
-            gap = deep - surface
+            gap = visible_depth - surface
             if not (gap > self.hole_m).any():
                 return np.zeros_like(is_visible)
             change = maximum_filter(surface, size) - minimum_filter(surface, size)
@@ -127,12 +127,12 @@ class CloudSource:
 
         if is_visible.all() or not is_visible.any():
             return np.zeros_like(is_visible)
-        distance, nearest = distance_transform_edt(~is_visible, return_indices=True)
+        distance, nearest_pixels = distance_transform_edt(~is_visible, return_indices=True)
         is_grown = distance <= self._close
         # Pixels beyond the border are not necessarily empty.
         closed = is_grown if is_grown.all() else distance_transform_edt(is_grown) > self._close
         is_filled: BoolArray = closed & ~is_visible
-        source_row, source_column = nearest[0][is_filled], nearest[1][is_filled]
+        source_row, source_column = nearest_pixels[0][is_filled], nearest_pixels[1][is_filled]
         rgb[is_filled] = rgb[source_row, source_column]
         z[is_filled] = z[source_row, source_column]
         return is_filled
@@ -155,8 +155,8 @@ def local_spacing(points: FloatArray, spacing: float) -> FloatArray:
     counts = np.diff(np.append(first, len(ordered_key)))
     spacings = np.empty(len(points))
     spacings[order] = np.repeat(side / np.sqrt(counts), counts)
-    typical_value = float(np.median(spacings))
-    return np.clip(spacings, 0.5 * typical_value, 2.0 * typical_value)
+    typical_spacing = float(np.median(spacings))
+    return np.clip(spacings, 0.5 * typical_spacing, 2.0 * typical_spacing)
 
 
 def share_facing_away(
@@ -199,13 +199,13 @@ def share_facing_away(
         return float((z[np.isfinite(z) & (z != 0)] > 0).mean()), False
     from scipy.spatial import cKDTree
 
-    thin = view[:: max(1, len(view) // _MAX_TREE_POINTS)]
-    if len(thin) < 3:
+    thinned_points = view[:: max(1, len(view) // _MAX_TREE_POINTS)]
+    if len(thinned_points) < 3:
         return float("nan"), True
-    _, near = cKDTree(thin).query(view[first], k=min(12, len(thin)))
-    around = thin[near]
-    around = around - around.mean(axis=1, keepdims=True)
-    _, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", around, around))
+    _, neighbours = cKDTree(thinned_points).query(view[first], k=min(12, len(thinned_points)))
+    nearby_points = thinned_points[neighbours]
+    nearby_points = nearby_points - nearby_points.mean(axis=1, keepdims=True)
+    _, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", nearby_points, nearby_points))
     normal = axes[:, :, 0]
     normal = normal * np.where(normal @ up < 0, -1.0, 1.0)[:, None]
     return float((normal[:, 2] > 0).mean()), True

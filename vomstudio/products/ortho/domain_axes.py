@@ -49,18 +49,18 @@ def axes_of_domains(items: Iterable[Item], field: str) -> dict[str, ProjectionAx
         if item.domain and item.kind.casefold() in (BEDS, ""):
             beds[item.domain].append(item)
     faults = [item for item in planes if item.kind.casefold() == FAULTS]
-    selected = {name: _select_planes(beds_of) for name, beds_of in beds.items() if beds_of}
+    planes_by_domain = {name: _select_planes(beds_of) for name, beds_of in beds.items() if beds_of}
     axes = projection_axes(
-        {name: _angles(used) for name, (used, _) in selected.items()},
+        {name: _angles(used_planes) for name, (used_planes, _) in planes_by_domain.items()},
         _angles(faults) if faults else None,
     )
-    for name, (used, not_good) in selected.items():
+    for name, (used_planes, not_good) in planes_by_domain.items():
         if not_good:
             text = tr(
                 "{axis}; {not_good} of {n} planes not good",
                 axis=axes[name].description,
                 not_good=not_good,
-                n=len(used),
+                n=len(used_planes),
             )
             axes[name] = replace(axes[name], description=text)
     reason = tr("it has no bedding plane")
@@ -70,7 +70,9 @@ def axes_of_domains(items: Iterable[Item], field: str) -> dict[str, ProjectionAx
 def _select_planes(items: list[Item]) -> tuple[list[Item], int | None]:
     """Return the planes for the fold axis, and how many of them are not good."""
     selection = select_planes([i.quality for i in items], [i.set for i in items], FoldFilter())
-    return [item for item, use in zip(items, selection.use, strict=True) if use], selection.not_good
+    return [
+        item for item, is_used in zip(items, selection.use, strict=True) if is_used
+    ], selection.not_good
 
 
 def off_axis_findings(

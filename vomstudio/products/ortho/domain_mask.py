@@ -106,31 +106,31 @@ def territory(items: Sequence[Item], name: str, field: str = "--domain") -> Terr
         raise no_domains_error(field)
     if name not in known_domains:
         raise UsageError(Finding("domain.unknown", domain=name, domains=known_domains), field=field)
-    others = [item for item in known_domains if item != name]
+    other_domains = [item for item in known_domains if item != name]
     points_of = {item: _points(items, item) for item in known_domains}
     walls: list[Wall] = []
-    remaining = list(others)
+    remaining = list(other_domains)
     for wall in _faults(items):
         is_positive = points_of[name] @ wall.normal > wall.offset
         sign = 1.0 if is_positive.mean() >= 0.5 else -1.0
-        turned = Wall(wall.name, sign * wall.normal, sign * wall.offset)
-        if _share_beyond_wall(points_of[name], turned) < _MIN_SIDE_SHARE:
+        turned_wall = Wall(wall.name, sign * wall.normal, sign * wall.offset)
+        if _share_beyond_wall(points_of[name], turned_wall) < _MIN_SIDE_SHARE:
             continue
-        separated_values = [
+        separated_walls = [
             item
-            for item in others
-            if 1.0 - _share_beyond_wall(points_of[item], turned) >= _MIN_SIDE_SHARE
+            for item in other_domains
+            if 1.0 - _share_beyond_wall(points_of[item], turned_wall) >= _MIN_SIDE_SHARE
         ]
-        if separated_values:
-            walls.append(turned)
-            remaining = [item for item in remaining if item not in separated_values]
+        if separated_walls:
+            walls.append(turned_wall)
+            remaining = [item for item in remaining if item not in separated_walls]
     notes = []
     if walls:
         faults = tuple(dict.fromkeys(wall.name for wall in walls))
         notes.append(Finding("domain.ends-at-faults", domain=name, faults=faults))
     if not remaining:
         return Territory(name, tuple(walls), np.empty((0, 3)), np.empty(0, np.bool_), tuple(notes))
-    if others:
+    if other_domains:
         notes.append(Finding("domain.no-fault-between", domain=name, others=remaining))
     points = [points_of[name], *(points_of[item] for item in remaining)]
     is_positive = np.repeat([True, *[False] * len(remaining)], [len(part) for part in points])
@@ -138,9 +138,9 @@ def territory(items: Sequence[Item], name: str, field: str = "--domain") -> Terr
 
 
 def _points(items: Sequence[Item], name: str) -> FloatArray:
-    every = np.concatenate([item.points for item in items if item.domain == name])
-    every = every[np.isfinite(every).all(axis=1)]
-    return np.asarray(every[:: max(1, len(every) // _MAX_POINTS)])
+    all_points = np.concatenate([item.points for item in items if item.domain == name])
+    all_points = all_points[np.isfinite(all_points).all(axis=1)]
+    return np.asarray(all_points[:: max(1, len(all_points) // _MAX_POINTS)])
 
 
 def _share_beyond_wall(points: FloatArray, wall: Wall) -> float:
@@ -155,12 +155,12 @@ def _faults(items: Sequence[Item]) -> list[Wall]:
         if item.normal is not None and item.kind.casefold() == FAULTS:
             sets.setdefault(item.set or item.id, []).append(item)
     walls = []
-    for set_items in sets.values():
-        normals = np.array([item.normal for item in set_items], np.float64)
+    for fault_set in sets.values():
+        normals = np.array([item.normal for item in fault_set], np.float64)
         mean = flip_to(normals, orientation_tensor(normals)[1][0]).mean(axis=0)
         mean /= np.linalg.norm(mean)
-        centre = np.mean([item.points.mean(axis=0) for item in set_items], axis=0)
-        name = set_items[0].set if len(set_items) > 1 else set_items[0].name
+        centre = np.mean([item.points.mean(axis=0) for item in fault_set], axis=0)
+        name = fault_set[0].set if len(fault_set) > 1 else fault_set[0].name
         walls.append(Wall(name, mean, float(centre @ mean)))
     return walls
 
@@ -210,9 +210,9 @@ class OneDomain:
         """Return, for cells of several pixels, whether the nearest feature is in the domain."""
         rows, columns = (np.arange(0, size, _CELL_PX) for size in depth.shape)
         height, width = -(-depth.shape[0] // _CELL_PX), -(-depth.shape[1] // _CELL_PX)
-        padded_values = np.full((height * _CELL_PX, width * _CELL_PX), np.nan, np.float32)
-        padded_values[: depth.shape[0], : depth.shape[1]] = depth
-        cells = padded_values.reshape(height, _CELL_PX, width, _CELL_PX)
+        padded_cells = np.full((height * _CELL_PX, width * _CELL_PX), np.nan, np.float32)
+        padded_cells[: depth.shape[0], : depth.shape[1]] = depth
+        cells = padded_cells.reshape(height, _CELL_PX, width, _CELL_PX)
         count = np.isfinite(cells).sum(axis=(1, 3))
         middle = np.nansum(cells, axis=(1, 3)) / np.maximum(count, 1)
         is_domain = np.ones((height, width), np.bool_)

@@ -25,6 +25,6 @@ def draw_tiles(
     tiles = grid.tiles()
     progress.stage(tr("Casting rays"), len(tiles))
     workers = min(threads or PROCESSORS, MAX_THREADS, len(tiles))
-    for done, (number, drawing) in enumerate(map_unordered(source.draw, tiles, workers), 1):
+    for done_count, (number, drawing) in enumerate(map_unordered(source.draw, tiles, workers), 1):
         yield tiles[number], drawing
-        progress.step(done)
+        progress.step(done_count)

@@ -152,12 +152,12 @@ def read_items(folder: Path) -> tuple[Item, ...]:
 def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple[Item, ...]:
     """Return the features of a project to draw on a picture."""
     table = project_table(records, measurements)
-    colors, written_items = {}, {}
+    colors, written_rows = {}, {}
     for record in records.values():
         if isinstance(record, Feature):
             has_type = kind_of(record).has_feature_type or bool(kind_of(record).tint(record))
             if kind_of(record).listed:
-                written_items[record.id] = kind_of(record).drawing_label(record)
+                written_rows[record.id] = kind_of(record).drawing_label(record)
             colors[record.id] = (color_of(record, records) if has_type else "") or NO_COLOR
     items: list[Item] = []
     for layer in project_layers(records, table, measurements):
@@ -183,7 +183,7 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
                     normal=normal,
                     dip_direction_deg=dd,
                     dip_deg=dip,
-                    symbol_label=written_items.get(text["id"], ""),
+                    symbol_label=written_rows.get(text["id"], ""),
                     filled=layer.by != "kind",
                     overturned=normal is not None and bool(values_of.get("overturned")),
                     domain=str(getattr(records.get(text["id"]), "domain", "")),
@@ -198,10 +198,10 @@ def count_features(items: Iterable[Item]) -> int:
     counters: dict[str, Counter[str]] = {}
     for item in items:
         counters.setdefault(item.layer, Counter())[item.id] += 1
-    most: Counter[str] = Counter()
+    largest_counts: Counter[str] = Counter()
     for counter in counters.values():
-        most |= counter
-    return most.total()
+        largest_counts |= counter
+    return largest_counts.total()
 
 
 def items_of_table(positions: FloatArray, rows: Sequence[Mapping[str, Any]]) -> tuple[Item, ...]:
@@ -282,17 +282,19 @@ def project_item(
         if abs(fraction) < 1e-6:
             return None
         points = points - (distances / fraction)[:, None] * direction
-    flat_values = np.stack([points @ right, points @ up], axis=1)
+    projected_points = np.stack([points @ right, points @ up], axis=1)
     if item.normal is None or item.dip_deg is None:
-        return ProjectedItem(item, flat_values, distances, None)
+        return ProjectedItem(item, projected_points, distances, None)
     if is_map(target_direction):
         azimuth = item.dip_direction_deg or 0.0
         lines = strike_and_dip(np.zeros(3), azimuth, item.dip_deg, 2.0, item.overturned)
-        across_component = np.stack([right, up], axis=1)
+        projection_axes = np.stack([right, up], axis=1)
         return ProjectedItem(
-            item, flat_values, distances, None, tuple(line @ across_component for line in lines)
+            item, projected_points, distances, None, tuple(line @ projection_axes for line in lines)
         )
-    return ProjectedItem(item, flat_values, distances, apparent_dip_deg(item.normal, right, up))
+    return ProjectedItem(
+        item, projected_points, distances, apparent_dip_deg(item.normal, right, up)
+    )
 
 
 def is_map(direction: FloatArray) -> bool:

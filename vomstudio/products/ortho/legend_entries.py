@@ -84,8 +84,8 @@ class LegendEntry:
         if not self.dips:
             return []
         a = math.radians(TICK_DEG)
-        across_component = np.array([math.cos(a), -math.sin(a)])
-        return [np.stack([-across_component, across_component])]
+        cross_direction = np.array([math.cos(a), -math.sin(a)])
+        return [np.stack([-cross_direction, cross_direction])]
 
 
 def entries_of(shapes: Sequence[LegendShape]) -> list[LegendEntry]:

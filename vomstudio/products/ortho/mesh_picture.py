@@ -48,16 +48,16 @@ class MeshSource:
         g = grid.gsd
         self._members = Members.of(bin_faces, self._view, self._faces, grid, 2 * g)
         # Materials are counted from 1; 0 is for faces before the first material.
-        every = np.arange(len(self._faces))
-        materials = np.searchsorted(mesh.material_offsets, every, side="right")
+        all_faces = np.arange(len(self._faces))
+        materials = np.searchsorted(mesh.material_offsets, all_faces, side="right")
         self._material_of = materials.astype(np.int32)
         self._store = TextureStore(self._coarser())
         self._uv = np.zeros((0, 2), np.float32)
         self._mapped = np.zeros(len(self._faces), bool)
         if mesh.uv is not None:
             self._uv = to_kernel_array(mesh.uv, np.float32)
-            whole_values = np.asarray(np.isfinite(self._uv).all(axis=1))
-            self._mapped = np.asarray(whole_values[self._faces].all(axis=1))
+            is_finite_uv = np.asarray(np.isfinite(self._uv).all(axis=1))
+            self._mapped = np.asarray(is_finite_uv[self._faces].all(axis=1))
 
     def draw(self, tile: Tile) -> TilePicture:
         from vomstudio.products.ortho._mesh_kernels import find_edges
@@ -78,13 +78,13 @@ class MeshSource:
         find_edges(view, faces, hits.face, hits.depth, g, edge)
         inner_slices = (slice(1, -1), slice(1, -1))
         face = hits.face[inner_slices].ravel()
-        met = face >= 0
+        is_hit = face >= 0
         rgba = np.zeros((len(face), 4), np.uint8)
         rgba[:, :3] = self._shade(
             face, np.ascontiguousarray(hits.weights[inner_slices]).reshape(-1, 2)
         )
-        rgba[:, 3] = np.where(met, 255, 0)
-        depth = np.where(met, hits.depth[inner_slices].ravel(), np.nan).astype(np.float32)
+        rgba[:, 3] = np.where(is_hit, 255, 0)
+        depth = np.where(is_hit, hits.depth[inner_slices].ravel(), np.nan).astype(np.float32)
         edge = np.ascontiguousarray(edge[inner_slices])
         if edge.any():
             quarters = cast_quarters(view, faces, members, edge, left=x_left, top=y_top, step=g)
@@ -108,14 +108,16 @@ class MeshSource:
         empty.
         """
         colors = self._shade(hits.face.ravel(), hits.weights.reshape(-1, 2), 0.5).reshape(-1, 4, 3)
-        met = hits.face >= 0
-        count = met.sum(axis=1)
-        some = count > 0
-        index, met, count = index[some], met[some], count[some]
-        mean = (colors[some].astype(np.float64) * met[:, :, None]).sum(axis=1) / count[:, None]
+        is_hit = hits.face >= 0
+        count = is_hit.sum(axis=1)
+        has_hits = count > 0
+        index, is_hit, count = index[has_hits], is_hit[has_hits], count[has_hits]
+        mean = (colors[has_hits].astype(np.float64) * is_hit[:, :, None]).sum(axis=1) / count[
+            :, None
+        ]
         rgba[index, :3] = np.rint(mean)
         rgba[index, 3] = np.rint(count * 63.75)
-        nearest_depth = hits.depth[some].min(axis=1)
+        nearest_depth = hits.depth[has_hits].min(axis=1)
         depth[index] = np.where(np.isnan(depth[index]), nearest_depth, depth[index])
 
     def _shade(self, face: Int32Array, weights: FloatArray, footprint: float = 1.0) -> ByteArray:
@@ -129,14 +131,14 @@ class MeshSource:
             material = None if number is None else mesh.materials[number]
             if material is not None and material.texture is not None and mesh.uv is not None:
                 pyramid = self._store.get(material.texture)
-                mapped = self._mapped[face[rows]]
-                if pyramid is not None and mapped.any():
+                is_textured = self._mapped[face[rows]]
+                if pyramid is not None and is_textured.any():
                     sample_texture(
                         pyramid.texels,
                         pyramid.offsets,
                         pyramid.sizes,
                         *pyramid.size,
-                        rows[mapped],
+                        rows[is_textured],
                         face,
                         weights,
                         self._view,
@@ -145,7 +147,7 @@ class MeshSource:
                         self._grid.gsd * footprint,
                         rgb,
                     )
-                    rows = rows[~mapped]
+                    rows = rows[~is_textured]
             if not len(rows):
                 continue
             if mesh.colors is not None:
@@ -198,9 +200,11 @@ def texel_sizes(mesh: Mesh, vertices: FloatArray) -> dict[Path, tuple[float, flo
         area = 0.5 * np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1)
         a, b = t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]
         texels = 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
-        is_good = (texels > 1e-9) & (area > 0)
-        sizes.setdefault(material.texture, []).append(np.sqrt(area[is_good] / texels[is_good]))
-        areas.setdefault(material.texture, []).append(area[is_good])
+        is_measurable = (texels > 1e-9) & (area > 0)
+        sizes.setdefault(material.texture, []).append(
+            np.sqrt(area[is_measurable] / texels[is_measurable])
+        )
+        areas.setdefault(material.texture, []).append(area[is_measurable])
     for path, parts in sizes.items():
         size, area = np.concatenate(parts), np.concatenate(areas[path])
         if not len(size):
@@ -222,11 +226,11 @@ def share_facing_away(view: FloatArray, faces: Int32Array, rays: int = 256) -> f
     step = max(float((high - low)[:2].max()), 1e-12) / rays
     width, height = (max(1, math.ceil(v / step)) for v in (high - low)[:2].tolist())
     faces = to_kernel_array(faces, np.int32)
-    everything = np.arange(len(faces), dtype=np.int32)
+    all_faces = np.arange(len(faces), dtype=np.int32)
     face = cast_grid(
         np.ascontiguousarray(view),
         faces,
-        everything,
+        all_faces,
         left=float(low[0]),
         top=float(low[1]),
         step=step,

@@ -197,8 +197,8 @@ def write_orthophoto(
 
 def _sidecar_text(facts: dict[str, Any]) -> str:
     """Format the sidecar; an oblique picture has the CRS of World only, not one of its own."""
-    stated = {key: value for key, value in facts.items() if key != "crs" or value is not None}
-    return json.dumps(stated, indent=1, ensure_ascii=False) + "\n"
+    stated_facts = {key: value for key, value in facts.items() if key != "crs" or value is not None}
+    return json.dumps(stated_facts, indent=1, ensure_ascii=False) + "\n"
 
 
 def _drawn_facts(coverage: float, filled_count: int, source: TileSource) -> dict[str, Any]:
@@ -237,14 +237,14 @@ def _place_facts(plan: OrthophotoPlan, crs: str | None, facts: dict[str, Any]) -
     return {"world_crs": crs, "north": north, "picture_id": picture_id(facts)}
 
 
-def _check_targets(targets: Iterable[Path], ours: Iterable[Path], force: bool) -> None:
-    """Check the target files; `ours` are those named after the picture.
+def _check_targets(targets: Iterable[Path], own_paths: Iterable[Path], force: bool) -> None:
+    """Check the target files; `own_paths` are those named after the picture.
 
     Raises
     ------
     TargetError
     """
-    for target in ours:
+    for target in own_paths:
         check_generated_path(target)
     for target in targets:
         check_target(target, force=force)
@@ -304,11 +304,11 @@ class _Reduced:
     def add(self, column: int, row: int, rgba: ByteArray) -> None:
         f = self.factor
         h, w = rgba.shape[:2]
-        padded_values = np.zeros((-(-h // f) * f, -(-w // f) * f, 4), np.float32)
-        padded_values[:h, :w] = rgba
-        padded_values[:h, :w, :3] *= rgba[..., 3:] / np.float32(255)
-        mean = padded_values.reshape(
-            padded_values.shape[0] // f, f, padded_values.shape[1] // f, f, 4
+        padded_tile = np.zeros((-(-h // f) * f, -(-w // f) * f, 4), np.float32)
+        padded_tile[:h, :w] = rgba
+        padded_tile[:h, :w, :3] *= rgba[..., 3:] / np.float32(255)
+        mean = padded_tile.reshape(
+            padded_tile.shape[0] // f, f, padded_tile.shape[1] // f, f, 4
         ).mean(axis=(1, 3))
         fraction = np.maximum(mean[..., 3:] / 255, 1e-6)
         mean[..., :3] = np.where(mean[..., 3:] > 0, mean[..., :3] / fraction, 0)

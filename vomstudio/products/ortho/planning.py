@@ -206,14 +206,16 @@ def edge_on_finding(points: FloatArray, frame: ViewFrame, gsd: float) -> Finding
     gsd : float
         Side of a pixel, m.
     """
-    few = points[:: max(1, len(points) // 100_000)]
-    few = few - few.mean(axis=0)
-    values, axes = np.linalg.eigh(few.T @ few)
+    sample = points[:: max(1, len(points) // 100_000)]
+    sample = sample - sample.mean(axis=0)
+    values, axes = np.linalg.eigh(sample.T @ sample)
     # The width of a uniform distribution with the same variance.
-    width = math.sqrt(12.0 * max(float(values[1]), 0.0) / len(few))
-    flat_values = few[:, :2].T @ few[:, :2]
-    visible_width = math.sqrt(12.0 * max(float(np.linalg.eigvalsh(flat_values)[0]), 0.0) / len(few))
-    if not width**2 > 1e-12 * 12.0 * float(values[2]) / len(few):
+    width = math.sqrt(12.0 * max(float(values[1]), 0.0) / len(sample))
+    scatter_matrix = sample[:, :2].T @ sample[:, :2]
+    visible_width = math.sqrt(
+        12.0 * max(float(np.linalg.eigvalsh(scatter_matrix)[0]), 0.0) / len(sample)
+    )
+    if not width**2 > 1e-12 * 12.0 * float(values[2]) / len(sample):
         return None
     if visible_width > EDGE_ON_SHARE * width and not (
         visible_width < 2.0 * gsd and width > 10.0 * gsd

@@ -172,17 +172,19 @@ def request_picture(
         planned = plan(data, view, to_world=to_world, gsd=gsd_m, region=region)
     except InputError as error:
         raise error.with_file(path) from error
-    along_component = None
+    line_direction = None
     if fold is not None:
-        along_component = _fold_view(fold, planned)
+        line_direction = _fold_view(fold, planned)
         if fold.valid != "yes" or is_costly(fold.beta.total95_deg, *_size_of(planned)):
-            warnings.append(along_component.cost)
+            warnings.append(line_direction.cost)
     if axis is not None and is_costly(axis.error95_deg, *_size_of(planned)):
-        deep, _ = _size_of(planned)
-        warnings.append(cost_of_direction(axis.error95_deg, deep, is_metric=planned.view.metric))
+        height_px, _ = _size_of(planned)
+        warnings.append(
+            cost_of_direction(axis.error95_deg, height_px, is_metric=planned.view.metric)
+        )
     if not placed:
         warnings.append(Finding("view.not-placed"))
-    return PlannedPicture(planned, along_component, tuple(warnings))
+    return PlannedPicture(planned, line_direction, tuple(warnings))
 
 
 def _validity_findings(valid_text: str | None, verdict: str) -> list[Finding]:
@@ -200,9 +202,9 @@ def _size_of(planned: OrthophotoPlan) -> tuple[float, float]:
 
 
 def _fold_view(fold: TableFold, planned: OrthophotoPlan) -> FoldView:
-    deep, _ = _size_of(planned)
+    height_px, _ = _size_of(planned)
     offset = fold.beta.total95_deg
-    cost = cost_of_direction(offset, deep, is_metric=planned.view.metric)
+    cost = cost_of_direction(offset, height_px, is_metric=planned.view.metric)
     return FoldView(
         fold.beta,
         fold.valid,

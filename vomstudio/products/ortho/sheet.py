@@ -89,9 +89,9 @@ def write_sheet(
     width, height = (1000.0 * (high - low) / scale).tolist()
     page = max(width, _MIN_WIDTH_MM)
     words = _words(view, page)
-    below = _WORDS_MM + _ROW_MM * len(words)
+    text_height = _WORDS_MM + _ROW_MM * len(words)
     key = Legend(entries_of(drawing.shapes) if legend else [], page, _FONT_PT)
-    size = (page + 2 * MARGIN_MM, height + _TOP_MM + below + key.height_mm + 6.0)
+    size = (page + 2 * MARGIN_MM, height + _TOP_MM + text_height + key.height_mm + 6.0)
     x_left, y_bottom = 0.5 * (size[0] - width), size[1] - _TOP_MM - height
 
     def draw(figure: Figure) -> None:
@@ -111,7 +111,7 @@ def write_sheet(
         _draw_ends(page_axes, drawing, view, (x_left, y_bottom, width, height))
         _draw_bar(page_axes, drawing, scale, (x_left, y_bottom, width))
         side = min(x_left, 0.5 * (size[0] - page))
-        key.draw(page_axes, side, y_bottom - below)
+        key.draw(page_axes, side, y_bottom - text_height)
         for k, line in enumerate(words):
             page_axes.text(
                 side,
@@ -129,12 +129,12 @@ def write_sheet(
 def _words(view: ViewDirection, width_mm: float) -> list[str]:
     import textwrap
 
-    unknown = unknown_direction_text(view)
+    unknown_text = unknown_direction_text(view)
     letters = round(width_mm / (LETTER_MM * _FONT_PT))
     # A direction that was given needs no reason.
     is_given = view.reason.code == "view.as-given"
     reason = [] if is_given else textwrap.wrap(view.reason.message, letters)
-    return [direction_text(view), *reason, *([unknown] if unknown else [])]
+    return [direction_text(view), *reason, *([unknown_text] if unknown_text else [])]
 
 
 def _draw_plane(ax: Axes, drawing: Drawing, scale: int, between: str) -> None:
@@ -245,14 +245,14 @@ def _draw_ends(
 ) -> None:
     """Draw the directions at both ends, clear of the arrow beside a narrow picture."""
     x_left, y_bottom, wide, tall = frame
-    above, centre = y_bottom + tall + 3.0, x_left + 0.5 * wide
+    text_top, centre = y_bottom + tall + 3.0, x_left + 0.5 * wide
     side = max(0.5 * wide, 12.0 + LETTER_MM * _FONT_PT * max(map(len, drawing.ends)))
-    look: dict[str, Any] = {"fontsize": _FONT_PT + 1.0, "weight": "bold", "color": INK}
-    ax.text(centre - side, above, drawing.ends[0], ha="left", va="bottom", **look)
-    ax.text(centre + side, above, drawing.ends[1], ha="right", va="bottom", **look)
+    text_style: dict[str, Any] = {"fontsize": _FONT_PT + 1.0, "weight": "bold", "color": INK}
+    ax.text(centre - side, text_top, drawing.ends[0], ha="left", va="bottom", **text_style)
+    ax.text(centre + side, text_top, drawing.ends[1], ha="right", va="bottom", **text_style)
     arrow = {"arrowstyle": "-|>", "color": INK, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0}
-    ax.annotate("", (centre, above + 7.0), (centre, above - 0.5), arrowprops=arrow)
-    ax.text(centre + 2.0, above + 3.0, end_labels(view)[2], va="center", **look)
+    ax.annotate("", (centre, text_top + 7.0), (centre, text_top - 0.5), arrowprops=arrow)
+    ax.text(centre + 2.0, text_top + 3.0, end_labels(view)[2], va="center", **text_style)
 
 
 def _draw_bar(ax: Axes, drawing: Drawing, scale: int, place: tuple[float, float, float]) -> None:

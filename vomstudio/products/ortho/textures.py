@@ -80,9 +80,9 @@ def load_pyramid(path: Path, coarser_count: int) -> Pyramid | None:
 class TextureStore:
     """Thread-safe cache of pyramids by path."""
 
-    def __init__(self, coarser_items: dict[Path, int]) -> None:
+    def __init__(self, coarser_levels: dict[Path, int]) -> None:
         """Store, for each path, the number of finest levels that no pixel requires."""
-        self._coarser = coarser_items
+        self._coarser = coarser_levels
         self._cache: OrderedDict[Path, Pyramid | None] = OrderedDict()
         self._lock = threading.Lock()
         self.unreadable: set[Path] = set()

@@ -103,12 +103,21 @@ class Members:
             Maximum distance of a member from its tile, m.
         """
         starts = np.zeros(grid.columns * grid.rows + 1, np.int64)
-        where = (view, what, grid.left, grid.top, TILE * grid.gsd, margin, grid.columns, grid.rows)
-        bin_(*where, starts, np.empty(0, np.int32))
+        key_parts = (
+            view,
+            what,
+            grid.left,
+            grid.top,
+            TILE * grid.gsd,
+            margin,
+            grid.columns,
+            grid.rows,
+        )
+        bin_(*key_parts, starts, np.empty(0, np.int32))
         starts = np.cumsum(starts)
         rows = np.empty(starts[-1], np.int32)
         if len(rows):
-            bin_(*where, starts[:-1].copy(), rows)
+            bin_(*key_parts, starts[:-1].copy(), rows)
         return cls(rows, starts)
 
     def members_of(self, tile: Tile) -> Int32Array:

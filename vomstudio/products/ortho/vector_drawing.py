@@ -97,8 +97,8 @@ class DrawingShape:
         if self.dip_deg is None or len(self.points) > 1:
             return []
         a = math.radians(self.dip_deg)
-        across_component = max_distance * np.array([math.cos(a), -math.sin(a)])
-        return [np.stack([self.points[0] - across_component, self.points[0] + across_component])]
+        cross_vector = max_distance * np.array([math.cos(a), -math.sin(a)])
+        return [np.stack([self.points[0] - cross_vector, self.points[0] + cross_vector])]
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,11 +149,11 @@ def shape_of(projected_item: ProjectedItem) -> DrawingShape:
     labelled like its plane.
     """
     item, dip = projected_item.item, projected_item.apparent_dip_deg
-    written = item.dip_deg if projected_item.symbol else dip
+    shown_dip = item.dip_deg if projected_item.symbol else dip
     label = item.symbol_label or (item.name if item.form == "point" else "")
-    if item.normal is not None and written is not None:
-        label = f"{item.name} {abs(written):.0f}°" if item.name else f"{abs(written):.0f}°"
-    turned = {"overturned": 1} if projected_item.symbol and item.overturned else {}
+    if item.normal is not None and shown_dip is not None:
+        label = f"{item.name} {abs(shown_dip):.0f}°" if item.name else f"{abs(shown_dip):.0f}°"
+    overturned_flag = {"overturned": 1} if projected_item.symbol and item.overturned else {}
     return DrawingShape(
         item.layer,
         projected_item.points,
@@ -171,7 +171,7 @@ def shape_of(projected_item: ProjectedItem) -> DrawingShape:
             "dip_deg": item.dip_deg,
             "apparent_dip_deg": dip,
             "away_m": float(projected_item.away.mean()),
-            **turned,
+            **overturned_flag,
         },
         projected_item.symbol,
     )
@@ -180,17 +180,17 @@ def shape_of(projected_item: ProjectedItem) -> DrawingShape:
 def paper_scale(bounds: FloatArray) -> int:
     """Return the scale denominator, which is 1, 2, 2.5 or 5 times a power of ten."""
     max_length = max(float((bounds[1] - bounds[0]).max()), 1e-6)
-    least_values = max_length * 1000 / MAX_SIDE_MM
-    power = 10.0 ** math.floor(math.log10(least_values))
-    scale = next(power * k for k in (1, 2, 2.5, 5, 10) if power * k >= least_values * (1 - 1e-9))
+    min_scale = max_length * 1000 / MAX_SIDE_MM
+    power = 10.0 ** math.floor(math.log10(min_scale))
+    scale = next(power * k for k in (1, 2, 2.5, 5, 10) if power * k >= min_scale * (1 - 1e-9))
     return max(1, round(scale))
 
 
 def choose_ticks(low: float, high: float) -> FloatArray:
     """Return four to ten round tick values within a range."""
     step = round_length(max((high - low) / 4, 1e-12))
-    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
-    return np.asarray(np.arange(first, last + 1) * step, np.float64)
+    first, last_tick = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return np.asarray(np.arange(first, last_tick + 1) * step, np.float64)
 
 
 def number_text(value: float) -> str:
@@ -282,10 +282,10 @@ def _svg_shape(shape: DrawingShape, mm: float, ids: set[str]) -> str:
         ids.add(str(values["id"]))
     text = "".join(f' {key}="{_escaped(str(value))}"' for key, value in values.items() if value)
     form = "polygon" if shape.closed else "polyline"
-    look = f'stroke="{shape.color}"'
+    style_attributes = f'stroke="{shape.color}"'
     if shape.filled:
-        look = f'stroke="{_EDGE}" fill="{shape.color}" fill-opacity="0.5"'
-    return f'<{form}{text} points="{position}" {look}><title>{title}</title></{form}>'
+        style_attributes = f'stroke="{_EDGE}" fill="{shape.color}" fill-opacity="0.5"'
+    return f'<{form}{text} points="{position}" {style_attributes}><title>{title}</title></{form}>'
 
 
 def _svg_points(points: FloatArray) -> str:
@@ -346,7 +346,7 @@ def place_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedL
     bars = [line for s in drawing.shapes for line in s.marks(DIP_TICK_MM * mm)]
     lines = [s.points for s in drawing.shapes if len(s.points) > 1 and not s.filled]
     symbols, strokes = (_Coverage(item, drawing.bounds, 0.25 * height) for item in (bars, lines))
-    occupied_items: list[LabelBox] = []
+    occupied_boxes: list[LabelBox] = []
     labels = []
     for shape in drawing.shapes:
         if not shape.label:
@@ -355,12 +355,12 @@ def place_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedL
         x, y = (_label_position_inside(shape.points) if shape.filled else position).tolist()
         width = _LETTER_WIDTH * text_mm * mm * (len(shape.label) + 1)
         spots = [
-            (row, right, (left, above, left + width, above + height))
+            (row, right, (left, y_of_label, left + width, y_of_label + height))
             for row in (0.0, -1.0, 1.0, -2.0, 2.0, -3.0)
-            for above in (y + gap + row * height if row >= 0 else y - gap + row * height,)
+            for y_of_label in (y + gap + row * height if row >= 0 else y - gap + row * height,)
             for right, left in ((False, x + gap), (True, x - gap - width))
         ]
-        free_spots = [spot for spot in spots if _is_free(spot[2], drawing.bounds, occupied_items)]
+        free_spots = [spot for spot in spots if _is_free(spot[2], drawing.bounds, occupied_boxes)]
         if free_spots:
             row, right, box = min(
                 free_spots,
@@ -369,8 +369,10 @@ def place_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedL
                     2 * symbols.count(s[2]) + strokes.count(s[2]),
                 ),
             )
-            apart = _LABEL_GAP_MM * mm
-            occupied_items.append((box[0] - apart, box[1] - apart, box[2] + apart, box[3] + apart))
+            gap_px = _LABEL_GAP_MM * mm
+            occupied_boxes.append(
+                (box[0] - gap_px, box[1] - gap_px, box[2] + gap_px, box[3] + gap_px)
+            )
             centre = 0.5 * (box[1] + box[3])
             end = box[2] if right else box[0]
             labels.append(PlacedLabel(shape, end, centre, right, row not in (0.0, -1.0), (x, y)))
@@ -404,7 +406,7 @@ class _Coverage:
 def _is_free(box: LabelBox, bounds: FloatArray, occupied_label_boxes: list[LabelBox]) -> bool:
     (x_min, y_min), (x_max, y_max) = bounds.tolist()
     is_within = box[0] >= x_min and box[2] <= x_max and box[1] >= y_min and box[3] <= y_max
-    return is_within and not any(_meet(box, other) for other in occupied_label_boxes)
+    return is_within and not any(_meet(box, occupied_box) for occupied_box in occupied_label_boxes)
 
 
 def _covers(box: LabelBox, dots: FloatArray) -> int:
@@ -494,9 +496,11 @@ def _frame(
     bold = 'font-weight="bold"'
     # The texts of a narrow drawing extend beyond it.
     letters = 1.3 * _LETTER_WIDTH * _TEXT_MM * (sum(map(len, drawing.ends)) + 2)
-    beyond = min(max(0.5 * (letters - width), 0.0), x_left - 1.0)
-    text(x_left - beyond, y_top - 3, drawing.ends[0], "start", bold)
-    text(x_left + max(width + beyond, letters - beyond), y_top - 3, drawing.ends[1], "end", bold)
+    overhang = min(max(0.5 * (letters - width), 0.0), x_left - 1.0)
+    text(x_left - overhang, y_top - 3, drawing.ends[0], "start", bold)
+    text(
+        x_left + max(width + overhang, letters - overhang), y_top - 3, drawing.ends[1], "end", bold
+    )
     text(x_left + width / 2, bottom + 9.5, drawing.axes[0], "middle")
     x = max(x_left - max_length - 4.5, _TEXT_MM)
     text(
@@ -617,8 +621,8 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
                 out.polyline(points, names[shape.layer], values, shape.closed)
         for shape in drawing.shapes:
             for line in shape.marks(0.001 * scale * DIP_TICK_MM):
-                flat_values = np.column_stack([line, np.zeros(len(line))])
-                out.line(flat_values, names[symbol_layers[shape.layer]])
+                line_3d = np.column_stack([line, np.zeros(len(line))])
+                out.line(line_3d, names[symbol_layers[shape.layer]])
         for shape, position in _text_places(drawing, scale):
             out.text(
                 position, shape.label, 0.001 * scale * _LABEL_MM, names[symbol_layers[shape.layer]]
@@ -632,13 +636,13 @@ def _text_places(drawing: Drawing, scale: float) -> list[tuple[DrawingShape, Flo
     Texts without a free position overlap others, since a CAD drawing can be enlarged.
     """
     height = 0.001 * scale * _LABEL_MM
-    placed = {id(label.shape): label for label in place_labels(drawing, scale, _LABEL_MM)}
+    label_by_shape = {id(label.shape): label for label in place_labels(drawing, scale, _LABEL_MM)}
     positions = []
     for shape in drawing.shapes:
         if not shape.label:
             continue
         half = 0.5 * _LETTER_WIDTH * height * len(shape.label)
-        label = placed.get(id(shape))
+        label = label_by_shape.get(id(shape))
         if label is None:
             centre = shape.points[len(shape.points) // 2] + np.array([half + height, 0.0])
         else:
@@ -662,12 +666,12 @@ def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described_text: st
     append = False
     for layer in drawing.layers:
         shapes = [shape for shape in drawing.shapes if shape.layer == layer]
-        single = len(shapes[0].points) == 1
-        kind = "Point" if single else "Polygon" if shapes[0].closed else "LineString"
+        is_point = len(shapes[0].points) == 1
+        kind = "Point" if is_point else "Polygon" if shapes[0].closed else "LineString"
         make = {"Point": shapely.points, "Polygon": shapely.polygons}.get(kind, shapely.linestrings)
         geometry = np.empty(len(shapes), object)
         for k, shape in enumerate(shapes):
-            geometry[k] = make(shape.points[0] if single else shape.points)
+            geometry[k] = make(shape.points[0] if is_point else shape.points)
         columns = {}
         for name in dict.fromkeys(key for shape in shapes for key in shape.values):
             values = [shape.values.get(name) for shape in shapes]

@@ -81,10 +81,10 @@ def view_along_line(trend_deg: float, plunge_deg: float) -> ViewDirection:
     UsageError
         If the plunge exceeds 90 degrees, or the trend ten full turns.
     """
-    for angle, most, field in ((trend_deg, 3600.0, "--trend"), (plunge_deg, 90.0, "--plunge")):
-        if not abs(angle) <= most:
+    for angle, max_angle, field in ((trend_deg, 3600.0, "--trend"), (plunge_deg, 90.0, "--plunge")):
+        if not abs(angle) <= max_angle:
             raise UsageError(
-                Finding("angle.out-of-range", value=angle, minimum=-most, maximum=most),
+                Finding("angle.out-of-range", value=angle, minimum=-max_angle, maximum=max_angle),
                 field=field,
             )
     return ViewDirection(

@@ -43,10 +43,10 @@ def _mesh_depths(mesh: Mesh, matrix: FloatArray, pixels: FloatArray) -> FloatArr
     corners = np.array(
         [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
     )
-    before = float(((corners - matrix[:3, 3]) @ way).min()) - 1.0
-    starts = matrix[:3, 3] + pixels @ matrix[:3, :2].T + before * way
+    nearest_along = float(((corners - matrix[:3, 3]) @ way).min()) - 1.0
+    starts = matrix[:3, 3] + pixels @ matrix[:3, :2].T + nearest_along * way
     hits = RayTree(mesh).cast(starts, np.broadcast_to(way, starts.shape))
-    return np.asarray(np.where(hits.index >= 0, before + hits.distance, np.nan))
+    return np.asarray(np.where(hits.index >= 0, nearest_along + hits.distance, np.nan))
 
 
 def _cloud_depths(
@@ -84,15 +84,15 @@ def _cloud_depths(
 def _between(depth: FloatArray, position: FloatArray, limit: float) -> FloatArray:
     """Interpolate depths between pixel centres on the same surface as the pixel itself."""
     height, width = depth.shape
-    last = np.array([width - 1, height - 1])
-    pixel = np.clip(np.floor(position).astype(np.int64), 0, last)
+    last_pixel = np.array([width - 1, height - 1])
+    pixel = np.clip(np.floor(position).astype(np.int64), 0, last_pixel)
     own_depth = depth[pixel[:, 1], pixel[:, 0]]
     corner = np.floor(position - 0.5).astype(np.int64)
     fraction = position - 0.5 - corner
     total, weight = np.zeros(len(position)), np.zeros(len(position))
     for dx in (0, 1):
         for dy in (0, 1):
-            place_position = np.clip(corner + [dx, dy], 0, last)
+            place_position = np.clip(corner + [dx, dy], 0, last_pixel)
             value = depth[place_position[:, 1], place_position[:, 0]]
             part = (fraction[:, 0] if dx else 1 - fraction[:, 0]) * (
                 fraction[:, 1] if dy else 1 - fraction[:, 1]

@@ -54,12 +54,12 @@ def write_field_sheet(path: str | Path, plan: SurveyPlan, *, force: bool = False
     """
     from vomstudio.core.files.atomic import atomic_write
 
-    ending = check_format(path)
+    suffix = check_format(path)
     with atomic_write(path, force) as temporary:
-        if ending == ".html":
+        if suffix == ".html":
             temporary.write_text(_html(plan), encoding="utf-8")
         else:
-            _save(draw_field_sheet(plan), temporary, ending[1:])
+            _save(draw_field_sheet(plan), temporary, suffix[1:])
 
 
 def _save(figure: Figure, target: Any, format_: str) -> None:
@@ -83,9 +83,9 @@ def draw_field_sheet(plan: SurveyPlan, *, pictures_only: bool = False) -> Figure
     bottom, top = (0.08, 0.94) if pictures_only else (reminders + 0.045, 0.785)
     # Leave half an inch between the drawings for the tick labels of the upper one.
     total_height = (top - bottom - 0.5 / height) / 2
-    for low, above in ((top - total_height, False), (bottom, True)):
+    for low, is_above in ((top - total_height, False), (bottom, True)):
         # Printers leave a margin of about 5 mm.
-        _draw(figure.add_axes((0.11, low, 0.85, total_height)), plan, is_plan_view=above)
+        _draw(figure.add_axes((0.11, low, 0.85, total_height)), plan, is_plan_view=is_above)
     if not pictures_only:
         _text(figure, tr(TITLE), 0.965, 15.0, weight="bold")
         for i, (name, value) in enumerate(figures(plan)):
@@ -114,17 +114,20 @@ def _draw(axes: Axes, plan: SurveyPlan, *, is_plan_view: bool) -> None:
         ("perpendicular", PERPENDICULAR, "o"),
         ("oblique", OBLIQUE, "^"),
     ):
-        some = plan.select_kind(kind)
-        if not some:
+        selected_rows = plan.select_kind(kind)
+        if not selected_rows:
             continue
-        x = [s.along_m for s in some]
-        y = [(s.away_m if is_plan_view else s.up_m) for s in some]
-        label = tr("{kind}: {count}", kind=tr(_WORDS[kind]), count=len(some))
+        x = [s.along_m for s in selected_rows]
+        y = [(s.away_m if is_plan_view else s.up_m) for s in selected_rows]
+        label = tr("{kind}: {count}", kind=tr(_WORDS[kind]), count=len(selected_rows))
         axes.plot(x, y, mark, color=color, markersize=4.0, label=label, linestyle="none")
-        if len(some) <= 400:
+        if len(selected_rows) <= 400:
             scale = 0.12
-            dx = [scale * (s.target_along_m - s.along_m) for s in some]
-            dy = [scale * (-s.away_m if is_plan_view else s.target_up_m - s.up_m) for s in some]
+            dx = [scale * (s.target_along_m - s.along_m) for s in selected_rows]
+            dy = [
+                scale * (-s.away_m if is_plan_view else s.target_up_m - s.up_m)
+                for s in selected_rows
+            ]
             axes.quiver(
                 x, y, dx, dy, angles="xy", scale_units="xy", scale=1, color=color, width=0.0018
             )
@@ -185,7 +188,7 @@ def _draw(axes: Axes, plan: SurveyPlan, *, is_plan_view: bool) -> None:
 
 def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
     """Return the names and values (with units) of the figures on the sheet."""
-    near, far = plan.depth_of_field_m
+    near_limit, far_limit = plan.depth_of_field_m
     camera = plan.camera
     width, height = plan.footprint_m
     spacing_along, spacing_up = plan.spacing_m
@@ -224,9 +227,9 @@ def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
         ),
         (
             tr("Sharp at f/{number:g}", number=plan.f_number),
-            tr("{near:.3g} m to infinity", near=near)
-            if far is None
-            else tr("{near:.3g} m to {far:.3g} m", near=near, far=far),
+            tr("{near:.3g} m to infinity", near=near_limit)
+            if far_limit is None
+            else tr("{near:.3g} m to {far:.3g} m", near=near_limit, far=far_limit),
         ),
         *(
             (

@@ -101,11 +101,13 @@ def _heading(text: str) -> str:
 
 def _survey(survey: Mapping[str, Any]) -> str:
     findings = "".join(f"<li>{escape(f['message'])}</li>" for f in survey["findings"])
-    again = "".join(f"<li>{escape(text)}</li>" for text in survey["next_time"])
+    advice_items = "".join(f"<li>{escape(text)}</li>" for text in survey["next_time"])
     text = f"<p>{escape(survey['verdict'])}</p>"
     if findings:
         text += f"<ul>{findings}</ul>"
-    return text + (f"<p>{escape(tr('Next time:'))}</p><ul>{again}</ul>" if again else "")
+    return text + (
+        f"<p>{escape(tr('Next time:'))}</p><ul>{advice_items}</ul>" if advice_items else ""
+    )
 
 
 def _table(head: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> str:
@@ -126,14 +128,14 @@ def _number(value: float | None, digits: int, unit: str = "") -> str:
 
 
 def _photos(result: Mapping[str, Any]) -> str:
-    placed = [row for row in result["photo_rows"] if row["placed"]]
-    typical_px = float(np.median([row["error_px"] for row in placed])) if placed else 0.0
+    placed_rows = [row for row in result["photo_rows"] if row["placed"]]
+    typical_px = float(np.median([row["error_px"] for row in placed_rows])) if placed_rows else 0.0
     rows = []
     for row in result["photo_rows"]:
-        poor = not row["placed"] or row["error_px"] > 2.0 * typical_px
+        is_poor = not row["placed"] or row["error_px"] > 2.0 * typical_px
         rows.append(
             (
-                "out" if poor else "",
+                "out" if is_poor else "",
                 [
                     row["name"],
                     f"{row['width']} × {row['height']}",
@@ -224,9 +226,9 @@ def _points(points: Sequence[Mapping[str, Any]]) -> str:
         return ""
     rows = []
     for point in points:
-        miss = point["residual_m"] or (None, None, None)
+        misclosure = point["residual_m"] or (None, None, None)
         cells = [point["label"], _plain(point["role"]), str(point["photos"])]
-        cells += [_number(value, 3) for value in miss] + [_number(point["residual_px"], 2)]
+        cells += [_number(value, 3) for value in misclosure] + [_number(point["residual_px"], 2)]
         rows.append(("out" if point["role"] in ("left out", "unseen") else "", cells))
     caption = tr("Residuals: model minus survey")
     return f"<p>{escape(caption)}</p>" + _table(

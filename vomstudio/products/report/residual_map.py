@@ -43,22 +43,22 @@ def residual_map(registration: Mapping[str, Any], is_scaled: bool) -> str:
     times = _nice(_MAX_ARROW_SHARE * max_distance / sizes.max()) if sizes.max() > 0 else 1.0
     figure = Figure(figsize=(9.5, 4.4), layout="constrained")
     unit = "m" if is_scaled else tr("model units")
-    worst = _weakest(registration)
+    worst_error = _weakest(registration)
     sides = ((0, 1, "xy", tr("from above")), (0, 2, "xz", tr("from the south")))
     for axes, (i, j, names, title) in zip(figure.subplots(1, 2), sides, strict=True):
-        if worst is not None:
-            along_component = 0.55 * max_distance * worst
+        if worst_error is not None:
+            scale_length = 0.55 * max_distance * worst_error
             axes.plot(
-                [-along_component[i], along_component[i]],
-                [-along_component[j], along_component[j]],
+                [-scale_length[i], scale_length[i]],
+                [-scale_length[j], scale_length[j]],
                 "--",
                 color="#d55e00",
                 lw=1.2,
             )
-        for which, mark in ((~check, "o"), (check, "s")):
+        for is_selected, mark in ((~check, "o"), (check, "s")):
             axes.plot(
-                position[which, i],
-                position[which, j],
+                position[is_selected, i],
+                position[is_selected, j],
                 mark,
                 color="#0072b2",
                 markersize=4.0,

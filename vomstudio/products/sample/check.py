@@ -135,27 +135,27 @@ def plane_check(name: str, fit: FittedPlane, truth: Plane) -> Check:
     the fitted normal.
     """
     plane = Plane.from_normal(fit.normal)
-    ratio, error, stated = _deviation(
+    ratio, error, stated_error = _deviation(
         fit.normal,
         truth.normal(),
         fit.axes[1],
         fit.max_confidence95_deg,
         fit.min_confidence95_deg,
     )
-    return Check(name, _plane(truth), _plane(plane), error, stated, _within(ratio))
+    return Check(name, _plane(truth), _plane(plane), error, stated_error, _within(ratio))
 
 
 def axis_check(name: str, axis: FoldAxis, truth: Line) -> Check:
     """Compare a true axis with the confidence ellipse of the measured axis."""
     swing = None if axis.confidence_axis is None else axis.confidence_axis.vector()
-    ratio, error, stated = _deviation(
+    ratio, error, stated_error = _deviation(
         axis.beta.vector(),
         truth.vector(),
         swing,
         axis.max_confidence95_deg,
         axis.min_confidence95_deg,
     )
-    return Check(name, _line(truth), _line(axis.beta), error, stated, _within(ratio))
+    return Check(name, _line(truth), _line(axis.beta), error, stated_error, _within(ratio))
 
 
 def slip_check(
@@ -176,26 +176,26 @@ def slip_check(
     values, vectors = np.linalg.eigh(normals.T @ normals)
     fault_normal = vectors[:, np.argmax(values)]
     centre = fits.centroid[list(fault)].mean(axis=0)
-    along_component = np.cross(fault_normal, axis.vector())
-    along_component /= np.linalg.norm(along_component)
+    slip_direction = np.cross(fault_normal, axis.vector())
+    slip_direction /= np.linalg.norm(slip_direction)
 
     def meets(i: int) -> float:
         n = fits.normal[i]
-        return float(n @ (fits.centroid[i] - centre) / (n @ along_component))
+        return float(n @ (fits.centroid[i] - centre) / (n @ slip_direction))
 
     slips = np.array([abs(meets(a) - meets(b)) for a, b in pairs])
     mean = float(slips.mean()) if len(slips) else math.nan
-    stated = None
+    stated_error = None
     if len(slips) > 1:
         quantile = float(stdtrit(len(slips) - 1, 0.975))
-        stated = quantile * float(slips.std(ddof=1)) / math.sqrt(len(slips))
+        stated_error = quantile * float(slips.std(ddof=1)) / math.sqrt(len(slips))
     error = abs(mean - truth_m)
-    within = None if stated is None else error <= stated
-    return Check(DISPLACEMENT, truth_m, mean, error, stated, within, "m")
+    is_within = None if stated_error is None else error <= stated_error
+    return Check(DISPLACEMENT, truth_m, mean, error, stated_error, is_within, "m")
 
 
 def _deviation(
-    measured_values: FloatArray,
+    measured_vector: FloatArray,
     truth: FloatArray,
     major: FloatArray | None,
     max_deg: float | None,
@@ -205,18 +205,18 @@ def _deviation(
 
     The angle and the radius are in degrees.
     """
-    truth = truth if truth @ measured_values >= 0 else -truth
-    cosine = float(truth @ measured_values)
+    truth = truth if truth @ measured_vector >= 0 else -truth
+    cosine = float(truth @ measured_vector)
     error = math.degrees(
-        math.atan2(float(np.linalg.norm(np.cross(measured_values, truth))), cosine)
+        math.atan2(float(np.linalg.norm(np.cross(measured_vector, truth))), cosine)
     )
     if major is None or max_deg is None or min_deg is None or cosine <= 0:
         return None, error, None
-    offset = truth / cosine - measured_values
-    minor = np.cross(measured_values, major)
+    offset = truth / cosine - measured_vector
+    minor_axis = np.cross(measured_vector, major)
     ratio = math.hypot(
         _relative_distance(float(offset @ major), max_deg),
-        _relative_distance(float(offset @ minor), min_deg),
+        _relative_distance(float(offset @ minor_axis), min_deg),
     )
     if ratio == 0.0:
         return 0.0, error, max_deg

@@ -65,10 +65,12 @@ def check_photos(
     # The photos also show the surroundings of the outcrop.
     low, high = surface.min(axis=0) - 0.2, surface.max(axis=0) + 0.2
     inside = points[((points > low) & (points < high)).all(axis=1)]
-    distance, nearest = cKDTree(surface).query(inside[:: max(1, len(inside) // _SAMPLE_POINTS)])
+    distance, nearest_rows = cKDTree(surface).query(
+        inside[:: max(1, len(inside) // _SAMPLE_POINTS)]
+    )
     sample = inside[:: max(1, len(inside) // _SAMPLE_POINTS)]
     # Only the distance perpendicular to the surface counts, not that to the next point along it.
-    offset = np.abs(((sample - surface[nearest]) * normals[nearest]).sum(axis=1))
+    offset = np.abs(((sample - surface[nearest_rows]) * normals[nearest_rows]).sum(axis=1))
     offset = np.where(distance < 0.25, offset, distance)
     tree = cKDTree(inside)
     visible_surface = surface[_are_visible(true, surface, normals)]
@@ -87,12 +89,15 @@ def photo_findings(checks: Sequence[Check]) -> tuple[Finding, ...]:
     check_of = {check.name: check for check in checks}
     stated_checks = [check for check in checks if check.within_total is not None]
     within_count = sum(bool(check.within_total) for check in stated_checks)
-    worst = max((check.error for check in stated_checks), default=0.0)
+    worst_error = max((check.error for check in stated_checks), default=0.0)
     offset_mm, cameras = (1000 * check_of[name].error for name in (MODEL_OFFSET, CAMERA_CENTRES))
     return (
         Finding("sample.photo-model", model_mm=offset_mm, cameras_mm=cameras),
         Finding(
-            "sample.photo-planes", held=within_count, count=len(stated_checks), worst_deg=worst
+            "sample.photo-planes",
+            held=within_count,
+            count=len(stated_checks),
+            worst_deg=worst_error,
         ),
     )
 
@@ -150,8 +155,8 @@ def _plane_checks(
     """Measure every pick of the sample on the model, and compare it with the true plane."""
     checks = []
     for i, (name, kind) in enumerate(zip(picks.names, picks.kinds, strict=True)):
-        distance, nearest = tree.query(picks.of(i) - shift)
-        points_near = nearest[distance < _MAX_DISTANCE_GSD * gsd]
+        distance, nearest_rows = tree.query(picks.of(i) - shift)
+        points_near = nearest_rows[distance < _MAX_DISTANCE_GSD * gsd]
         # Keep the order along the trace, in which the errors of neighbours are correlated.
         points_near = points_near[np.sort(np.unique(points_near, return_index=True)[1])]
         if len(points_near) < _MIN_POINTS or name not in truth.planes:

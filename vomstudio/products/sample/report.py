@@ -82,14 +82,14 @@ def _cells(check: Check) -> tuple[str, ...]:
     stated_text = (
         tr("not stated") if check.stated_95 is None else f"{check.stated_95:.{digits}f}{unit}"
     )
-    within = {True: tr("yes"), False: tr("NO"), None: "-"}[check.within]
+    within_text = {True: tr("yes"), False: tr("NO"), None: "-"}[check.within]
     return (
         tr(check.name),
         _value(check.truth),
         _value(check.measured),
         f"{check.error:.{digits}f}{unit}",
         stated_text,
-        within,
+        within_text,
     )
 
 

@@ -90,9 +90,9 @@ def lay_out_page(log: BedLog) -> LogPage:
     column = 1000.0 * total / scale
     centres = [500.0 * (interval.base_m + interval.top_m) / scale for interval in log.intervals]
     thick = [1000.0 * (interval.top_m - interval.base_m) / scale for interval in log.intervals]
-    named = [len(centres) <= _MAX_ROWS or t >= _ROW_MM for t in thick]
+    has_name = [len(centres) <= _MAX_ROWS or t >= _ROW_MM for t in thick]
     rows = np.full(len(centres), np.nan)
-    rows[named] = _spread([m for m, n in zip(centres, named, strict=True) if n], _ROW_MM)
+    rows[has_name] = _spread([m for m, n in zip(centres, has_name, strict=True) if n], _ROW_MM)
     half = 0.5 * _ROW_MM
     low = min(0.0, float(np.nanmin(rows, initial=0.0)) - half)
     high = max(column, float(np.nanmax(rows, initial=0.0)) + half)
@@ -175,11 +175,11 @@ def draw_log(
     ax.set_ylim(page.base_mm, page.highest_mm + _TOP_MM)
     ax.set_axis_off()
     styles = _styles(log)
-    for interval, look, row in zip(log.intervals, styles, page.rows_mm, strict=True):
+    for interval, style_of_interval, row in zip(log.intervals, styles, page.rows_mm, strict=True):
         low, high = (1000.0 * value / page.scale for value in (interval.base_m, interval.top_m))
-        _draw_bed(ax, low, high, look, style)
+        _draw_bed(ax, low, high, style_of_interval, style)
         if np.isfinite(row):
-            _write_bed(ax, interval, 0.5 * (low + high), float(row), look, style)
+            _write_bed(ax, interval, 0.5 * (low + high), float(row), style_of_interval, style)
     _draw_heights(ax, page, is_metric, style)
     _draw_notes(ax, page.lowest_mm, styles, style)
     _write_head(ax, log, page, description, is_metric, style)
@@ -231,9 +231,9 @@ def _draw_bricks(
         while x < width + length:
             lines.append([(x - lean, floor), (x + lean, roof)])
             x += length
-    drawn = LineCollection(lines, colors=style.soft, linewidths=0.5 * style.line_pt, zorder=2)
-    ax.add_collection(drawn, autolim=False)
-    drawn.set_clip_path(bed)  # type: ignore[arg-type]
+    brick_lines = LineCollection(lines, colors=style.soft, linewidths=0.5 * style.line_pt, zorder=2)
+    ax.add_collection(brick_lines, autolim=False)
+    brick_lines.set_clip_path(bed)  # type: ignore[arg-type]
 
 
 def _write_bed(
@@ -309,7 +309,7 @@ def _draw_heights(ax: Axes, page: LogPage, is_metric: bool, style: NetStyle) -> 
 def _draw_notes(ax: Axes, low: float, styles: Sequence[LithologyStyle], style: NetStyle) -> None:
     """Draw the grain sizes below the column, and explain classes and dashed edges."""
     down = low - 3.0
-    small: dict[str, Any] = {"va": "top", "color": style.ink, "fontsize": 0.8 * style.font_pt}
+    note_style: dict[str, Any] = {"va": "top", "color": style.ink, "fontsize": 0.8 * style.font_pt}
     for part in _notes_below(styles):
         if part in ("grains", "dunham"):
             names = GRAINS if part == "grains" else tuple(DUNHAM_GRAINS)
@@ -319,12 +319,12 @@ def _draw_notes(ax: Axes, low: float, styles: Sequence[LithologyStyle], style: N
                 ax.plot(
                     [end, end], [down, down - 1.0], color=style.ink, linewidth=0.6 * style.line_pt
                 )
-                ax.text(end, down - 1.4, tr(name), ha="center", **small)
+                ax.text(end, down - 1.4, tr(name), ha="center", **note_style)
         elif part == "classes":
             classes = ", ".join(f"{key} {tr(name)}" for key, name in DUNHAM_GRAINS.items())
-            ax.text(0.0, down, classes, ha="left", **small)
+            ax.text(0.0, down, classes, ha="left", **note_style)
         else:
-            ax.text(0.0, down, tr("Dashed edge: grain size unknown"), ha="left", **small)
+            ax.text(0.0, down, tr("Dashed edge: grain size unknown"), ha="left", **note_style)
         down -= _NOTE_MM
 
 
@@ -399,5 +399,5 @@ def _spread(targets: Sequence[float], distance: float) -> FloatArray:
             previous_total, previous_count = blocks.pop()
             total, count = total + previous_total, count + previous_count
         blocks.append((total, count))
-    flat_values = np.repeat([t / c for t, c in blocks], [c for _, c in blocks])
-    return np.asarray(flat_values + distance * np.arange(len(targets)), np.float64)
+    unit_thicknesses = np.repeat([t / c for t, c in blocks], [c for _, c in blocks])
+    return np.asarray(unit_thicknesses + distance * np.arange(len(targets)), np.float64)

@@ -39,27 +39,29 @@ def project_along_bends(
     tuple of ProjectedItem
     """
     points, is_vertex = _subdivide(item.points)
-    best = np.full(len(points), np.inf)
+    best_distances = np.full(len(points), np.inf)
     panel_of = np.full(len(points), -1)
-    flat_values = np.zeros((len(points), 2))
+    unfolded_points = np.zeros((len(points), 2))
     distances = np.zeros(len(points))
     for k, panel in enumerate(panels):
-        projected = project_item(
+        projected_feature = project_item(
             replace(item, points=points), panel.origin, panel.right, panel.up, direction
         )
-        if projected is None:
+        if projected_feature is None:
             continue
-        x = projected.points[:, 0]
-        nearer = (x >= panel.low) & (x <= panel.high) & (np.abs(projected.away) < best)
-        best[nearer], panel_of[nearer] = np.abs(projected.away[nearer]), k
-        distances[nearer] = projected.away[nearer]
-        flat_values[nearer] = projected.points[nearer] + [panel.start, panel.level]
+        x = projected_feature.points[:, 0]
+        nearer = (
+            (x >= panel.low) & (x <= panel.high) & (np.abs(projected_feature.away) < best_distances)
+        )
+        best_distances[nearer], panel_of[nearer] = np.abs(projected_feature.away[nearer]), k
+        distances[nearer] = projected_feature.away[nearer]
+        unfolded_points[nearer] = projected_feature.points[nearer] + [panel.start, panel.level]
     inside = np.flatnonzero(panel_of >= 0)
     if len(inside) == len(points) and (panel_of == panel_of[0]).all():
-        return (ProjectedItem(item, flat_values[is_vertex], distances[is_vertex], None),)
+        return (ProjectedItem(item, unfolded_points[is_vertex], distances[is_vertex], None),)
     steps = np.linalg.norm(np.diff(points[inside], axis=0), axis=1)
-    drawn_values = np.linalg.norm(np.diff(flat_values[inside], axis=0), axis=1)
-    broken_rows = np.flatnonzero(drawn_values > _MAX_STRETCH * steps + 1e-12) + 1
+    step_lengths = np.linalg.norm(np.diff(unfolded_points[inside], axis=0), axis=1)
+    broken_rows = np.flatnonzero(step_lengths > _MAX_STRETCH * steps + 1e-12) + 1
     piece = replace(item, form="line", filled=False) if item.form == "ring" else item
     parts = []
     for run in np.split(inside, broken_rows):
@@ -71,7 +73,7 @@ def project_along_bends(
         passes = np.flatnonzero(np.diff(panel_of[run]))
         is_kept[passes] = is_kept[passes + 1] = True
         rows = run[is_kept]
-        parts.append(ProjectedItem(piece, flat_values[rows], distances[rows], None))
+        parts.append(ProjectedItem(piece, unfolded_points[rows], distances[rows], None))
     return tuple(parts)
 
 

@@ -114,13 +114,14 @@ def _cut_mesh(mesh: Mesh, panel: Panel) -> FloatArray:
     intersected_rows = np.flatnonzero(corners.any(axis=1) & ~corners.all(axis=1))
     faces, corners = mesh.faces[intersected_rows], corners[intersected_rows]
     # The first corner is the one that is alone on its side.
-    single = np.where(
+    single_corner = np.where(
         corners[:, 0] == corners[:, 1], 2, np.where(corners[:, 0] == corners[:, 2], 1, 0)
     )
     rows = np.arange(len(faces))
-    tip = faces[rows, single]
+    tip = faces[rows, single_corner]
     ends = [
-        _crossing(mesh.vertices, tip, faces[rows, (single + k) % 3], side, panel) for k in (1, 2)
+        _crossing(mesh.vertices, tip, faces[rows, (single_corner + k) % 3], side, panel)
+        for k in (1, 2)
     ]
     pieces = np.stack(ends, axis=1)
     return _clip(pieces, panel)
@@ -147,16 +148,16 @@ def _crossing(
 def _clip(pieces: FloatArray, panel: Panel) -> FloatArray:
     """Clip segments (n, 2, 2) to the ends of a panel."""
     low, high = panel.start + panel.low, panel.start + panel.high
-    first, last = pieces[:, :, 0].min(axis=1), pieces[:, :, 0].max(axis=1)
-    pieces = pieces[(last >= low) & (first <= high)]
+    first, last_end = pieces[:, :, 0].min(axis=1), pieces[:, :, 0].max(axis=1)
+    pieces = pieces[(last_end >= low) & (first <= high)]
     if not np.isfinite(low) or not len(pieces):
         return pieces
     a, b = pieces[:, 0], pieces[:, 1]
     step = b - a
     cut = pieces.copy()
-    for limit, beyond in ((low, np.less), (high, np.greater)):
+    for limit, is_outside in ((low, np.less), (high, np.greater)):
         for k, end in enumerate((a, b)):
-            is_beyond = beyond(end[:, 0], limit)
+            is_beyond = is_outside(end[:, 0], limit)
             fraction = (limit - a[is_beyond, 0]) / step[is_beyond, 0]
             cut[is_beyond, k] = np.stack(
                 [np.full(len(fraction), limit), a[is_beyond, 1] + fraction * step[is_beyond, 1]], 1
@@ -182,8 +183,8 @@ def _merge_pieces(pieces: FloatArray, curtain: Curtain) -> Cut:
     is_swapped |= (pieces[:, 0, 0] == pieces[:, 1, 0]) & (pieces[:, 0, 1] > pieces[:, 1, 1])
     pieces[is_swapped] = pieces[is_swapped][:, ::-1]
     pieces = np.unique(pieces, axis=0)
-    merged = shapely.line_merge(shapely.multilinestrings(shapely.linestrings(pieces)))
-    parts = shapely.get_parts(merged)
+    merged_lines = shapely.line_merge(shapely.multilinestrings(shapely.linestrings(pieces)))
+    parts = shapely.get_parts(merged_lines)
     lines = [np.asarray(shapely.get_coordinates(part), np.float64) for part in parts]
     lines = [line if line[0, 0] <= line[-1, 0] else line[::-1] for line in lines]
     lines.sort(key=lambda line: (float(line[:, 0].min()), float(line[0, 1])))
@@ -212,7 +213,7 @@ def _project_slab(points: FloatArray, panel: Panel, thickness: float) -> FloatAr
     return np.ascontiguousarray(_slide_to_panel(position[is_near], position[is_around]))
 
 
-def _slide_to_panel(position: FloatArray, around: FloatArray) -> FloatArray:
+def _slide_to_panel(position: FloatArray, points_around: FloatArray) -> FloatArray:
     """Slide points (along, height, across) within their local planes to the panel (n, 2).
 
     A perpendicular projection would spread a surface that is oblique to the panel into a band, and
@@ -221,22 +222,22 @@ def _slide_to_panel(position: FloatArray, around: FloatArray) -> FloatArray:
     """
     from scipy.spatial import cKDTree
 
-    if len(around) < N_NEIGHBOURS:
+    if len(points_around) < N_NEIGHBOURS:
         return position[:, :2]
-    _, rows = cKDTree(around).query(position, N_NEIGHBOURS)
-    centre = around[rows].mean(axis=1)
-    offsets = around[rows] - centre[:, None]
+    _, rows = cKDTree(points_around).query(position, N_NEIGHBOURS)
+    centre = points_around[rows].mean(axis=1)
+    offsets = points_around[rows] - centre[:, None]
     values, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", offsets, offsets))
     normal = axes[:, :, 0]
-    horizontal_values = np.maximum(1.0 - normal[:, 2] ** 2, 1e-12)
+    horizontal_squares = np.maximum(1.0 - normal[:, 2] ** 2, 1e-12)
     is_planar = values[:, 0] <= MAX_PLANARITY_RATIO * values[:, 1]
-    is_planar &= normal[:, 2] ** 2 <= MAX_SHIFT_RATIO**2 * horizontal_values
+    is_planar &= normal[:, 2] ** 2 <= MAX_SHIFT_RATIO**2 * horizontal_squares
     # Move the point perpendicularly onto its plane, then within the plane to the panel.
     distance = np.einsum("ni,ni->n", position - centre, normal)
-    projected_values = position - distance[:, None] * normal
+    projected_position = position - distance[:, None] * normal
     crossing = (
-        projected_values[:, :2]
-        + (projected_values[:, 2] * normal[:, 2] / horizontal_values)[:, None] * normal[:, :2]
+        projected_position[:, :2]
+        + (projected_position[:, 2] * normal[:, 2] / horizontal_squares)[:, None] * normal[:, :2]
     )
     return np.where(is_planar[:, None], crossing, position[:, :2])
 
@@ -279,11 +280,13 @@ def _longest_path(tree: object) -> list[int]:
     """Return the rows along the longest path in a tree, found by two farthest-node searches."""
     from scipy.sparse.csgraph import dijkstra
 
-    far = int(np.argmax(dijkstra(tree, directed=False, indices=0)))
-    distance, predecessors = dijkstra(tree, directed=False, indices=far, return_predecessors=True)
+    farthest_node = int(np.argmax(dijkstra(tree, directed=False, indices=0)))
+    distance, predecessors = dijkstra(
+        tree, directed=False, indices=farthest_node, return_predecessors=True
+    )
     index = int(np.argmax(distance))
     path = [index]
-    while index != far:
+    while index != farthest_node:
         index = int(predecessors[index])
         path.append(index)
     return path

@@ -97,12 +97,10 @@ def assign_domain_axes(items: Sequence[Item], field_: str) -> ProjectionDirectio
         normal = item.normal
         if normal is None or item.domain or item.kind.casefold() != FAULTS or not vectors:
             continue
-        sines = {
-            name: abs(float(normal @ along_component)) for name, along_component in vectors.items()
-        }
-        nearest = min(sines, key=lambda name: sines[name])
-        if sines[nearest] < math.sin(math.radians(MAX_FAULT_ANGLE_DEG)):
-            faults[item.id] = nearest
+        sines = {name: abs(float(normal @ axis_vector)) for name, axis_vector in vectors.items()}
+        nearest_name = min(sines, key=lambda name: sines[name])
+        if sines[nearest_name] < math.sin(math.radians(MAX_FAULT_ANGLE_DEG)):
+            faults[item.id] = nearest_name
     return ProjectionDirections(None, axes, faults)
 
 

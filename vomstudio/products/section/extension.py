@@ -184,14 +184,14 @@ def extend(
         )
     if not beds:
         raise GeometryError(Finding("extension.misses-model"))
-    small, large = _half_angles(belief)
+    minor_deg, major_deg = _half_angles(belief)
     plane = belief.plane
     return ExtendedPlane(
         plane.dip_direction_deg,
         plane.dip_deg,
         (float(belief.middle[0]), float(belief.middle[1]), float(belief.middle[2])),
-        large,
-        small,
+        major_deg,
+        minor_deg,
         thickness_m,
         tuple(beds),
         float(sum(bed.length_m for bed in beds)),
@@ -235,16 +235,16 @@ def _level_pieces(mesh: Mesh, values: FloatArray) -> FloatArray:
     corners = is_above[mesh.faces]
     intersected_rows = np.flatnonzero(corners.any(axis=1) & ~corners.all(axis=1))
     faces, corners = mesh.faces[intersected_rows], corners[intersected_rows]
-    single = np.where(
+    single_corner = np.where(
         corners[:, 0] == corners[:, 1], 2, np.where(corners[:, 0] == corners[:, 2], 1, 0)
     )
     rows = np.arange(len(faces))
-    tip = faces[rows, single]
+    tip = faces[rows, single_corner]
     ends = []
     for k in (1, 2):
-        other = faces[rows, (single + k) % 3]
-        fraction = values[tip] / (values[tip] - values[other])
-        a, b = mesh.vertices[tip], mesh.vertices[other]
+        other_corner = faces[rows, (single_corner + k) % 3]
+        fraction = values[tip] / (values[tip] - values[other_corner])
+        a, b = mesh.vertices[tip], mesh.vertices[other_corner]
         ends.append(a + fraction[:, None] * (b - a))
     return np.stack(ends, axis=1)
 
@@ -284,19 +284,23 @@ def _crossings(points: FloatArray, outward: FloatArray, spacing: float) -> Float
     rows = np.flatnonzero(np.abs(outward) <= SLAB_SPACINGS * spacing)
     if len(rows) < 2:
         return np.zeros((0, 3))
-    near, offsets = points[rows] - points[rows[0]], outward[rows]
-    _, other = cKDTree(near).query(
-        near, k=min(_LINKED_NEIGHBOURS + 1, len(near)), distance_upper_bound=SLAB_SPACINGS * spacing
+    near_points, offsets = points[rows] - points[rows[0]], outward[rows]
+    _, neighbours = cKDTree(near_points).query(
+        near_points,
+        k=min(_LINKED_NEIGHBOURS + 1, len(near_points)),
+        distance_upper_bound=SLAB_SPACINGS * spacing,
     )
-    first = np.repeat(np.arange(len(near)), other.shape[1])
-    second = other.ravel()
-    is_linked = second < len(near)
+    first = np.repeat(np.arange(len(near_points)), neighbours.shape[1])
+    second = neighbours.ravel()
+    is_linked = second < len(near_points)
     first, second = first[is_linked], second[is_linked]
     is_crossed = (offsets[first] >= 0.0) & (offsets[second] < 0.0)
     first, second = first[is_crossed], second[is_crossed]
     fraction = offsets[first] / (offsets[first] - offsets[second])
     return np.asarray(
-        points[rows[0]] + near[first] + fraction[:, None] * (near[second] - near[first])
+        points[rows[0]]
+        + near_points[first]
+        + fraction[:, None] * (near_points[second] - near_points[first])
     )
 
 
@@ -322,8 +326,8 @@ def _half_angles(estimate: PlaneEstimate) -> tuple[float, float]:
     limit = CHI2_TWO
     if np.isfinite(dof):
         limit = float(joint_quantile(np.array([dof]))[0]) * dof
-    small, large = np.degrees(np.arctan(np.sqrt(np.sort(estimate.tilt_variances) * limit)))
-    return float(small), float(large)
+    minor_deg, major_deg = np.degrees(np.arctan(np.sqrt(np.sort(estimate.tilt_variances) * limit)))
+    return float(minor_deg), float(major_deg)
 
 
 def _warnings(beds: list[RepeatedPlane], thickness: float | None) -> tuple[Finding, ...]:

@@ -108,18 +108,18 @@ def profile_in_world(
     """
     warnings = list(line.warnings)
     if line.unit_m not in (None, 1.0) and not _meets(line.points, bounds):
-        scaled_values = line.points * line.unit_m
-        if _meets(scaled_values, bounds):
+        line_in_metres = line.points * line.unit_m
+        if _meets(line_in_metres, bounds):
             unit = f"{line.unit_m:g} m"
             warnings.append(Finding("frame.unit-converted", unit=unit, height_unit=unit))
-            return scaled_values, tuple(warnings)
+            return line_in_metres, tuple(warnings)
     if line.is_unnamed and _meets(line.points, bounds):
         warnings.append(Finding("frame.assumed", file=line.path.name, up="z", unit="m", crs=None))
         return line.points, tuple(warnings)
     placed_points = points_to_world(
         np.column_stack([line.points, np.zeros(len(line.points))]),
         file=line.path,
-        stated=line.stated,
+        stated_crs=line.stated,
         model=ModelFrame(crs),
     )
     return placed_points.points[:, :2], (*warnings, *placed_points.findings)
@@ -141,8 +141,10 @@ def _line_of_table(path: Path) -> ProfileLine:
     from vomstudio.io.text.tables import read_table
 
     table = read_table(path)
-    named = [k for k, name in enumerate(table.names or ()) if name.strip().casefold() == "line"]
-    if named and len(lines := set(table.labels(named[0])) - {""}) > 1:
+    line_columns = [
+        k for k, name in enumerate(table.names or ()) if name.strip().casefold() == "line"
+    ]
+    if line_columns and len(lines := set(table.labels(line_columns[0])) - {""}) > 1:
         raise _line_count_error(len(lines), path)
     columns_xy = [k for k, name in enumerate(table.names or ()) if name.strip().casefold() in _X_Y]
     columns = columns_xy[:2] if len(columns_xy) >= 2 else [0, 1]
@@ -150,8 +152,8 @@ def _line_of_table(path: Path) -> ProfileLine:
     points = points[np.isfinite(points).all(axis=1)]
     if len(points) < 2:
         raise InputError(Finding("section.too-few-points"), file=path, field="--section-line")
-    stated, findings = table_crs(path, table.comments)
-    return ProfileLine(path, points, stated, warnings=findings)
+    stated_crs, findings = table_crs(path, table.comments)
+    return ProfileLine(path, points, stated_crs, warnings=findings)
 
 
 _X_Y = ("x", "y", "easting", "northing", "e", "n", "x_m", "y_m")
@@ -202,8 +204,8 @@ def read_features(
         model=model,
     )
     positions = placed_points.points
-    keep = np.asarray(table.is_plane & np.isfinite(positions).all(axis=1))
-    if not keep.any():
+    is_usable = np.asarray(table.is_plane & np.isfinite(positions).all(axis=1))
+    if not is_usable.any():
         raise InputError(Finding("section.no-planes"), file=path)
 
     def words(column: str) -> list[str]:
@@ -223,14 +225,16 @@ def read_features(
             "dip_deg": float(table.dip_deg[k]),
             "overturned": table.overturned is not None and table.overturned[k] is True,
         }
-        for k in np.flatnonzero(keep)
+        for k in np.flatnonzero(is_usable)
     ]
     warnings: list[Finding] = [*table.warnings, *placed_points.findings]
     lines = int((~table.is_plane).sum())
     if lines:
         warnings.append(Finding("section.lines-left-out", count=lines))
-    nowhere = table.is_plane & ~keep
+    nowhere = table.is_plane & ~is_usable
     if nowhere.any():
         numbers = [int(n) for n in table.line_numbers[nowhere]]
         warnings.append(Finding("section.planes-without-place", count=len(numbers), lines=numbers))
-    return ReadFeatures(items_of_table(positions[keep], rows), table.convention, tuple(warnings))
+    return ReadFeatures(
+        items_of_table(positions[is_usable], rows), table.convention, tuple(warnings)
+    )

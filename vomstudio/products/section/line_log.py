@@ -128,9 +128,9 @@ def answer(question: LogQuestion) -> LogAnswer:
     bed = _bed(q, boundaries, max_distance)
     sigma = q.options.sigma_m
     if sigma is None:
-        met = [q.traces[b.key] for b in boundaries if b.key in q.traces]
+        met_traces = [q.traces[b.key] for b in boundaries if b.key in q.traces]
         # The line itself follows the face, so its deviation from a plane is not an error.
-        sigma = pick_scatter_m([replace(q.line, fit=None), *met])
+        sigma = pick_scatter_m([replace(q.line, fit=None), *met_traces])
     # Intervals refer to their boundaries by name, so the names must be unique.
     labels = unique_names([b.name for b in boundaries])
     words = [q.words.get(b.key, RockWords()) for b in boundaries]
@@ -174,11 +174,11 @@ def _boundaries(q: LogQuestion, max_distance: float) -> list[Boundary]:
     boundaries: list[tuple[float, Boundary]] = []
     points = q.line.points
     if q.of in (POINTS, BOTH):
-        along_component = np.concatenate(
+        distances_along = np.concatenate(
             [[0.0], np.linalg.norm(np.diff(points, axis=0), axis=1).cumsum()]
         )
         for i, (position, point) in enumerate(
-            zip(along_component.tolist(), points.tolist(), strict=True)
+            zip(distances_along.tolist(), points.tolist(), strict=True)
         ):
             key = f"{POINT}{i}"
             boundaries.append((position, Boundary(key, str(i + 1), (point[0], point[1], point[2]))))
@@ -250,25 +250,25 @@ def _near_traces(q: LogQuestion, max_distance: float) -> list[str]:
     """Return the traces within reach of the line; if none, those within the line's length."""
     from vomstudio.geometry.lines import nearest_approach, path_length
 
-    far = {
+    distance_by_id = {
         id_: nearest_approach(q.line.points, trace.points).distance
         for id_, trace in q.traces.items()
         if id_ != q.line_id and len(trace.points) > 1
     }
     for limit in (max_distance, path_length(q.line.points)):
-        if near := [id_ for id_, distance in far.items() if distance <= limit]:
-            return near
+        if near_ids := [id_ for id_, distance in distance_by_id.items() if distance <= limit]:
+            return near_ids
     return []
 
 
 def unique_names(names: list[str]) -> list[str]:
     """Make names unique by appending a number to repeated ones."""
-    used: set[str] = set()
+    used_names: set[str] = set()
     labels = []
     for name in names:
         label, k = name, 2
-        while label in used:
+        while label in used_names:
             label, k = f"{name} ({k})", k + 1
-        used.add(label)
+        used_names.add(label)
         labels.append(label)
     return labels

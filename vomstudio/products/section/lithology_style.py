@@ -90,12 +90,12 @@ _COVERED = LithologyStyle("#ffffff", ornament="cross")
 def style_of(lithology: str, strabospot: Mapping[str, str]) -> LithologyStyle:
     """Return the style of a lithology given as text or in StraboSpot fields."""
     if not lithology.strip() or not strabospot.get("primary_lithology"):
-        plain = lithology.strip().casefold()
-        return _COVERED if plain in ("covered", "unexposed") else LithologyStyle("#ffffff")
+        lithology_name = lithology.strip().casefold()
+        return _COVERED if lithology_name in ("covered", "unexposed") else LithologyStyle("#ffffff")
     primary = _PRIMARY[strabospot["primary_lithology"]]
-    fine = _SILICICLASTIC.get(strabospot.get("siliciclastic_type", ""))
-    if fine is not None:
-        return fine
+    grain_size = _SILICICLASTIC.get(strabospot.get("siliciclastic_type", ""))
+    if grain_size is not None:
+        return grain_size
     width = _DUNHAM.get(strabospot.get("dunham_classification", ""))
     if width is not None:
         return LithologyStyle(

@@ -51,22 +51,22 @@ def read_log_question(
     """
     replay = read_replay(folder)
     records = replay.records
-    along_component = _line(records, line, folder)
+    line_points = _line(records, line, folder)
     traces = first_picks(_traces(records, type_name, folder), records)
     measurements = Measurements(thresholds_of(replay.settings)).of(
-        records, [along_component.id, *(t.id for t in traces if t.id != along_component.id)]
+        records, [line_points.id, *(t.id for t in traces if t.id != line_points.id)]
     )
-    model = model_of(records, along_component)
+    model = model_of(records, line_points)
     return LogQuestion(
-        along_component.id,
-        measurements[along_component.id],
+        line_points.id,
+        measurements[line_points.id],
         of,
         {t.id: measurements[t.id] for t in traces},
         {t.id: t.name or t.id for t in traces},
         bed,
         options,
         reach_m,
-        words_along(along_component),
+        words_along(line_points),
         model is None or model.frame.has_metres,
         frozenset(t.id for t in traces if t.overturned),
     )

@@ -135,11 +135,13 @@ class Curtain:
         If there are more than `max_count` bends, only the sharpest are returned.
         """
         bends = []
-        for before, after in itertools.pairwise(self.panels):
-            angle = math.degrees(math.acos(min(max(float(before.right @ after.right), -1.0), 1.0)))
-            azimuth = wrap360(math.degrees(math.atan2(after.right[0], after.right[1])))
+        for previous_panel, next_panel in itertools.pairwise(self.panels):
+            angle = math.degrees(
+                math.acos(min(max(float(previous_panel.right @ next_panel.right), -1.0), 1.0))
+            )
+            azimuth = wrap360(math.degrees(math.atan2(next_panel.right[0], next_panel.right[1])))
             if angle >= MIN_BEND_DEG:
-                bends.append((angle, after.start, azimuth))
+                bends.append((angle, next_panel.start, azimuth))
         bends = sorted(bends, reverse=True)[:max_count]
         return sorted((start, azimuth) for _, start, azimuth in bends)
 
@@ -173,8 +175,8 @@ def curtain_of_line(line: npt.ArrayLike) -> Curtain:
     xy = np.asarray(line, np.float64)[:, :2]
     steps = np.diff(xy, axis=0)
     lengths = np.hypot(steps[:, 0], steps[:, 1])
-    keep = lengths > MIN_PIECE_M
-    if not keep.any():
+    is_long_enough = lengths > MIN_PIECE_M
+    if not is_long_enough.any():
         raise InputError(Finding("section.no-length"), field="--section-line")
     starts = np.concatenate([[0.0], np.cumsum(lengths)])[:-1]
     panels = tuple(
@@ -187,7 +189,11 @@ def curtain_of_line(line: npt.ArrayLike) -> Curtain:
             float(length),
         )
         for corner, step, length, start in zip(
-            xy[:-1][keep], steps[keep], lengths[keep], starts[keep], strict=True
+            xy[:-1][is_long_enough],
+            steps[is_long_enough],
+            lengths[is_long_enough],
+            starts[is_long_enough],
+            strict=True,
         )
     )
     plane = Plane.from_normal(panels[0].normal) if len(panels) == 1 else None

@@ -170,43 +170,46 @@ def project_items(
     left_out : int
         Number of features that are too far away or do not face any panel.
     """
-    projected_items: list[ProjectedItem] = []
+    projected_features: list[ProjectedItem] = []
     for item in items:
-        along_component = directions.of(item)
-        met = [
-            panel
-            for panel in curtain.panels
-            if angle_to(panel, along_component) >= MIN_ALLOWED_ANGLE_DEG
+        direction = directions.of(item)
+        crossings = [
+            panel for panel in curtain.panels if angle_to(panel, direction) >= MIN_ALLOWED_ANGLE_DEG
         ]
         if len(curtain.panels) > 1 and len(item.points) > 1:
-            parts = project_along_bends(item, met, along_component)
-            near = [f for f in parts if within is None or np.abs(f.away).mean() <= within]
-            projected_items += near
+            parts = project_along_bends(item, crossings, direction)
+            near_features = [f for f in parts if within is None or np.abs(f.away).mean() <= within]
+            projected_features += near_features
             continue
-        best: ProjectedItem | None = None
-        for panel in met:
-            projected_item = project_item(
-                item, panel.origin, panel.right, panel.up, along_component
-            )
-            if projected_item is None:
+        best_projection: ProjectedItem | None = None
+        for panel in crossings:
+            projected_feature = project_item(item, panel.origin, panel.right, panel.up, direction)
+            if projected_feature is None:
                 continue
-            x = float(projected_item.points[:, 0].mean())
+            x = float(projected_feature.points[:, 0].mean())
             if not panel.low <= x <= panel.high:
                 continue
-            if best is None or np.abs(projected_item.away).mean() < np.abs(best.away).mean():
+            if (
+                best_projection is None
+                or np.abs(projected_feature.away).mean() < np.abs(best_projection.away).mean()
+            ):
                 shift = np.array([panel.start, panel.level])
-                best = replace(projected_item, points=projected_item.points + shift)
-        if best is None or (within is not None and float(np.abs(best.away).mean()) > within):
+                best_projection = replace(
+                    projected_feature, points=projected_feature.points + shift
+                )
+        if best_projection is None or (
+            within is not None and float(np.abs(best_projection.away).mean()) > within
+        ):
             continue
-        projected_items.append(best)
-    left_out = count_features(items) - _count(projected_items)
-    return tuple(projected_items), left_out
+        projected_features.append(best_projection)
+    n_skipped = count_features(items) - _count(projected_features)
+    return tuple(projected_features), n_skipped
 
 
 def _count(flats: Iterable[ProjectedItem]) -> int:
     """Count features once each, even if they have several parts."""
     return count_features(
-        {id(projected_item.item): projected_item.item for projected_item in flats}.values()
+        {id(projected_feature.item): projected_feature.item for projected_feature in flats}.values()
     )
 
 
@@ -214,7 +217,7 @@ def figures_of(
     section_cut: Cut,
     curtain: Curtain,
     flats: tuple[ProjectedItem, ...],
-    left_out: int,
+    n_skipped: int,
     directions: ProjectionDirections = RIGHT_ANGLES,
 ) -> SectionFigures:
     """Compute the figures of a section.
@@ -244,8 +247,8 @@ def figures_of(
         left_azimuth,
         right_azimuth,
         _count(flats),
-        left_out,
-        *(_projection(curtain, directions) if flats or left_out else ()),
+        n_skipped,
+        *(_projection(curtain, directions) if flats or n_skipped else ()),
     )
 
 
@@ -280,10 +283,10 @@ def write_section(
     ------
     UsageError, TargetError
     """
-    ending = format_of(path)
+    suffix = format_of(path)
     targets = section_targets(path, bool(flats))
     with atomic_group(targets, force) as parts:
-        if ending == ".csv":
+        if suffix == ".csv":
             axes = Axes(is_metric, north_known)
             head = _head(curtain, crs, model, figures, axes)
             parts[0].write_text(head + _lines_table(section_cut, axes), "utf-8")
@@ -299,7 +302,7 @@ def write_section(
                 model=model,
                 figures=figures,
             )
-            if ending == ".svg":
+            if suffix == ".svg":
                 parts[0].write_text(svg_text(drawing), "utf-8")
             else:
                 write_dxf(parts[0], drawing)
@@ -327,9 +330,9 @@ def section_drawing(
         )
         for k, line in enumerate(section_cut.lines)
     ]
-    shapes += [shape_of(projected_item) for projected_item in flats]
-    every = np.concatenate([shape.points for shape in shapes])
-    low, high = every.min(axis=0), every.max(axis=0)
+    shapes += [shape_of(projected_feature) for projected_feature in flats]
+    all_points = np.concatenate([shape.points for shape in shapes])
+    low, high = all_points.min(axis=0), all_points.max(axis=0)
     pad = max(0.05 * float((high - low).max()), 1e-3)
     # Very steep or flat sections also need space for labels.
     width, height = (high - low).tolist()
@@ -482,28 +485,28 @@ def _features_table(flats: tuple[ProjectedItem, ...], axes: Axes) -> str:
 
     file = io.StringIO()
     out = csv.writer(file, lineterminator="\n")
-    parts = any(projected_item.item.domain for projected_item in flats)
+    parts = any(projected_feature.item.domain for projected_feature in flats)
     names = (*FEATURE_COLUMNS, "domain") if parts else FEATURE_COLUMNS
     out.writerow(table_columns(names, is_metric=axes.metric))
-    for projected_item in flats:
-        item = projected_item.item
+    for projected_feature in flats:
+        item = projected_feature.item
         words = [
             escape_formula(word) for word in (item.layer, item.id, item.name, item.kind, item.set)
         ]
         angles = [
-            "" if angle is None or not math.isfinite(angle) else written(angle)
-            for angle, written in (
+            "" if angle is None or not math.isfinite(angle) else angle_text(angle)
+            for angle, angle_text in (
                 (item.dip_direction_deg, plain_azimuth),
                 (item.dip_deg, "{:.4f}".format),
-                (projected_item.apparent_dip_deg, "{:.4f}".format),
+                (projected_feature.apparent_dip_deg, "{:.4f}".format),
             )
         ]
         turned_text = "" if item.normal is None else str(item.overturned).lower()
-        last = [turned_text, escape_formula(item.domain)] if parts else [turned_text]
+        last_cells = [turned_text, escape_formula(item.domain)] if parts else [turned_text]
         for k, ((s, t), distances) in enumerate(
-            zip(projected_item.points.tolist(), projected_item.away.tolist(), strict=True)
+            zip(projected_feature.points.tolist(), projected_feature.away.tolist(), strict=True)
         ):
             out.writerow(
-                [*words, k + 1, f"{s:.6f}", f"{t:.6f}", f"{distances:.6f}", *angles, *last]
+                [*words, k + 1, f"{s:.6f}", f"{t:.6f}", f"{distances:.6f}", *angles, *last_cells]
             )
     return file.getvalue()

@@ -254,7 +254,9 @@ def analyse(
         )
     row = _row(fit, points, area, edge, model, frame, thresholds)
     holding = find_planar_part(deviations, noise)
-    trim, holds = _trim(points, fit, deviations, plan, holding, edge, model, frame, thresholds)
+    trim, is_within_noise = _trim(
+        points, fit, deviations, plan, holding, edge, model, frame, thresholds
+    )
     rounding = _ROUNDING_UNITS * max(
         float(np.finfo(values.dtype).eps * np.nanmax(np.abs(values)))
         for values in (points, heights)
@@ -282,7 +284,7 @@ def analyse(
         deviations=deviations,
         plan=plan,
         at_points=(points - fit.centroid) @ plane.normal(),
-        holds=holds,
+        holds=is_within_noise,
         profiles=_profiles(deviations, plan, float(base), 90.0 if line is None else line.rake_deg),
         **rough,
     )
@@ -351,8 +353,10 @@ def _noise(data: Mesh | PointCloud, stated_m: float | None, edge: float) -> tupl
     points = points[np.isfinite(points).all(axis=1)]
     local_points = points - points.mean(axis=0)
     position = local_points[:: max(1, len(local_points) // _NOISE_SAMPLES)]
-    _, near = cKDTree(local_points).query(position, k=min(NEIGHBOUR_COUNTS[0], len(local_points)))
-    _, noises = neighbour_statistics(local_points[near])
+    _, neighbours = cKDTree(local_points).query(
+        position, k=min(NEIGHBOUR_COUNTS[0], len(local_points))
+    )
+    _, noises = neighbour_statistics(local_points[neighbours])
     return float(np.median(noises[np.isfinite(noises)])), "points"
 
 
@@ -379,20 +383,22 @@ def _trim(
         np.clip(column, 0, holding.holds.shape[1] - 1),
     )
     # Classify points beside known cells like the nearest known cell.
-    nearest = distance_transform_edt(
+    nearest_cells = distance_transform_edt(
         ~np.isfinite(deviations), return_distances=False, return_indices=True
     )
-    holds = np.asarray(holding.holds[tuple(nearest)][row, column])
+    is_within_noise = np.asarray(holding.holds[tuple(nearest_cells)][row, column])
     try:
-        known_moments = moments(points[holds])
+        known_moments = moments(points[is_within_noise])
         remaining_moments = fit_moments(
             known_moments.n, known_moments.mean, known_moments.scatter, known_moments.n_effective
         )
     except GeometryError:
         return None, np.ones(len(points), np.bool_)
     angle = math.degrees(math.acos(min(abs(float(remaining_moments.normal @ fit.normal)), 1.0)))
-    row_of_rest = _row(remaining_moments, points[holds], None, edge, model, frame, thresholds)
-    return Trim(holding.departs, holding.limit, angle, row_of_rest), holds
+    row_of_rest = _row(
+        remaining_moments, points[is_within_noise], None, edge, model, frame, thresholds
+    )
+    return Trim(holding.departs, holding.limit, angle, row_of_rest), is_within_noise
 
 
 def _roughness(
@@ -414,7 +420,7 @@ def _roughness(
     """
     noise, lack = noise_and_lack
     flat, bent = _remove_bend(deviations)
-    shortest_values = MIN_DISTANCE_EDGES * edge
+    min_distance = MIN_DISTANCE_EDGES * edge
     results: dict[str, Any] = {
         "bent_share": bent,
         "hurst": None,
@@ -425,9 +431,9 @@ def _roughness(
     if float(np.nanmax(deviations) - np.nanmin(deviations)) <= rounding:
         reason = Finding("roughness.flat")
         return {**results, "bent_share": 0.0, "hurst_reason": reason, "smoothest_reason": reason}
-    variations = increments.measure_variations(deviations, plan.grid.gsd, shortest_values)
+    variations = increments.measure_variations(deviations, plan.grid.gsd, min_distance)
     if variations is None:
-        reason = Finding("roughness.small-patch", shortest_m=shortest_values)
+        reason = Finding("roughness.small-patch", shortest_m=min_distance)
         return {**results, "hurst_reason": reason, "smoothest_reason": reason}
     exponent = increments.fit_exponent(variations, noise, lack)
     resolved_range = increments.resolved_range(variations, noise)
@@ -457,7 +463,7 @@ def _roughness(
         results["hurst"] = Hurst(
             exponent.H, exponent.error95, exponent.from_m, exponent.to_m, directions
         )
-    unbent = increments.measure_variations(flat, plan.grid.gsd, shortest_values)
+    unbent = increments.measure_variations(flat, plan.grid.gsd, min_distance)
     line = None if unbent is None else increments.find_smoothest_direction(unbent, noise)
     if line is None or math.isnan(line.p):
         results["smoothest_reason"] = Finding("roughness.direction-below-noise", noise_m=noise)
@@ -478,11 +484,13 @@ def _remove_bend(deviations: FloatArray) -> tuple[FloatArray, float]:
     y = row / max(deviations.shape[0] - 1, 1) - 0.5
     columns = np.stack([np.ones(len(x)), x, y, x * x, x * y, y * y], axis=1)
     values = deviations[is_known]
-    flat_values = values - columns @ np.linalg.lstsq(columns, values, rcond=None)[0]
+    detrended_heights = values - columns @ np.linalg.lstsq(columns, values, rcond=None)[0]
     result = np.full(deviations.shape, np.nan)
-    result[is_known] = flat_values
+    result[is_known] = detrended_heights
     square_sum = float((values**2).sum())
-    return result, 1.0 - float((flat_values**2).sum()) / square_sum if square_sum > 0.0 else 0.0
+    return result, 1.0 - float(
+        (detrended_heights**2).sum()
+    ) / square_sum if square_sum > 0.0 else 0.0
 
 
 def _line(angle_deg: float, plan: HeightPlan, plane: Plane) -> tuple[float, float, float]:
@@ -551,11 +559,14 @@ def _warnings(
             Finding("patch.partly-planar", share_percent=100.0 * trim.share, turn_deg=trim.turn_deg)
         )
     if trim is not None and holding.other is not None:
-        one, other = (
+        first_limit, second_limit = (
             np.array([-plane[1] / cell, -plane[2] / cell, 1.0])
             for plane in (holding.plane, holding.other)
         )
-        angle = math.atan2(float(np.linalg.norm(np.cross(one, other))), abs(float(one @ other)))
+        angle = math.atan2(
+            float(np.linalg.norm(np.cross(first_limit, second_limit))),
+            abs(float(first_limit @ second_limit)),
+        )
         warnings.append(
             Finding(
                 "patch.two-planes",

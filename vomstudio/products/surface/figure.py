@@ -41,8 +41,8 @@ def _draw_map(figure: Figure, axes: Axes, figures: SurfaceFigures, unit: str) ->
     values = figures.deviations
     rows, columns = values.shape
     cell = figures.cell_m
-    known_values = np.abs(values[np.isfinite(values)])
-    max_distance = max(float(np.percentile(known_values, 98.0)), 1e-12)
+    known_magnitudes = np.abs(values[np.isfinite(values)])
+    max_distance = max(float(np.percentile(known_magnitudes, 98.0)), 1e-12)
     extent = (0.0, columns * cell, rows * cell, 0.0)
     image = axes.imshow(
         values,

@@ -145,10 +145,12 @@ def measurable_map(
         sums = np.bincount(classes, area, len(QUALITY_CLASSES)) / total
         return {name: float(sums[i]) for i, name in reversed(list(enumerate(QUALITY_CLASSES)))}
 
-    best = measurability.best_deg
-    order = np.argsort(best)
-    passed_values = np.cumsum(area[order]) / total
-    tenth, median = (float(best[order[np.searchsorted(passed_values, q)]]) for q in (0.1, 0.5))
+    best_error = measurability.best_deg
+    order = np.argsort(best_error)
+    cumulative_share = np.cumsum(area[order]) / total
+    tenth, median = (
+        float(best_error[order[np.searchsorted(cumulative_share, q)]]) for q in (0.1, 0.5)
+    )
     return MeasurableMap(
         plane={"dip_direction_deg": plane.dip_direction_deg, "dip_deg": plane.dip_deg},
         length_m=length,
@@ -260,9 +262,9 @@ def _point_values(data: Mesh | PointCloud, measurability: Measurable) -> dict[st
     row_of = measurability.elements.row_of
     is_known = row_of >= 0
     for name, value in zip(FIELDS, (*errors, measurability.classes), strict=True):
-        point_values = np.full(len(points), np.nan, np.float32)
-        point_values[is_known] = np.asarray(value, np.float32)[row_of[is_known]]
-        values[name] = point_values
+        values_by_point = np.full(len(points), np.nan, np.float32)
+        values_by_point[is_known] = np.asarray(value, np.float32)[row_of[is_known]]
+        values[name] = values_by_point
     return values
 
 

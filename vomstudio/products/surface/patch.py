@@ -22,8 +22,8 @@ def extract_around(data: Mesh | PointCloud, centre: FloatArray, radius: float) -
         If the radius contains no points.
     """
     points = data.vertices if isinstance(data, Mesh) else data.points
-    near = np.asarray(np.linalg.norm(points - centre, axis=1) <= radius)
-    return _extract(data, near, Finding("patch.empty"))
+    is_near = np.asarray(np.linalg.norm(points - centre, axis=1) <= radius)
+    return _extract(data, is_near, Finding("patch.empty"))
 
 
 def extract_facet(data: Mesh | PointCloud, number: int) -> Mesh | PointCloud:

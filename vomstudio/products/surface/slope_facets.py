@@ -173,8 +173,8 @@ def write_faces(path: str | Path, faces: Sequence[FacetFace]) -> None:
     for face in faces:
         plane = face.plane
         area = "" if face.area_m2 is None else repr(face.area_m2)
-        over = "" if face.overhangs is None else str(face.overhangs)
-        words = [repr(plane.dip_direction_deg), repr(plane.dip_deg), area, over]
+        overhang_text = "" if face.overhangs is None else str(face.overhangs)
+        words = [repr(plane.dip_direction_deg), repr(plane.dip_deg), area, overhang_text]
         out.writerow([escape_formula(face.id), *words])
     write_bytes(path, file.getvalue().encode("utf-8"), force=True)
 

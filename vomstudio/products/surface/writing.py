@@ -75,11 +75,11 @@ def write_deviations(
     ------
     UsageError, TargetError
     """
-    ending = format_of(path)
-    if ending == ".csv":
+    suffix = format_of(path)
+    if suffix == ".csv":
         write_bytes(path, _table(figures, data, crs, axes).encode("utf-8"), force=force)
         return []
-    if ending == ".ply":
+    if suffix == ".ply":
         from vomstudio.io.models.writing import write_model
 
         fields = {**data.fields, **deviation_fields(figures)}
@@ -113,8 +113,8 @@ def _table(figures: SurfaceFigures, data: Mesh | PointCloud, crs: str | None, ax
     out = csv.writer(file, lineterminator="\n")
     out.writerow(["x", "y", "z", *table_columns(FIELDS, is_metric=axes.metric)])
     out.writerows(
-        [f"{x:.6f}", f"{y:.6f}", f"{z:.6f}", f"{off:.6g}", int(holds)]
-        for (x, y, z), off, holds in zip(
+        [f"{x:.6f}", f"{y:.6f}", f"{z:.6f}", f"{deviation:.6g}", int(is_planar)]
+        for (x, y, z), deviation, is_planar in zip(
             points.tolist(), figures.at_points.tolist(), figures.holds.tolist(), strict=True
         )
     )
@@ -136,8 +136,15 @@ def write_profiles(
     out.writerow(table_columns(PROFILE_COLUMNS, is_metric=axes.metric))
     for profile in figures.profiles:
         out.writerows(
-            [profile.name, f"{distance:.6g}", f"{off:.6g}", f"{x:.6f}", f"{y:.6f}", f"{z:.6f}"]
-            for distance, off, (x, y, z) in zip(
+            [
+                profile.name,
+                f"{distance:.6g}",
+                f"{deviation:.6g}",
+                f"{x:.6f}",
+                f"{y:.6f}",
+                f"{z:.6f}",
+            ]
+            for distance, deviation, (x, y, z) in zip(
                 profile.distance_m, profile.deviation_m, profile.points.tolist(), strict=True
             )
         )
