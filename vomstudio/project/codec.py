@@ -84,17 +84,17 @@ def encode(record: Record) -> PlainValues:
     return {"record": _NAMES[type(record)], **_encoded(values)}
 
 
-def decode(plain_items: Mapping[str, Any], records: Mapping[str, Record] = NO_RECORDS) -> Record:
+def decode(stored_values: Mapping[str, Any], records: Mapping[str, Record] = NO_RECORDS) -> Record:
     """Return the record from its JSON values; `records` contains the records it refers to.
 
     Raises a DocumentError that names the kind or field that cannot be read.
     """
-    values = dict(plain_items)
+    values = dict(stored_values)
     kind = values.pop("record", None)
     cls = RECORD_TYPES.get(kind) if isinstance(kind, str) else None
     if cls is None:
         raise DocumentError(Finding("record.unknown-kind", kind=kind), field="record")
-    values = _known(cls, values)
+    values = _known_values(cls, values)
     try:
         record: Record = cls(**_decoded(cls, values, records))
     except TypeError as error:
@@ -106,19 +106,19 @@ def encode_edit(edit: Edit) -> tuple[PlainValues, PlainValues]:
     """Return the two maps of an edit from ID to None, a complete record, or changed fields."""
     before: PlainValues = {}
     after: PlainValues = {}
-    for id_, new in edit.after.items():
-        old = edit.before[id_]
-        if old is None or new is None or type(old) is not type(new):
-            before[id_] = None if old is None else encode(old)
-            after[id_] = None if new is None else encode(new)
+    for id_, new_record in edit.after.items():
+        old_record = edit.before[id_]
+        if old_record is None or new_record is None or type(old_record) is not type(new_record):
+            before[id_] = None if old_record is None else encode(old_record)
+            after[id_] = None if new_record is None else encode(new_record)
             continue
         names = [
             field.name
-            for field in dataclasses.fields(new)
-            if getattr(old, field.name) != getattr(new, field.name)
+            for field in dataclasses.fields(new_record)
+            if getattr(old_record, field.name) != getattr(new_record, field.name)
         ]
-        before[id_] = _encoded({name: getattr(old, name) for name in names})
-        after[id_] = _encoded({name: getattr(new, name) for name in names})
+        before[id_] = _encoded({name: getattr(old_record, name) for name in names})
+        after[id_] = _encoded({name: getattr(new_record, name) for name in names})
     return before, after
 
 
@@ -134,10 +134,12 @@ def decode_edit(
         raise DocumentError(Finding("record.wrong-value"), field="after")
     olds = {id_: _read(id_, before.get(id_), records, records) for id_ in after}
     news: dict[str, Record | None] = {}
-    models = {id_ for id_, plain in after.items() if _is_model(plain, records.get(id_))}
-    for id_, plain in after.items():
+    models = {
+        id_ for id_, stored_record in after.items() if _is_model(stored_record, records.get(id_))
+    }
+    for id_, stored_record in after.items():
         if id_ not in models:
-            news[id_] = _read(id_, plain, records, records)
+            news[id_] = _read(id_, stored_record, records, records)
     # A model may refer to a registration that the same edit adds.
     added_records = {id_: record for id_, record in news.items() if record is not None}
     all_records = {**records, **added_records} if models else records
@@ -154,30 +156,30 @@ def _is_model(plain: PlainValues | None, record: Record | None) -> bool:
 
 def _read(
     id_: str,
-    plain: PlainValues | None,
+    stored_record: PlainValues | None,
     records: Mapping[str, Record],
-    named_items: Mapping[str, Record],
+    records_by_id: Mapping[str, Record],
 ) -> Record | None:
-    if plain is None:
+    if stored_record is None:
         return None
-    if not isinstance(plain, Mapping):
+    if not isinstance(stored_record, Mapping):
         raise DocumentError(Finding("record.wrong-value"), field=id_)
-    if "record" in plain:
-        decoded = decode(plain, named_items)
+    if "record" in stored_record:
+        decoded = decode(stored_record, records_by_id)
         if decoded.id != id_:
             raise DocumentError(Finding("record.two-ids"), field="id")
         return decoded
     record = records.get(id_)
     if record is None:
         raise DocumentError(Finding("record.without-base", record=id_))
-    values = _decoded(type(record), _known(type(record), plain), named_items)
+    values = _decoded(type(record), _known_values(type(record), stored_record), records_by_id)
     if values.get("id", id_) != id_:
         raise DocumentError(Finding("record.two-ids"), field="id")
     changed_record: Record = dataclasses.replace(record, **values)
     return changed_record
 
 
-def _known(cls: type, values: Mapping[str, Any]) -> PlainValues:
+def _known_values(cls: type, values: Mapping[str, Any]) -> PlainValues:
     return known_fields(cls, values, _NAMES.get(cls, cls.__name__))
 
 
@@ -193,9 +195,9 @@ def _decoded(cls: type, values: Mapping[str, Any], records: Mapping[str, Record]
     placement = values.get("placement")
     if not isinstance(placement, Mapping) or set(placement) != {"registration"}:
         return decode_fields(cls, values, _NESTED)
-    simple = {name: value for name, value in values.items() if name != "placement"}
+    plain_values = {name: value for name, value in values.items() if name != "placement"}
     registration = _registration(placement["registration"], records)
-    return decode_fields(cls, simple, _NESTED) | {"placement": registration}
+    return decode_fields(cls, plain_values, _NESTED) | {"placement": registration}
 
 
 def _registration(id_: Any, records: Mapping[str, Record]) -> Registration:

@@ -97,13 +97,13 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted
         raise DocumentError(Finding("compaction.in-memory"))
     if session.problems:
         raise DocumentError(Finding("compaction.damaged"))
-    new_values = folder / NEW_NAME
+    new_path = folder / NEW_NAME
     try:
-        numbers = write_compacted_journal(new_values, session, journal)
+        numbers = write_compacted_journal(new_path, session, journal)
         journal.copy_to(folder / BACKUP_NAME)
-        replace_journal(new_values, folder, session, journal, numbers)
+        replace_journal(new_path, folder, session, journal, numbers)
     except TargetError:
-        remove(new_values)
+        remove(new_path)
         remove(folder / BACKUP_NAME)
         raise
     backup = folder / _ASSETS_BACKUP
@@ -245,32 +245,34 @@ def undo_compaction(
         If the project cannot be written. In this case nothing has changed, and the call can be
         repeated.
     """
-    before, new_values = folder / BACKUP_NAME, folder / NEW_NAME
-    if not before.is_file():
+    backup_path, new_path = folder / BACKUP_NAME, folder / NEW_NAME
+    if not backup_path.is_file():
         raise DocumentError(Finding("compaction.none"))
     # Restore the files first: a superfluous file is harmless, but a missing one is not.
     _restore_assets(folder)
-    remove(new_values)
+    remove(new_path)
     # Work on a copy so that a second attempt does not append the new rows twice.
-    backup = SqliteJournal(before)
+    backup = SqliteJournal(backup_path)
     try:
-        backup.copy_to(new_values)
+        backup.copy_to(new_path)
     finally:
         backup.close()
-    old = SqliteJournal(new_values)
-    numbers = {new_values: seq for seq, new_values in compacted.numbers.items()}
+    old_journal = SqliteJournal(new_path)
+    numbers = {new_path: seq for seq, new_path in compacted.numbers.items()}
     try:
         for row in journal.rows():
             if row.seq > compacted.last:
-                of = None if row.of_seq is None else numbers.get(row.of_seq)
-                numbers[row.seq] = old.copy_row(row.kind, of, row.label, row.before, row.after, row)
+                undone_row = None if row.of_seq is None else numbers.get(row.of_seq)
+                numbers[row.seq] = old_journal.copy_row(
+                    row.kind, undone_row, row.label, row.before, row.after, row
+                )
     except BaseException:
-        old.close()
-        remove(new_values)
+        old_journal.close()
+        remove(new_path)
         raise
-    old.close()
-    replace_journal(new_values, folder, session, journal, numbers)
-    remove(before)
+    old_journal.close()
+    replace_journal(new_path, folder, session, journal, numbers)
+    remove(backup_path)
 
 
 def _restore_assets(folder: Path) -> None:
@@ -330,8 +332,8 @@ def _rows(session: Session) -> Iterator[_NewRow]:
 
 
 def _do(seq: int, edit: Edit) -> _NewRow:
-    before, after = encode_edit(edit)
-    return _NewRow("do", seq, None, edit.label, before, after)
+    old_values, new_values = encode_edit(edit)
+    return _NewRow("do", seq, None, edit.label, old_values, new_values)
 
 
 def _unused(folder: Path, session: Session) -> list[Path]:
@@ -351,6 +353,6 @@ def _unused(folder: Path, session: Session) -> list[Path]:
 
 def remove(path: Path) -> None:
     """Remove a journal and its auxiliary files."""
-    for ending in ("", "-wal", "-shm", "-journal"):
+    for suffix in ("", "-wal", "-shm", "-journal"):
         with contextlib.suppress(OSError):
-            path.with_name(path.name + ending).unlink(missing_ok=True)
+            path.with_name(path.name + suffix).unlink(missing_ok=True)

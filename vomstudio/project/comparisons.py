@@ -71,12 +71,12 @@ class StoredComparison:
         same_file = model.content_hash == self.content_hash
         return same_file and np.allclose(model.to_world, self.to_world, rtol=0.0, atol=1e-9)
 
-    def replaces(self, other: StoredComparison) -> bool:
+    def replaces(self, other_comparison: StoredComparison) -> bool:
         """Return whether this comparison has the same two models and method as another one."""
         return (self.model_id, self.benchmark_path, self.radius_m) == (
-            other.model_id,
-            other.benchmark_path,
-            other.radius_m,
+            other_comparison.model_id,
+            other_comparison.benchmark_path,
+            other_comparison.radius_m,
         )
 
 

@@ -112,12 +112,12 @@ def point_errors(figures: Mapping[str, float], resolution_m: float | None) -> di
     if not resolution_m or not distance > 0.0:
         return {}
     sigma = float(np.sqrt(2.0)) * POINT_OVER_RESOLUTION * resolution_m
-    across_component = float(np.sqrt(CHI2_TWO)) * sigma
+    position_error = float(np.sqrt(CHI2_TWO)) * sigma
     return {
         "distance_error95_m": float(
             np.hypot(Z95 * sigma, figures.get("distance_registration95_m", 0.0))
         ),
-        "direction_points95_deg": float(np.degrees(np.arctan2(across_component, distance))),
+        "direction_points95_deg": float(np.degrees(np.arctan2(position_error, distance))),
     }
 
 
@@ -137,18 +137,18 @@ def thickness_error(
     plane_model : Model or None
         Model on which the plane was picked; None for a compass reading.
     """
-    registration, other = _registration(model), _registration(plane_model)
+    registration, plane_registration = _registration(model), _registration(plane_model)
     shape = None if registration is None else registration.shape_covariance()
-    across_component = float(step @ normal)
-    variance = 0.0 if shape is None else across_component**2 * float(shape[3, 3])
-    if (registration is None) != (other is None) or (
-        registration and other and registration.id != other.id
+    offset_across = float(step @ normal)
+    variance = 0.0 if shape is None else offset_across**2 * float(shape[3, 3])
+    if (registration is None) != (plane_registration is None) or (
+        registration and plane_registration and registration.id != plane_registration.id
     ):
         lever = np.cross(step, normal)
         if shape is not None:
-            gradient = np.append(lever, across_component)
+            gradient = np.append(lever, offset_across)
             variance = float(gradient @ shape @ gradient)
-        rotation = None if other is None else other.rotation_covariance()
+        rotation = None if plane_registration is None else plane_registration.rotation_covariance()
         if rotation is not None:
             variance += float(lever @ rotation @ lever)
         elif shape is None:

@@ -65,9 +65,9 @@ def split_by_plane(
         raise DocumentError(Finding("domain.no-plane"))
     plane = fault_measurement[id_].plane
     assert plane is not None
-    above, below = tr("hanging wall"), tr("footwall")
+    upper_name, lower_name = tr("hanging wall"), tr("footwall")
     if plane.dip_deg > MIN_VERTICAL_DIP_DEG:
-        above, below = (
+        upper_name, lower_name = (
             tr(
                 "{wind} side",
                 wind=_DIRECTIONS[round((plane.dip_direction_deg + offset_deg) / 45.0) % 8],
@@ -75,15 +75,15 @@ def split_by_plane(
             for offset_deg in (0.0, 180.0)
         )
     normal, centre = plane.normal(), fault_measurement[id_].points.mean(axis=0)
-    others = [
+    other_domains = [
         r
         for r in records.values()
         if isinstance(r, Typed) and (r.type_id, r.set_name) != (fault.type_id, fault.set_name)
     ]
-    measurements = measured_callback([r.id for r in others])
-    after: dict[str, Record | None] = {}
+    measurements = measured_callback([r.id for r in other_domains])
+    new_records: dict[str, Record | None] = {}
     crossing = 0
-    for feature in others:
+    for feature in other_domains:
         points = measurements[feature.id].points if feature.id in measurements else np.empty((0, 3))
         if not len(points):
             continue
@@ -91,9 +91,11 @@ def split_by_plane(
         if MAX_SHARE_ON_OTHER_SIDE < fraction < 1.0 - MAX_SHARE_ON_OTHER_SIDE:
             crossing += 1
             continue
-        name = above if fraction > 0.5 else below
+        name = upper_name if fraction > 0.5 else lower_name
         if feature.domain != name:
-            after[feature.id] = replace(feature, domain=name)
-    if not after:
+            new_records[feature.id] = replace(feature, domain=name)
+    if not new_records:
         raise DocumentError(Finding("edit.no-change"))
-    return change(records, f"Part {len(after)} features by {fault.name}", after), crossing
+    return change(
+        records, f"Part {len(new_records)} features by {fault.name}", new_records
+    ), crossing

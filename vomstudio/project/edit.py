@@ -38,9 +38,13 @@ class Edit:
     def inverse(self) -> Edit:
         return Edit(self.label, self.after, self.before)
 
-    def followed_by(self, later: Edit) -> Edit:
+    def followed_by(self, later_edit: Edit) -> Edit:
         """Return this edit and a later one combined, with the label of the later one."""
-        return Edit(later.label, {**later.before, **self.before}, {**self.after, **later.after})
+        return Edit(
+            later_edit.label,
+            {**later_edit.before, **self.before},
+            {**self.after, **later_edit.after},
+        )
 
     def check(self, records: Mapping[str, Record]) -> None:
         """Check that the records match `before`. Raises DocumentError."""

@@ -54,11 +54,11 @@ def add_model(records: Records, model: Model, label: str = "") -> Edit:
     """
     if model.id in records:
         raise DocumentError(Finding("record.exists", name=model.name))
-    after: dict[str, Record | None] = {}
+    new_records: dict[str, Record | None] = {}
     if model.registration is not None and model.registration.id not in records:
-        after[model.registration.id] = model.registration
-    after[model.id] = model
-    return change(records, label or f"Open model {model.name}", after)
+        new_records[model.registration.id] = model.registration
+    new_records[model.id] = model
+    return change(records, label or f"Open model {model.name}", new_records)
 
 
 def declare_frame(
@@ -93,12 +93,14 @@ def set_registration(
 
     The models are those in `models` and those that the registration already places.
     """
-    after: dict[str, Record | None] = {registration.id: registration}
+    new_records: dict[str, Record | None] = {registration.id: registration}
     models_to_place = [_get(records, id_, Model) for id_ in models]
-    placed = [r for r in records.values() if isinstance(r, Model) and _placed_by(r, registration)]
-    for model in (*models_to_place, *placed):
-        after[model.id] = replace(model, placement=registration)
-    return change(records, f"Register by {registration.name}", after)
+    placed_models = [
+        r for r in records.values() if isinstance(r, Model) and _placed_by(r, registration)
+    ]
+    for model in (*models_to_place, *placed_models):
+        new_records[model.id] = replace(model, placement=registration)
+    return change(records, f"Register by {registration.name}", new_records)
 
 
 def _placed_by(model: Model, registration: Registration) -> bool:
@@ -154,7 +156,7 @@ def set_vertices(
     `rule` is the version of the rule with which resolution and normal were measured.
     """
     trace = _get(records, trace_id, Trace)
-    after = replace(
+    edited_feature = replace(
         trace,
         **vertex_fields(trace, vertices),
         doubtful=_remaining_stretches(trace, vertices),
@@ -163,8 +165,8 @@ def set_vertices(
         rule=rule,
     )
     model = records.get(trace.model_id)
-    measure_one(after, model if isinstance(model, Model) else None)
-    return change(records, f"Change trace {trace.name}", {trace_id: after})
+    measure_one(edited_feature, model if isinstance(model, Model) else None)
+    return change(records, f"Change trace {trace.name}", {trace_id: edited_feature})
 
 
 def _remaining_stretches(trace: Trace, vertices: Sequence[Point]) -> tuple[tuple[int, int], ...]:
@@ -181,29 +183,29 @@ def _remaining_stretches(trace: Trace, vertices: Sequence[Point]) -> tuple[tuple
     return tuple((a, b) for a, b in ends if 0 <= a <= b)
 
 
-def update_surroundings(records: Records, measured_items: Mapping[str, Mapping[str, Any]]) -> Edit:
+def update_surroundings(records: Records, measured_fields: Mapping[str, Mapping[str, Any]]) -> Edit:
     """Store resolution and outcrop normal of features, measured with the current rule.
 
     Parameters
     ----------
     records : Records
-    measured_items : mapping
+    measured_fields : mapping
         Values of "resolution" and, for traces, "outcrop_normal" by feature ID.
 
     Raises
     ------
     DocumentError
-        If `measured_items` is empty.
+        If `measured_fields` is empty.
     """
-    after: dict[str, Record | None] = {}
-    for id_, values in measured_items.items():
+    new_records: dict[str, Record | None] = {}
+    for id_, values in measured_fields.items():
         feature = records.get(id_)
         if not isinstance(feature, Surrounded):
             raise DocumentError(Finding("record.missing", id=id_, kind="trace or patch"))
-        after[id_] = feature.but(**values, rule=SURROUNDINGS_RULE)
-    if not after:
+        new_records[id_] = feature.but(**values, rule=SURROUNDINGS_RULE)
+    if not new_records:
         raise DocumentError(Finding("surroundings.up-to-date"))
-    return change(records, f"Update the surroundings of {len(after)} features", after)
+    return change(records, f"Update the surroundings of {len(new_records)} features", new_records)
 
 
 def add_features(records: Records, features: Sequence[Feature]) -> Edit:
@@ -211,10 +213,10 @@ def add_features(records: Records, features: Sequence[Feature]) -> Edit:
 
     Traces are added by `add_trace`, which requires their vertices to define a plane.
     """
-    after: dict[str, Record | None] = {}
+    new_records: dict[str, Record | None] = {}
     names = NextNames(records)
     for feature in features:
-        if feature.id in records or feature.id in after:
+        if feature.id in records or feature.id in new_records:
             raise DocumentError(Finding("record.exists", name=feature.name))
         if isinstance(feature, OnAModel):
             _get(records, feature.model_id, Model)
@@ -226,14 +228,14 @@ def add_features(records: Records, features: Sequence[Feature]) -> Edit:
         if not feature.name:
             feature = feature.but(name=names.next_for(kind))
         names.reserve(feature)
-        after[feature.id] = feature
-    if not after:
+        new_records[feature.id] = feature
+    if not new_records:
         raise DocumentError(Finding("edit.empty"))
-    first = next(iter(after.values()))
-    subject = f"{len(after)} features"
-    if len(after) == 1 and isinstance(first, Feature):
+    first = next(iter(new_records.values()))
+    subject = f"{len(new_records)} features"
+    if len(new_records) == 1 and isinstance(first, Feature):
         subject = f"{kind_of(first).noun(first)} {first.name}"
-    return change(records, f"Add {subject}", after)
+    return change(records, f"Add {subject}", new_records)
 
 
 def set_line(
@@ -247,10 +249,10 @@ def set_line(
     feature = _get(records, feature_id, Picked)
     if kind_of(feature).plane is not None:
         raise DocumentError(Finding("feature.has-plane", feature=feature.name))
-    after = feature.but(**vertex_fields(feature, vertices))
-    if hasattr(after, "resolution"):
-        after = replace(after, resolution=resolution)
-    return change(records, f"Change {feature.name}", {feature_id: after})
+    edited_feature = feature.but(**vertex_fields(feature, vertices))
+    if hasattr(edited_feature, "resolution"):
+        edited_feature = replace(edited_feature, resolution=resolution)
+    return change(records, f"Change {feature.name}", {feature_id: edited_feature})
 
 
 def add_readings(
@@ -260,24 +262,24 @@ def add_readings(
 
     Readings without a name are numbered within their type.
     """
-    after: dict[str, Record | None] = {}
+    new_records: dict[str, Record | None] = {}
     for kind in types:
-        others = [r for r in after.values() if r is not None]
-        after |= add_type({**records, **{r.id: r for r in others}}, kind).after
+        other_records = [r for r in new_records.values() if r is not None]
+        new_records |= add_type({**records, **{r.id: r for r in other_records}}, kind).after
     if not readings:
         raise DocumentError(Finding("edit.empty"))
     all_records = {**records, **{kind.id: kind for kind in types}}
     names = NextNames(records)
     for reading in readings:
         kind = _get(all_records, reading.type_id, FeatureType)
-        if reading.id in records or reading.id in after:
+        if reading.id in records or reading.id in new_records:
             raise DocumentError(Finding("record.exists", name=reading.name))
         if not reading.name:
             reading = replace(reading, name=names.next_for(kind))
         names.reserve(reading)
-        after[reading.id] = reading
+        new_records[reading.id] = reading
     n = len(readings)
-    return change(records, f"Import {n} field measurement{'s' if n > 1 else ''}", after)
+    return change(records, f"Import {n} field measurement{'s' if n > 1 else ''}", new_records)
 
 
 def change_feature(records: Records, feature: Feature, verb: str = "Change") -> Edit:
@@ -292,7 +294,7 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
     The attributes are `name`, `type_id`, `set_name`, `domain`, `station`, `overturned`, `notes`,
     `method`, `plane_id`, `slip` and `slip_confidence`.
     """
-    after: dict[str, Record | None] = {}
+    new_records: dict[str, Record | None] = {}
     for id_ in ids:
         feature = _get(records, id_, Feature)
         if "type_id" in values:
@@ -326,13 +328,19 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
                 )
         # A newly selected regression uses the axis nearest to the normal.
         defaults = {"axis": "auto"} if "method" in values else {}
-        after[id_] = replace(feature, **values, **defaults)
-    if not after:
+        new_records[id_] = replace(feature, **values, **defaults)
+    if not new_records:
         raise DocumentError(Finding("selection.empty"))
-    plain = (key.removesuffix("_id").removesuffix("_name").replace("_", " ") for key in values)
-    attributes = " and ".join(plain)
-    subject = next(iter(after.values())).name if len(after) == 1 else f"{len(after)} features"  # type: ignore[union-attr]
-    return change(records, f"Change {attributes} of {subject}", after)
+    attribute_names = (
+        key.removesuffix("_id").removesuffix("_name").replace("_", " ") for key in values
+    )
+    attributes = " and ".join(attribute_names)
+    subject = (
+        next(iter(new_records.values())).name
+        if len(new_records) == 1
+        else f"{len(new_records)} features"
+    )  # type: ignore[union-attr]
+    return change(records, f"Change {attributes} of {subject}", new_records)
 
 
 def has_name_of_other_type(records: Records, feature: Feature) -> bool:
@@ -379,20 +387,20 @@ def rename_by_type(records: Records, ids: Iterable[str]) -> Edit:
         If none of the features has such a name.
     """
     names = NextNames(records)
-    after: dict[str, Record | None] = {}
+    new_records: dict[str, Record | None] = {}
     for id_ in ids:
         feature = _get(records, id_, Feature)
         if has_name_of_other_type(records, feature):
             name = names.next_for(_get(records, feature.type_id, FeatureType))
-            after[id_] = renamed = replace(feature, name=name)
-            names.reserve(renamed)
-    if not after:
+            new_records[id_] = renamed_feature = replace(feature, name=name)
+            names.reserve(renamed_feature)
+    if not new_records:
         raise DocumentError(Finding("edit.no-change"))
-    if len(after) > 1:
-        return change(records, f"Rename {len(after)} features", after)
-    id_, feature = next(iter(after.items()))
+    if len(new_records) > 1:
+        return change(records, f"Rename {len(new_records)} features", new_records)
+    id_, feature = next(iter(new_records.items()))
     assert isinstance(feature, Feature)
-    return change(records, f"Rename {records[id_].name} to {feature.name}", after)
+    return change(records, f"Rename {records[id_].name} to {feature.name}", new_records)
 
 
 def assign_sets(records: Records, names: Mapping[str, str]) -> Edit:
@@ -400,16 +408,16 @@ def assign_sets(records: Records, names: Mapping[str, str]) -> Edit:
 
     Raises DocumentError if nothing would change.
     """
-    after: dict[str, Record | None] = {}
+    new_records: dict[str, Record | None] = {}
     for id_, name in names.items():
         feature = _get(records, id_, Feature)
         if getattr(feature, "set_name", name) != name:
-            after[id_] = replace(feature, set_name=name)
-    if not after:
+            new_records[id_] = replace(feature, set_name=name)
+    if not new_records:
         raise DocumentError(Finding("edit.no-change"))
     count = len({name for name in names.values() if name})
-    what = f"Put {len(after)} feature{'s' if len(after) > 1 else ''} in "
-    return change(records, what + f"{count} set{'s' if count != 1 else ''}", after)
+    label_start = f"Put {len(new_records)} feature{'s' if len(new_records) > 1 else ''} in "
+    return change(records, label_start + f"{count} set{'s' if count != 1 else ''}", new_records)
 
 
 def delete(records: Records, ids: Iterable[str]) -> Edit:
@@ -469,14 +477,14 @@ def _check_type(records: Records, kind: FeatureType) -> None:
     if not re.fullmatch(r"#[0-9a-fA-F]{6}", kind.color):
         raise DocumentError(Finding("type.colour", colour=kind.color), field="color")
     is_same = kind.name.strip().casefold()
-    for other in records.values():
+    for other_type in records.values():
         if (
-            isinstance(other, FeatureType)
-            and other.id != kind.id
-            and other.name.casefold() == is_same
+            isinstance(other_type, FeatureType)
+            and other_type.id != kind.id
+            and other_type.name.casefold() == is_same
         ):
             raise DocumentError(
-                Finding("name.taken", name=other.name),
+                Finding("name.taken", name=other_type.name),
                 field="name",
             )
 

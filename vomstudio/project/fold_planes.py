@@ -58,11 +58,13 @@ class FoldPlanes:
             If the planes do not define an axis.
         """
         turns = self.turns
-        known = turns is not None and turns.known
+        has_known_turns = turns is not None and turns.known
         axis = _axis(
             self.azimuth_deg.tobytes(),
             self.dip_deg.tobytes(),
-            (turns.group.tobytes(), turns.rotations.tobytes()) if known and turns else None,
+            (turns.group.tobytes(), turns.rotations.tobytes())
+            if has_known_turns and turns
+            else None,
             self.bowed_deg,
             tuple(f.name or f.id for f in self.features),
             tuple(bool(getattr(f, "overturned", False)) for f in self.features),
@@ -81,14 +83,14 @@ def _axis(
     names: tuple[str, ...],
     overturned: tuple[bool, ...],
 ) -> FoldAxis | GeometryError:
-    known = turns and Turns(
+    known_turns = turns and Turns(
         np.frombuffer(turns[0], np.int64), np.frombuffer(turns[1]).reshape(-1, 3, 3)
     )
     try:
         return fold_axis(
             np.frombuffer(azimuth),
             np.frombuffer(dip),
-            known,
+            known_turns,
             bowing_deg,
             names=names,
             overturned=overturned,
@@ -100,7 +102,7 @@ def _axis(
 def fold_planes(
     records: Records,
     features: Iterable[Typed],
-    measured_items: Mapping[str, Measurement],
+    measurements: Mapping[str, Measurement],
     fold_filter: FoldFilter,
 ) -> FoldPlanes:
     """Select the planes of a fold from the features of one type.
@@ -108,19 +110,21 @@ def fold_planes(
     Repeats of other features and features without a plane are excluded.
     """
     planar_first_picks = [
-        f for f in first_picks(features, records) if measured_items[f.id].plane is not None
+        f for f in first_picks(features, records) if measurements[f.id].plane is not None
     ]
-    verdicts = [measured_items[f.id].verdict for f in planar_first_picks]
+    verdicts = [measurements[f.id].verdict for f in planar_first_picks]
     selection = select_planes(
         [None if verdict is None else verdict.quality for verdict in verdicts],
         [f.set_name for f in planar_first_picks],
         fold_filter,
     )
-    used = [f for f, use in zip(planar_first_picks, selection.use, strict=True) if use]
-    planes = [plane for f in used if (plane := measured_items[f.id].plane) is not None]
-    models = models_of(records, used)
+    used_features = [
+        f for f, is_used in zip(planar_first_picks, selection.use, strict=True) if is_used
+    ]
+    planes = [plane for f in used_features if (plane := measurements[f.id].plane) is not None]
+    models = models_of(records, used_features)
     return FoldPlanes(
-        tuple(used),
+        tuple(used_features),
         np.array([plane.dip_direction_deg for plane in planes], np.float64),
         np.array([plane.dip_deg for plane in planes], np.float64),
         turns_of(models),

@@ -374,10 +374,10 @@ class ProjectFolder:
 
     def model_path(self, path: Path) -> str:
         """Return the path to store for a model, relative if it is inside the project folder."""
-        full = path.resolve()
-        if full.is_relative_to(self.folder.resolve()):
-            return full.relative_to(self.folder.resolve()).as_posix()
-        return str(full)
+        resolved_path = path.resolve()
+        if resolved_path.is_relative_to(self.folder.resolve()):
+            return resolved_path.relative_to(self.folder.resolve()).as_posix()
+        return str(resolved_path)
 
     def find_model(self, model: Model) -> Path | None:
         """Return the file of a model, or None if it is not found.

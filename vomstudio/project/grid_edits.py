@@ -45,14 +45,14 @@ def mark_cells(records: Records, grid_id: str, cells: Iterable[int], mark: str) 
         )
     count = grid.columns * grid.rows
     marks = list(marks_of(grid))
-    selected = sorted(set(cells))
-    if not selected or selected[0] < 0 or selected[-1] >= count:
+    selected_cells = sorted(set(cells))
+    if not selected_cells or selected_cells[0] < 0 or selected_cells[-1] >= count:
         raise DocumentError(Finding("grid.no-cell", grid=grid.name), field="cells")
-    if all(marks[cell] == mark for cell in selected):
+    if all(marks[cell] == mark for cell in selected_cells):
         raise DocumentError(Finding("edit.no-change"))
-    for cell in selected:
+    for cell in selected_cells:
         marks[cell] = mark
-    subject = "1 cell" if len(selected) == 1 else f"{len(selected)} cells"
+    subject = "1 cell" if len(selected_cells) == 1 else f"{len(selected_cells)} cells"
     return change(
         records, f"Mark {subject} as {MARKS[mark]}", {grid.id: replace(grid, marks="".join(marks))}
     )

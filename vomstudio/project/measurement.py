@@ -239,7 +239,7 @@ def plane_with_error(measurement: Measurement) -> UncertainPlane | None:
         return UncertainPlane(plane.normal(), None)
     tilt = orientation.line_from_rake(plane, fit.error_rake_deg).vector()
     resolution = measurement.resolution_m if measurement.uses_current_rule else None
-    largest, smallest = governing_half_angles(
+    major_deg, minor_deg = governing_half_angles(
         fit,
         measurement.judged_as,
         resolution,
@@ -249,7 +249,7 @@ def plane_with_error(measurement: Measurement) -> UncertainPlane | None:
     degrees_of_freedom = 1.0 if fit.n_effective is None else max(fit.n_effective - 3.0, 1.0)
     roughness = 0.0 if fit.rms is None else fit.rms * float(np.sqrt(fit.n / max(fit.n - 3.0, 1.0)))
     return replace(
-        uncertain_plane(plane.normal(), tilt, largest, smallest, degrees_of_freedom),
+        uncertain_plane(plane.normal(), tilt, major_deg, minor_deg, degrees_of_freedom),
         roughness=roughness,
     )
 
@@ -269,8 +269,8 @@ def world_lines(features: Sequence[Picked], models: Sequence[Model | None]) -> l
     for indices in rows.values():
         lines = [features[i].vertices for i in indices]
         numbers = chain.from_iterable(chain.from_iterable(lines))
-        flat_values = np.fromiter(numbers, np.float64, 3 * sum(map(len, lines)))
-        world = transform.apply(rows_of(models[indices[0]]), flat_values.reshape(-1, 3))
+        flat_coordinates = np.fromiter(numbers, np.float64, 3 * sum(map(len, lines)))
+        world = transform.apply(rows_of(models[indices[0]]), flat_coordinates.reshape(-1, 3))
         start = 0
         for i, line in zip(indices, lines, strict=True):
             result[i] = world[start : start + len(line)]

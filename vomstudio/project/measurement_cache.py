@@ -75,7 +75,7 @@ class Measurements:
         if limits != self._thresholds:
             self._thresholds, self._cache = limits, {}
         # Single pass without generators, for speed.
-        features, new_items, sources = [], [], {}
+        features, new_features, sources = [], [], {}
         for id_ in ids:
             feature = records.get(id_)
             if not isinstance(feature, Feature):
@@ -84,15 +84,17 @@ class Measurements:
             dependencies = sources_of(records, feature)
             entry = self._cache.get(id_)
             if entry is None or len(entry[0]) != len(dependencies):
-                new_items.append(feature)
+                new_features.append(feature)
                 sources[id_] = dependencies
             elif any(map(is_not, entry[0], dependencies)):
                 if all(map(is_equal_except, entry[0], dependencies, repeat(LABEL_FIELDS))):
                     self._cache[id_] = (dependencies, entry[1])
                 else:
-                    new_items.append(feature)
+                    new_features.append(feature)
                     sources[id_] = dependencies
-        for feature, measurement in zip(new_items, self._measure(records, new_items), strict=True):
+        for feature, measurement in zip(
+            new_features, self._measure(records, new_features), strict=True
+        ):
             self._cache[feature.id] = (sources[feature.id], measurement)
         return {feature.id: self._cache[feature.id][1] for feature in features}
 
@@ -121,9 +123,11 @@ class Measurements:
     def _measure(self, records: Records, features: list[Feature]) -> list[Measurement]:
         # An intersection of sets may depend on thousands of planes, only one of which has changed.
         dependency_ids = [item.id for f in features for item in kind_of(f).dependencies(records, f)]
-        known = self.of(records, dict.fromkeys(dependency_ids)) if dependency_ids else {}
+        known_measurements = (
+            self.of(records, dict.fromkeys(dependency_ids)) if dependency_ids else {}
+        )
         with pause_collection():
-            return measure_all(records, features, self._default_thresholds, known)
+            return measure_all(records, features, self._default_thresholds, known_measurements)
 
     def keep_after_edit(self, records: Records, ids: Collection[str]) -> None:
         """Keep the cached measurements after an edit that affects only the features `ids`.
@@ -203,7 +207,7 @@ def measure_all(
     records: Records,
     features: Sequence[Feature],
     default_thresholds: Thresholds | None = None,
-    known_items: Mapping[str, Measurement] | None = None,
+    known_measurements: Mapping[str, Measurement] | None = None,
 ) -> list[Measurement]:
     """Measure features in one batch per kind.
 
@@ -213,22 +217,26 @@ def measure_all(
     features : sequence of Feature
     default_thresholds : Thresholds or None
         Thresholds for a project that has no profile.
-    known_items : mapping of str to Measurement, optional
+    known_measurements : mapping of str to Measurement, optional
         Measurements of dependencies that have already been computed, by feature ID.
     """
     thresholds = limits_of(records, default_thresholds or Thresholds())
-    known_items = dict(known_items or {})
+    known_measurements = dict(known_measurements or {})
     dependencies = {item.id: item for f in features for item in kind_of(f).dependencies(records, f)}
-    missing_ids = [item for id_, item in dependencies.items() if id_ not in known_items]
+    missing_ids = [item for id_, item in dependencies.items() if id_ not in known_measurements]
     if missing_ids:
         measurements = measure_all(records, missing_ids, thresholds)
-        known_items |= {item.id: m for item, m in zip(missing_ids, measurements, strict=True)}
-    inputs = MeasurementContext(records, thresholds, known_items)
+        known_measurements |= {
+            item.id: m for item, m in zip(missing_ids, measurements, strict=True)
+        }
+    inputs = MeasurementContext(records, thresholds, known_measurements)
     features_by_kind: dict[Kind, list[Feature]] = {}
     for feature in features:
         features_by_kind.setdefault(kind_of(feature), []).append(feature)
-    measured = {kind: iter(kind.measure(inputs, batch)) for kind, batch in features_by_kind.items()}
-    return [next(measured[kind_of(feature)]) for feature in features]
+    measurements_by_kind = {
+        kind: iter(kind.measure(inputs, batch)) for kind, batch in features_by_kind.items()
+    }
+    return [next(measurements_by_kind[kind_of(feature)]) for feature in features]
 
 
 def measure_one(

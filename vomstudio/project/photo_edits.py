@@ -84,10 +84,10 @@ def add_photo_set(
     """Add a folder of photos with the points, marks and masks of its sidecar files."""
     if photo_set.id in records:
         raise DocumentError(Finding("record.exists", name=photo_set.name))
-    after: After = {photo_set.id: photo_set}
-    after |= _points_after(records, photo_set.id, points, marks or {})
-    after |= _masks_after(records, photo_set.id, masks or {})
-    return change(records, f"Add the photos {photo_set.name}", after)
+    new_records: After = {photo_set.id: photo_set}
+    new_records |= _points_after(records, photo_set.id, points, marks or {})
+    new_records |= _masks_after(records, photo_set.id, masks or {})
+    return change(records, f"Add the photos {photo_set.name}", new_records)
 
 
 def import_sidecar_data(
@@ -101,10 +101,10 @@ def import_sidecar_data(
     """Replace the points and masks of a photo set with those of its sidecar files."""
     photo_set = _set(records, photo_set_id)
     known_crs = photo_set.crs if crs is None else crs
-    after: After = {photo_set_id: replace(photo_set, crs=known_crs)}
-    after |= _points_after(records, photo_set_id, points, marks)
-    after |= _masks_after(records, photo_set_id, masks)
-    return change(records, f"Use files next to the photos {photo_set.name}", after)
+    new_records: After = {photo_set_id: replace(photo_set, crs=known_crs)}
+    new_records |= _points_after(records, photo_set_id, points, marks)
+    new_records |= _masks_after(records, photo_set_id, masks)
+    return change(records, f"Use files next to the photos {photo_set.name}", new_records)
 
 
 def set_points(
@@ -121,10 +121,10 @@ def set_points(
     A point with a new label but the marks of an old point is treated as the same point.
     """
     photo_set = _set(records, photo_set_id)
-    after = _points_after(records, photo_set_id, points, marks)
+    new_records = _points_after(records, photo_set_id, points, marks)
     if crs is not None and crs != photo_set.crs:
-        after[photo_set_id] = replace(photo_set, crs=crs)
-    return change(records, label, after)
+        new_records[photo_set_id] = replace(photo_set, crs=crs)
+    return change(records, label, new_records)
 
 
 def set_masks(
@@ -150,16 +150,16 @@ def add_reconstruction(
 ) -> Edit:
     """Add the result of a run, replacing an earlier run in the same folder."""
     _set(records, reconstruction.photo_set_id)
-    after: After = {reconstruction.id: reconstruction}
-    after |= set_registration(records, registration).after
-    for other in records.values():
+    new_records: After = {reconstruction.id: reconstruction}
+    new_records |= set_registration(records, registration).after
+    for other_record in records.values():
         if (
-            isinstance(other, ReconstructionRecord)
-            and other.folder == reconstruction.folder
-            and other.id != reconstruction.id
+            isinstance(other_record, ReconstructionRecord)
+            and other_record.folder == reconstruction.folder
+            and other_record.id != reconstruction.id
         ):
-            after[other.id] = None
-    return change(records, f"Make a model of {reconstruction.name}", after)
+            new_records[other_record.id] = None
+    return change(records, f"Make a model of {reconstruction.name}", new_records)
 
 
 def reconstruction_in(records: Records, folder: str) -> ReconstructionRecord | None:
@@ -185,64 +185,64 @@ def reconstruction_registration(records: Records, reconstruction_id: str) -> Reg
 def _points_after(
     records: Records, photo_set_id: str, points: Sequence[PointState], marks: Marks
 ) -> After:
-    old = {p.label: p for p in points_of(records, photo_set_id)}
+    old_points = {p.label: p for p in points_of(records, photo_set_id)}
     states = {state.label: state for state in points}
     for label, _ in marks:
         states.setdefault(label, PointState(label))
-    ids = {label: old[label].id for label in states if label in old}
+    ids = {label: old_points[label].id for label in states if label in old_points}
     old_marks = {(p.label, m.photo): m for p, m in marks_of(records, photo_set_id)}
-    _match_renamed_point(ids, old, states, old_marks, marks)
-    after: After = {}
+    _match_renamed_point(ids, old_points, states, old_marks, marks)
+    new_records: After = {}
     for label, state in states.items():
         id_ = ids.setdefault(label, new_id("point"))
         point = MarkedPoint(id_, photo_set_id, label, state.position, state.sigma_m, state.check)
         if records.get(id_) != point:
-            after[id_] = point
-    after |= {p.id: None for p in old.values() if p.id not in ids.values()}
+            new_records[id_] = point
+    new_records |= {p.id: None for p in old_points.values() if p.id not in ids.values()}
     marks_by_point = {(m.point_id, m.photo): m for m in old_marks.values()}
-    used = set()
+    used_ids = set()
     for (label, photo), (x, y) in marks.items():
-        before = marks_by_point.get((ids[label], photo))
-        id_ = new_id("mark") if before is None else before.id
-        used.add(id_)
+        old_mark = marks_by_point.get((ids[label], photo))
+        id_ = new_id("mark") if old_mark is None else old_mark.id
+        used_ids.add(id_)
         mark = ImageMark(id_, ids[label], photo, x, y)
-        if before != mark:
-            after[id_] = mark
-    after |= {m.id: None for m in marks_by_point.values() if m.id not in used}
-    return after
+        if old_mark != mark:
+            new_records[id_] = mark
+    new_records |= {m.id: None for m in marks_by_point.values() if m.id not in used_ids}
+    return new_records
 
 
 def _match_renamed_point(
     ids: dict[str, str],
-    old_items: Mapping[str, MarkedPoint],
+    old_points: Mapping[str, MarkedPoint],
     states: Mapping[str, PointState],
     old_marks: Marks | Mapping[tuple[str, str], ImageMark],
     marks: Marks,
 ) -> None:
     """Assign the ID of a removed label to a new one if exactly one label was replaced."""
-    removed = [label for label in old_items if label not in states]
-    added_states = [label for label in states if label not in old_items]
-    if len(removed) == len(added_states) == 1:
-        old_photos = {photo for label, photo in old_marks if label == removed[0]}
+    removed_labels = [label for label in old_points if label not in states]
+    added_states = [label for label in states if label not in old_points]
+    if len(removed_labels) == len(added_states) == 1:
+        old_photos = {photo for label, photo in old_marks if label == removed_labels[0]}
         photos = {photo for label, photo in marks if label == added_states[0]}
         if old_photos == photos:
-            ids[added_states[0]] = old_items[removed[0]].id
+            ids[added_states[0]] = old_points[removed_labels[0]].id
 
 
 def _masks_after(records: Records, photo_set_id: str, masks: Mapping[str, Asset | None]) -> After:
     old_masks = masks_of(records, photo_set_id)
-    after: After = {}
+    new_records: After = {}
     for photo, file in masks.items():
-        before = old_masks.get(photo)
+        old_mask = old_masks.get(photo)
         if file is None:
-            if before is not None:
-                after[before.id] = None
-        elif before is None:
+            if old_mask is not None:
+                new_records[old_mask.id] = None
+        elif old_mask is None:
             id_ = new_id("mask")
-            after[id_] = Mask(id_, photo_set_id, photo, file)
-        elif before.file != file:
-            after[before.id] = replace(before, file=file)
-    return after
+            new_records[id_] = Mask(id_, photo_set_id, photo, file)
+        elif old_mask.file != file:
+            new_records[old_mask.id] = replace(old_mask, file=file)
+    return new_records
 
 
 def _set(records: Records, photo_set_id: str) -> PhotoSet:

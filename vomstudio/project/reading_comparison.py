@@ -46,10 +46,10 @@ def nearest_picks(
     readings = [r for r in features if kind_of(r).evidence == "read"]
     if not readings:
         return {}
-    measured = measurements.of(records, [r.id for r in readings])
+    measurements_by_id = measurements.of(records, [r.id for r in readings])
     groups: dict[tuple[str, bool], list[Typed]] = {}
     for reading in readings:
-        is_plane = measured[reading.id].plane is not None
+        is_plane = measurements_by_id[reading.id].plane is not None
         groups.setdefault((reading.type_id, is_plane), []).append(reading)
     result: dict[str, NearestPick] = {}
     for (type_id, is_plane), group in groups.items():
@@ -57,7 +57,7 @@ def nearest_picks(
             records, measurements, [r for r in features if r.type_id == type_id], is_plane
         )
         if picks is not None:
-            result |= _compare(group, measured, picks)
+            result |= _compare(group, measurements_by_id, picks)
     return result
 
 
@@ -77,25 +77,25 @@ def _picks(
         and (model := get(records, f.model_id, Model)) is not None
         and model.frame.has_north
     ]
-    measured = measurements.of(records, [f.id for f in features])
-    features = [f for f in features if _vector(measured[f.id]) is not None]
+    measurements_by_id = measurements.of(records, [f.id for f in features])
+    features = [f for f in features if _vector(measurements_by_id[f.id]) is not None]
     if not features:
         return None
-    vectors = np.array([_vector(measured[f.id]) for f in features])
-    points = [kind_of(f).places(Subject(f, measured[f.id], records)) for f in features]
+    vectors = np.array([_vector(measurements_by_id[f.id]) for f in features])
+    points = [kind_of(f).places(Subject(f, measurements_by_id[f.id], records)) for f in features]
     owner = np.repeat(np.arange(len(features)), [len(p) for p in points])
-    return _Picks(list(features), vectors, np.concatenate(points), owner, measured)
+    return _Picks(list(features), vectors, np.concatenate(points), owner, measurements_by_id)
 
 
 def _compare(
-    readings: Sequence[Feature], measured_items: Mapping[str, Measurement], picks: _Picks
+    readings: Sequence[Feature], measurements: Mapping[str, Measurement], picks: _Picks
 ) -> dict[str, NearestPick]:
     from scipy.spatial import cKDTree
 
     tree = cKDTree(picks.points)
     result = {}
     for reading in readings:
-        measurement = measured_items[reading.id]
+        measurement = measurements[reading.id]
         vector = _vector(measurement)
         if vector is None:
             continue

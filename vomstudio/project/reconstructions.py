@@ -34,7 +34,9 @@ def read_reconstruction(
     try:
         data = read_small(path, JSON_BYTES)
         result = json.loads(data)
-        finished = datetime.fromtimestamp(path.stat().st_mtime, UTC).isoformat(timespec="seconds")
+        finished_at = datetime.fromtimestamp(path.stat().st_mtime, UTC).isoformat(
+            timespec="seconds"
+        )
     except (InputError, OSError, ValueError, RecursionError) as error:
         raise InputError(Finding("reconstruction.unreadable"), file=path) from (error)
     if not isinstance(result, dict):
@@ -53,7 +55,7 @@ def read_reconstruction(
         _count(result.get("registered")),
         finite_number(result.get("reprojection_error_px")),
         str(versions.get("vomstudio", "")) if isinstance(versions, dict) else "",
-        finished,
+        finished_at,
     )
     return reconstruction, result_registration(result, reconstruction.name, reconstruction.id)
 

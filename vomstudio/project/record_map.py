@@ -35,28 +35,28 @@ class RecordMap(Mapping[str, Record]):
         self._cached: dict[Callable[[RecordMap], Any], Any] = {}
         self.revision = 0
 
-    def apply(self, after: Mapping[str, Record | None]) -> None:
+    def apply(self, new_records: Mapping[str, Record | None]) -> None:
         """Insert records, and remove those with the value None. Called only by the session."""
         self.revision += 1
         self._cached = {}
-        for id_, new in after.items():
+        for id_, new_record in new_records.items():
             old_record = self._records.get(id_)
-            if new is None:
+            if new_record is None:
                 self._records.pop(id_, None)
             else:
-                self._records[id_] = new
+                self._records[id_] = new_record
             for cls, members in self._class_members.items():
-                if isinstance(new, cls):
+                if isinstance(new_record, cls):
                     # The ID belonged to a record of another class, so its position in the order
                     # differs.
                     if old_record is not None and id_ not in members:
                         self._class_members = {}
                         break
-                    members[id_] = new
+                    members[id_] = new_record
                 else:
                     members.pop(id_, None)
             for key_of, counts in self._counts.items():
-                for record, step in ((old_record, -1), (new, 1)):
+                for record, step in ((old_record, -1), (new_record, 1)):
                     key = None if record is None else key_of(record)
                     if key is not None:
                         counts[key] += step
@@ -67,7 +67,7 @@ class RecordMap(Mapping[str, Record]):
                     numbers[number] -= 1
                     if not numbers[number]:
                         del numbers[number]
-                if (number := number_of(prefix, new)) is not None:
+                if (number := number_of(prefix, new_record)) is not None:
                     numbers[number] += 1
 
     def of(self, cls: type[T]) -> list[T]:

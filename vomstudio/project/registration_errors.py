@@ -38,14 +38,17 @@ def turns_of(models: Iterable[Model | None]) -> Turns:
 
     Models that were placed by the same registration rotate together.
     """
-    known_items: dict[int, tuple[object, FloatArray | None]] = {}
+    known_covariances: dict[int, tuple[object, FloatArray | None]] = {}
     turns = []
     for model in models:
-        if id(model) not in known_items:
+        if id(model) not in known_covariances:
             registration = None if model is None else model.registration
             rotation = None if registration is None else registration.rotation_covariance()
-            known_items[id(model)] = (None if registration is None else registration.id, rotation)
-        turns.append(known_items[id(model)])
+            known_covariances[id(model)] = (
+                None if registration is None else registration.id,
+                rotation,
+            )
+        turns.append(known_covariances[id(model)])
     return shared_rotations(turns)
 
 
@@ -68,21 +71,21 @@ def normal_covariance(measurement: Measurement, model: Model | None) -> FloatArr
     fit, plane = measurement.fit, measurement.plane
     if fit is None or plane is None or fit.error_rake_deg is None or fit.error is not None:
         return None
-    largest, smallest = governing_half_angles(
+    major_deg, minor_deg = governing_half_angles(
         fit,
         measurement.judged_as,
         measurement.resolution_m,
         measurement.outcrop_normal,
         measurement.stretch_error_deg,
     )
-    if largest is None or smallest is None or largest >= 90.0:
+    if major_deg is None or minor_deg is None or major_deg >= 90.0:
         return None
     normal = plane.normal()
     direction = orientation.line_from_rake(plane, fit.error_rake_deg).vector()
-    largest = max(
-        largest, resolution_tilt_deg(fit, measurement.resolution_m, measurement.judged_as) or 0.0
+    major_deg = max(
+        major_deg, resolution_tilt_deg(fit, measurement.resolution_m, measurement.judged_as) or 0.0
     )
-    covariance = squared_region(normal, largest, smallest, direction) / CHI2_TWO
+    covariance = squared_region(normal, major_deg, minor_deg, direction) / CHI2_TWO
     registration = None if model is None else model.registration
     rotation = None if registration is None else registration.rotation_covariance()
     if rotation is None and measurement.registration_error_deg is not None:

@@ -46,8 +46,8 @@ def repeat_columns(feature: Any, records: Records) -> dict[str, str]:
 def repeatable_features(records: Records) -> list[Repeatable]:
     """Return the features that are not repeats and have not been repeated yet."""
     features = [r for r in records.values() if isinstance(r, Repeatable)]
-    repeated = {r.repeat_of for r in features if r.repeat_of}
-    return [r for r in features if not is_repeat(r, records) and r.id not in repeated]
+    repeated_ids = {r.repeat_of for r in features if r.repeat_of}
+    return [r for r in features if not is_repeat(r, records) and r.id not in repeated_ids]
 
 
 def link_repeat(records: Records, id_: str, first_id: str, interpreter: str = "") -> Edit:
@@ -60,12 +60,12 @@ def link_repeat(records: Records, id_: str, first_id: str, interpreter: str = ""
     DocumentError
         If a feature does not exist, or if the two features are not of the same kind.
     """
-    repeated, first = get(records, id_, Repeatable), get(records, first_id, Repeatable)
+    repeated_feature, first = get(records, id_, Repeatable), get(records, first_id, Repeatable)
     if (
-        repeated is None
+        repeated_feature is None
         or first is None
-        or repeated.id == first.id
-        or type(repeated) is not type(first)
+        or repeated_feature.id == first.id
+        or type(repeated_feature) is not type(first)
     ):
         raise DocumentError(Finding("repeat.other-kind"))
     if is_repeat(first, records):
@@ -79,7 +79,7 @@ def link_repeat(records: Records, id_: str, first_id: str, interpreter: str = ""
     for field in ("type_id", "set_name", "domain"):
         if hasattr(first, field):
             values[field] = getattr(first, field)
-    repeat: Any = replace(repeated, name=name, **values)
+    repeat: Any = replace(repeated_feature, name=name, **values)
     return change(records, f"Repeat {first.name}", {id_: repeat})
 
 
@@ -88,5 +88,5 @@ def set_interpreter(records: Records, ids: Iterable[str], interpreter: str) -> E
     features = [r for id_ in ids if (r := get(records, id_, Repeatable)) is not None]
     if not features:
         raise DocumentError(Finding("selection.empty"))
-    after: dict[str, Any] = {r.id: r.but(interpreter=interpreter or None) for r in features}
-    return change(records, f"Change interpreter of {len(features)} features", after)
+    new_records: dict[str, Any] = {r.id: r.but(interpreter=interpreter or None) for r in features}
+    return change(records, f"Change interpreter of {len(features)} features", new_records)

@@ -24,10 +24,10 @@ class Selection:
         return self._ids[-1] if self._ids else None
 
     def set(self, ids: Iterable[str]) -> None:
-        new = tuple(dict.fromkeys(ids))
-        if new != self._ids:
-            self._ids = new
-            self.changed.emit(new)
+        new_ids = tuple(dict.fromkeys(ids))
+        if new_ids != self._ids:
+            self._ids = new_ids
+            self.changed.emit(new_ids)
 
     def toggle(self, id_: str) -> None:
         if id_ in self._ids:
@@ -37,5 +37,5 @@ class Selection:
 
     def keep(self, ids: Iterable[str]) -> None:
         """Deselect all records that are not in `ids`."""
-        known = set(ids)
-        self.set(i for i in self._ids if i in known)
+        known_ids = set(ids)
+        self.set(i for i in self._ids if i in known_ids)

@@ -104,14 +104,14 @@ class Session:
 
     def _write(self, edit: Edit, kind: RowKind, *, finishes_draft: bool = False) -> None:
         edit.check(self._records)
-        before, after = encode_edit(edit)
+        old_values, new_values = encode_edit(edit)
         of_seq = self.draft.seq if finishes_draft and self.draft else None
         seq = self._journal.append(
             kind,
             of_seq=self.top if kind == "amend" else of_seq,
             label=edit.label,
-            before=before,
-            after=after,
+            before=old_values,
+            after=new_values,
             settings=self._settings(),
         )
         if finishes_draft:

@@ -27,7 +27,7 @@ def band_of_measured(measurement: Measurement) -> PlaneBand | None:
 
 def priors_among(
     features: Iterable[Any],
-    measured_items: Mapping[str, Measurement],
+    measurements: Mapping[str, Measurement],
     set_name: Callable[[Any], str],
     excluded_id: str,
 ) -> list[SetPrior]:
@@ -39,7 +39,7 @@ def priors_among(
 
     groups: dict[str, list[Any]] = {}
     for feature in features:
-        measurement = measured_items.get(feature.id)
+        measurement = measurements.get(feature.id)
         if feature.id == excluded_id or measurement is None or measurement.plane is None:
             continue
         if measurement.verdict is not None and measurement.verdict.quality == "poor":

@@ -42,9 +42,9 @@ def verify(folder: Path) -> Verification:
     """
     schema, played = read_schema_and_replay(folder)
     records = played.records.values()
-    named = named_assets(played)
+    assets_by_name = named_assets(played)
     problems = [*played.problems]
-    for asset in named:
+    for asset in assets_by_name:
         try:
             path = asset_path(folder, asset)
             if not is_intact(path):
@@ -58,7 +58,7 @@ def verify(folder: Path) -> Verification:
         len(played.done),
         sum(isinstance(r, Model) for r in records),
         sum(isinstance(r, Feature) for r in records),
-        len(named),
+        len(assets_by_name),
         tuple(problems),
     )
 
@@ -74,8 +74,8 @@ def assets_of(
 ) -> list[Asset]:
     """Return the files referenced by records that exist, were saved, or belong to a step."""
     assets: dict[str, Asset] = {}
-    changed = (r for edit in steps for r in (*edit.before.values(), *edit.after.values()))
-    for record in (*now, *saved_records, *changed):
+    changed_records = (r for edit in steps for r in (*edit.before.values(), *edit.after.values()))
+    for record in (*now, *saved_records, *changed_records):
         if isinstance(record, Mask):
             assets[record.file.path] = record.file
     return list(assets.values())

@@ -212,9 +212,11 @@ def _add_scale_error(kinds: Sequence[Observed], result: Adjustment) -> Adjustmen
     inverse, _ = invert_determined(moves.T @ moves)
     step = -inverse @ (moves[: len(change)].T @ (change / result.sigma))
     response = error * (step * units)[:7]
-    added_values = np.outer(response, response)
+    added_covariance = np.outer(response, response)
     return replace(
-        result, covariance=result.covariance + added_values, plain=result.plain + added_values
+        result,
+        covariance=result.covariance + added_covariance,
+        plain=result.plain + added_covariance,
     )
 
 
@@ -235,12 +237,12 @@ def _variances_alone(
         # Planes have many starts and would take longer than the adjustment.
         if not isinstance(kind, Points | Attitudes) or np.isfinite(kind.sigma).all():
             continue
-        one = adjust([kind, *fixed_scale], centre, size)
-        groups = np.array(one.rows.groups)
-        is_unknown = ~np.isfinite(one.rows.sigma)
-        for name, redundancy in one.redundancy_of.items():
+        adjusted = adjust([kind, *fixed_scale], centre, size)
+        groups = np.array(adjusted.rows.groups)
+        is_unknown = ~np.isfinite(adjusted.rows.sigma)
+        for name, redundancy in adjusted.redundancy_of.items():
             if redundancy >= _MIN_REDUNDANCY_ALONE:
-                sigma = one.sigma[is_unknown & (groups == name)]
+                sigma = adjusted.sigma[is_unknown & (groups == name)]
                 variances[name] = float(sigma[0] ** 2), redundancy
     return variances
 
@@ -280,11 +282,11 @@ def _start_similarities(problem: _Problem) -> list[Similarity]:
         with suppress(GeometryError):
             return [fit_similarity(model, world, scale=fixed_scale)]
     scale = _first_scale(kinds, model, world) if fixed_scale is None else fixed_scale
-    turns = [np.eye(3), *(t for kind in kinds for t in _starts_of_kind(kind))]
-    if len(turns) == 1:
-        turns += [*Rotation.random(_RANDOM_STARTS, random_state=0).as_matrix()]
+    start_rotations = [np.eye(3), *(t for kind in kinds for t in _starts_of_kind(kind))]
+    if len(start_rotations) == 1:
+        start_rotations += [*Rotation.random(_RANDOM_STARTS, random_state=0).as_matrix()]
     candidates = []
-    for turn in turns:
+    for turn in start_rotations:
         if len(model):
             shift = world.mean(axis=0) - scale * turn @ model.mean(axis=0)
         else:
@@ -312,8 +314,8 @@ def _supported_by_most(problem: _Problem, starts: Sequence[Similarity]) -> list[
     if len(starts) < 2:
         return list(starts)
     ended = [_iterate(problem, start, is_robust=True) for start in starts]
-    least = min(cost for _, cost in ended)
-    return [fit for fit, cost in ended if cost <= least + EQUAL_FIT_COST]
+    min_cost = min(cost for _, cost in ended)
+    return [fit for fit, cost in ended if cost <= min_cost + EQUAL_FIT_COST]
 
 
 def _starts_of_kind(kind: Observed) -> list[FloatArray]:
@@ -355,12 +357,12 @@ def _initial_errors(
     A default does not exceed the largest error that the group alone allows.
     """
     metres = np.array([g in METRES for g in rows.groups])
-    typical_values = np.where(metres, _DEFAULT_ERROR_SHARE * size, _DEFAULT_ERROR_RAD)
+    default_errors = np.where(metres, _DEFAULT_ERROR_SHARE * size, _DEFAULT_ERROR_RAD)
     for name, (variance, redundancy) in separate_variances.items():
         mask = np.array(rows.groups) == name
         maximum = float(np.sqrt(variance * max_variance_ratio(redundancy, redundancy)))
-        typical_values[mask] = np.minimum(typical_values[mask], max(maximum, 1e-12 * size))
-    return np.where(np.isfinite(rows.sigma), rows.sigma, typical_values)
+        default_errors[mask] = np.minimum(default_errors[mask], max(maximum, 1e-12 * size))
+    return np.where(np.isfinite(rows.sigma), rows.sigma, default_errors)
 
 
 def _cost(problem: _Problem, fit: Similarity, *, is_robust: bool = False) -> float:
@@ -379,8 +381,8 @@ def _step(rows: Rows, sigma: FloatArray, size: float, turn_first: FloatArray) ->
     inverse, null = invert_determined(moves.T @ moves)
     step = -inverse @ (moves.T @ misses)
     if null.shape[1]:
-        weighed_values = turn_first[:, None] * null
-        step = step - null @ np.linalg.lstsq(weighed_values, turn_first * step, rcond=None)[0]
+        weighted_null_space = turn_first[:, None] * null
+        step = step - null @ np.linalg.lstsq(weighted_null_space, turn_first * step, rcond=None)[0]
     return np.asarray((step * units)[:7], np.float64)
 
 
@@ -444,21 +446,23 @@ def _evaluate(problem: _Problem, fit: Similarity) -> Adjustment:
     groups_kept_alone: set[str] = set()
     for _ in range(_MAX_ITERATIONS):
         rows, begins, position = problem.at(fit)
-        before = sigma.copy()
+        previous_sigma = sigma.copy()
         if unstated:
             sigma, redundancy_of = estimate_errors(
                 rows, sigma, size * fit.scale, unstated, separate_variances, groups_kept_alone
             )
         step = _step(rows, sigma, size * fit.scale, _preference(rows))
         fit = apply_step(fit, step, position)
-        if np.abs(step[:4]).max() < _STEP_TOLERANCE and np.allclose(before, sigma, rtol=1e-6):
+        if np.abs(step[:4]).max() < _STEP_TOLERANCE and np.allclose(
+            previous_sigma, sigma, rtol=1e-6
+        ):
             break
     rows, begins, position = problem.at(fit)
     length = size * fit.scale
     moves, misses, units = weighted_system(rows, sigma, length)
     information = moves.T @ moves
     inverse, null = invert_determined(information)
-    common = -(inverse @ (moves.T @ misses) * units)[7:]
+    shared_shifts = -(inverse @ (moves.T @ misses) * units)[7:]
     misses = remove_shared_errors(moves, misses, inverse, len(rows.misses))
     rows = replace(rows, misses=misses[: len(rows.misses)] * sigma)
     redundancy = float(len(rows.misses) - (7 - null.shape[1]))
@@ -469,14 +473,14 @@ def _evaluate(problem: _Problem, fit: Similarity) -> Adjustment:
         squares = float((misses**2).sum())
         if squares > chi2.ppf(_SIGNIFICANCE, redundancy):
             misfit_factor = float(np.sqrt(squares / redundancy))
-    plain_values = spread * np.outer(units, units) * misfit_factor**2
-    covariance = plain_values * np.outer(factor, factor)
+    covariance_diagonal = spread * np.outer(units, units) * misfit_factor**2
+    covariance = covariance_diagonal * np.outer(factor, factor)
     assumed = tuple(name for name in unstated if redundancy_of.get(name, 0.0) < 0.5)
     return Adjustment(
         fit,
         position,
         covariance[:7, :7],
-        plain_values[:7, :7],
+        covariance_diagonal[:7, :7],
         null[:7],
         rows,
         sigma,
@@ -488,7 +492,7 @@ def _evaluate(problem: _Problem, fit: Similarity) -> Adjustment:
         length,
         redundancy,
         information,
-        common,
+        shared_shifts,
         covariance[7:, 7:],
         redundancy_of,
         drift,

@@ -57,16 +57,16 @@ def find_outliers(
     if len(labels) < _MIN_PHOTOS:
         return no_photos, no_photos
     rotations = camera_rotations(angles) @ np.swapaxes(model, 1, 2)
-    typical, scatter = _majority_rotation(rotations)
+    typical_rotation, scatter = _majority_rotation(rotations)
     if scatter > _MAX_SCATTER_DEG:
-        better = [
+        better_choices = [
             (
                 _majority_rotation(camera_rotations(change(angles)) @ np.swapaxes(model, 1, 2))[1],
                 sentence,
             )
             for change, sentence in _conventions()
         ]
-        least_scatter, sentence = min(better)
+        least_scatter, sentence = min(better_choices)
         if least_scatter < min(_MAX_SCATTER_RATIO * scatter, _MAX_SCATTER_CHANGED_DEG):
             messages.append(
                 Finding(
@@ -77,13 +77,13 @@ def find_outliers(
                 )
             )
             return no_photos, no_photos
-    angles_off = _rotation_angles(rotations, typical)
+    angles_off = _rotation_angles(rotations, typical_rotation)
     limit = _outlier_limit_deg(angles_off)
     outliers = np.asarray(angles_off > limit)
     tilted = no_photos.copy()
     if outliers.any():
         tilted[outliers] = _describe_outliers(
-            labels, angles, model, typical, outliers, limit, messages
+            labels, angles, model, typical_rotation, outliers, limit, messages
         )
     return outliers, tilted
 
@@ -115,29 +115,33 @@ def find_vertical_outliers(
     """
     if len(labels) < _MIN_PHOTOS or not is_considered.any():
         return np.zeros(len(labels), bool)
-    turned = [down]
+    turned_axes = [down]
     for _ in range(3):
         # Rotate the photo clockwise by a quarter turn.
-        right, below, ahead = turned[-1].T
-        turned.append(np.column_stack([-below, right, ahead]))
-    each = [np.einsum("nij,nj->ni", model, item) for item in turned]
-    usual, scatter = _majority_direction(each[0])
+        right, down_axis, ahead = turned_axes[-1].T
+        turned_axes.append(np.column_stack([-down_axis, right, ahead]))
+    directions_by_turn = [np.einsum("nij,nj->ni", model, item) for item in turned_axes]
+    usual_direction, scatter = _majority_direction(directions_by_turn[0])
     if scatter > _MAX_SCATTER_DEG:
-        least, quarter = min((_majority_direction(item)[1], k) for k, item in enumerate(each))
-        if quarter and least < min(_MAX_SCATTER_RATIO * scatter, _MAX_SCATTER_CHANGED_DEG):
+        min_scatter, quarter = min(
+            (_majority_direction(item)[1], k) for k, item in enumerate(directions_by_turn)
+        )
+        if quarter and min_scatter < min(_MAX_SCATTER_RATIO * scatter, _MAX_SCATTER_CHANGED_DEG):
             messages.append(
                 Finding(
                     "attitude.turned-photos",
                     scatter_deg=scatter,
-                    least_deg=least,
+                    least_deg=min_scatter,
                     turn_deg=90 * quarter,
                 )
             )
             return np.zeros(len(labels), bool)
-    offset = _angles_to(each[0], usual)
+    offset = _angles_to(directions_by_turn[0], usual_direction)
     out = np.asarray(is_considered & (offset > _outlier_limit_deg(offset)))
     if out.any():
-        angles = np.array([_angles_to(item, usual) for item in each])[:, out]
+        angles = np.array([_angles_to(item, usual_direction) for item in directions_by_turn])[
+            :, out
+        ]
         close = angles.min(axis=0) < _MAX_SCATTER_CHANGED_DEG
         quarters = np.unique(90 * angles.argmin(axis=0)[close]).tolist()
         messages.append(Finding("attitude.verticals-left-out", photos=selected(labels, out)))
@@ -188,7 +192,7 @@ def _describe_outliers(
     labels: Sequence[str],
     angles: FloatArray,
     model: FloatArray,
-    typical_values: FloatArray,
+    typical_rotation: FloatArray,
     out: BoolArray,
     limit: float,
     messages: list[Finding],
@@ -199,39 +203,47 @@ def _describe_outliers(
     """
     from scipy.spatial.transform import Rotation
 
-    back = np.swapaxes(model, 1, 2)
-    named_items: dict[tuple[str, Any], list[str]] = {}
-    tilted_items = []
+    rotation_back = np.swapaxes(model, 1, 2)
+    photos_by_reason: dict[tuple[str, Any], list[str]] = {}
+    tilted_photos = []
     for row in map(int, np.flatnonzero(out)):
-        one = angles[row : row + 1]
+        angles_of_photo = angles[row : row + 1]
         fits = [
             (
                 float(
-                    _rotation_angles(camera_rotations(change(one)) @ back[row], typical_values)[0]
+                    _rotation_angles(
+                        camera_rotations(change(angles_of_photo)) @ rotation_back[row],
+                        typical_rotation,
+                    )[0]
                 ),
                 sentence,
             )
             for change, sentence in _quarter_turns()
         ]
-        least, sentence = min(fits)
-        between = camera_rotations(one)[0] @ back[row] @ typical_values.T
-        rotation = np.degrees(Rotation.from_matrix(between).as_rotvec())
+        min_angle, sentence = min(fits)
+        between_rotations = (
+            camera_rotations(angles_of_photo)[0] @ rotation_back[row] @ typical_rotation.T
+        )
+        rotation = np.degrees(Rotation.from_matrix(between_rotations).as_rotvec())
         # If a camera looks down, a rotated photo appears to have another yaw.
-        quarter = least < limit / 2
+        quarter = min_angle < limit / 2
         is_flat = not quarter and abs(rotation[2]) > _MIN_VERTICAL_COMPONENT * np.linalg.norm(
             rotation
         )
-        tilted_items.append(not is_flat)
+        tilted_photos.append(not is_flat)
         if quarter:
-            named_items.setdefault(("quarter", sentence), []).append(labels[row])
+            photos_by_reason.setdefault(("quarter", sentence), []).append(labels[row])
         elif is_flat:
-            named_items.setdefault(("yaw", round(-float(rotation[2]) / 5) * 5), []).append(
+            photos_by_reason.setdefault(("yaw", round(-float(rotation[2]) / 5) * 5), []).append(
                 labels[row]
             )
         else:
-            named_items.setdefault(("far", limit), []).append(labels[row])
-    messages += [_exclusion_finding(why, what, names) for (why, what), names in named_items.items()]
-    return tilted_items
+            photos_by_reason.setdefault(("far", limit), []).append(labels[row])
+    messages += [
+        _exclusion_finding(reason, off_value, names)
+        for (reason, off_value), names in photos_by_reason.items()
+    ]
+    return tilted_photos
 
 
 def _exclusion_finding(why: str, what: Any, photos: list[str]) -> Finding:
@@ -251,10 +263,10 @@ def _majority_direction(directions: FloatArray) -> tuple[FloatArray, float]:
     subset = directions[:: max(1, -(-len(directions) // _MAX_COMPARED))]
     angles = np.degrees(np.arccos(np.clip(subset @ subset.T, -1.0, 1.0)))
     median = subset[int(np.argmin(np.median(angles, axis=1)))]
-    near = _angles_to(subset, median)
-    mean = subset[near <= np.median(near)].sum(axis=0)
-    refined_values = mean / np.linalg.norm(mean)
-    return refined_values, float(np.median(_angles_to(directions, refined_values)))
+    near_median = _angles_to(subset, median)
+    mean = subset[near_median <= np.median(near_median)].sum(axis=0)
+    refined_direction = mean / np.linalg.norm(mean)
+    return refined_direction, float(np.median(_angles_to(directions, refined_direction)))
 
 
 def _angles_to(directions: FloatArray, reference: FloatArray) -> FloatArray:
@@ -264,19 +276,19 @@ def _angles_to(directions: FloatArray, reference: FloatArray) -> FloatArray:
 
 def _majority_rotation(rotations: FloatArray) -> tuple[FloatArray, float]:
     """Return the rotation close to most rotations (n, 3, 3), and their median angle to it."""
-    some = rotations[:: max(1, -(-len(rotations) // _MAX_COMPARED))]
-    flat_matrices = some.reshape(-1, 9)
+    sample = rotations[:: max(1, -(-len(rotations) // _MAX_COMPARED))]
+    flat_matrices = sample.reshape(-1, 9)
     angles = np.degrees(
         np.arccos(np.clip((flat_matrices @ flat_matrices.T - 1.0) / 2.0, -1.0, 1.0))
     )
-    median = some[int(np.argmin(np.median(angles, axis=1)))]
-    near = _rotation_angles(some, median)
-    u, _, vt = np.linalg.svd(some[near <= np.median(near)].sum(axis=0))
-    better_values = np.asarray(u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt, np.float64)
-    return better_values, float(np.median(_rotation_angles(rotations, better_values)))
+    median = sample[int(np.argmin(np.median(angles, axis=1)))]
+    near_median = _rotation_angles(sample, median)
+    u, _, vt = np.linalg.svd(sample[near_median <= np.median(near_median)].sum(axis=0))
+    nearest_rotation = np.asarray(u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt, np.float64)
+    return nearest_rotation, float(np.median(_rotation_angles(rotations, nearest_rotation)))
 
 
-def _rotation_angles(rotations: FloatArray, typical_values: FloatArray) -> FloatArray:
+def _rotation_angles(rotations: FloatArray, typical_rotation: FloatArray) -> FloatArray:
     """Return the angles (n,) between rotations (n, 3, 3) and one rotation, degrees."""
-    trace = np.einsum("nij,ij->n", rotations.reshape(-1, 3, 3), typical_values)
+    trace = np.einsum("nij,ij->n", rotations.reshape(-1, 3, 3), typical_rotation)
     return np.asarray(np.degrees(np.arccos(np.clip((trace - 1.0) / 2.0, -1.0, 1.0))), np.float64)

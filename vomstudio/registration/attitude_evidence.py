@@ -77,41 +77,49 @@ def match_attitudes(
     -------
     AttitudeEvidence
     """
-    which = np.asarray(rows, int)
+    row_indices = np.asarray(rows, int)
     labels = [table.photos[row] for row in rows]
     model = np.array([np.asarray(view.rotation).T for view in views]).reshape(-1, 3, 3)
-    angles, sigma = table.angles[which], np.radians(table.sigma[which])
-    down = down_of(table)[which]
-    is_whole = np.isfinite(angles).all(axis=1)
+    angles, sigma = table.angles[row_indices], np.radians(table.sigma[row_indices])
+    down = down_of(table)[row_indices]
+    is_complete = np.isfinite(angles).all(axis=1)
     yaw, tilt = np.isfinite(angles[:, 0]), np.isfinite(down[:, 0])
-    phone = yaw & tilt & ~is_whole
+    phone = yaw & tilt & ~is_complete
     phone &= _has_azimuth(labels, phone, down, messages)
-    both = is_whole | phone
-    known_values = np.full_like(angles, np.nan)
-    known_values[is_whole] = angles[is_whole]
+    has_all_needed = is_complete | phone
+    known_angles = np.full_like(angles, np.nan)
+    known_angles[is_complete] = angles[is_complete]
     if phone.any():
-        known_values[phone] = view_angles(rotations_from_vertical(down[phone], angles[phone, 0]))
-    bad, tilted = np.zeros((2, len(labels)), bool)
-    bad[both], tilted[both] = find_outliers(
-        _select_labels(labels, both), known_values[both], model[both], messages
+        known_angles[phone] = view_angles(rotations_from_vertical(down[phone], angles[phone, 0]))
+    is_invalid, tilted = np.zeros((2, len(labels)), bool)
+    is_invalid[has_all_needed], tilted[has_all_needed] = find_outliers(
+        _select_labels(labels, has_all_needed),
+        known_angles[has_all_needed],
+        model[has_all_needed],
+        messages,
     )
     tilted[tilt] |= find_vertical_outliers(
-        _select_labels(labels, tilt), down[tilt], model[tilt], ~both[tilt], messages
+        _select_labels(labels, tilt), down[tilt], model[tilt], ~has_all_needed[tilt], messages
     )
     shared_value = float(np.radians(north_doubt_deg)) if table.doubted else 0.0
     is_unstated = np.isnan(sigma[:, 1:]).any()
     mount = float(np.radians(MOUNT_DOUBT_DEG)) if is_unstated else 0.0
     kinds: list[Observed] = [
-        _attitudes(labels, is_whole & ~bad, angles, model, sigma, shared_value, mount),
+        _attitudes(labels, is_complete & ~is_invalid, angles, model, sigma, shared_value, mount),
         # The vertical is correct even if the compass is wrong.
-        _verticals(labels, tilt & (~is_whole | bad) & ~tilted, down, model, sigma, mount),
+        _verticals(labels, tilt & (~is_complete | is_invalid) & ~tilted, down, model, sigma, mount),
         _norths(
-            labels, yaw & ~is_whole & ~bad & (phone | ~tilt), angles, model, sigma, shared_value
+            labels,
+            yaw & ~is_complete & ~is_invalid & (phone | ~tilt),
+            angles,
+            model,
+            sigma,
+            shared_value,
         ),
     ]
-    is_good = both & ~bad
+    is_usable = has_all_needed & ~is_invalid
     return AttitudeEvidence(
-        tuple(k for k in kinds if len(k.labels)), known_values[is_good], model[is_good]
+        tuple(k for k in kinds if len(k.labels)), known_angles[is_usable], model[is_usable]
     )
 
 
@@ -151,13 +159,13 @@ def attitude_differences(
         np.einsum("nji,nj->ni", error_axes(np.column_stack([yaw, yaw, yaw])), rotations)
     )
     stated_angles = table.angles[np.asarray(rows, int)]
-    known_values = np.column_stack([np.isfinite(stated_angles[:, 0]), tilt, tilt])
+    known_columns = np.column_stack([np.isfinite(stated_angles[:, 0]), tilt, tilt])
     return [
         AttitudeMiss(
             table.photos[row],
             *(
                 float(v) if k else None
-                for v, k in zip(differences[i], known_values[i], strict=True)
+                for v, k in zip(differences[i], known_columns[i], strict=True)
             ),
         )
         for i, row in enumerate(rows)
@@ -223,18 +231,18 @@ def _turns(
     """
     from scipy.spatial.transform import Rotation
 
-    which = np.asarray(rows, int)
-    stated_angles, down = table.angles[which], down_of(table)[which]
-    placed_values = rotation @ np.array([np.asarray(view.rotation).T for view in views])
-    placed_angles = view_angles(placed_values)
+    row_indices = np.asarray(rows, int)
+    stated_angles, down = table.angles[row_indices], down_of(table)[row_indices]
+    placed_rotations = rotation @ np.array([np.asarray(view.rotation).T for view in views])
+    placed_angles = view_angles(placed_rotations)
     has_vertical = np.isfinite(down[:, 0])
     yaw = np.where(np.isfinite(stated_angles[:, 0]), stated_angles[:, 0], placed_angles[:, 0])
     stated_rotations = camera_rotations(np.column_stack([yaw, placed_angles[:, 1:]]))
     stated_rotations[has_vertical] = rotations_from_vertical(down[has_vertical], yaw[has_vertical])
-    is_whole = np.isfinite(stated_angles).all(axis=1)
-    stated_rotations[is_whole] = camera_rotations(stated_angles[is_whole])
+    is_complete = np.isfinite(stated_angles).all(axis=1)
+    stated_rotations[is_complete] = camera_rotations(stated_angles[is_complete])
     rotations: FloatArray = Rotation.from_matrix(
-        placed_values @ np.swapaxes(stated_rotations, 1, 2)
+        placed_rotations @ np.swapaxes(stated_rotations, 1, 2)
     ).as_rotvec()
     return rotations, yaw, has_vertical
 

@@ -159,18 +159,20 @@ def find_blunders(
     -------
     list of Blunder
     """
-    named = _find_blunders(kinds, fit_of_all, centre, size, trust_stated=True)
+    blunders = _find_blunders(kinds, fit_of_all, centre, size, trust_stated=True)
     if not np.isfinite(fit_of_all.rows.sigma).any():
-        return named or []
-    if named is None or (named and not _explain_misfit(kinds, named, fit_of_all, centre, size)):
+        return blunders or []
+    if blunders is None or (
+        blunders and not _explain_misfit(kinds, blunders, fit_of_all, centre, size)
+    ):
         # The stated accuracies are too small; that is not a blunder.
-        named = _find_blunders(kinds, fit_of_all, centre, size, trust_stated=False)
-    return named or []
+        blunders = _find_blunders(kinds, fit_of_all, centre, size, trust_stated=False)
+    return blunders or []
 
 
 def _explain_misfit(
     kinds: Sequence[Observed],
-    named: Sequence[Blunder],
+    known_blunders: Sequence[Blunder],
     fit_of_all: Adjustment,
     centre: FloatArray,
     size: float,
@@ -183,12 +185,12 @@ def _explain_misfit(
     """
     from scipy.stats import f
 
-    labels = {blunder.label for blunder in named}
+    labels = {blunder.label for blunder in known_blunders}
     kinds = [
         select_observations(kind, [label not in labels for label in kind.labels]) for kind in kinds
     ]
     fit_of_others = adjust([kind for kind in kinds if len(kind.labels)], centre, size)
-    if fit_of_others.misfit_factor > 1.0 or len(named) == 1:
+    if fit_of_others.misfit_factor > 1.0 or len(known_blunders) == 1:
         return fit_of_others.misfit_factor <= 1.0
     squares = [
         float(((item.rows.misses / item.sigma) ** 2).sum()) for item in (fit_of_all, fit_of_others)
@@ -197,7 +199,9 @@ def _explain_misfit(
     if min(dof) < 1.0:
         return False
     ratio = (squares[0] - squares[1]) / dof[0] / max(squares[1] / dof[1], 1e-300)
-    subsets = math.comb(len(named) + sum(len(kind.labels) for kind in kinds), len(named))
+    subsets = math.comb(
+        len(known_blunders) + sum(len(kind.labels) for kind in kinds), len(known_blunders)
+    )
     return ratio > float(f.isf(_SIGNIFICANCE / subsets, *dof))
 
 
@@ -214,38 +218,40 @@ def _find_blunders(
     trust_stated : compare residuals with the stated errors, not with each other
     """
     total = sum(len(kind.labels) for kind in kinds)
-    excluded_items: list[Single] = []
-    named_items: dict[Single, Blunder] = {}
-    while len(named_items) < total // 3:
-        worst = _worst(_test_all(kinds, excluded_items, fit_of_all, trust_stated=trust_stated))
-        if worst is None:
+    excluded_singles: list[Single] = []
+    blunder_by_single: dict[Single, Blunder] = {}
+    while len(blunder_by_single) < total // 3:
+        worst_test = _worst(
+            _test_all(kinds, excluded_singles, fit_of_all, trust_stated=trust_stated)
+        )
+        if worst_test is None:
             break
-        excluded_items.append(worst.single)
-        named_items[worst.single] = worst.blunder
-        fit_of_all = _adjust_without(kinds, excluded_items, centre, size)
+        excluded_singles.append(worst_test.single)
+        blunder_by_single[worst_test.single] = worst_test.blunder
+        fit_of_all = _adjust_without(kinds, excluded_singles, centre, size)
     else:
         # More than a third of the observations look wrong, so there must be another cause.
         if (
             total // 3
-            and _worst(_test_all(kinds, excluded_items, fit_of_all, trust_stated=trust_stated))
+            and _worst(_test_all(kinds, excluded_singles, fit_of_all, trust_stated=trust_stated))
             is not None
         ):
             return None
-    if not named_items and (hidden_outliers := _hidden_outliers(kinds)):
+    if not blunder_by_single and (hidden_outliers := _hidden_outliers(kinds)):
         # The mistakes hide each other, so test each of them against the consistent observations.
-        excluded_items = hidden_outliers
-        named_items = {
+        excluded_singles = hidden_outliers
+        blunder_by_single = {
             item: Blunder(kinds[item[0]].labels[item[1]], None, None) for item in hidden_outliers
         }
         _clear_consistent(
-            kinds, excluded_items, named_items, centre, size, trust_stated=trust_stated
+            kinds, excluded_singles, blunder_by_single, centre, size, trust_stated=trust_stated
         )
-        return list(named_items.values())
-    if len(excluded_items) > 1:
+        return list(blunder_by_single.values())
+    if len(excluded_singles) > 1:
         _clear_consistent(
-            kinds, excluded_items, named_items, centre, size, trust_stated=trust_stated
+            kinds, excluded_singles, blunder_by_single, centre, size, trust_stated=trust_stated
         )
-    return list(named_items.values())
+    return list(blunder_by_single.values())
 
 
 def _hidden_outliers(kinds: Sequence[Observed]) -> list[Single]:
@@ -271,15 +277,17 @@ def _far_better(points: Points, fit: Similarity, is_consistent: BoolArray) -> bo
         misses = by(points.model[mask]) - points.world[mask]
         return float((misses**2).sum()) / (3 * int(mask.sum()) - 7)
 
-    every = np.ones(len(is_consistent), np.bool_)
+    is_row_used = np.ones(len(is_consistent), np.bool_)
     whole_similarity = fit_similarity(points.model, points.world)
-    return variance(every, whole_similarity) > _MIN_VARIANCE_RATIO * variance(is_consistent, fit)
+    return variance(is_row_used, whole_similarity) > _MIN_VARIANCE_RATIO * variance(
+        is_consistent, fit
+    )
 
 
 def _clear_consistent(
     kinds: Sequence[Observed],
-    excluded: list[Single],
-    named_items: dict[Single, Blunder],
+    excluded_singles: list[Single],
+    blunder_by_single: dict[Single, Blunder],
     centre: FloatArray,
     size: float,
     *,
@@ -287,18 +295,20 @@ def _clear_consistent(
 ) -> None:
     """Remove consistent observations from the outliers, and update other errors."""
     total = sum(len(kind.labels) for kind in kinds)
-    for single in [*excluded]:
-        others_excluded = [other for other in excluded if other != single]
+    for excluded_single in [*excluded_singles]:
+        others_excluded = [
+            other_single for other_single in excluded_singles if other_single != excluded_single
+        ]
         fit_of_others = _adjust_without(kinds, others_excluded, centre, size)
         results = _test_all(kinds, others_excluded, fit_of_others, trust_stated=trust_stated)
-        result = next((item for item in results if item.single == single), None)
+        result = next((item for item in results if item.single == excluded_single), None)
         if result is None:
             continue
         if result.chance < _SIGNIFICANCE / total:
-            named_items[single] = result.blunder
+            blunder_by_single[excluded_single] = result.blunder
         else:
-            excluded.remove(single)
-            del named_items[single]
+            excluded_singles.remove(excluded_single)
+            del blunder_by_single[excluded_single]
 
 
 def _adjust_without(
@@ -311,37 +321,37 @@ def _remaining(
     kinds: Sequence[Observed], out: Sequence[Single]
 ) -> list[tuple[int, Observed, list[int]]]:
     """Return the index, observations and remaining rows of each kind that is not empty."""
-    excluded = set(out)
-    remaining_items = []
+    excluded_singles = set(out)
+    remaining_kinds = []
     for index, kind in enumerate(kinds):
-        rows = [row for row in range(len(kind.labels)) if (index, row) not in excluded]
+        rows = [row for row in range(len(kind.labels)) if (index, row) not in excluded_singles]
         if rows:
-            keep = [(index, row) not in excluded for row in range(len(kind.labels))]
-            remaining_items.append((index, select_observations(kind, keep), rows))
-    return remaining_items
+            is_kept = [(index, row) not in excluded_singles for row in range(len(kind.labels))]
+            remaining_kinds.append((index, select_observations(kind, is_kept), rows))
+    return remaining_kinds
 
 
-def select_observations(kind: Observed, keep: Sequence[bool]) -> Observed:
+def select_observations(kind: Observed, is_selected: Sequence[bool]) -> Observed:
     """Return a kind of observation reduced to a subset.
 
     Parameters
     ----------
     kind : Observed
-    keep : (n,) sequence of bool
+    is_selected : (n,) sequence of bool
         Mask of the observations to keep.
 
     Returns
     -------
     Observed
     """
-    rows = np.flatnonzero(keep)
+    rows = np.flatnonzero(is_selected)
     n = len(kind.labels)
-    changed: dict[str, Any] = {"labels": [kind.labels[int(i)] for i in rows]}
+    changed_fields: dict[str, Any] = {"labels": [kind.labels[int(i)] for i in rows]}
     for field in fields(kind):  # type: ignore[arg-type]
         value = getattr(kind, field.name)
         if isinstance(value, np.ndarray) and len(value) == n:
-            changed[field.name] = value[rows]
-    selection: Observed = replace(kind, **changed)  # type: ignore[type-var]
+            changed_fields[field.name] = value[rows]
+    selection: Observed = replace(kind, **changed_fields)  # type: ignore[type-var]
     return selection
 
 
@@ -351,8 +361,8 @@ def _worst(tests: Sequence[_TestResult]) -> _TestResult | None:
     The p-values of gross mistakes underflow to 0; among these, the one with the largest F ratio is
     returned.
     """
-    wrong = [item for item in tests if item.chance < _SIGNIFICANCE / item.of]
-    return min(wrong, key=lambda one: (one.chance, -one.strength)) if wrong else None
+    wrong_tests = [item for item in tests if item.chance < _SIGNIFICANCE / item.of]
+    return min(wrong_tests, key=lambda one: (one.chance, -one.strength)) if wrong_tests else None
 
 
 def _test_all(
@@ -374,34 +384,46 @@ def _test_all(
     for place, (index, kind, row_numbers) in enumerate(remaining):
         if isinstance(kind, KeptScale | PhotoUpright):
             continue
-        first, last = fit_of_all.begins[place], fit_of_all.begins[place + 1]
-        width = (last - first) // len(kind.labels)
+        first, last_row = fit_of_all.begins[place], fit_of_all.begins[place + 1]
+        width = (last_row - first) // len(kind.labels)
         for number, row in enumerate(row_numbers):
-            which = slice(first + number * width, first + (number + 1) * width)
-            residual_weight = np.eye(width) - moves[which] @ covariance @ moves[which].T
+            row_slice = slice(first + number * width, first + (number + 1) * width)
+            residual_weight = np.eye(width) - moves[row_slice] @ covariance @ moves[row_slice].T
             if np.linalg.eigvalsh(residual_weight)[0] < 1e-6 or redundancy - width < 1:
                 # The other observations do not determine it.
                 continue
-            deleted_values = np.linalg.solve(residual_weight, misses[which])
-            if np.linalg.norm(deleted_values * sigma[which]) < _ROUNDING * max(
+            deleted_residuals = np.linalg.solve(residual_weight, misses[row_slice])
+            if np.linalg.norm(deleted_residuals * sigma[row_slice]) < _ROUNDING * max(
                 fit_of_all.size, 1.0
             ):
                 continue
-            candidates.append(((index, row), kind, number, deleted_values * sigma[which]))
-            statistic = float(misses[which] @ deleted_values)
-            statistics.append((statistic, width, bool(is_stated[which].all())))
+            candidates.append(((index, row), kind, number, deleted_residuals * sigma[row_slice]))
+            statistic = float(misses[row_slice] @ deleted_residuals)
+            statistics.append((statistic, width, bool(is_stated[row_slice].all())))
     if not candidates:
         return []
-    squared, widths, known = (np.array(column) for column in zip(*statistics, strict=True))
-    others = np.where(known, 1.0, np.maximum((squares - squared) / (redundancy - widths), 1e-300))
-    strength = squared / widths / others
+    squared, widths, is_known = (np.array(column) for column in zip(*statistics, strict=True))
+    other_variances = np.where(
+        is_known, 1.0, np.maximum((squares - squared) / (redundancy - widths), 1e-300)
+    )
+    strength = squared / widths / other_variances
     # Use one call for all observations: a SciPy call takes as long as the other steps per point.
     chance = np.where(
-        known, chi2.sf(squared, widths), f.sf(strength, widths, np.maximum(redundancy - widths, 1))
+        is_known,
+        chi2.sf(squared, widths),
+        f.sf(strength, widths, np.maximum(redundancy - widths, 1)),
     )
     return [
-        _TestResult(single, float(p), float(s), total, _describe(kind, kind.labels[number], miss))
-        for (single, kind, number, miss), p, s in zip(candidates, chance, strength, strict=True)
+        _TestResult(
+            tested_single,
+            float(p),
+            float(s),
+            total,
+            _describe(kind, kind.labels[number], misclosure),
+        )
+        for (tested_single, kind, number, misclosure), p, s in zip(
+            candidates, chance, strength, strict=True
+        )
     ]
 
 
@@ -428,9 +450,9 @@ def exclude_labels(
     known_labels += [] if check is None else list(check.labels)
     for label in labels:
         if label not in known_labels:
-            near = get_close_matches(label, known_labels, 3) or known_labels[:8]
+            similar_labels = get_close_matches(label, known_labels, 3) or known_labels[:8]
             raise UsageError(
-                Finding("registration.unknown-label", label=label, known=", ".join(near)),
+                Finding("registration.unknown-label", label=label, known=", ".join(similar_labels)),
                 field="--without",
             )
 
@@ -460,13 +482,13 @@ def leave_one_out(
         Results for the directions; empty if they agree, or if there are too many directions.
     """
     total = sum(len(kind.labels) for kind in kinds if isinstance(kind, Directions))
-    is_alone = all(isinstance(k, _DIRECTIONS) for k in kinds)
-    if not is_alone or not _MIN_DIRECTIONS <= total <= _MAX_DIRECTIONS:
+    has_only_directions = all(isinstance(k, _DIRECTIONS) for k in kinds)
+    if not has_only_directions or not _MIN_DIRECTIONS <= total <= _MAX_DIRECTIONS:
         return []
-    typical_values = np.where(
+    typical_errors = np.where(
         np.isfinite(fit_of_all.rows.sigma), fit_of_all.rows.sigma, _DEFAULT_ERROR_RAD
     )
-    whole_value = float(((fit_of_all.rows.misses / typical_values) ** 2).sum())
+    whole_value = float(((fit_of_all.rows.misses / typical_errors) ** 2).sum())
     if fit_of_all.redundancy < 3.0 or whole_value <= _MIN_MISFIT**2 * fit_of_all.redundancy:
         return []
     if fit_of_all.ambiguous:
@@ -485,7 +507,7 @@ def _leave_each_out(
     from scipy.spatial.transform import Rotation
     from scipy.stats import chi2, f
 
-    stated = bool(np.isfinite(fit_of_all.rows.sigma).all())
+    has_stated_errors = bool(np.isfinite(fit_of_all.rows.sigma).all())
     results: list[tuple[float, float, LeaveOneOut]] = []
     singles = [
         (index, row)
@@ -493,52 +515,52 @@ def _leave_each_out(
         if isinstance(kind, Directions)
         for row in range(len(kind.labels))
     ]
-    for single in singles:
-        kind = kinds[single[0]]
+    for excluded_single in singles:
+        kind = kinds[excluded_single[0]]
         assert isinstance(kind, Directions)
         try:
-            fit_of_others = _adjust_without(kinds, [single], centre, size)
+            fit_of_others = _adjust_without(kinds, [excluded_single], centre, size)
         except GeometryError:
             continue
-        typical_values = np.where(
+        typical_errors = np.where(
             np.isfinite(fit_of_others.rows.sigma), fit_of_others.rows.sigma, _DEFAULT_ERROR_RAD
         )
-        squares = float(((fit_of_others.rows.misses / typical_values) ** 2).sum())
+        squares = float(((fit_of_others.rows.misses / typical_errors) ** 2).sum())
         redundancy = fit_of_others.redundancy
         gain = max(whole_value - squares, 0.0)
-        if stated:
+        if has_stated_errors:
             chance = float(chi2.sf(gain, 2))
         else:
             pooled = (squares + _DEFAULT_ERROR_WEIGHT) / (redundancy + _DEFAULT_ERROR_WEIGHT)
             chance = float(f.sf(gain / 2.0 / pooled, 2, redundancy + _DEFAULT_ERROR_WEIGHT))
-        placed_values = fit_of_others.fit.rotation @ kind.model[single[1]]
-        others = float(np.degrees(np.sqrt((fit_of_others.rows.misses**2).mean())))
-        cosine = float(placed_values @ kind.world[single[1]])
+        placed_vectors = fit_of_others.fit.rotation @ kind.model[excluded_single[1]]
+        other_error = float(np.degrees(np.sqrt((fit_of_others.rows.misses**2).mean())))
+        cosine = float(placed_vectors @ kind.world[excluded_single[1]])
         turned_matrix = Rotation.from_matrix(
             fit_of_others.fit.rotation @ fit_of_all.fit.rotation.T
         ).magnitude()
-        worst_values = 1.96 * float(
+        worst_errors = 1.96 * float(
             np.degrees(np.sqrt(np.linalg.eigvalsh(fit_of_others.rotation)[-1]))
         )
         # The few other directions determine it poorly.
-        limit = float(np.clip(max(3.0 * others, 2.0 * worst_values), *_AZIMUTH_LIMITS_DEG))
-        fits = azimuth_that_fits(placed_values, kind.world[single[1]], limit)
+        limit = float(np.clip(max(3.0 * other_error, 2.0 * worst_errors), *_AZIMUTH_LIMITS_DEG))
+        fits = azimuth_that_fits(placed_vectors, kind.world[excluded_single[1]], limit)
         results.append(
             (
                 squares,
                 chance,
                 LeaveOneOut(
-                    kind.labels[single[1]],
+                    kind.labels[excluded_single[1]],
                     float(
                         np.degrees(
                             np.arccos(np.clip(abs(cosine) if kind.axial else cosine, -1.0, 1.0))
                         )
                     ),
                     float(np.degrees(turned_matrix)),
-                    others,
+                    other_error,
                     None
                     if fit_of_others.free[:3].size and np.abs(fit_of_others.free[:3]).max() > 1e-6
-                    else worst_values,
+                    else worst_errors,
                     suspect=False,
                     azimuth_off_deg=fits,
                 ),

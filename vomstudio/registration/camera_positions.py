@@ -129,8 +129,8 @@ def _source(
 
     def back(x: float, y: float) -> tuple[float, float] | None:
         longitude, latitude = to_degrees.transform(x, y)[:2]
-        is_good = np.isfinite([longitude, latitude]).all()
-        return (float(longitude), float(latitude)) if is_good else None
+        is_finite = np.isfinite([longitude, latitude]).all()
+        return (float(longitude), float(latitude)) if is_finite else None
 
     return positions, crs, (degrees_to_grid(crs), back)
 
@@ -143,17 +143,17 @@ def _unknown_crs_error(positions: Positions) -> InputError:
     )
 
 
-def _to_degrees(positions: Positions, back: ToGrid | None) -> FloatArray:
+def _to_degrees(positions: Positions, to_map: ToGrid | None) -> FloatArray:
     """Return longitude and latitude (n, 2). Raises InputError if they are invalid."""
     degrees = positions.places[:, :2].copy()
     for row, (x, y) in enumerate(positions.places[:, :2].tolist()):
-        position = (x, y) if back is None else back(x, y)
+        position = (x, y) if to_map is None else to_map(x, y)
         photo = positions.photos[row]
         if position is None:
             finding = Finding("crs.outside-area", photo=photo, crs=positions.crs)
             raise InputError(finding, file=positions.file)
         if (reason := check_on_earth(*position)) is not None:
-            if back is None and check_on_earth(y, x) is None:
+            if to_map is None and check_on_earth(y, x) is None:
                 raise _exchanged_error(positions, photo, x, y)
             raise InputError(reason, file=positions.file, field=photo)
         degrees[row] = position
@@ -188,37 +188,37 @@ def _exchanged_error(
 
 # --- heights ----------------------------------------------------------------------------------
 def _drop_without_heights(positions: Positions, messages: list[Finding]) -> Positions:
-    keep = np.isfinite(positions.places[:, 2])
-    if not keep.any():
+    has_height = np.isfinite(positions.places[:, 2])
+    if not has_height.any():
         raise InputError(
             Finding("cameras.no-heights"),
             file=positions.file,
         )
-    if not keep.all():
+    if not has_height.all():
         messages.append(
             Finding(
                 "cameras.without-height",
-                count=int((~keep).sum()),
-                photos=selected(positions.photos, ~keep),
+                count=int((~has_height).sum()),
+                photos=selected(positions.photos, ~has_height),
             )
         )
     references = np.array([_normalise_reference(word) for word in positions.heights])
     if len(references):
-        usual = Counter(references[keep].tolist()).most_common(1)[0][0]
-        other = keep & (references != usual)
-        if other.any():
+        usual_reference = Counter(references[has_height].tolist()).most_common(1)[0][0]
+        has_other_reference = has_height & (references != usual_reference)
+        if has_other_reference.any():
             messages.append(
                 Finding(
                     "cameras.other-heights",
-                    count=int(other.sum()),
-                    usual=_reference_name(usual),
-                    photos=selected(positions.photos, other),
+                    count=int(has_other_reference.sum()),
+                    usual=_reference_name(usual_reference),
+                    photos=selected(positions.photos, has_other_reference),
                 )
             )
-            keep &= ~other
-    if keep.all():
+            has_height &= ~has_other_reference
+    if has_height.all():
         return positions
-    rows = np.flatnonzero(keep)
+    rows = np.flatnonzero(has_height)
     return replace(
         positions,
         photos=tuple(positions.photos[i] for i in rows),
@@ -307,19 +307,21 @@ def select_consistent_cameras(
         If the positions do not determine the position of the model.
     """
     require_apart(world)
-    wrong, far = find_misplaced_points(labels, model, world, crs)
-    wrong = [*(missing_height_findings(labels, model, world) or wrong)]
-    is_used = ~far
-    near = np.flatnonzero(is_used)
-    one_line = nearly_on_a_line(model[near]) or nearly_on_a_line(world[near])
+    misplaced, is_far = find_misplaced_points(labels, model, world, crs)
+    misplaced = [*(missing_height_findings(labels, model, world) or misplaced)]
+    is_used = ~is_far
+    used_rows = np.flatnonzero(is_used)
+    one_line = nearly_on_a_line(model[used_rows]) or nearly_on_a_line(world[used_rows])
     if is_alone and len(labels) >= 3 and one_line:
         line = Finding("collinear", "error", photos=list(labels), value=None)
-        raise GeometryError(wrong[0] if wrong else line)
-    if len(near) >= 3:
-        findings, whole = _check_all([labels[int(i)] for i in near], model[near], world[near])
-        wrong += findings
-        if not whole:
-            is_used[near] = _inliers(model[near], world[near], sigma[near])
+        raise GeometryError(misplaced[0] if misplaced else line)
+    if len(used_rows) >= 3:
+        findings, all_consistent = _check_all(
+            [labels[int(i)] for i in used_rows], model[used_rows], world[used_rows]
+        )
+        misplaced += findings
+        if not all_consistent:
+            is_used[used_rows] = _inliers(model[used_rows], world[used_rows], sigma[used_rows])
     exclusions: list[Finding] = []
     if not is_used.all():
         exclusions.append(
@@ -331,7 +333,7 @@ def select_consistent_cameras(
     cameras = Points(
         [labels[int(i)] for i in rows], model[rows], world[rows], sigma[rows], "cameras"
     )
-    return cameras, wrong, exclusions
+    return cameras, misplaced, exclusions
 
 
 def _check_all(

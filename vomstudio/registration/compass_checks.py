@@ -43,32 +43,32 @@ def azimuth_findings(labels: Sequence[str], model: FloatArray, world: FloatArray
     rotation = _majority_rotation(model, world)
     if rotation is None:
         return []
-    placed_values = model @ rotation.T
-    offset = _angles_between(placed_values, world)
+    placed_directions = model @ rotation.T
+    offset = _angles_between(placed_directions, world)
     median = float(np.median(offset))
     limit = max(_OUTLIER_DEG, _OUTLIER_FACTOR * median)
     if median > _OUTLIER_DEG / 3:
         # Too few planes agree to assess the others.
         return []
-    named_items: dict[float, list[str]] = {}
+    readings_by_turn: dict[float, list[str]] = {}
     for row in map(int, np.flatnonzero(offset > limit)):
         fits = [
             (
                 float(
-                    _angles_between(placed_values[row : row + 1], _turn_azimuth(world[row], turn))[
-                        0
-                    ]
+                    _angles_between(
+                        placed_directions[row : row + 1], _turn_azimuth(world[row], turn)
+                    )[0]
                 ),
                 turn,
             )
             for turn in _MISREADINGS_DEG
         ]
-        least, turn = min(fits)
-        if least < limit / 2:
-            named_items.setdefault(turn, []).append(labels[row])
+        min_angle, turn = min(fits)
+        if min_angle < limit / 2:
+            readings_by_turn.setdefault(turn, []).append(labels[row])
     return [
         Finding("compass.other-azimuth", labels=names, turn_deg=turn)
-        for turn, names in named_items.items()
+        for turn, names in readings_by_turn.items()
     ]
 
 
@@ -91,13 +91,13 @@ def radian_findings(azimuth_deg: FloatArray, inclination_deg: FloatArray) -> lis
 
 
 def azimuth_that_fits(
-    placed_values: FloatArray, world: FloatArray, limit_deg: float
+    placed_directions: FloatArray, world: FloatArray, limit_deg: float
 ) -> float | None:
     """Return the correction of an azimuth that makes a direction agree with the others.
 
     Parameters
     ----------
-    placed_values : (3,) ndarray
+    placed_directions : (3,) ndarray
         Direction predicted by the registration.
     world : (3,) ndarray
         Measured direction.
@@ -111,11 +111,11 @@ def azimuth_that_fits(
         direction explains the difference.
     """
     fits = [
-        (float(_angles_between(placed_values[None], _turn_azimuth(world, turn))[0]), turn)
+        (float(_angles_between(placed_directions[None], _turn_azimuth(world, turn))[0]), turn)
         for turn in _MISREADINGS_DEG
     ]
-    least, turn = min(fits)
-    return turn if least < limit_deg else None
+    min_angle, turn = min(fits)
+    return turn if min_angle < limit_deg else None
 
 
 def _turn_azimuth(normal: FloatArray, azimuth_deg: float) -> FloatArray:
@@ -132,12 +132,12 @@ def _angles_between(a: FloatArray, b: FloatArray) -> FloatArray:
 
 def _majority_rotation(model: FloatArray, world: FloatArray) -> FloatArray | None:
     """Return the rotation (3, 3) with the least median angle."""
-    best: tuple[float, FloatArray] | None = None
+    best_rotation: tuple[float, FloatArray] | None = None
     for rotation in rotations_by_pairs(model, world):
         median = float(np.median(_angles_between(model @ rotation.T, world)))
-        if best is None or median < best[0]:
-            best = median, rotation
-    return None if best is None else best[1]
+        if best_rotation is None or median < best_rotation[0]:
+            best_rotation = median, rotation
+    return None if best_rotation is None else best_rotation[1]
 
 
 def rotations_by_pairs(

@@ -82,13 +82,13 @@ def compass_alone(kinds: Sequence[Observed]) -> bool:
     bool
     """
     is_read = any(isinstance(kind, Azimuths | Directions) for kind in kinds)
-    others = any(
+    has_other_evidence = any(
         isinstance(kind, Attitudes | Combined)
         # A single point does not determine a direction.
         or (isinstance(kind, Points) and len(kind.labels) > 1)
         for kind in kinds
     )
-    return is_read and not others
+    return is_read and not has_other_evidence
 
 
 def compass_directions(

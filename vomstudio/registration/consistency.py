@@ -92,11 +92,11 @@ def check_fixed_scale(
     """
     from scipy.stats import norm
 
-    others = [kind for kind in kinds if not isinstance(kind, KeptScale)]
+    other_kinds = [kind for kind in kinds if not isinstance(kind, KeptScale)]
     fixed_scale = next((kind for kind in kinds if isinstance(kind, KeptScale)), None)
-    if fixed_scale is None or not others:
+    if fixed_scale is None or not other_kinds:
         return None, list(kinds)
-    free_fit = adjust(others, centre, size)
+    free_fit = adjust(other_kinds, centre, size)
     if np.abs(free_fit.free[3]).sum() > 0:
         return None, list(kinds)
     metres = float(fixed_scale.length[0] / np.linalg.norm(fixed_scale.second - fixed_scale.first))
@@ -187,15 +187,19 @@ class NorthTurn:
     @property
     def finding(self) -> Finding:
         """Finding that describes the north error."""
-        near = min((90.0, 180.0, -90.0, -180.0), key=lambda quarter: abs(self.turn_deg - quarter))
+        nearest_quarter = min(
+            (90.0, 180.0, -90.0, -180.0), key=lambda quarter: abs(self.turn_deg - quarter)
+        )
         values: dict[str, object] = {
             "kind": self.name,
             "readings": tr("compass readings") if self.name == COMPASS else tr("yaws"),
             "turn_deg": self.turn_deg,
             "error95_deg": self.error95_deg,
         }
-        if abs(self.turn_deg - near) < _QUARTER_TOLERANCE_DEG:
-            return Finding("registration.north-quarter-turn", correction_deg=-near, **values)
+        if abs(self.turn_deg - nearest_quarter) < _QUARTER_TOLERANCE_DEG:
+            return Finding(
+                "registration.north-quarter-turn", correction_deg=-nearest_quarter, **values
+            )
         return Finding("registration.north-turned", **values)
 
 
@@ -228,14 +232,16 @@ def _estimate_north(
     from scipy.stats import norm
 
     reading_kinds = Attitudes if name == YAW else Directions | Azimuths
-    others = [kind for kind in kinds if not isinstance(kind, reading_kinds)]
-    if len(others) == len(kinds) or not any(isinstance(kind, _NORTH_KINDS) for kind in others):
+    other_kinds = [kind for kind in kinds if not isinstance(kind, reading_kinds)]
+    if len(other_kinds) == len(kinds) or not any(
+        isinstance(kind, _NORTH_KINDS) for kind in other_kinds
+    ):
         return None
     try:
-        turned = _first_turn(kinds, others, centre, size, name)
+        first_turn = _first_turn(kinds, other_kinds, centre, size, name)
     except GeometryError:
         return None
-    freed = [_free_north(kind, turned, name) for kind in kinds]
+    freed = [_free_north(kind, first_turn, name) for kind in kinds]
     for _ in range(_MAX_ITERATIONS):
         try:
             result = adjust(freed, centre, size)
@@ -244,18 +250,18 @@ def _estimate_north(
         index = result.rows.shared_names.index(name)
         # Rows rotate the model counterclockwise, whereas readings increase clockwise.
         step = -float(np.degrees(result.common[index]))
-        turned += step
+        first_turn += step
         error = float(np.degrees(np.sqrt(result.common_covariance[index, index])))
         if error > _MAX_NORTH_ERROR_DEG:
             return None
-        freed = [_free_north(kind, turned, name) for kind in kinds]
+        freed = [_free_north(kind, first_turn, name) for kind in kinds]
         if abs(step) < 0.01:
             break
-    turned = float((turned + 180.0) % 360.0 - 180.0)
-    if abs(turned) < max(_MIN_NORTH_TURN_DEG, float(norm.isf(_SIGNIFICANCE / 2.0)) * error):
+    first_turn = float((first_turn + 180.0) % 360.0 - 180.0)
+    if abs(first_turn) < max(_MIN_NORTH_TURN_DEG, float(norm.isf(_SIGNIFICANCE / 2.0)) * error):
         return None
     planes = any(isinstance(kind, Directions) for kind in kinds)
-    return NorthTurn(name, turned, 1.959963984540054 * error, planes), freed
+    return NorthTurn(name, first_turn, 1.959963984540054 * error, planes), freed
 
 
 def _first_turn(
@@ -272,8 +278,8 @@ def _first_turn(
     fit_of_others = adjust(others, centre, size)
     if np.abs(fit_of_others.free[:3]).sum() > 0:
         return 0.0
-    readings = [kind for kind in kinds if not any(kind is other for other in others)]
-    turns = np.arange(0.0, 360.0, _STEP_DEG)
+    readings = [kind for kind in kinds if not any(kind is other_kind for other_kind in others)]
+    trial_turns = np.arange(0.0, 360.0, _STEP_DEG)
     misses = [
         np.median(
             np.abs(
@@ -287,27 +293,27 @@ def _first_turn(
                 )
             )
         )
-        for turn in turns
+        for turn in trial_turns
     ]
-    return float(turns[int(np.argmin(misses))])
+    return float(trial_turns[int(np.argmin(misses))])
 
 
 def _free_north(kind: Observed, turned_deg: float, name: str) -> Observed:
     """Correct the azimuths of a kind of readings and remove the prior of their north."""
-    by = np.radians(turned_deg)
-    c, s = np.cos(by), np.sin(by)
-    back = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    turn_rad = np.radians(turned_deg)
+    c, s = np.cos(turn_rad), np.sin(turn_rad)
+    rotation_back = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     if name == YAW:
         if isinstance(kind, Attitudes):
             return replace(
                 kind,
-                world=back @ kind.world,
-                axes=back @ kind.axes,
+                world=rotation_back @ kind.world,
+                axes=rotation_back @ kind.axes,
                 north_sigma=_FREE_NORTH_SIGMA_RAD,
             )
         return kind
     if isinstance(kind, Azimuths):
-        return replace(kind, azimuth=kind.azimuth - by, north_sigma=_FREE_NORTH_SIGMA_RAD)
+        return replace(kind, azimuth=kind.azimuth - turn_rad, north_sigma=_FREE_NORTH_SIGMA_RAD)
     if isinstance(kind, Directions):
-        return replace(kind, world=kind.world @ back.T, north_sigma=_FREE_NORTH_SIGMA_RAD)
+        return replace(kind, world=kind.world @ rotation_back.T, north_sigma=_FREE_NORTH_SIGMA_RAD)
     return kind

@@ -86,10 +86,10 @@ def point_findings(
     ]
     if degrees := degree_findings(world):
         return [*alike, *degrees]
-    every = control.model if model is None else model
-    if missing_names := missing_height_findings(labels, every, world):
+    all_points = control.model if model is None else model
+    if missing_names := missing_height_findings(labels, all_points, world):
         return [*alike, *missing_names]
-    if misplaced_points := find_misplaced_points(labels, every, world, crs)[0]:
+    if misplaced_points := find_misplaced_points(labels, all_points, world, crs)[0]:
         return [*alike, *misplaced_points]
     if level := constant_height_findings(control.model, control.world):
         return [*alike, *level]
@@ -149,68 +149,70 @@ def find_misplaced_points(
     degrees = degrees_among_metres(model, world)
     if degrees.any():
         return mixed_degree_findings(labels, degrees), degrees
-    far = far_from_others(world)
-    if far.any() and distances_agree(model, world):
-        return [], far & False
-    here = ~far if far.any() else find_larger_group(model, world)
-    if here is None:
-        return [], far
-    right = select_group_at_model(model, world, here, inside_area(world, crs))
+    is_far = far_from_others(world)
+    if is_far.any() and distances_agree(model, world):
+        return [], is_far & False
+    reference_rows = ~is_far if is_far.any() else find_larger_group(model, world)
+    if reference_rows is None:
+        return [], is_far
+    right = select_group_at_model(model, world, reference_rows, inside_area(world, crs))
     if right is None:
-        return [*separate_group_findings(labels, world, here)], np.zeros(len(world), bool)
+        return [*separate_group_findings(labels, world, reference_rows)], np.zeros(len(world), bool)
     return far_point_findings(labels, world, ~right), ~right
 
 
-def far_point_findings(labels: Sequence[str], world: FloatArray, far: BoolArray) -> list[Finding]:
+def far_point_findings(
+    labels: Sequence[str], world: FloatArray, is_far: BoolArray
+) -> list[Finding]:
     """Return findings about points far from the others, with the probable cause.
 
     Parameters
     ----------
     labels : sequence of str
     world : (n, 3) ndarray
-    far : (n,) ndarray of bool
+    is_far : (n,) ndarray of bool
         Mask of the points that are far from the others.
 
     Returns
     -------
     list of Finding
     """
-    if not far.any():
+    if not is_far.any():
         return []
-    median = np.median(world[~far], axis=0)
-    max_distance = float(np.linalg.norm(world[~far] - median, axis=1).max())
-    near = _OUTLIER_FACTOR * max(max_distance, 1.0)
-    exchanged_items: list[int] = []
-    lost_items: list[int] = []
-    scaled_items: dict[str, list[int]] = {}
-    for row in np.flatnonzero(far):
+    median = np.median(world[~is_far], axis=0)
+    max_distance = float(np.linalg.norm(world[~is_far] - median, axis=1).max())
+    max_near_distance = _OUTLIER_FACTOR * max(max_distance, 1.0)
+    exchanged_rows: list[int] = []
+    lost_rows: list[int] = []
+    rows_by_scale: dict[str, list[int]] = {}
+    for row in np.flatnonzero(is_far):
         # Near the origin of local coordinates, divided values are always close to the others.
-        is_mapped = np.linalg.norm(median) > near
+        is_mapped = np.linalg.norm(median) > max_near_distance
         units = [
             unit
             for unit in _UNITS
-            if is_mapped and np.linalg.norm(world[row] / unit[0] - median) <= near
+            if is_mapped and np.linalg.norm(world[row] / unit[0] - median) <= max_near_distance
         ]
-        if np.linalg.norm(world[row, [1, 0, 2]] - median) <= near:
-            exchanged_items.append(int(row))
+        if np.linalg.norm(world[row, [1, 0, 2]] - median) <= max_near_distance:
+            exchanged_rows.append(int(row))
         elif units:
-            scaled_items.setdefault(units[0][1], []).append(int(row))
+            rows_by_scale.setdefault(units[0][1], []).append(int(row))
         else:
-            lost_items.append(int(row))
+            lost_rows.append(int(row))
     metres = {tr(unit): 1.0 / times for times, unit in _UNITS}
     findings: list[Finding] = [
         other_unit(", ".join(labels[row] for row in rows), tr(unit), metres[tr(unit)])
-        for unit, rows in scaled_items.items()
+        for unit, rows in rows_by_scale.items()
     ]
-    if exchanged_items:
-        names = [labels[row] for row in exchanged_items]
+    if exchanged_rows:
+        names = [labels[row] for row in exchanged_rows]
         findings.append(Finding("control.swapped-columns", labels=names))
-    if lost_items:
-        distance = float(np.linalg.norm(world[lost_items] - median, axis=1).min())
+    if lost_rows:
+        distance = float(np.linalg.norm(world[lost_rows] - median, axis=1).min())
         findings.append(
             Finding(
                 "control.far-away",
-                labels=[labels[row] for row in lost_items],
+                labels=[labels[row] for row in lost_rows],
                 distance_m=distance,
                 extent_m=max_distance,
             )
@@ -237,27 +239,27 @@ def swapped_label_findings(
     rms = _rms(model, world)
     if rms is None or rms < _MIN_RESIDUAL_SHARE * _reach(world):
         return []
-    best: tuple[float, int, int] | None = None
+    best_swap: tuple[float, int, int] | None = None
     for i, k in combinations(range(len(labels)), 2):
         order = np.arange(len(labels))
         order[[i, k]] = k, i
-        miss = _rms(model, world[order])
-        if miss is not None and (best is None or miss < best[0]):
-            best = miss, i, k
-    if best is None or best[0] > _MAX_SWAPPED_RATIO * rms:
+        rms_misfit = _rms(model, world[order])
+        if rms_misfit is not None and (best_swap is None or rms_misfit < best_swap[0]):
+            best_swap = rms_misfit, i, k
+    if best_swap is None or best_swap[0] > _MAX_SWAPPED_RATIO * rms:
         return []
     # If only one point is wrong, excluding it explains the misfit as well.
-    for runner_up in best[1:]:
-        others = np.arange(len(labels)) != runner_up
-        miss = _rms(model[others], world[others])
-        if miss is not None and miss < 2.0 * best[0]:
+    for runner_up in best_swap[1:]:
+        is_other = np.arange(len(labels)) != runner_up
+        rms_misfit = _rms(model[is_other], world[is_other])
+        if rms_misfit is not None and rms_misfit < 2.0 * best_swap[0]:
             return []
     return [
         Finding(
             "control.swapped-labels",
-            first=labels[best[1]],
-            second=labels[best[2]],
-            after_m=best[0],
+            first=labels[best_swap[1]],
+            second=labels[best_swap[2]],
+            after_m=best_swap[0],
             before_m=rms,
         )
     ]
@@ -280,17 +282,17 @@ def degree_findings(world: FloatArray, *, apart_m: float = 0.0) -> list[Finding]
     if len(world) < 3:
         return []
     max_distance = np.ptp(world, axis=0)
-    across_component = float(max(max_distance[:2]))
+    horizontal_extent = float(max(max_distance[:2]))
     for x, y, exchanged in ((0, 1, False), (1, 0, True)):
         is_inside = (np.abs(world[:, x]) <= 180).all() and (np.abs(world[:, y]) <= 90).all()
         if is_inside and (
-            0.0 < across_component < apart_m
-            or (across_component < 1.0 and max_distance[2] > 100 * across_component)
+            0.0 < horizontal_extent < apart_m
+            or (horizontal_extent < 1.0 and max_distance[2] > 100 * horizontal_extent)
         ):
             return [
                 Finding(
                     "frame.maybe-degrees",
-                    span=across_component,
+                    span=horizontal_extent,
                     height=float(max_distance[2]),
                     latitude_first=exchanged,
                 )
@@ -333,12 +335,13 @@ def misreading_findings(
     if mirrors:
         # All mirror images fit equally well, so the residuals do not show which one is present.
         readings.append((world[:, [1, 0, 2]], Finding("control.swapped-columns", labels=())))
-    better = [
-        (miss, finding)
+    better_readings = [
+        (misfit, finding)
         for changed_reading, finding in readings
-        if (miss := _miss(model, changed_reading)) is not None and miss < _MAX_RESIDUAL_RATIO * rms
+        if (misfit := _miss(model, changed_reading)) is not None
+        and misfit < _MAX_RESIDUAL_RATIO * rms
     ]
-    return [min(better, key=lambda each: each[0])[1]] if better else []
+    return [min(better_readings, key=lambda each: each[0])[1]] if better_readings else []
 
 
 def other_unit(axes: str, unit: str, factor: float) -> Finding:
@@ -383,9 +386,9 @@ def scale_unit_findings(scale: float, scale_error_95: float | None) -> list[Find
     """
     if scale_error_95 is None or scale_error_95 > 4 * _SCALE_TOLERANCE:
         return []
-    near = max(_SCALE_TOLERANCE, scale_error_95)
+    tolerance = max(_SCALE_TOLERANCE, scale_error_95)
     for times, unit in _UNITS:
-        if abs(scale / times - 1.0) < near:
+        if abs(scale / times - 1.0) < tolerance:
             return [
                 Finding("control.scale-of-unit", scale=scale, unit=tr(unit), factor=1.0 / times)
             ]
@@ -432,17 +435,17 @@ def check_area(world: FloatArray, crs: str | None, *, is_converted: bool = False
 
 def _unit_of_another_place(x: float, y: float, crs: str) -> Finding | None:
     """Return a finding about the unit in which a position would be in the area of use."""
-    beyond = degrees_beyond(crs)
-    if beyond is None or (distance_deg := beyond(x, y)[0]) <= BEYOND_DEG:
+    distance_beyond = degrees_beyond(crs)
+    if distance_beyond is None or (distance_deg := distance_beyond(x, y)[0]) <= BEYOND_DEG:
         return None
-    if beyond(y, x)[0] == 0.0:
+    if distance_beyond(y, x)[0] == 0.0:
         return None
     units = (
         (1000.0, tr("kilometres"), max(abs(x), abs(y)) < _MAX_KM),
         (_FOOT_M, tr("feet"), distance_deg > _MAX_ZONE_OFFSET_DEG),
     )
     for factor, unit, is_plausible in units:
-        if is_plausible and beyond(x * factor, y * factor)[0] == 0.0:
+        if is_plausible and distance_beyond(x * factor, y * factor)[0] == 0.0:
             return other_unit("x, y", unit, factor)
     return None
 
@@ -487,12 +490,12 @@ def require_on_model(model: FloatArray, extent: FloatArray | None) -> None:
         )
 
 
-def relocation_findings(extent: FloatArray, placed_values: FloatArray, crs: str) -> list[Finding]:
+def relocation_findings(extent: FloatArray, placed_points: FloatArray, crs: str) -> list[Finding]:
     """Return a finding if a registration moves or rotates a georeferenced model considerably.
 
     Parameters
     ----------
-    extent, placed_values : (n, 3) ndarray
+    extent, placed_points : (n, 3) ndarray
         Points of the model before and after the registration.
     crs : str
         CRS of both sets of points.
@@ -505,10 +508,10 @@ def relocation_findings(extent: FloatArray, placed_values: FloatArray, crs: str)
 
     if not len(extent):
         return []
-    distance_m = float(np.linalg.norm(placed_values.mean(axis=0) - extent.mean(axis=0)))
+    distance_m = float(np.linalg.norm(placed_points.mean(axis=0) - extent.mean(axis=0)))
     extent_m = float(np.linalg.norm(np.ptp(extent, axis=0)))
     if distance_m <= max(_MAX_OFFSET_FACTOR * extent_m, 1000.0):
-        angle = _turn_deg(extent, placed_values)
+        angle = _turn_deg(extent, placed_points)
         return (
             []
             if angle <= _MAX_TURN_DEG
@@ -517,10 +520,12 @@ def relocation_findings(extent: FloatArray, placed_values: FloatArray, crs: str)
     return [Finding("registration.moved", distance_km=distance_m / 1000.0, crs=crs_name(crs))]
 
 
-def _turn_deg(before: FloatArray, after: FloatArray) -> float:
+def _turn_deg(model_before: FloatArray, model_after: FloatArray) -> float:
     """Return the rotation between two sets of points (n, 3), or 0 if it is undetermined."""
     try:
-        fit = fit_similarity(before - before.mean(axis=0), after - after.mean(axis=0))
+        fit = fit_similarity(
+            model_before - model_before.mean(axis=0), model_after - model_after.mean(axis=0)
+        )
     except GeometryError:
         return 0.0
     return float(np.degrees(np.arccos(np.clip((np.trace(fit.rotation) - 1.0) / 2.0, -1.0, 1.0))))
@@ -544,23 +549,25 @@ def view_direction_findings(forward: FloatArray) -> list[Finding]:
     return [Finding("cameras.look-up", count=len(forward))]
 
 
-def position_noise_findings(world: FloatArray, placed_values: FloatArray) -> list[Finding]:
+def position_noise_findings(world: FloatArray, placed_points: FloatArray) -> list[Finding]:
     """Return a finding if the errors of camera positions are as large as their spacing.
 
     Parameters
     ----------
-    world, placed_values : (n, 3) ndarray
+    world, placed_points : (n, 3) ndarray
         Stated positions, and positions after the registration.
 
     Returns
     -------
     list of Finding
     """
-    miss = float(np.sqrt(((placed_values - world) ** 2).sum(axis=1).mean())) if len(world) else 0.0
-    position_noise = _reach(placed_values) if len(world) else 0.0
-    if not miss > 0.5 * position_noise > 0:
+    rms_misfit = (
+        float(np.sqrt(((placed_points - world) ** 2).sum(axis=1).mean())) if len(world) else 0.0
+    )
+    position_noise = _reach(placed_points) if len(world) else 0.0
+    if not rms_misfit > 0.5 * position_noise > 0:
         return []
-    return [Finding("cameras.noise", error_m=miss, extent_m=position_noise)]
+    return [Finding("cameras.noise", error_m=rms_misfit, extent_m=position_noise)]
 
 
 # --- common functions -------------------------------------------------------------------------
@@ -584,5 +591,5 @@ def _miss(model: FloatArray, world: FloatArray) -> float | None:
         fit, _ = fit_robustly(model, local_points)
     except GeometryError:
         return None
-    miss = float(np.median(np.linalg.norm(fit(model) - local_points, axis=1)))
-    return miss / max(_reach(local_points), 1e-300)
+    median_misfit = float(np.median(np.linalg.norm(fit(model) - local_points, axis=1)))
+    return median_misfit / max(_reach(local_points), 1e-300)

@@ -161,8 +161,8 @@ class Evidence:
     @property
     def too_few_alone(self) -> bool:
         """Whether there are only points, and too few of them to place a model."""
-        others = (self.positions, self.attitudes, self.level, self.compass)
-        if self.pairs is None or any(item is not None for item in others):
+        has_other_evidence = (self.positions, self.attitudes, self.level, self.compass)
+        if self.pairs is None or any(item is not None for item in has_other_evidence):
             return False
         if self.bars or self.lengths or self.azimuths or self.level_lines or self.plumb_lines:
             return False
@@ -194,8 +194,10 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
         messages += evidence.pairs.notes
         require_on_model(evidence.pairs.model, extent)
         kinds.append(control)
-        every = evidence.pairs
-        suspicions += point_findings(control, every.labels, every.world, every.model, evidence.crs)
+        all_pairs = evidence.pairs
+        suspicions += point_findings(
+            control, all_pairs.labels, all_pairs.world, all_pairs.model, evidence.crs
+        )
         messages += suspicions
     click_m, click = _click_errors(evidence)
     kinds += lengths_of(
@@ -230,7 +232,7 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
     if evidence.scale is not None:
         kinds += fixed_scale(evidence.scale, kinds, extent, evidence.scale_error)
     try:
-        placed = (place_robustly if evidence.robust else place)(
+        placement = (place_robustly if evidence.robust else place)(
             kinds, check, extent, up=evidence.up, is_doubted=bool(suspicions)
         )
     except GeometryError as error:
@@ -239,37 +241,37 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
             raise GeometryError(suspicions[0]) from error
         error.message = " ".join([*map(str, messages), error.message])
         raise
-    messages += vertical_findings(kinds, np.array(placed.matrix)[:3, :3] / placed.scale)
+    messages += vertical_findings(kinds, np.array(placement.matrix)[:3, :3] / placement.scale)
     if evidence.compass is not None or evidence.azimuths:
-        placed = replace(placed, north_sigma_deg=compass_sigma_deg)
+        placement = replace(placement, north_sigma_deg=compass_sigma_deg)
         if compass_alone(kinds) and not evidence.compass_doubt_stated:
             messages.append(
                 Finding("registration.compass-alone", north_sigma_deg=compass_sigma_deg)
             )
-    messages += scale_unit_findings(placed.scale, placed.scale_error_95)
-    excluded = {*evidence.without, *(blunder.label for blunder in placed.blunders)}
-    messages += length_findings(evidence.bars, evidence.lengths, evidence.pairs, excluded)
-    messages += _camera_findings(evidence, kinds, placed)
+    messages += scale_unit_findings(placement.scale, placement.scale_error_95)
+    excluded_labels = {*evidence.without, *(blunder.label for blunder in placement.blunders)}
+    messages += length_findings(evidence.bars, evidence.lengths, evidence.pairs, excluded_labels)
+    messages += _camera_findings(evidence, kinds, placement)
     if evidence.positions is not None and _is_only_kind(kinds):
-        _refuse_uncertain(placed, suspicions)
+        _refuse_uncertain(placement, suspicions)
     if attitudes is not None:
-        messages += bowing_findings(_bowing_by_tilts(evidence, placed, extent), photos=True)
-    placed = _add_control_errors(_add_pixel_residuals(placed, evidence), evidence)
-    return prepend_warnings(placed, messages)
+        messages += bowing_findings(_bowing_by_tilts(evidence, placement, extent), photos=True)
+    placement = _add_control_errors(_add_pixel_residuals(placement, evidence), evidence)
+    return prepend_warnings(placement, messages)
 
 
-def _add_pixel_residuals(placed: Placed, evidence: Evidence) -> Placed:
+def _add_pixel_residuals(placement: Placed, evidence: Evidence) -> Placed:
     """Add the RMS residual of each control point in the photos, pixels."""
     if not evidence.marks or evidence.pairs is None:
-        return placed
-    positions = transform.apply(transform.invert(placed.matrix), evidence.pairs.world)
-    known = dict(zip(evidence.pairs.labels, positions, strict=True))
+        return placement
+    positions = transform.apply(transform.invert(placement.matrix), evidence.pairs.world)
+    position_by_label = dict(zip(evidence.pairs.labels, positions, strict=True))
     squares: dict[str, list[float]] = {}
     for label, photo, x, y in evidence.marks:
         view = _view(evidence, photo, "--marks")
-        if view is not None and label in known:
-            miss = view.project(known[label])[0] - [x, y]
-            squares.setdefault(label, []).append(float(miss @ miss))
+        if view is not None and label in position_by_label:
+            misclosure = view.project(position_by_label[label])[0] - [x, y]
+            squares.setdefault(label, []).append(float(misclosure @ misclosure))
 
     def add_rms(points: Sequence[PointResidual]) -> tuple[PointResidual, ...]:
         return tuple(
@@ -279,7 +281,7 @@ def _add_pixel_residuals(placed: Placed, evidence: Evidence) -> Placed:
             for p in points
         )
 
-    return replace(placed, control=add_rms(placed.control), check=add_rms(placed.check))
+    return replace(placement, control=add_rms(placement.control), check=add_rms(placement.check))
 
 
 # --- points -----------------------------------------------------------------------
@@ -315,36 +317,36 @@ def _click_errors(evidence: Evidence) -> tuple[float, float]:
     return 0.0, 0.5 * (evidence.resolution or 0.0)
 
 
-def _add_control_errors(placed: Placed, evidence: Evidence) -> Placed:
+def _add_control_errors(placement: Placed, evidence: Evidence) -> Placed:
     """Add the errors of clicks and marks that were used, and findings about them."""
-    placed = replace(placed, mark_scatter_px=evidence.mark_scatter_px)
+    placement = replace(placement, mark_scatter_px=evidence.mark_scatter_px)
     findings = mark_scatter_findings(evidence.mark_scatter_px or 0.0)
     pairs = evidence.pairs
     if pairs is not None and pairs.is_clicked.any():
         click_m = evidence.click_sigma_m
         if click_m is None:
-            click_m = 0.5 * placed.scale * (evidence.resolution or 0.0)
+            click_m = 0.5 * placement.scale * (evidence.resolution or 0.0)
             is_stated = np.isfinite(pairs.sigma[pairs.is_clicked]).all()
             if evidence.resolution is None and is_stated:
                 findings.append(Finding("control.click-error-unknown"))
-        placed = replace(placed, click_sigma_m=click_m)
-    return prepend_warnings(placed, findings)
+        placement = replace(placement, click_sigma_m=click_m)
+    return prepend_warnings(placement, findings)
 
 
 # --- cameras ----------------------------------------------------------------------------------
 def _camera_finder(
-    evidence: Evidence, known_items: Mapping[str, Any], field_: str
+    evidence: Evidence, known_cameras: Mapping[str, Any], field_: str
 ) -> Callable[[str], str | None]:
     """Return a function that finds the camera of a photo by its name.
 
     Raises UsageError if no cameras are known.
     """
-    if not known_items:
+    if not known_cameras:
         raise UsageError(
             Finding("cameras.no-poses") if evidence.centres else Finding("cameras.missing"),
             field=field_,
         )
-    return finder(list(known_items))
+    return finder(list(known_cameras))
 
 
 def _view(evidence: Evidence, photo: str, field_: str) -> View | None:
@@ -355,19 +357,19 @@ def _view(evidence: Evidence, photo: str, field_: str) -> View | None:
 
 def _match_photos(
     evidence: Evidence,
-    known_items: Mapping[str, Any],
+    known_cameras: Mapping[str, Any],
     photos: Sequence[str],
     field_: str,
     messages: list[Finding],
 ) -> tuple[list[int], list[str]]:
     """Return the rows of photos that match cameras of the model, and the camera names."""
     rows, names = [], []
-    unknown_items = []
-    find = _camera_finder(evidence, known_items, field_)
+    unknown_photos = []
+    find = _camera_finder(evidence, known_cameras, field_)
     for row, photo in enumerate(photos):
         name = find(photo)
         if name is None:
-            unknown_items.append(photo)
+            unknown_photos.append(photo)
         else:
             rows.append(row)
             names.append(name)
@@ -377,13 +379,13 @@ def _match_photos(
                 "cameras.none-known",
                 photos=len(photos),
                 first=photos[0],
-                known=next(iter(known_items)),
+                known=next(iter(known_cameras)),
             ),
             field=field_,
         )
-    if unknown_items:
+    if unknown_photos:
         messages.append(
-            Finding("cameras.unknown-photos", count=len(unknown_items), photos=unknown_items)
+            Finding("cameras.unknown-photos", count=len(unknown_photos), photos=unknown_photos)
         )
     return rows, names
 
@@ -400,14 +402,16 @@ def _cameras(evidence: Evidence, messages: list[Finding], suspicions: list[Findi
     rows, names = _match_photos(evidence, centres, positions.photos, "--cameras", messages)
     world = positions.places[rows].copy()
     for row, position in enumerate(world.tolist()):
-        if (why := check_coordinates((position[0], position[1], position[2]))) is not None:
-            raise InputError(why, field=positions.photos[rows[row]])
+        if (problem := check_coordinates((position[0], position[1], position[2]))) is not None:
+            raise InputError(problem, field=positions.photos[rows[row]])
     labels = [positions.photos[row] for row in rows]
     model = np.array([centres[name] for name in names])
     sigma = positions.sigma[rows]
-    is_alone = evidence.pairs is None and evidence.attitudes is None and evidence.compass is None
+    has_only_cameras = (
+        evidence.pairs is None and evidence.attitudes is None and evidence.compass is None
+    )
     cameras, suspicious, exclusions = select_consistent_cameras(
-        labels, model, world, sigma, is_alone=is_alone, crs=evidence.crs
+        labels, model, world, sigma, is_alone=has_only_cameras, crs=evidence.crs
     )
     suspicions += suspicious
     messages += [*suspicious, *exclusions]
@@ -415,17 +419,17 @@ def _cameras(evidence: Evidence, messages: list[Finding], suspicions: list[Findi
 
 
 def _camera_findings(
-    evidence: Evidence, kinds: Sequence[Observed], placed: Placed
+    evidence: Evidence, kinds: Sequence[Observed], placement: Placed
 ) -> list[Finding]:
     """Return findings about view directions and position residuals after registration."""
     findings: list[Finding] = []
-    if placed.known.vertical and evidence.views:
-        rotation = np.array(placed.matrix)[:3, :3] / placed.scale
+    if placement.known.vertical and evidence.views:
+        rotation = np.array(placement.matrix)[:3, :3] / placement.scale
         forward = np.array([view.rotation[2] for view in evidence.views.values()]) @ rotation.T
         findings += view_direction_findings(forward)
     for kind in kinds:
         if isinstance(kind, Points) and kind.name == "cameras" and _is_only_kind(kinds):
-            findings += position_noise_findings(kind.world, placed(kind.model))
+            findings += position_noise_findings(kind.world, placement(kind.model))
     return findings
 
 
@@ -434,9 +438,9 @@ def _is_only_kind(kinds: Sequence[Observed]) -> bool:
     return sum(not isinstance(kind, Lengths) for kind in kinds) == 1
 
 
-def _refuse_uncertain(placed: Placed, suspicions: Sequence[Finding]) -> None:
-    worst = placed.rotation_error_95_deg.weakest.error_deg
-    if worst is None or worst > _MAX_TURN_ERROR_DEG:
+def _refuse_uncertain(placement: Placed, suspicions: Sequence[Finding]) -> None:
+    worst_error_deg = placement.rotation_error_95_deg.weakest.error_deg
+    if worst_error_deg is None or worst_error_deg > _MAX_TURN_ERROR_DEG:
         reason = Finding("cameras.unsure", limit_deg=_MAX_TURN_ERROR_DEG)
         raise GeometryError(suspicions[0] if suspicions else reason)
 
@@ -498,7 +502,7 @@ def marked_places(
     }
     mark_px = mark_error_px(list(points.values()))
     evidence.mark_scatter_px = mark_px if points else None
-    triangulated_items, contradictory = {}, []
+    triangulated_points, contradictory = {}, []
     for label, point in points.items():
         rows, wrong_marks = find_agreeing(label, point, agreement_px(mark_px))
         collected += [mark.finding for mark in wrong_marks]
@@ -509,18 +513,18 @@ def marked_places(
             contradictory.append(label)
             continue
         place = triangulate(*right)
-        triangulated_items[label] = place, place_covariance(right, place, mark_px)
+        triangulated_points[label] = place, place_covariance(right, place, mark_px)
     if contradictory:
         collected.append(marks_disagree(contradictory))
     # Points that are marked only once are reported when the labels are compared.
-    few = [
+    labels_with_few = [
         k
         for k in mark_counts
-        if mark_counts[k] > 1 and k not in triangulated_items and k not in contradictory
+        if mark_counts[k] > 1 and k not in triangulated_points and k not in contradictory
     ]
-    if few:
-        collected.append(Finding("control.few-marks", labels=few))
-    return triangulated_items
+    if labels_with_few:
+        collected.append(Finding("control.few-marks", labels=labels_with_few))
+    return triangulated_points
 
 
 def _attitudes(
@@ -532,24 +536,24 @@ def _attitudes(
 
 
 def _bowing_by_tilts(
-    evidence: Evidence, placed: Placed, extent: FloatArray | None
+    evidence: Evidence, placement: Placed, extent: FloatArray | None
 ) -> Bowing | None:
     table = evidence.attitudes
-    if table is None or not placed.known.scale:
+    if table is None or not placement.known.scale:
         return None
     rows, names = _match_photos(evidence, evidence.views, table.photos, "--attitudes", [])
-    matrix = np.array(placed.matrix)
-    fit = Similarity(placed.scale, matrix[:3, :3] / placed.scale, matrix[:3, 3])
+    matrix = np.array(placement.matrix)
+    fit = Similarity(placement.scale, matrix[:3, :3] / placement.scale, matrix[:3, 3])
     return bowing_by_tilts(table, rows, [evidence.views[name] for name in names], fit, extent)
 
 
-def attitude_misses(evidence: Evidence, placed: Placed) -> list[AttitudeMiss]:
+def attitude_misses(evidence: Evidence, placement: Placed) -> list[AttitudeMiss]:
     """Compare each photo attitude with the attitude in the placed model.
 
     Parameters
     ----------
     evidence : Evidence
-    placed : Placed
+    placement : Placed
 
     Returns
     -------
@@ -559,7 +563,7 @@ def attitude_misses(evidence: Evidence, placed: Placed) -> list[AttitudeMiss]:
     if table is None:
         return []
     rows, names = _match_photos(evidence, evidence.views, table.photos, "--attitudes", [])
-    rotation = np.array(placed.matrix)[:3, :3] / placed.scale
+    rotation = np.array(placement.matrix)[:3, :3] / placement.scale
     return attitude_differences(table, rows, [evidence.views[name] for name in names], rotation)
 
 

@@ -62,11 +62,11 @@ def lengths_of(
     for bar in bars:
         for label in (bar.first, bar.second):
             if label not in positions:
-                near = nearest(label, list(positions))
+                similar_names = nearest(label, list(positions))
                 raise UsageError(
                     Finding(
                         "length.unknown-point",
-                        label=label if near is None else f"{label} ({near}?)",
+                        label=label if similar_names is None else f"{label} ({similar_names}?)",
                     ),
                     file=bar.file,
                     line=bar.line,
@@ -90,9 +90,9 @@ def lengths_of(
     if not labels:
         return []
     ends = np.array(first, np.float64), np.array(second, np.float64)
-    short = ~(np.linalg.norm(ends[1] - ends[0], axis=1) > 0)
-    if short.any():
-        number = int(np.argmax(short))
+    is_short = ~(np.linalg.norm(ends[1] - ends[0], axis=1) > 0)
+    if is_short.any():
+        number = int(np.argmax(is_short))
         used_bars = [bar for bar in bars if not bar.check]
         position = used_bars[number] if number < len(used_bars) else None
         raise UsageError(
@@ -101,15 +101,15 @@ def lengths_of(
             line=None if position is None else position.line,
             field="--scale" if position is None else "--scale-bars",
         )
-    both = np.sqrt(clicks)
+    joint_clicks = np.sqrt(clicks)
     return [
         Lengths(
             labels,
             *ends,
             np.array(length),
             np.array(sigma),
-            click_m=both * click_m if click_m else None,
-            click=both * click if click else None,
+            click_m=joint_clicks * click_m if click_m else None,
+            click=joint_clicks * click if click else None,
         )
     ]
 
@@ -138,9 +138,9 @@ def fixed_scale(
     positions = positions or [kind.model for kind in kinds if isinstance(kind, Points)]
     centre, size = np.zeros(3), 1.0
     if positions:
-        every = np.concatenate(positions)
-        centre = every.mean(axis=0)
-        size = float(np.linalg.norm(np.ptp(every, axis=0))) or 1.0
+        all_positions = np.concatenate(positions)
+        centre = all_positions.mean(axis=0)
+        size = float(np.linalg.norm(np.ptp(all_positions, axis=0))) or 1.0
     end = centre + [size, 0.0, 0.0]
     # The scale is uniform, so any length can be used.
     length = np.array([scale * size])
@@ -157,7 +157,7 @@ def length_findings(
     bars: Sequence[ScaleBar],
     segments: Sequence[Segment],
     pairs: Pairs | None,
-    apart: Collection[str] = (),
+    separate_labels: Collection[str] = (),
 ) -> list[Finding]:
     """Return findings about lengths that contradict the control points.
 
@@ -167,7 +167,7 @@ def length_findings(
         Scale bars, and lengths given by two points.
     pairs : Pairs or None
         Control points.
-    apart : collection of str, optional
+    separate_labels : collection of str, optional
         Labels of points and lengths that are excluded or reported elsewhere.
 
     Returns
@@ -176,13 +176,15 @@ def length_findings(
     """
     if pairs is None or not (bars or segments):
         return []
-    is_known = np.array([label not in apart for label in pairs.labels], bool) & ~pairs.check
+    is_known = (
+        np.array([label not in separate_labels for label in pairs.labels], bool) & ~pairs.check
+    )
     points_fit = _points_alone(pairs.model[is_known], pairs.world[is_known], pairs.sigma[is_known])
     if points_fit is None:
         return []
     scale, scale_error, sigma, times = points_fit
     positions = dict(zip(pairs.labels, pairs.model, strict=True))
-    wrong_items: list[Finding] = []
+    wrong_lengths: list[Finding] = []
     units: dict[str, list[str]] = {}
     lengths = [
         (
@@ -210,8 +212,8 @@ def length_findings(
         unit = _unit(stated_length / length_by_points, error / length_by_points)
         if unit is not None:
             units.setdefault(unit, []).append(label)
-        elif not check and label not in apart:
-            wrong_items.append(
+        elif not check and label not in separate_labels:
+            wrong_lengths.append(
                 Finding(
                     "length.contradicted",
                     label=label,
@@ -223,11 +225,11 @@ def length_findings(
     findings = [
         Finding("length.other-unit", labels=labels, unit=tr(unit)) for unit, labels in units.items()
     ]
-    return [*findings, *wrong_items[:_MAX_NAMED]]
+    return [*findings, *wrong_lengths[:_MAX_NAMED]]
 
 
 def _points_alone(
-    model: FloatArray, world: FloatArray, stated_values: FloatArray
+    model: FloatArray, world: FloatArray, stated_sigmas: FloatArray
 ) -> tuple[float, float, float, Callable[[int], float]] | None:
     """Estimate the scale from the points alone, or return None if they do not determine it.
 
@@ -251,15 +253,17 @@ def _points_alone(
         return None
     dof = 3 * n - 7
     residual_sigma = float(np.sqrt(((fit(model) - world) ** 2).sum() / dof))
-    known = bool(n) and bool(np.isfinite(stated_values).all())
+    has_stated_errors = bool(n) and bool(np.isfinite(stated_sigmas).all())
     sigma = (
-        max(residual_sigma, float(np.sqrt((stated_values**2).mean()))) if known else residual_sigma
+        max(residual_sigma, float(np.sqrt((stated_sigmas**2).mean())))
+        if has_stated_errors
+        else residual_sigma
     )
     size = float(np.linalg.norm(world - world.mean(axis=0)))
 
     def significance_limit(count: int) -> float:
         chance = 1.0 - _SIGNIFICANCE / 2.0 / count
-        return float(norm.ppf(chance) if known else t.ppf(chance, dof))
+        return float(norm.ppf(chance) if has_stated_errors else t.ppf(chance, dof))
 
     return fit.scale, sigma / size, sigma, significance_limit
 

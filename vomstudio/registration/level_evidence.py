@@ -115,8 +115,8 @@ def plumb_lines_of(lines: Sequence[KnownDirection]) -> PlumbLines:
         line.label or tr("plumb line {number}", number=number)
         for number, line in enumerate(lines, 1)
     ]
-    each = np.repeat(np.radians(sigma)[:, None], 2, axis=1)
-    return PlumbLines(names, _unit_vectors(lines, "--plumb"), each)
+    sigmas_by_axis = np.repeat(np.radians(sigma)[:, None], 2, axis=1)
+    return PlumbLines(names, _unit_vectors(lines, "--plumb"), sigmas_by_axis)
 
 
 def _unit_vectors(lines: Sequence[KnownDirection], option: str) -> FloatArray:
@@ -251,19 +251,19 @@ def level_line_findings(
     findings = _upright_line_findings(photos, views, ends)
     if extent is None or not len(extent):
         return findings
-    named_items, maximum = [], 0.0
+    line_names, maximum = [], 0.0
     for photo, view, line in zip(photos, views, ends, strict=True):
         if (line[0] == line[1]).any():
             continue
         angles = away_deg(view, line, extent)
         if angles is not None and angles > _MAX_AWAY_DEG:
-            named_items.append(photo)
+            line_names.append(photo)
             maximum = max(maximum, angles)
-    if not named_items:
+    if not line_names:
         return findings
     return [
         *findings,
-        Finding("level.away", photos=named_items, away_deg=maximum),
+        Finding("level.away", photos=line_names, away_deg=maximum),
     ]
 
 
@@ -310,14 +310,14 @@ def _upright_line_findings(
         return []
     names = [photo for photo, up in zip(photos, is_upright, strict=True) if up]
     forward = np.array([view.direction for view in views])
-    turned = _range_deg(np.arctan2(forward @ axes[2], forward @ axes[1]), 360.0)
-    if is_upright.all() and turned > _TURNED_DEG and angle_range < turned / 2.0:
+    turned_range_deg = _range_deg(np.arctan2(forward @ axes[2], forward @ axes[1]), 360.0)
+    if is_upright.all() and turned_range_deg > _TURNED_DEG and angle_range < turned_range_deg / 2.0:
         return [Finding("level.upright", photos=names)]
     return [Finding("level.portrait", photos=names)]
 
 
 def _range_deg(angles_rad: FloatArray, period_deg: float) -> float:
     """Return the smallest arc, degrees, that contains all angles of a period."""
-    turns = np.sort(np.degrees(angles_rad) % period_deg)
-    gaps = np.diff(np.append(turns, turns[0] + period_deg))
+    sorted_angles = np.sort(np.degrees(angles_rad) % period_deg)
+    gaps = np.diff(np.append(sorted_angles, sorted_angles[0] + period_deg))
     return float(period_deg - gaps.max())

@@ -50,20 +50,20 @@ def widen_by_likelihood(
         return result
     _, inverse = weighted_rows(result)
     values, axes = np.linalg.eigh(inverse[:3, :3])
-    linear_values = _Z95 * float(np.sqrt(max(values[-1], 0.0)))
-    if not linear_values > _MAX_LINEAR_RAD:
+    linear_half_width = _Z95 * float(np.sqrt(max(values[-1], 0.0)))
+    if not linear_half_width > _MAX_LINEAR_RAD:
         return result
     axis = axes[:, -1]
     turn = max(_turn_to(kinds, result, centre, side * axis) for side in (1.0, -1.0))
-    times = turn / linear_values
+    times = turn / linear_half_width
     if not times > 1.0:
         return result
-    wider_values = np.eye(7)
-    wider_values[:3, :3] += (times - 1.0) * np.outer(axis, axis)
+    widened_axes = np.eye(7)
+    widened_axes[:3, :3] += (times - 1.0) * np.outer(axis, axis)
     return replace(
         result,
-        covariance=wider_values @ result.covariance @ wider_values.T,
-        plain=wider_values @ result.plain @ wider_values.T,
+        covariance=widened_axes @ result.covariance @ widened_axes.T,
+        plain=widened_axes @ result.plain @ widened_axes.T,
     )
 
 
@@ -75,15 +75,15 @@ def _turn_to(
     step[:3] = _STEP_RAD * axis
     fit = result.fit
     min_squares = float(((result.rows.misses / result.sigma) ** 2).sum())
-    before = 0.0
+    distance_before = 0.0
     for number in range(_MAX_STEPS):
         fit = apply_step(fit, step, fit(centre)[0])
         fit, squares = _adjust_others(kinds, fit, result, centre, axis)
-        after = float(np.sqrt(max(squares - min_squares, 0.0)))
-        if after > _Z95:
-            fraction = (_Z95 - before) / (after - before)
+        distance_after = float(np.sqrt(max(squares - min_squares, 0.0)))
+        if distance_after > _Z95:
+            fraction = (_Z95 - distance_before) / (distance_after - distance_before)
             return float((number + np.clip(fraction, 0.0, 1.0)) * _STEP_RAD)
-        before = after
+        distance_before = distance_after
     return float(np.pi)
 
 

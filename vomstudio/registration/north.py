@@ -239,9 +239,9 @@ def convert_to_grid_north(
     InputError
     """
     angles = table.angles.copy()
-    added_items: dict[str, list[float]] = {}
+    added_turns: dict[str, list[float]] = {}
     lacking_count = 0
-    known_items: dict[object, NorthCorrection | None] = {}
+    known_corrections: dict[object, NorthCorrection | None] = {}
     for row, word in enumerate(table.norths):
         if not np.isfinite(angles[row, 0]):
             continue
@@ -249,18 +249,20 @@ def convert_to_grid_north(
         place = (longitude, latitude) if np.isfinite([longitude, latitude]).all() else None
         # The field is practically constant within a hundredth of a degree.
         key = (word, table.days[row], place and tuple(np.round(place, 2)))
-        if key not in known_items:
-            known_items[key] = north.correction(word, table.days[row], place)
-        correction = known_items[key]
+        if key not in known_corrections:
+            known_corrections[key] = north.correction(word, table.days[row], place)
+        correction = known_corrections[key]
         if correction is None:
             lacking_count += 1
         else:
             angles[row, 0] += correction.deg
-            added_items.setdefault(word, []).append(correction.deg)
+            added_turns.setdefault(word, []).append(correction.deg)
     messages += [
-        Finding(_YAWS_CORRECTED[word], minimum_deg=min(turns), maximum_deg=max(turns))
-        for word, turns in added_items.items()
-        if any(turns)
+        Finding(
+            _YAWS_CORRECTED[word], minimum_deg=min(azimuth_turns), maximum_deg=max(azimuth_turns)
+        )
+        for word, azimuth_turns in added_turns.items()
+        if any(azimuth_turns)
     ]
     if lacking_count:
         messages.append(Finding("north.not-corrected", photos=lacking_count))

@@ -149,18 +149,18 @@ class Points:
         return replace(self, click_m=None, covariance=None)
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
-        placed = fit(self.model)
-        n = len(placed)
+        placed_points = fit(self.model)
+        n = len(placed_points)
         sigma, axes = self.errors(fit)
-        moves = axes @ jacobians(placed - centre)
-        misses = np.einsum("nij,nj->ni", axes, placed - self.world)
+        moves = axes @ jacobians(placed_points - centre)
+        misses = np.einsum("nij,nj->ni", axes, placed_points - self.world)
         parts = ("", "", "")
         if n >= MIN_POINTS_PER_AXIS:
             parts = (" east", " north", " up")
         elif n >= MIN_POINTS_HEIGHTS:
             parts = (" level", " level", " up")
-        named = tuple(self.name + part for part in parts)
-        rows = _rows(misses.ravel(), moves.reshape(-1, 7), sigma, (self.name,) * 3, named)
+        row_names = tuple(self.name + part for part in parts)
+        rows = _rows(misses.ravel(), moves.reshape(-1, 7), sigma, (self.name,) * 3, row_names)
         rows = replace(rows, axes=axes.reshape(-1, 3))
         if n >= MIN_POINTS_HEIGHTS:
             return rows
@@ -194,15 +194,15 @@ class Lengths:
     click: FloatArray | None = None
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
-        placed_values = fit.scale * np.linalg.norm(self.second - self.first, axis=1)
-        moves = np.zeros((len(placed_values), 7))
-        moves[:, 3] = placed_values
+        placed_lengths = fit.scale * np.linalg.norm(self.second - self.first, axis=1)
+        moves = np.zeros((len(placed_lengths), 7))
+        moves[:, 3] = placed_lengths
         sigma = self.sigma
         if self.click_m is not None:
             sigma = np.hypot(sigma, self.click_m)
         if self.click is not None:
             sigma = np.hypot(sigma, fit.scale * self.click)
-        return _rows(placed_values - self.length, moves, sigma, ("lengths",))
+        return _rows(placed_lengths - self.length, moves, sigma, ("lengths",))
 
     def exact_on_model(self) -> Lengths:
         """Return the lengths, assuming that their end points on the model are exact."""
@@ -254,23 +254,23 @@ class Directions:
     north_sigma: float = 0.0
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
-        placed_values = self.model @ fit.rotation.T
+        placed_directions = self.model @ fit.rotation.T
         observed = self.world
         if self.axial:
-            signs = np.where((placed_values * observed).sum(axis=1) < 0, -1.0, 1.0)
+            signs = np.where((placed_directions * observed).sum(axis=1) < 0, -1.0, 1.0)
             observed = observed * signs[:, None]
-        down, across_component = _tangents(observed)
-        moves = np.zeros((len(placed_values), 2, 7))
-        misses = np.zeros((len(placed_values), 2))
-        shared_values = np.zeros((len(placed_values), 2, 1))
-        for row, tangent in enumerate((down, across_component)):
-            misses[:, row] = _angle(placed_values, observed, tangent)
+        down, cross_tangents = _tangents(observed)
+        moves = np.zeros((len(placed_directions), 2, 7))
+        misses = np.zeros((len(placed_directions), 2))
+        shared_columns = np.zeros((len(placed_directions), 2, 1))
+        for row, tangent in enumerate((down, cross_tangents)):
+            misses[:, row] = _angle(placed_directions, observed, tangent)
             # A rotation w moves the direction u by w x u; its component along e is w . (u x e).
-            turns = _cross(placed_values, tangent)
-            moves[:, row, :3] = turns
-            shared_values[:, row, 0] = turns[:, 2]
+            rotation_columns = _cross(placed_directions, tangent)
+            moves[:, row, :3] = rotation_columns
+            shared_columns[:, row, 0] = rotation_columns[:, 2]
         rows = _rows(misses.ravel(), moves.reshape(-1, 7), self.sigma, ("directions",))
-        return _sharing(rows, shared_values.reshape(-1, 1), self.north_sigma, COMPASS)
+        return _sharing(rows, shared_columns.reshape(-1, 1), self.north_sigma, COMPASS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -296,10 +296,12 @@ class Verticals:
     mount_sigma: float = 0.0
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
-        placed_values = self.model @ fit.rotation.T
-        rows = _downward_rows(placed_values, self.sigma, "verticals")
+        placed_directions = self.model @ fit.rotation.T
+        rows = _downward_rows(placed_directions, self.sigma, "verticals")
         axes = fit.rotation @ self.cameras
-        aside_by = np.cross(axes, placed_values[:, :, None], axisa=1, axisb=1, axisc=1)[:, :2, :]
+        aside_by = np.cross(axes, placed_directions[:, :, None], axisa=1, axisb=1, axisc=1)[
+            :, :2, :
+        ]
         return _sharing(rows, aside_by.reshape(-1, 3), self.mount_sigma)
 
 
@@ -320,8 +322,8 @@ class PlumbLines:
     sigma: FloatArray
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
-        placed_values = self.model @ fit.rotation.T
-        down = np.where(placed_values[:, 2:] > 0, -placed_values, placed_values)
+        placed_directions = self.model @ fit.rotation.T
+        down = np.where(placed_directions[:, 2:] > 0, -placed_directions, placed_directions)
         return _downward_rows(down, self.sigma, "plumb lines")
 
 
@@ -379,13 +381,15 @@ class LevelLines:
         return len(self.labels) > 1 and self.apart < self.min_apart
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
-        placed_values = self.model @ fit.rotation.T
+        placed_directions = self.model @ fit.rotation.T
         if self.count_as_one:
-            along_component = np.linalg.svd(placed_values / self.sigma[:, None])[2][0]
-            placed_values = np.sign(placed_values @ along_component)[:, None] * along_component
-        moves = np.zeros((len(placed_values), 7))
-        moves[:, :3] = _cross(placed_values, np.array([0.0, 0.0, 1.0]))
-        return _rows(placed_values[:, 2], moves, self.sigma, ("level lines",))
+            main_direction = np.linalg.svd(placed_directions / self.sigma[:, None])[2][0]
+            placed_directions = (
+                np.sign(placed_directions @ main_direction)[:, None] * main_direction
+            )
+        moves = np.zeros((len(placed_directions), 7))
+        moves[:, :3] = _cross(placed_directions, np.array([0.0, 0.0, 1.0]))
+        return _rows(placed_directions[:, 2], moves, self.sigma, ("level lines",))
 
 
 @dataclass(frozen=True, eq=False)
@@ -411,16 +415,20 @@ class Azimuths:
     north_sigma: float = 0.0
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
-        placed_values = self.model @ fit.rotation.T
-        east, north = placed_values[:, 0], placed_values[:, 1]
-        flat_values = np.maximum(east**2 + north**2, 1e-12)
+        placed_directions = self.model @ fit.rotation.T
+        east, north = placed_directions[:, 0], placed_directions[:, 1]
+        horizontal_squares = np.maximum(east**2 + north**2, 1e-12)
         misses = np.arctan2(east, north) - self.azimuth
         misses = (misses + np.pi) % (2 * np.pi) - np.pi
         slope = np.column_stack(
-            [north / flat_values, -east / flat_values, np.zeros(len(flat_values))]
+            [
+                north / horizontal_squares,
+                -east / horizontal_squares,
+                np.zeros(len(horizontal_squares)),
+            ]
         )
-        moves = np.zeros((len(flat_values), 7))
-        moves[:, :3] = _cross(placed_values, slope)
+        moves = np.zeros((len(horizontal_squares), 7))
+        moves[:, :3] = _cross(placed_directions, slope)
         rows = _rows(misses, moves, self.sigma, ("azimuths",))
         # A north error rotates all azimuths about the vertical.
         return _sharing(rows, moves[:, 2:3], self.north_sigma, COMPASS)
@@ -456,9 +464,9 @@ class Attitudes:
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
         from scipy.spatial.transform import Rotation
 
-        placed_values = fit.rotation @ self.model
-        between = placed_values @ np.swapaxes(self.world, 1, 2)
-        rotations = Rotation.from_matrix(between).as_rotvec()
+        placed_directions = fit.rotation @ self.model
+        between_rotations = placed_directions @ np.swapaxes(self.world, 1, 2)
+        rotations = Rotation.from_matrix(between_rotations).as_rotvec()
         # Rotation = axes @ (yaw, pitch, roll).
         inverse = np.swapaxes(self.axes, 1, 2)
         misses = np.einsum("nij,nj->ni", inverse, rotations)
@@ -468,7 +476,7 @@ class Attitudes:
         rows = _rows(misses.ravel(), moves.reshape(-1, 7), self.sigma, ("yaw", "pitch", "roll"))
         # Express the common rotation caused by a north error as yaw, pitch and roll of each camera.
         rows = _sharing(rows, inverse[:, :, 2].reshape(-1, 1), self.north_sigma, YAW)
-        return _sharing(rows, (inverse @ placed_values).reshape(-1, 3), self.mount_sigma)
+        return _sharing(rows, (inverse @ placed_directions).reshape(-1, 3), self.mount_sigma)
 
 
 _KIND_NAMES: tuple[tuple[type, str], ...] = (
@@ -513,36 +521,42 @@ def all_rows(
     begins : list of int
         First row of each kind, and the end of the last kind.
     """
-    each = [kind.rows(fit, position) for kind in kinds if len(kind.labels)]
+    rows_by_kind = [kind.rows(fit, position) for kind in kinds if len(kind.labels)]
     begins = [0]
-    for rows in each:
+    for rows in rows_by_kind:
         begins.append(begins[-1] + len(rows.misses))
     columns: dict[tuple[int, int] | str, int] = {}
     columns_of_kinds = []
-    for number, rows in enumerate(each):
+    for number, rows in enumerate(rows_by_kind):
         column_keys = [name or (number, k) for k, name in enumerate(rows.shared_names)]
         columns_of_kinds.append([columns.setdefault(key, len(columns)) for key in column_keys])
-    shared_values, sizes = np.zeros((begins[-1], len(columns))), np.zeros(len(columns))
-    for first, rows, selected_columns in zip(begins, each, columns_of_kinds, strict=False):
-        shared_values[first : first + len(rows.misses), selected_columns] = rows.shared
+    shared_columns, sizes = np.zeros((begins[-1], len(columns))), np.zeros(len(columns))
+    for first, rows, selected_columns in zip(begins, rows_by_kind, columns_of_kinds, strict=False):
+        shared_columns[first : first + len(rows.misses), selected_columns] = rows.shared
         sizes[selected_columns] = rows.shared_sigma
-    whole = Rows(
-        np.concatenate([rows.misses for rows in each]),
-        np.concatenate([rows.moves for rows in each]),
-        np.concatenate([rows.sigma for rows in each]),
-        tuple(name for rows in each for name in rows.groups),
-        tuple(name for rows in each for name in rows.parts),
-        shared_values,
+    joined_rows = Rows(
+        np.concatenate([rows.misses for rows in rows_by_kind]),
+        np.concatenate([rows.moves for rows in rows_by_kind]),
+        np.concatenate([rows.sigma for rows in rows_by_kind]),
+        tuple(name for rows in rows_by_kind for name in rows.groups),
+        tuple(name for rows in rows_by_kind for name in rows.parts),
+        shared_columns,
         sizes,
         tuple(key if isinstance(key, str) else "" for key in columns),
         np.concatenate(
-            [np.ones(len(rows.misses)) if rows.doubt is None else rows.doubt for rows in each]
+            [
+                np.ones(len(rows.misses)) if rows.doubt is None else rows.doubt
+                for rows in rows_by_kind
+            ]
         ),
         np.concatenate(
-            [np.zeros((len(rows.misses), 3)) if rows.axes is None else rows.axes for rows in each]
+            [
+                np.zeros((len(rows.misses), 3)) if rows.axes is None else rows.axes
+                for rows in rows_by_kind
+            ]
         ),
     )
-    return whole, begins
+    return joined_rows, begins
 
 
 def _rows(
@@ -569,32 +583,34 @@ def _rows(
     )
 
 
-def _sharing(rows: Rows, shared_values: FloatArray, sigma: float, name: str = "") -> Rows:
+def _sharing(rows: Rows, shared_columns: FloatArray, sigma: float, name: str = "") -> Rows:
     """Add errors that are common to all rows.
 
-    `shared_values` (m, k) contains the derivatives. `name` identifies errors that are common to
+    `shared_columns` (m, k) contains the derivatives. `name` identifies errors that are common to
     several kinds.
     """
     if not sigma > 0:
         return rows
-    k = shared_values.shape[1]
+    k = shared_columns.shape[1]
     return replace(
         rows,
-        shared=np.hstack([rows.shared, shared_values]),
+        shared=np.hstack([rows.shared, shared_columns]),
         shared_sigma=np.concatenate([rows.shared_sigma, np.full(k, sigma)]),
         shared_names=(*rows.shared_names, *(name,) * k),
     )
 
 
-def _downward_rows(placed_values: FloatArray, sigma: FloatArray, name: str) -> Rows:
+def _downward_rows(placed_directions: FloatArray, sigma: FloatArray, name: str) -> Rows:
     """Return the rows of World directions (n, 3) that are observed to point straight down."""
-    horizontal_values = np.hypot(placed_values[:, 0], placed_values[:, 1])
+    horizontal_lengths = np.hypot(placed_directions[:, 0], placed_directions[:, 1])
     # Use the full angle, which may exceed 90 degrees; its direction is undefined straight up.
-    angle = np.arctan2(horizontal_values, -placed_values[:, 2])
-    factor = np.where(horizontal_values > 1e-12, angle / np.maximum(horizontal_values, 1e-12), 1.0)
-    misses = placed_values[:, :2] * factor[:, None]
-    misses[(horizontal_values <= 1e-12) & (placed_values[:, 2] > 0), 0] = np.pi
-    moves = np.zeros((len(placed_values), 2, 7))
+    angle = np.arctan2(horizontal_lengths, -placed_directions[:, 2])
+    factor = np.where(
+        horizontal_lengths > 1e-12, angle / np.maximum(horizontal_lengths, 1e-12), 1.0
+    )
+    misses = placed_directions[:, :2] * factor[:, None]
+    misses[(horizontal_lengths <= 1e-12) & (placed_directions[:, 2] > 0), 0] = np.pi
+    moves = np.zeros((len(placed_directions), 2, 7))
     # Rotations about east and north move a direction along the horizontal axes; rotations about the
     # direction itself do not.
     moves[:, 0, 1] = -1.0
@@ -612,28 +628,27 @@ def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
 def _tangents(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the tangents (n, 3) of unit vectors in their vertical plane and horizontally."""
     up = np.array([0.0, 0.0, 1.0])
-    across_component = _cross(up, directions)
-    size = np.linalg.norm(across_component, axis=1, keepdims=True)
-    across_component = np.where(
-        size > 1e-9, across_component / np.maximum(size, 1e-12), [[1.0, 0.0, 0.0]]
+    horizontal_axes = _cross(up, directions)
+    size = np.linalg.norm(horizontal_axes, axis=1, keepdims=True)
+    horizontal_axes = np.where(
+        size > 1e-9, horizontal_axes / np.maximum(size, 1e-12), [[1.0, 0.0, 0.0]]
     )
-    return _cross(across_component, directions), across_component
+    return _cross(horizontal_axes, directions), horizontal_axes
 
 
 def _angle(
-    placed_values: FloatArray, observed_values: FloatArray, tangent: FloatArray
+    placed_directions: FloatArray, observed_directions: FloatArray, tangent: FloatArray
 ) -> FloatArray:
     """Return the component (n,) along a tangent of the angle between directions, rad.
 
     The component is scaled to the angle instead of its sine, so that distant directions also
     converge.
     """
-    part = (placed_values * tangent).sum(axis=1)
-    across_component = np.linalg.norm(
-        placed_values - (placed_values * observed_values).sum(axis=1)[:, None] * observed_values,
+    part = (placed_directions * tangent).sum(axis=1)
+    sines = np.linalg.norm(
+        placed_directions
+        - (placed_directions * observed_directions).sum(axis=1)[:, None] * observed_directions,
         axis=1,
     )
-    angle = np.arctan2(across_component, (placed_values * observed_values).sum(axis=1))
-    return np.asarray(
-        np.where(across_component > 1e-12, part / np.maximum(across_component, 1e-12) * angle, part)
-    )
+    angle = np.arctan2(sines, (placed_directions * observed_directions).sum(axis=1))
+    return np.asarray(np.where(sines > 1e-12, part / np.maximum(sines, 1e-12) * angle, part))

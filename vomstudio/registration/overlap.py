@@ -28,8 +28,8 @@ def crs_findings(first: str | None, second: str | None, names: tuple[str, str]) 
     if first is None and second is None:
         return []
     if first is None or second is None:
-        other, stated_crs = (names[0], second) if first is None else (names[1], first)
-        return [Finding("crs.taken-over", bare=other, crs=_name(stated_crs or ""))]
+        other_name, stated_crs = (names[0], second) if first is None else (names[1], first)
+        return [Finding("crs.taken-over", bare=other_name, crs=_name(stated_crs or ""))]
     if first == second:
         return []
     from pyproj import CRS

@@ -52,12 +52,12 @@ def read_photo_positions(photos: Mapping[str, Path]) -> Positions:
             Finding("no-gps", "error", photos=(), value=0),
             field="--cameras",
         )
-    unstated_values = np.full((len(names), 3), np.nan)
+    unknown_sigmas = np.full((len(names), 3), np.nan)
     return Positions(
         tuple(names),
         np.array(positions),
         True,
-        unstated_values,
+        unknown_sigmas,
         heights=tuple(heights),
         notes=tuple(altitude_findings(metadata)),
     )
@@ -88,15 +88,19 @@ def read_photo_attitudes(photos: Mapping[str, Path], views: Mapping[str, View]) 
     drones = unnamed_count = 0
     metadata, findings = drop_unmeasured_angles([read_photo(path) for path in photos.values()])
     for name, photo in zip(photos, metadata, strict=True):
-        turns = _quarter_turns(photo, views.get(name))
+        quarter_turns = _quarter_turns(photo, views.get(name))
         angles_deg = np.full(3, np.nan)
         north, fall = "true", np.full(3, np.nan)
         if photo.yaw_deg is not None and photo.pitch_deg is not None:
-            angles_deg[:] = photo.yaw_deg, photo.pitch_deg, (photo.roll_deg or 0.0) - 90.0 * turns
+            angles_deg[:] = (
+                photo.yaw_deg,
+                photo.pitch_deg,
+                (photo.roll_deg or 0.0) - 90.0 * quarter_turns,
+            )
             drones += 1
         else:
             if photo.down is not None:
-                fall[:] = _turned(photo.down, turns)
+                fall[:] = _turned(photo.down, quarter_turns)
             if photo.direction_deg is not None:
                 angles_deg[0] = photo.direction_deg
                 north = photo.direction_north or "magnetic"
@@ -150,8 +154,8 @@ def _quarter_turns(photo: Photo, view: View | None) -> int:
     return {6: 1, 8: 3}.get(photo.orientation, 0)
 
 
-def _turned(down: tuple[float, float, float], turns: int) -> tuple[float, float, float]:
-    right, below, ahead = down
-    for _ in range(turns):
-        right, below = -below, right
-    return right, below, ahead
+def _turned(down: tuple[float, float, float], quarter_turns: int) -> tuple[float, float, float]:
+    right, camera_down, ahead = down
+    for _ in range(quarter_turns):
+        right, camera_down = -camera_down, right
+    return right, camera_down, ahead

@@ -120,7 +120,9 @@ def place(
     result = add_rounding(judged, result, centre, size)
     known_determined_parameters = _determined_parameters(result, judged)
     mirrors = mirror_findings(points)
-    blunders, without = _find_outliers(judged, result, centre, size, is_mirrored=bool(mirrors))
+    blunders, leave_one_out_results = _find_outliers(
+        judged, result, centre, size, is_mirrored=bool(mirrors)
+    )
     control = _residuals(points, result.fit)
     fraction = _residual_share(points, control)
     checked_residuals = _residuals(check, result.fit)
@@ -130,14 +132,17 @@ def place(
         if known_determined_parameters.scale
         else None
     )
-    named = [
-        *(suspect_findings(without) or blunder_findings(judged, blunders, result, centre, size)),
+    named_evidence = [
+        *(
+            suspect_findings(leave_one_out_results)
+            or blunder_findings(judged, blunders, result, centre, size)
+        ),
         *mirrors,
         *tipping_findings(result.fit.rotation, up, None if mirrors else points),
     ]
-    is_doubted = is_doubted or bool(named)
+    is_doubted = is_doubted or bool(named_evidence)
     warnings = [
-        *named,
+        *named_evidence,
         *fit_findings(result, kinds),
         *([] if contradiction is None else [contradiction.finding]),
         *disagreement_findings(judged, centre, size),
@@ -168,7 +173,7 @@ def place(
         worth_adding=_worth_adding(result, points, extent, known_determined_parameters),
         known=known_determined_parameters,
         blunders=tuple(blunders),
-        without=tuple(without),
+        without=tuple(leave_one_out_results),
         warnings=tuple(warnings),
         covariance=tuple(tuple(row) for row in result.covariance.tolist()),
         centre=(float(result.centre[0]), float(result.centre[1]), float(result.centre[2])),
@@ -216,14 +221,14 @@ def place_robustly(
         return first
     labels = [blunder.label for blunder in first.blunders]
     inlier_kinds, inlier_check = exclude_labels(kinds, check, labels)
-    placed = place(inlier_kinds, inlier_check, extent, up=up, is_doubted=is_doubted)
+    placement = place(inlier_kinds, inlier_check, extent, up=up, is_doubted=is_doubted)
     finding = Finding(
         "registration.left-out", labels=[blunder.text() for blunder in first.blunders]
     )
     return replace(
-        placed,
-        blunders=(*first.blunders, *placed.blunders),
-        warnings=(finding, *placed.warnings),
+        placement,
+        blunders=(*first.blunders, *placement.blunders),
+        warnings=(finding, *placement.warnings),
     )
 
 
@@ -238,10 +243,12 @@ def _find_outliers(
     """Return the blunders and, for few directions, the placement without each direction."""
     # Mirrored points do not fit at all, but no single point is wrong.
     blunders = [] if is_mirrored else find_blunders(kinds, result, centre, size)
-    without = leave_one_out(kinds, result, centre, size)
-    if without and without[0].suspect:
-        blunders = [Blunder(without[0].label, None, None, without[0].error_deg)]
-    return blunders, without
+    leave_one_out_results = leave_one_out(kinds, result, centre, size)
+    if leave_one_out_results and leave_one_out_results[0].suspect:
+        blunders = [
+            Blunder(leave_one_out_results[0].label, None, None, leave_one_out_results[0].error_deg)
+        ]
+    return blunders, leave_one_out_results
 
 
 def _matrix(fit: Similarity) -> FloatArray:
@@ -325,9 +332,9 @@ def _extent(kinds: Sequence[Observed], extent: FloatArray | None) -> tuple[Float
         return start.inverse(fitted_kinds[0].about[None]), fitted_kinds[0].size / start.scale
     if not positions:
         return np.zeros((1, 3)), 1.0
-    every = np.concatenate(positions)
-    centre = every.mean(axis=0, keepdims=True)
-    size = float(np.sqrt(((every - centre) ** 2).sum(axis=1).mean()))
+    all_positions = np.concatenate(positions)
+    centre = all_positions.mean(axis=0, keepdims=True)
+    size = float(np.sqrt(((all_positions - centre) ** 2).sum(axis=1).mean()))
     return centre, size if size > 0 else 1.0
 
 
@@ -370,19 +377,19 @@ def _rotation_errors(
     def axis_errors(covariance: FloatArray, scale_factor: float) -> list[float | None]:
         sigma = np.degrees(np.sqrt(np.maximum(np.diag(covariance)[:3], 0.0)))
         return [
-            None if is_missing else scale_factor * float(s)
-            for s, is_missing in zip(sigma, is_undetermined, strict=True)
+            None if is_undetermined_axis else scale_factor * float(s)
+            for s, is_undetermined_axis in zip(sigma, is_undetermined, strict=True)
         ]
 
     if is_undetermined.any() or not (known_parameters.north and known_parameters.vertical):
-        axis, worst = _free_axis(result), None
+        axis, worst_axis = _free_axis(result), None
     else:
         values, axes = np.linalg.eigh(result.rotation)
-        axis, worst = axes[:, -1], _Z95 * float(np.degrees(np.sqrt(max(values[-1], 0.0))))
+        axis, worst_axis = axes[:, -1], _Z95 * float(np.degrees(np.sqrt(max(values[-1], 0.0))))
     line = Line.from_vector(axis)
     east, north, up = axis_errors(result.plain, 1.0)
     east95, north95, up95 = axis_errors(result.covariance, _Z95)
-    weakest = WeakestAxis(line.trend_deg, line.plunge_deg, worst)
+    weakest = WeakestAxis(line.trend_deg, line.plunge_deg, worst_axis)
     return RotationError(up, east, north), RotationError95(up95, east95, north95, weakest)
 
 
@@ -405,7 +412,7 @@ def _worth_adding(
     extent_points = points.model if extent is None or not len(extent) else extent
     low, high = result.fit(extent_points).min(axis=0), result.fit(extent_points).max(axis=0)
     centre = (low + high) / 2
-    corners = [np.where(which, high, low) for which in np.ndindex(2, 2, 2)]
+    corners = [np.where(corner_index, high, low) for corner_index in np.ndindex(2, 2, 2)]
     for axis in range(3):
         corners += [np.where(np.arange(3) == axis, end, centre) for end in (low, high)]
     rows_of_points = slice(3 * len(points.labels))
@@ -416,27 +423,27 @@ def _worth_adding(
         )
     sigma = np.sqrt(squares.mean(axis=0))
     covariance = result.covariance
-    before = _worst(covariance[:3, :3])
-    best: tuple[float, FloatArray] | None = None
+    variance_before = _worst(covariance[:3, :3])
+    best_addition: tuple[float, FloatArray] | None = None
     for corner in corners:
         moves = jacobian(corner - result.centre)
         gain = covariance @ moves.T
         spread = moves @ gain + np.diag(sigma**2)
         # Points that fit exactly have a singular scatter matrix.
         inverse = np.linalg.pinv(spread, hermitian=True)
-        after = _worst((covariance - gain @ inverse @ gain.T)[:3, :3])
-        if best is None or after < best[0]:
-            best = after, corner
-    if best is None or not best[0] < _MIN_IMPROVEMENT * before:
+        variance_after = _worst((covariance - gain @ inverse @ gain.T)[:3, :3])
+        if best_addition is None or variance_after < best_addition[0]:
+            best_addition = variance_after, corner
+    if best_addition is None or not best_addition[0] < _MIN_IMPROVEMENT * variance_before:
         return None
-    x, y, z = (float(v) for v in best[1])
-    return WorthAdding(x, y, z, before, best[0])
+    x, y, z = (float(v) for v in best_addition[1])
+    return WorthAdding(x, y, z, variance_before, best_addition[0])
 
 
 def _worst(rotation: FloatArray) -> float:
     """Return the 95 % error about the weakest axis, degrees."""
-    worst_value = float(np.linalg.eigvalsh(rotation)[-1])
-    return _Z95 * float(np.degrees(np.sqrt(max(worst_value, 0.0))))
+    largest_variance = float(np.linalg.eigvalsh(rotation)[-1])
+    return _Z95 * float(np.degrees(np.sqrt(max(largest_variance, 0.0))))
 
 
 # --- residuals --------------------------------------------------------------------------------
@@ -565,30 +572,30 @@ def register_points(
     is_check = np.zeros(len(model), bool) if check is None else np.asarray(check, bool)
     names = list(labels) if labels is not None else [str(i + 1) for i in range(len(model))]
     control, judges = (
-        pairs(model, world, sigma_m, names, which, click_sigma_m=click_sigma_m)
-        for which in (~is_check, is_check)
+        pairs(model, world, sigma_m, names, is_selected, click_sigma_m=click_sigma_m)
+        for is_selected in (~is_check, is_check)
     )
     _require_enough(control)
     kinds: list[Observed] = [control]
     if scale is not None:
         kinds += fixed_scale(scale, kinds, None)
-    placed = (place_robustly if is_robust else place)(kinds, judges)
-    placed = replace(placed, click_sigma_m=click_sigma_m or 0.0)
+    placement = (place_robustly if is_robust else place)(kinds, judges)
+    placement = replace(placement, click_sigma_m=click_sigma_m or 0.0)
     if click_sigma_m is not None or sigma_m is None:
-        return placed
-    return prepend_warnings(placed, [Finding("control.click-error-unknown")])
+        return placement
+    return prepend_warnings(placement, [Finding("control.click-error-unknown")])
 
 
-def prepend_warnings(placed: Placed, warnings: Sequence[Finding]) -> Placed:
+def prepend_warnings(placement: Placed, warnings: Sequence[Finding]) -> Placed:
     """Return a placement with earlier warnings placed before its own.
 
     Parameters
     ----------
-    placed : Placed
+    placement : Placed
     warnings : sequence of Finding
 
     Returns
     -------
     Placed
     """
-    return replace(placed, warnings=(*warnings, *placed.warnings))
+    return replace(placement, warnings=(*warnings, *placement.warnings))

@@ -71,20 +71,20 @@ def add_rounding(
         Result with the errors of points that are as accurate as their coordinates.
     """
     groups = np.array(result.rows.groups)
-    rounded_items: list[Observed] = []
+    rounded_kinds: list[Observed] = []
     for kind in kinds:
         if isinstance(kind, Points) and not np.isfinite(kind.sigma).all():
             step = np.hypot(last_digit(kind.world), result.fit.scale * last_digit(kind.model))
             sigma = _ROUNDING * float(step)
             estimated_errors = result.error[(groups == kind.name) & ~np.isfinite(result.rows.sigma)]
             if len(estimated_errors) and float(estimated_errors.max()) < sigma:
-                stated_values = np.where(np.isfinite(kind.sigma), kind.sigma, sigma)
-                kind = replace(kind, sigma=stated_values)
-        rounded_items.append(kind)
-    if all(new is old_kind for new, old_kind in zip(rounded_items, kinds, strict=True)):
+                stated_sigmas = np.where(np.isfinite(kind.sigma), kind.sigma, sigma)
+                kind = replace(kind, sigma=stated_sigmas)
+        rounded_kinds.append(kind)
+    if all(new_kind is old_kind for new_kind, old_kind in zip(rounded_kinds, kinds, strict=True)):
         return result
     try:
-        rounded_result = adjust(rounded_items, centre, size)
+        rounded_result = adjust(rounded_kinds, centre, size)
     except GeometryError:
         return result
     if _worst(rounded_result) < _worst(result):

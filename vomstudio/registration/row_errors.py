@@ -72,19 +72,19 @@ def invert_determined(information: FloatArray) -> tuple[FloatArray, FloatArray]:
     has_information = np.diag(information) > 0.0
     if not has_information.all():
         # Planes and lines alone determine neither scale nor position.
-        n, some = len(has_information), np.ix_(has_information, has_information)
-        inner, free = (
-            invert_determined(information[some])
+        n, informative_rows = len(has_information), np.ix_(has_information, has_information)
+        inner, free_rows = (
+            invert_determined(information[informative_rows])
             if has_information.any()
             else (np.zeros((0, 0)),) * 2
         )
         inverse, null = (
             np.zeros((n, n)),
-            np.zeros((n, free.shape[1] + n - int(has_information.sum()))),
+            np.zeros((n, free_rows.shape[1] + n - int(has_information.sum()))),
         )
-        inverse[some] = inner
-        null[has_information, : free.shape[1]] = free
-        null[~has_information, free.shape[1] :] = np.eye(n - int(has_information.sum()))
+        inverse[informative_rows] = inner
+        null[has_information, : free_rows.shape[1]] = free_rows
+        null[~has_information, free_rows.shape[1] :] = np.eye(n - int(has_information.sum()))
         return inverse, null
     scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
     scale = np.where(scale < 1e-140, 1.0, scale)
@@ -199,9 +199,9 @@ def remove_shared_errors(
     k = len(misses) - m
     if not k:
         return misses
-    shared = (inverse @ (moves.T @ misses))[-k:]
-    remaining_values = misses - moves[:, -k:] @ shared
-    return np.asarray(remaining_values, np.float64)
+    shared_errors = (inverse @ (moves.T @ misses))[-k:]
+    remaining_misses = misses - moves[:, -k:] @ shared_errors
+    return np.asarray(remaining_misses, np.float64)
 
 
 def estimate_drift(rows: Rows, moves: FloatArray, misses: FloatArray) -> dict[str, float]:
@@ -227,21 +227,21 @@ def estimate_drift(rows: Rows, moves: FloatArray, misses: FloatArray) -> dict[st
     for group in RECEIVERS:
         rows_of_group = np.flatnonzero(np.array(rows.groups) == group)
         if len(rows_of_group):
-            along_component = (
+            axis_moves = (
                 _along_axes(rows, rows_of_group, moves),
                 _along_axes(rows, rows_of_group, misses),
             )
-            correlations[group] = fit_serial_correlation(*along_component)
+            correlations[group] = fit_serial_correlation(*axis_moves)
     return {group: rho for group, rho in correlations.items() if rho > 0.0}
 
 
 def _along_axes(rows: Rows, selected_rows: IntArray, values: FloatArray) -> FloatArray:
     """Return the weighted values (n, 3, ...) of the rows of points along east, north and up."""
-    each = values[selected_rows].reshape(-1, 3, *values.shape[1:])
+    values_by_axis = values[selected_rows].reshape(-1, 3, *values.shape[1:])
     if rows.axes is None:
-        return each
+        return values_by_axis
     return np.asarray(
-        np.einsum("nji,nj...->ni...", rows.axes[selected_rows].reshape(-1, 3, 3), each)
+        np.einsum("nji,nj...->ni...", rows.axes[selected_rows].reshape(-1, 3, 3), values_by_axis)
     )
 
 
@@ -250,10 +250,10 @@ def _correlated_moves(rows: Rows, moves: FloatArray, drift: Mapping[str, float])
     result = moves.copy()
     for group, rho in drift.items():
         rows_of_group = np.flatnonzero(np.array(rows.groups) == group)
-        each = correlate(_along_axes(rows, rows_of_group, moves), rho)
+        correlated_moves = correlate(_along_axes(rows, rows_of_group, moves), rho)
         if rows.axes is not None:
-            each = rows.axes[rows_of_group].reshape(-1, 3, 3) @ each
-        result[rows_of_group] = each.reshape(len(rows_of_group), -1)
+            correlated_moves = rows.axes[rows_of_group].reshape(-1, 3, 3) @ correlated_moves
+        result[rows_of_group] = correlated_moves.reshape(len(rows_of_group), -1)
     return result
 
 
@@ -282,40 +282,40 @@ def estimate_covariance(
     from scipy.stats import norm, t
 
     m = len(rows.misses)
-    unknown_values = np.concatenate([~np.isfinite(rows.sigma), np.zeros(len(misses) - m, bool)])
+    is_unknown = np.concatenate([~np.isfinite(rows.sigma), np.zeros(len(misses) - m, bool)])
     names = np.array([*rows.parts, *[""] * (len(misses) - m)])
-    parts = [
-        np.flatnonzero(unknown_values & (names == g)) for g in dict.fromkeys(names[unknown_values])
-    ]
+    parts = [np.flatnonzero(is_unknown & (names == g)) for g in dict.fromkeys(names[is_unknown])]
     follow = _correlated_moves(rows, moves, drift)
-    fixed_values = inverse @ (moves[~unknown_values].T @ moves[~unknown_values])
+    fixed_covariance = inverse @ (moves[~is_unknown].T @ moves[~is_unknown])
     responses = [inverse @ (moves[g].T @ moves[g]) for g in parts]
     dof = np.array([len(g) - np.trace(o) for g, o in zip(parts, responses, strict=True)])
     fraction = np.ones(m)
-    spread = inverse @ (moves[~unknown_values].T @ follow[~unknown_values]) @ inverse
+    spread = inverse @ (moves[~is_unknown].T @ follow[~is_unknown]) @ inverse
     variance_of_variances = np.zeros(len(inverse))
     variances = np.ones(len(parts))
     if parts and (dof > 0.1).all():
         system = expected_squares(responses, [len(g) for g in parts])
         squares = np.array([float((misses[g] ** 2).sum()) for g in parts])
-        squares -= [float(np.trace(o @ fixed_values)) for o in responses]
+        squares -= [float(np.trace(o @ fixed_covariance)) for o in responses]
         variances = np.linalg.lstsq(system, squares, rcond=None)[0]
-        for which in _same_group(rows, parts).values():
-            pooled = max(float(squares[which].sum() / dof[which].sum()), 0.0)
-            variances[which] = np.maximum(variances[which], min_variance(pooled, dof[which]))
+        for group_rows in _same_group(rows, parts).values():
+            pooled = max(float(squares[group_rows].sum() / dof[group_rows].sum()), 0.0)
+            variances[group_rows] = np.maximum(
+                variances[group_rows], min_variance(pooled, dof[group_rows])
+            )
     doubt = np.ones(m) if rows.doubt is None else rows.doubt
     for g, o, v, f in zip(parts, responses, variances, dof, strict=True):
         independent_part = independent_share(drift.get(rows.groups[g[0]], 0.0))
         variance = v * variance_inflation(o, inverse @ (moves[g].T @ follow[g]), len(g))
         fraction[g] = np.sqrt(variance) * doubt[g]
-        worse = doubt[g][:, None] ** 2
-        part = variance * (inverse @ ((moves[g] * worse).T @ follow[g]) @ inverse)
+        extra_variance = doubt[g][:, None] ** 2
+        part = variance * (inverse @ ((moves[g] * extra_variance).T @ follow[g]) @ inverse)
         spread = spread + part
         variance_of_variances += np.diag(part) ** 2 / max(float(f) * independent_part, 1.0)
     # Degrees of freedom of a sum of estimated variances (Satterthwaite).
     total = np.maximum(np.diag(spread), 1e-300)
-    each = np.clip(total**2 / np.maximum(variance_of_variances, 1e-300), 1.0, 1e9)
-    return fraction, spread, t.ppf(0.975, each) / norm.ppf(0.975)
+    effective_freedoms = np.clip(total**2 / np.maximum(variance_of_variances, 1e-300), 1.0, 1e9)
+    return fraction, spread, t.ppf(0.975, effective_freedoms) / norm.ppf(0.975)
 
 
 def _same_group(rows: Rows, parts: Sequence[IntArray]) -> dict[str, FloatArray]:

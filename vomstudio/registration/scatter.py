@@ -121,31 +121,33 @@ def scatter_of(
             sigma = np.sqrt(np.einsum("nii->i", known_covariances) / n)
             return Scatter(sigma, covariance, rho)
     groups = _groups(n)
-    variances, free = _variances(groups, n, inverse, information, (residuals**2).sum(axis=0))
+    variances, degrees_of_freedom = _variances(
+        groups, n, inverse, information, (residuals**2).sum(axis=0)
+    )
     if known_covariances is not None:
         variances = np.maximum(variances, np.einsum("nii->i", known_covariances) / n)
     is_usable = is_ordered and (variances > 0.0).all()
     rho = fit_serial_correlation(moves, residuals / np.sqrt(variances)) if is_usable else 0.0
-    following = information if rho == 0.0 else _information(moves, rho)
+    next_information = information if rho == 0.0 else _information(moves, rho)
     for g in groups if rho > 0.0 else ():
         response, correlated_response = (
-            inverse @ item[list(g)].sum(axis=0) for item in (information, following)
+            inverse @ item[list(g)].sum(axis=0) for item in (information, next_information)
         )
         variances[list(g)] *= variance_inflation(response, correlated_response, n * len(g))
-    free = free * independent_share(rho)
+    degrees_of_freedom = degrees_of_freedom * independent_share(rho)
     fractions = np.array(
         [
-            np.diag(inverse @ following[list(g)].sum(axis=0) @ inverse) * variances[g[0]]
+            np.diag(inverse @ next_information[list(g)].sum(axis=0) @ inverse) * variances[g[0]]
             for g in groups
         ]
     )
     # Degrees of freedom of a sum of estimated variances (Satterthwaite).
     total = fractions.sum(axis=0)
     item = total**2 / np.maximum(
-        (fractions**2 / np.maximum(free, 1.0)[:, None]).sum(axis=0), 1e-300
+        (fractions**2 / np.maximum(degrees_of_freedom, 1.0)[:, None]).sum(axis=0), 1e-300
     )
     factor = t.ppf(0.975, np.clip(item, 1.0, None)) / norm.ppf(0.975)
-    return _result(np.sqrt(variances), inverse, following, units, factor, drift=rho)
+    return _result(np.sqrt(variances), inverse, next_information, units, factor, drift=rho)
 
 
 def _covariances(stated_value: float | FloatArray | None, n: int) -> FloatArray | None:
@@ -162,24 +164,28 @@ def _matrix_roots(covariances: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the symmetric square roots (n, 3, 3) of covariances, and their inverses."""
     values, vectors = np.linalg.eigh(covariances)
     sizes = np.sqrt(values)[:, None, :]
-    back = np.swapaxes(vectors, 1, 2)
-    return (vectors * sizes) @ back, (vectors / sizes) @ back
+    inverse_vectors = np.swapaxes(vectors, 1, 2)
+    return (vectors * sizes) @ inverse_vectors, (vectors / sizes) @ inverse_vectors
 
 
-def _expected_square(moves: FloatArray, inverse: FloatArray, known_values: FloatArray) -> float:
+def _expected_square(
+    moves: FloatArray, inverse: FloatArray, known_covariances: FloatArray
+) -> float:
     """Return the expected weighted sum of squares of the residuals of a fit.
 
     With equal weights, the residuals of accurate points exceed their own errors. `moves` (n, 3, 7)
     contains the derivatives, `inverse` (7, 7) the inverse of their normal matrix, and
-    `known_values` (n, 3, 3) the covariances.
+    `known_covariances` (n, 3, 3) the covariances.
     """
-    weighted_values = np.einsum("nik,nij,njl->kl", moves, np.linalg.inv(known_values), moves)
-    spread = np.einsum("nik,nij,njl->kl", moves, known_values, moves)
-    through = inverse @ np.einsum("nik,nil->kl", moves, moves)
+    weighted_information = np.einsum(
+        "nik,nij,njl->kl", moves, np.linalg.inv(known_covariances), moves
+    )
+    spread = np.einsum("nik,nij,njl->kl", moves, known_covariances, moves)
+    weighted_inverse = inverse @ np.einsum("nik,nil->kl", moves, moves)
     return float(
         3 * len(moves)
-        - 2.0 * np.trace(through)
-        + np.trace(inverse @ spread @ inverse @ weighted_values)
+        - 2.0 * np.trace(weighted_inverse)
+        + np.trace(inverse @ spread @ inverse @ weighted_information)
     )
 
 
@@ -242,14 +248,14 @@ def expected_squares(parts: Sequence[FloatArray], counts: Sequence[int]) -> Floa
     return np.asarray(system + np.diag(separate_squares), np.float64)
 
 
-def min_variance(pooled_value: float, free_values: FloatArray) -> FloatArray:
+def min_variance(pooled_value: float, degrees_of_freedom: FloatArray) -> FloatArray:
     """Return the lower limits of variances estimated with few degrees of freedom.
 
     Parameters
     ----------
     pooled_value : float
         Variance of all groups together.
-    free_values : (k,) ndarray
+    degrees_of_freedom : (k,) ndarray
         Degrees of freedom of each variance.
 
     Returns
@@ -257,7 +263,7 @@ def min_variance(pooled_value: float, free_values: FloatArray) -> FloatArray:
     (k,) ndarray
     """
     return np.asarray(
-        _MIN_VARIANCE_SHARE * pooled_value / np.maximum(free_values / 10.0, 1.0), np.float64
+        _MIN_VARIANCE_SHARE * pooled_value / np.maximum(degrees_of_freedom / 10.0, 1.0), np.float64
     )
 
 

@@ -42,8 +42,10 @@ class Similarity:
     @property
     def inverse(self) -> Similarity:
         """Return the similarity from the target back to the source."""
-        back = self.rotation.T
-        return Similarity(1 / self.scale, back, -(back @ self.translation) / self.scale)
+        inverse_rotation = self.rotation.T
+        return Similarity(
+            1 / self.scale, inverse_rotation, -(inverse_rotation @ self.translation) / self.scale
+        )
 
 
 def fit_similarity(
@@ -120,32 +122,32 @@ def fit_robustly(
     a = np.asarray(source, np.float64).reshape(-1, 3)
     b = np.asarray(target, np.float64).reshape(-1, 3)
     n = len(a)
-    best = fit_similarity(a, b)
+    best_fit = fit_similarity(a, b)
     if n < _MIN_POINTS_ROBUST:
-        return best, np.ones(n, np.bool_)
-    least_value = float(np.median(_squares(best, a, b)))
+        return best_fit, np.ones(n, np.bool_)
+    min_median_square = float(np.median(_squares(best_fit, a, b)))
     for triple in _triples(n, seed):
         try:
             trial = fit_similarity(a[triple], b[triple])
         except GeometryError:
             continue
         median = float(np.median(_squares(trial, a, b)))
-        if median < least_value:
-            best, least_value = trial, median
+        if median < min_median_square:
+            best_fit, min_median_square = trial, median
     is_used = np.zeros(n, np.bool_)
-    is_used[np.argsort(_squares(best, a, b), kind="stable")[: max(4, n // 2 + 1)]] = True
+    is_used[np.argsort(_squares(best_fit, a, b), kind="stable")[: max(4, n // 2 + 1)]] = True
     while True:
         try:
-            best = fit_similarity(a[is_used], b[is_used])
+            best_fit = fit_similarity(a[is_used], b[is_used])
         except GeometryError:  # the best half is collinear
             return fit_similarity(a, b), np.ones(n, np.bool_)
-        is_near = ~is_used & (_squares(best, a, b) <= min_sigma**2)
+        is_near = ~is_used & (_squares(best_fit, a, b) <= min_sigma**2)
         if is_near.any():
             is_used |= is_near
             continue
-        joining = _next(best, a, b, is_used)
+        joining = _next(best_fit, a, b, is_used)
         if not len(joining):
-            return best, is_used
+            return best_fit, is_used
         is_used[joining] = True
 
 
@@ -164,8 +166,8 @@ def _next(fit: Similarity, a: FloatArray, b: FloatArray, is_used: BoolArray) -> 
     """
     from scipy.stats import chi2, f
 
-    outside = np.flatnonzero(~is_used)
-    if not len(outside):
+    outside_rows = np.flatnonzero(~is_used)
+    if not len(outside_rows):
         return np.empty(0, np.int64)
     count = int(is_used.sum())
     freedom = 3 * count - 7
@@ -174,18 +176,18 @@ def _next(fit: Similarity, a: FloatArray, b: FloatArray, is_used: BoolArray) -> 
     cut = chi2.ppf(fraction, 3)
     variance = float(_squares(fit, a[is_used], b[is_used]).sum()) / freedom
     variance /= float(chi2.cdf(cut, 5) / fraction)
-    placed = fit(a)
-    moves = jacobians(placed - placed[is_used].mean(axis=0))
+    placed_points = fit(a)
+    moves = jacobians(placed_points - placed_points[is_used].mean(axis=0))
     information_rows = moves[is_used].reshape(-1, 7)
     inverse = np.linalg.pinv(information_rows.T @ information_rows)
-    outside_moves = moves[outside]
-    misses = (b - placed)[outside]
+    outside_moves = moves[outside_rows]
+    misses = (b - placed_points)[outside_rows]
     spread = np.eye(3) + outside_moves @ inverse @ outside_moves.transpose(0, 2, 1)
     statistic = (misses * np.linalg.solve(spread, misses[..., None])[..., 0]).sum(axis=1)
     order = np.argsort(statistic, kind="stable")[: max(1, count // _STEP_DIVISOR)]
     limit = 3 * variance * float(f.ppf(_CONFIDENCE, 3, freedom))
-    first = outside[order[:1]][statistic[order[:1]] <= limit]
-    well_fitting = outside[order][statistic[order] <= _GOOD_FIT_SHARE * limit]
+    first = outside_rows[order[:1]][statistic[order[:1]] <= limit]
+    well_fitting = outside_rows[order][statistic[order] <= _GOOD_FIT_SHARE * limit]
     return np.asarray(well_fitting if len(well_fitting) > 1 else first, np.int64)
 
 

@@ -156,11 +156,13 @@ def summary_of(registration: Registration) -> Summary:
             )
         ]
         axes = np.linalg.eigh(rotation)[1]
-        worst = worst_turn95_deg(rotation) or 0.0
+        worst_turn_deg = worst_turn95_deg(rotation) or 0.0
         axis = Line.from_vector(axes[:, -1])
-        where = f"{format_azimuth(axis.trend_deg)}/{axis.plunge_deg:02.0f}"
-        weakest = weakest_axis_finding(worst, axis.trend_deg, axis.plunge_deg)
-        facts.append(_fact("weakest-axis", f"{where} ± {worst:.2g}°", **weakest.values))
+        axis_text = f"{format_azimuth(axis.trend_deg)}/{axis.plunge_deg:02.0f}"
+        weakest = weakest_axis_finding(worst_turn_deg, axis.trend_deg, axis.plunge_deg)
+        facts.append(
+            _fact("weakest-axis", f"{axis_text} ± {worst_turn_deg:.2g}°", **weakest.values)
+        )
     if registration.scale_error is not None:
         fraction = 100.0 * _Z95 * registration.scale_error
         facts.append(_fact("scale", f"± {fraction:.2g} %", error95_percent=fraction))

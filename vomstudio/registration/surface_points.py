@@ -45,8 +45,8 @@ def some_points(data: Mesh | PointCloud) -> FloatArray:
     (n, 3) ndarray
     """
     points = points_of(data)
-    some = np.asarray(points[:: max(1, len(points) // _MAX_EXTENT_POINTS)], np.float64)
-    return some[np.isfinite(some).all(axis=1)]
+    sample = np.asarray(points[:: max(1, len(points) // _MAX_EXTENT_POINTS)], np.float64)
+    return sample[np.isfinite(sample).all(axis=1)]
 
 
 def known_resolution(data: Mesh | PointCloud) -> float | None:
@@ -100,14 +100,14 @@ def surface_points(
     is_used = np.zeros(int(number.max(initial=-1)) + 1, bool)
     is_used[number[data.faces.ravel()]] = True
     is_first &= is_used[number]
-    large_values = np.where(np.isfinite(area) & (area > spacing**2), area / spacing**2, 0.0)
-    if large_values.sum() > _MAX_ADDED_POINTS:
-        large_values *= _MAX_ADDED_POINTS / large_values.sum()
+    point_counts = np.where(np.isfinite(area) & (area > spacing**2), area / spacing**2, 0.0)
+    if point_counts.sum() > _MAX_ADDED_POINTS:
+        point_counts *= _MAX_ADDED_POINTS / point_counts.sum()
     rng = np.random.default_rng(seed)
-    counts = np.floor(large_values + rng.random(len(large_values))).astype(np.int64) * (
-        large_values > 0
+    counts = np.floor(point_counts + rng.random(len(point_counts))).astype(np.int64) * (
+        point_counts > 0
     )
-    face = np.repeat(np.arange(len(large_values)), counts)
+    face = np.repeat(np.arange(len(point_counts)), counts)
     # Osada et al. 2002, ACM Transactions on Graphics 21, 807.
     root, fraction = np.sqrt(rng.random(len(face)))[:, None], rng.random(len(face))[:, None]
     a, b, c = (corner[face] for corner in corners)

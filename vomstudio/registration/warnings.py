@@ -76,10 +76,10 @@ def _error_ratio(result: Adjustment, kinds: Sequence[Observed]) -> float | None:
     """
     from scipy.stats import chi2
 
-    exact = [
+    exact_distances = [
         kind.exact_on_model() if isinstance(kind, Points | Lengths) else kind for kind in kinds
     ]
-    stated_rows = all_rows(exact, result.fit, result.centre)[0].sigma
+    stated_rows = all_rows(exact_distances, result.fit, result.centre)[0].sigma
     if (
         not len(stated_rows)
         or not np.isfinite(stated_rows).all()
@@ -140,21 +140,25 @@ def weakest_axis_finding(error_deg: float, trend_deg: float, plunge_deg: float) 
     )
 
 
-def worst_axis_findings(placed: Placed) -> list[Finding]:
+def worst_axis_findings(placement: Placed) -> list[Finding]:
     """Return findings about the rotation error, and where one more point would help most.
 
     Parameters
     ----------
-    placed : Placed
+    placement : Placed
 
     Returns
     -------
     list of Finding
     """
     findings = []
-    worst, adding = placed.rotation_error_95_deg.weakest, placed.worth_adding
-    if worst.error_deg is not None:
-        findings.append(weakest_axis_finding(worst.error_deg, worst.trend_deg, worst.plunge_deg))
+    weakest_axis, adding = placement.rotation_error_95_deg.weakest, placement.worth_adding
+    if weakest_axis.error_deg is not None:
+        findings.append(
+            weakest_axis_finding(
+                weakest_axis.error_deg, weakest_axis.trend_deg, weakest_axis.plunge_deg
+            )
+        )
     if adding is not None:
         findings.append(
             Finding(
@@ -168,20 +172,20 @@ def worst_axis_findings(placed: Placed) -> list[Finding]:
     return findings
 
 
-def vertical_error_findings(placed: Placed) -> list[Finding]:
+def vertical_error_findings(placement: Placed) -> list[Finding]:
     """Return findings about the error of the vertical if north may be undetermined.
 
     Parameters
     ----------
-    placed : Placed
+    placement : Placed
 
     Returns
     -------
     list of Finding
     """
-    if not placed.known.vertical:
+    if not placement.known.vertical:
         return []
-    tilt = float(np.linalg.eigvalsh(np.array(placed.covariance)[:2, :2])[-1])
+    tilt = float(np.linalg.eigvalsh(np.array(placement.covariance)[:2, :2])[-1])
     return [
         Finding(
             "registration.vertical", error95_deg=_Z95 * float(np.degrees(np.sqrt(max(tilt, 0.0))))
@@ -257,24 +261,24 @@ def error_findings(
     ]
     if lacking:
         findings.append(Finding("registration.not-known", parameters=lacking))
-    weak = []
+    weak_axes = []
     up, east, north = error.about_up, error.about_east, error.about_north
     if up is not None and east is not None and north is not None:
         tilt = float(np.hypot(east, north))
         if max(up, east, north) > _MAX_ROTATION_DEG:
-            weak.append(
+            weak_axes.append(
                 Finding("registration.rotation-unknown")
                 if max(up, tilt) > _UNKNOWN_ROTATION_DEG
                 else Finding("registration.weak-rotation", azimuth_deg=up, tilt_deg=tilt)
             )
     if scale95 is not None:
-        weak += scale_findings(scale95 / _Z95)
-    has_wrong_values = (
+        weak_axes += scale_findings(scale95 / _Z95)
+    has_wrong_errors = (
         points is not None and points.name != "cameras" and fraction >= _MAX_RESIDUAL_SHARE
     )
-    if weak and has_wrong_values and not is_named:
+    if weak_axes and has_wrong_errors and not is_named:
         findings.append(Finding("registration.points-nowhere", share_percent=100.0 * fraction))
-    findings += weak
+    findings += weak_axes
     return findings
 
 
@@ -323,21 +327,21 @@ def blunder_findings(
     ]
 
 
-def suspect_findings(without: Sequence[LeaveOneOut]) -> list[Finding]:
+def suspect_findings(leave_one_out_results: Sequence[LeaveOneOut]) -> list[Finding]:
     """Return the finding about a suspect direction, with the placement without it.
 
     Parameters
     ----------
-    without : sequence of LeaveOneOut
+    leave_one_out_results : sequence of LeaveOneOut
         Placements without one of the directions each.
 
     Returns
     -------
     list of Finding
     """
-    if not without or not without[0].suspect:
+    if not leave_one_out_results or not leave_one_out_results[0].suspect:
         return []
-    first = without[0]
+    first = leave_one_out_results[0]
     findings = [
         Finding(
             "registration.suspect",
@@ -364,10 +368,10 @@ def _other_azimuth_findings(
     Only for few readings; `azimuth_findings` checks more planes.
     """
     findings = []
-    worst_value = float(
+    largest_error = float(
         np.degrees(np.sqrt(max(np.linalg.eigvalsh(fit_of_others.rotation)[-1], 0.0)))
     )
-    limit = float(np.clip(2.0 * _Z95 * worst_value, *_AZIMUTH_LIMITS_DEG))
+    limit = float(np.clip(2.0 * _Z95 * largest_error, *_AZIMUTH_LIMITS_DEG))
     for kind in kinds:
         if not isinstance(kind, Directions) or len(kind.labels) >= MIN_PLANES:
             continue
@@ -470,11 +474,15 @@ def lens_bend_findings(
     list of Finding
     """
     findings = []
-    across_component = bowing_deg(across95_deg, bowing)
+    bowing_across_deg = bowing_deg(across95_deg, bowing)
     is_bent = bowing is not None and bowing.significant
-    if across_component is not None and not is_bent and across_component > _MIN_POSSIBLE_BOWING_DEG:
+    if (
+        bowing_across_deg is not None
+        and not is_bent
+        and bowing_across_deg > _MIN_POSSIBLE_BOWING_DEG
+    ):
         findings.append(
-            Finding("lens.bowing", side_deg=across_component / 2.0, across_deg=across_component)
+            Finding("lens.bowing", side_deg=bowing_across_deg / 2.0, across_deg=bowing_across_deg)
         )
     angle = float(np.degrees((stretch95 or 0.0) / 2.0))
     if angle > _MIN_POSSIBLE_BOWING_DEG / 2.0:

@@ -49,7 +49,7 @@ def write_shapefiles(
     if crs is not None and text is not None:
         prj_paths = [name.with_suffix(".prj") for name in names]
         prjs = [path for path in prj_paths if not is_same_prj(path, text, crs)]
-    parts = [name.with_suffix(ending) for name in names for ending in (".shp", ".shx", ".dbf")]
+    parts = [name.with_suffix(suffix) for name in names for suffix in (".shp", ".shx", ".dbf")]
     pages = [name.with_suffix(".cpg") for name in names]
     paths = [*parts, *pages, *prjs]
     with atomic_group(paths, force) as temporaries:

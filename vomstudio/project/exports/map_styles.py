@@ -79,14 +79,16 @@ def _strike_and_dip(layer: Layer, color: str) -> list[SymbolLayer]:
         "offset": f"CASE WHEN {is_flat_or_steep} THEN '0,0' ELSE '0,{-half}' END",
     }
     pieces = [
-        qml.stroke(BAR_MM, WIDTH_MM, color, angle=strike, offset="0,0", by=line_style),
+        qml.stroke(
+            BAR_MM, WIDTH_MM, color, angle=strike, offset="0,0", expression_by_property=line_style
+        ),
         qml.stroke(
             TICK_MM,
             WIDTH_MM,
             color,
             angle=dip_direction,
             offset=f"0,{-half}",
-            by={**line_style, **tick},
+            expression_by_property={**line_style, **tick},
         ),
     ]
     if "overturned" in layer.columns:
@@ -106,7 +108,12 @@ def _arrow(layer: Layer, color: str) -> list[SymbolLayer]:
     opposite = {**values, "offset": "0,0"}
     return [
         qml.stroke(
-            BAR_MM, WIDTH_MM, color, angle='"trend_deg"', offset=f"0,{-0.5 * BAR_MM}", by=line_style
+            BAR_MM,
+            WIDTH_MM,
+            color,
+            angle='"trend_deg"',
+            offset=f"0,{-0.5 * BAR_MM}",
+            expression_by_property=line_style,
         ),
         SymbolLayer(head.kind, values, overrides),
         SymbolLayer(

@@ -70,12 +70,12 @@ def write_for_program(
             file=out,
         )
     texts = _texts(format_, out, rows, layers)
-    skipped = [
+    skipped_features = [
         {"id": str(row["id"]), "name": str(row["name"] or row["id"]), "reason": tr(row_reason)}
         for row in rejected_rows
     ]
     files = tuple(write_tables(texts, force=force))
-    return replace(table, rows=rows, skipped=[*table.skipped, *skipped], files=files)
+    return replace(table, rows=rows, skipped=[*table.skipped, *skipped_features], files=files)
 
 
 def _texts(

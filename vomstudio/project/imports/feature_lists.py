@@ -150,8 +150,8 @@ def read_listed_features(
     to_file = transform.invert(model.to_world)
     types = {r.name.casefold(): r.id for r in records.values() if isinstance(r, FeatureType)}
     features: list[Feature] = []
-    skipped_items: list[tuple[str, Finding]] = []
-    unknown: set[str] = set()
+    skipped_rows: list[tuple[str, Finding]] = []
+    unknown_names: set[str] = set()
     world_points, findings = _points_in_world(rows, path, crs)
     report.stage(tr("Importing features"), len(rows))
     for number, (row, points) in enumerate(zip(rows, world_points, strict=True), 1):
@@ -159,28 +159,28 @@ def read_listed_features(
             report.step(number)
         name = row.text("name", "number", "id") or tr("row {number}", number=number)
         if (reason := _invalid_points(row, points)) is not None:
-            skipped_items.append((name, reason))
+            skipped_rows.append((name, reason))
             continue
         file_points = transform.apply(to_file, points)
         if (too_far := _distance_finding(file_points, bounds)) is not None:
-            skipped_items.append((name, too_far))
+            skipped_rows.append((name, too_far))
             continue
         vertices = tuple((x, y, z) for x, y, z in file_points.tolist())
         kind = row.text("kind", "type").casefold()
         if row.layer == "contacts" and kind and kind not in types:
-            unknown.add(kind)
+            unknown_names.add(kind)
         type_id = types.get(kind) or types.get("contact") or next(iter(types.values()), "")
         features.append(_feature(row, model, vertices, type_id, area_inside, points))
     warnings: list[Finding] = [
         *table_findings,
         *findings,
-        *(Finding("import.type-replaced", type=kind) for kind in sorted(unknown)),
+        *(Finding("import.type-replaced", type=kind) for kind in sorted(unknown_names)),
     ]
     if not features:
-        name, first = skipped_items[0]
+        name, first = skipped_rows[0]
         raise InputError(Finding("import.nothing-usable", name=name, reason=first), file=path)
     features = merge_stations(features, transform.scale_factor(transform.matrix(model.to_world)))
-    return ImportedFeatures(tuple(features), tuple(skipped_items), tuple(warnings))
+    return ImportedFeatures(tuple(features), tuple(skipped_rows), tuple(warnings))
 
 
 def _feature(
@@ -194,7 +194,7 @@ def _feature(
     name, notes = row.text("name"), row.text("notes", "note", "description")
     if row.layer == "stations":
         kind = row.text("kind", "what", "type").casefold()
-        what: StationKind = next(
+        station_kind: StationKind = next(
             (choice for choice, _ in STATION_KINDS if choice == kind), "station"
         )
         return Station(
@@ -203,7 +203,7 @@ def _feature(
             model.id,
             model.content_hash,
             vertices[:1],
-            what,
+            station_kind,
             row.text("number", "station"),
             row.text("photo"),
             notes,
@@ -253,7 +253,7 @@ def _points_in_world(
         placed_points = points_to_world(
             np.concatenate([rows[i].points for i in numbers]),
             file=path,
-            stated=StatedCrs(crs_text),
+            stated_crs=StatedCrs(crs_text),
             model=ModelFrame(crs),
         )
         findings += placed_points.findings
@@ -285,8 +285,10 @@ def _distance_finding(points: FloatArray, bounds: FloatArray | None) -> Finding 
 # --- files -----------------------------------------------------------------------------------
 def _layer_of(name: str) -> str:
     """Return the kind of a layer or file, or "" for other layers."""
-    plain = name.casefold()
-    return next((layer for layer in LAYERS if plain == layer or plain.endswith(f"_{layer}")), "")
+    folded_name = name.casefold()
+    return next(
+        (layer for layer in LAYERS if folded_name == layer or folded_name.endswith(f"_{layer}")), ""
+    )
 
 
 def _layers(path: Path, progress: Progress) -> Iterator[_Row]:
@@ -353,10 +355,10 @@ def _table(path: Path, findings: list[Finding]) -> Iterator[_Row]:
     findings += about_crs
     layer = _layer_of(path.stem)
     body = csv.DictReader(line for line in lines if not line.startswith("#"))
-    known = {*_COLUMNS, *"xyz", WKT}
+    known_columns = {*_COLUMNS, *"xyz", WKT}
     while True:
         try:
-            names = [k for k in body.fieldnames or () if str(k).casefold() in known]
+            names = [k for k in body.fieldnames or () if str(k).casefold() in known_columns]
             cells = next(body)
         except StopIteration:
             return

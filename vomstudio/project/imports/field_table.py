@@ -58,7 +58,7 @@ def read_field_table(path: str | Path) -> FieldTable:
     path = Path(path)
     text, notes = read_text(path, MAX_OBJECTS)
     lines = [line.rstrip("\r") for line in text.split("\n")]
-    used = [
+    used_columns = [
         (i, line)
         for i, line in _join_quoted(lines)
         if not is_blank(line.strip()) and not line.lstrip().startswith("#")
@@ -66,14 +66,14 @@ def read_field_table(path: str | Path) -> FieldTable:
     comments = tuple(
         line.strip().lstrip("#").strip() for line in lines if line.lstrip().startswith("#")
     )
-    if not used:
+    if not used_columns:
         raise InputError(Finding("table.no-rows"), file=path)
-    delimiter = sniff([line for _, line in used[:200]])
-    if all(is_orientation(line) for _, line in used[1:20]) and len(used) > 1:
-        rows = [[line.strip()] for _, line in used]  # each line is one reading: N42E 41SE
+    delimiter = sniff([line for _, line in used_columns[:200]])
+    if all(is_orientation(line) for _, line in used_columns[1:20]) and len(used_columns) > 1:
+        rows = [[line.strip()] for _, line in used_columns]  # each line is one reading: N42E 41SE
     else:
-        rows = [_split_cells(line, delimiter) for _, line in used]
-    numbers = [i for i, _ in used]
+        rows = [_split_cells(line, delimiter) for _, line in used_columns]
+    numbers = [i for i, _ in used_columns]
     has_header = is_header(rows[0], delimiter) and not any(is_orientation(c) for c in rows[0])
     first = rows[0]
     if has_header:
@@ -84,12 +84,12 @@ def read_field_table(path: str | Path) -> FieldTable:
     if not rows:
         raise InputError(Finding("table.no-rows"), file=path)
     width = len(names) if names else Counter(map(len, rows)).most_common(1)[0][0]
-    ragged_items = {}
+    ragged_rows = {}
     for i, row in enumerate(rows):
         while len(row) > width and not row[-1]:
             row.pop()
         if len(row) != width:
-            ragged_items[i] = Finding(
+            ragged_rows[i] = Finding(
                 "table.ragged-row",
                 count=len(row),
                 expected=width,
@@ -97,7 +97,7 @@ def read_field_table(path: str | Path) -> FieldTable:
             )
             row[:] = (row + [""] * width)[:width]
     return FieldTable(
-        path, names, width, delimiter, rows, numbers, ragged_items, tuple(notes), comments
+        path, names, width, delimiter, rows, numbers, ragged_rows, tuple(notes), comments
     )
 
 

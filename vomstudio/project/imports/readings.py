@@ -126,13 +126,13 @@ def read_readings(
     if notation not in NOTATIONS:
         raise ValueError(notation)
     rows: list[FieldRow] = []
-    bad_items: list[BadRow] = []
-    flipped_items: list[int] = []
-    unpositioned_items: list[int] = []
+    bad_rows: list[BadRow] = []
+    flipped_rows: list[int] = []
+    unpositioned_rows: list[int] = []
     invalid_positions: list[tuple[int, Finding]] = []
     for i, (cells, line) in enumerate(zip(table.rows, table.lines, strict=True)):
         if i in table.ragged:
-            bad_items.append(BadRow(line, table.ragged[i]))
+            bad_rows.append(BadRow(line, table.ragged[i]))
             continue
         cells_by_role = {role: cells[column] for role, column in columns.items()}
         try:
@@ -141,10 +141,10 @@ def read_readings(
                 cells_by_role, notation, table, is_line=is_line
             )
         except InputError as error:
-            bad_items.append(BadRow(line, finding_of(error)))
+            bad_rows.append(BadRow(line, finding_of(error)))
             continue
         if inclination < 0:
-            flipped_items.append(line)
+            flipped_rows.append(line)
             azimuth, inclination = float(wrap360(azimuth + 180.0)), -inclination
         position = None
         try:
@@ -152,7 +152,7 @@ def read_readings(
             if position is None and any(
                 cells_by_role.get(c) for c in ("x", "y", "longitude", "latitude")
             ):
-                unpositioned_items.append(line)
+                unpositioned_rows.append(line)
         except InputError as error:
             invalid_positions.append((line, finding_of(error)))
         rows.append(
@@ -180,10 +180,10 @@ def read_readings(
             invalid_positions += [(row.line, reason) for row in rows if row.position is not None]
             rows = [replace(row, position=None) for row in rows]
     about_rows = [
-        *_row_findings(flipped_items, unpositioned_items, needs_crs),
+        *_row_findings(flipped_rows, unpositioned_rows, needs_crs),
         *_position_findings(invalid_positions),
     ]
-    return FieldReadings(tuple(rows), tuple(bad_items), (*table.notes, *about_rows, *findings))
+    return FieldReadings(tuple(rows), tuple(bad_rows), (*table.notes, *about_rows, *findings))
 
 
 def _rows_in_world(

@@ -90,19 +90,19 @@ def read_sidecars(
     """
     points: tuple[PointState, ...] = ()
     image_marks: tuple[tuple[str, str, float, float], ...] = ()
-    crs, problems, unread_items = "", [], []
+    crs, problems, unread_files = "", [], []
     try:
         if control is not None:
             points = tuple(_state(point) for point in read_control(control))
             crs = crs_of(control) or ""
     except VomError as error:
-        unread_items.append(CONTROL)
+        unread_files.append(CONTROL)
         problems.append(str(error))
     try:
         if marks is not None:
             image_marks = _resolve_photos(read_marks(marks), photos)
     except VomError as error:
-        unread_items.append(MARKS)
+        unread_files.append(MARKS)
         problems.append(str(error))
     assets = {}
     for count, (name, path) in enumerate(masks.items()):
@@ -112,7 +112,7 @@ def read_sidecars(
             assets[name] = store_asset(project, read_whole(path), path.suffix.lower())
         except (OSError, VomError) as error:
             problems.append(f"{path}: {error}")
-    return SidecarData(points, image_marks, assets, crs, tuple(problems), tuple(unread_items))
+    return SidecarData(points, image_marks, assets, crs, tuple(problems), tuple(unread_files))
 
 
 def _state(point: ControlPoint) -> PointState:
@@ -124,16 +124,20 @@ def _resolve_photos(
 ) -> tuple[tuple[str, str, float, float], ...]:
     """Replace the photo names of marks by the matching names of the photo set."""
     find = photo_finder(photos)
-    resolved_items = []
+    resolved_photos = []
     for mark in marks:
         number = find(mark.photo)
-        resolved_items.append(
+        resolved_photos.append(
             (mark.label, mark.photo if number is None else photos[number], mark.x, mark.y)
         )
-    return tuple(resolved_items)
+    return tuple(resolved_photos)
 
 
 def stored_path(project: Path, photos: Path) -> str:
     """Return the path to store for photos: relative inside the project, otherwise absolute."""
-    full, folder = photos.resolve(), project.resolve()
-    return full.relative_to(folder).as_posix() if full.is_relative_to(folder) else str(full)
+    resolved_photos, folder = photos.resolve(), project.resolve()
+    return (
+        resolved_photos.relative_to(folder).as_posix()
+        if resolved_photos.is_relative_to(folder)
+        else str(resolved_photos)
+    )

@@ -232,16 +232,16 @@ class SqliteJournal:
             raise
 
     def _open_again(self) -> None:
-        expected = self._head
+        expected_head = self._head
         try:
             self._open(create=False)
         except VomError as error:
             cause = error.__cause__ if isinstance(error.__cause__, sqlite3.Error) else None
             failure = write_failure_of(cause or sqlite3.OperationalError(error.message), self.path)
             raise NotWritten(failure, self.path) from error
-        if self._head != expected:
+        if self._head != expected_head:
             self.close_file()
-            self._head = expected
+            self._head = expected_head
             raise NotWritten(Finding("journal.replaced"), self.path)
 
     # --- unwritable files --------------------------------------------------------------------
@@ -337,8 +337,8 @@ class SqliteJournal:
             kind, of_seq, label, before, after, template.time, template.version, template.settings
         )
 
-    def copy_views(self, other: SqliteJournal) -> None:
-        for key, value in other._db.execute("SELECT key, value FROM view"):
+    def copy_views(self, source_journal: SqliteJournal) -> None:
+        for key, value in source_journal._db.execute("SELECT key, value FROM view"):
             with contextlib.suppress(ValueError, TypeError, RecursionError):
                 self.set_view(key, json.loads(value))
 
@@ -428,7 +428,7 @@ class SqliteJournal:
 
 def own_files(folder: Path) -> list[Path]:
     """Return the files of a project's journal, which an export must not replace."""
-    return [folder / f"{NAME}{ending}" for ending in ("", "-wal", "-shm")]
+    return [folder / f"{NAME}{suffix}" for suffix in ("", "-wal", "-shm")]
 
 
 def read_replay(folder: Path) -> Replay:
@@ -444,8 +444,8 @@ def _check_side_files(path: Path) -> None:
 
     Raises TargetError for links and InputError for anything else that is not a regular file.
     """
-    for ending in ("", "-journal", "-wal", "-shm"):
-        require_regular(check_generated_path(path.with_name(path.name + ending)))
+    for suffix in ("", "-journal", "-wal", "-shm"):
+        require_regular(check_generated_path(path.with_name(path.name + suffix)))
 
 
 def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:

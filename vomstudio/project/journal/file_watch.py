@@ -60,10 +60,10 @@ class JournalFiles:
         self._version = _data_version(self._db)
 
     def _note_files(self) -> None:
-        now = _stamp(self._file)
-        if now != self._file_stamp:
+        current_stamp = _stamp(self._file)
+        if current_stamp != self._file_stamp:
             self._first_page = self._read_first_page()
-        self._file_stamp, self._log_stamp = now, _stamp(self._log)
+        self._file_stamp, self._log_stamp = current_stamp, _stamp(self._log)
 
     def record_write(self) -> Finding | None:
         """Record the state after a write, or return why the row is not at the journal's path."""
@@ -79,15 +79,15 @@ class JournalFiles:
 
     def write_failure(self, head: Head) -> Finding | None:
         """Return why nothing may be written, or None; `head` belongs to the rows in the file."""
-        now, log = _stamp(self._file), _stamp(self._log)
+        current_stamp, log = _stamp(self._file), _stamp(self._log)
         version = _data_version(self._db)
-        if (now, log, version) == (self._file_stamp, self._log_stamp, self._version):
+        if (current_stamp, log, version) == (self._file_stamp, self._log_stamp, self._version):
             return None
-        is_same = _same_file(self._file_stamp, now) and (
+        is_same = _same_file(self._file_stamp, current_stamp) and (
             self._log_stamp is None or _same_file(self._log_stamp, log)
         )
         # Truncated pages that have not been read yet may be missing.
-        is_same = is_same and not _is_shorter(now, self._file_stamp)
+        is_same = is_same and not _is_shorter(current_stamp, self._file_stamp)
         # The log hides the file: an older copy written into the file does not become visible until
         # the log is merged.
         if (
@@ -201,8 +201,8 @@ def close_without_checkpoint(db: sqlite3.Connection, path: Path, *, is_known_log
     db.close()
     if is_known_log:
         # Otherwise the next program would treat the log as part of the new file.
-        for ending in ("-wal", "-shm"):
-            path.with_name(path.name + ending).unlink(missing_ok=True)
+        for suffix in ("-wal", "-shm"):
+            path.with_name(path.name + suffix).unlink(missing_ok=True)
     if reader is not None:
         reader.close()
 
@@ -234,8 +234,12 @@ def _same_file(first: _Stamp | None, second: _Stamp | None) -> bool:
     return first[:2] == second[:2]
 
 
-def _is_shorter(now: _Stamp | None, previous_stamp: _Stamp | None) -> bool:
-    return now is not None and previous_stamp is not None and now[2] < previous_stamp[2]
+def _is_shorter(current_stamp: _Stamp | None, previous_stamp: _Stamp | None) -> bool:
+    return (
+        current_stamp is not None
+        and previous_stamp is not None
+        and current_stamp[2] < previous_stamp[2]
+    )
 
 
 def _data_version(db: sqlite3.Connection) -> int:

@@ -28,8 +28,8 @@ def outline(rows: Iterable[JournalRow]) -> list[str]:
 
 
 def _line(row: JournalRow) -> str:
-    of = "" if row.of_seq is None else f" of {row.of_seq}"
-    parts = [f"{row.seq} {_word(row.kind)}{of}, {row.time}, version {row.version}"]
+    undo_text = "" if row.of_seq is None else f" of {row.of_seq}"
+    parts = [f"{row.seq} {_word(row.kind)}{undo_text}, {row.time}, version {row.version}"]
     if row.label:
         parts.append(_label(row.label))
     if row.kind == "draft":

@@ -48,8 +48,8 @@ def read_head(db: sqlite3.Connection) -> Head:
     must not be affected.
     """
     (rows,) = db.execute("SELECT count(*) FROM journal").fetchone()
-    last = db.execute("SELECT seq, checksum FROM journal ORDER BY seq DESC LIMIT 1").fetchone()
-    seq, total = last or (0, "")
+    last_row = db.execute("SELECT seq, checksum FROM journal ORDER BY seq DESC LIMIT 1").fetchone()
+    seq, total = last_row or (0, "")
     stored = db.execute("SELECT seq FROM head").fetchone()
     # Row numbers are never reused.
     return Head(rows, max(seq, stored[0] if stored else 0), total)

@@ -48,21 +48,21 @@ def _load_kinds() -> list[Kind]:
 
 def _merge_attributes(lists: Iterable[tuple[Attribute, ...]]) -> tuple[Attribute, ...]:
     """Return each field once, in an order that is consistent with every list."""
-    merged_items: list[Attribute] = []
+    merged_attributes: list[Attribute] = []
     for attributes in lists:
-        fields = [attribute.field for attribute in merged_items]
+        fields = [attribute.field for attribute in merged_attributes]
         index = 0
         for attribute in attributes:
             if attribute.field in fields:
                 index = fields.index(attribute.field) + 1
                 continue
             # Insert before the following fields that are already in the list.
-            after = [fields.index(a.field) for a in attributes if a.field in fields[index:]]
-            index = min(after, default=len(fields))
-            merged_items.insert(index, attribute)
+            later_rows = [fields.index(a.field) for a in attributes if a.field in fields[index:]]
+            index = min(later_rows, default=len(fields))
+            merged_attributes.insert(index, attribute)
             fields.insert(index, attribute.field)
             index += 1
-    return tuple(merged_items)
+    return tuple(merged_attributes)
 
 
 KINDS: tuple[Kind, ...] = tuple(_load_kinds())

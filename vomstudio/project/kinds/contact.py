@@ -46,7 +46,7 @@ class Contact(Logged, Repeatable, Typed):
 def measure(context: MeasurementContext, contacts: Sequence[Contact]) -> list[Measurement]:
     """Measure the lengths of contact lines."""
     models = [context.model(contact.model_id) for contact in contacts]
-    measured_items = []
+    measurements = []
     for points, model in zip(world_lines(contacts, models), models, strict=True):
         problem = (
             None
@@ -55,7 +55,7 @@ def measure(context: MeasurementContext, contacts: Sequence[Contact]) -> list[Me
         )
         figures = {} if problem else {"length_m": path_length(points)}
         figures |= registration_errors(figures, model, None)
-        measured_items.append(
+        measurements.append(
             Measurement(
                 points,
                 None,
@@ -68,7 +68,7 @@ def measure(context: MeasurementContext, contacts: Sequence[Contact]) -> list[Me
                 kind="contact",
             )
         )
-    return measured_items
+    return measurements
 
 
 def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:

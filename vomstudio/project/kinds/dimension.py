@@ -153,9 +153,9 @@ def _thickness(
         if not feature.plane_id:
             return {}, Finding("thickness.no-plane")
         return {}, Finding("thickness.plane-lost")
-    across_component = float(step @ plane.normal)
-    figures = {"thickness_m": abs(across_component)}
-    tilt = deviation95(plane, step - across_component * plane.normal, joint=False)
+    offset_across = float(step @ plane.normal)
+    figures = {"thickness_m": abs(offset_across)}
+    tilt = deviation95(plane, step - offset_across * plane.normal, joint=False)
     if tilt is not None:
         roughness = t95(plane.free) * float(np.sqrt(2.0)) * plane.roughness
         figures["thickness_error95_m"] = float(np.hypot(tilt, roughness))

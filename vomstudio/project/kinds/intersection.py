@@ -104,7 +104,7 @@ def measure(
 
 def _measure(context: MeasurementContext, feature: Intersection) -> Measurement:
     groups = [members(context.records, group) for group in (feature.first, feature.second)]
-    measured = [[context.known[plane.id] for plane in group] for group in groups]
+    measurements = [[context.known[plane.id] for plane in group] for group in groups]
     means = []
     moved_means = []
     scatter = 0.0
@@ -114,7 +114,7 @@ def _measure(context: MeasurementContext, feature: Intersection) -> Measurement:
     turns = turns_of(model_of(context.records, plane) for plane in planes_with_orientation)
     start = 0
     try:
-        for group in measured:
+        for group in measurements:
             planar_group = [m for m in group if m.plane is not None]
             if len(planar_group) == 1:
                 planes = [plane_with_error(planar_group[0])]
@@ -149,7 +149,7 @@ def _measure(context: MeasurementContext, feature: Intersection) -> Measurement:
         thresholds=context.thresholds,
     )
     return Measurement(
-        _ends(intersection.line.vector(), means, measured),
+        _ends(intersection.line.vector(), means, measurements),
         None,
         None,
         None,

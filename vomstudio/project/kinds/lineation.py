@@ -108,21 +108,21 @@ def _measure(context: MeasurementContext, feature: Lineation) -> Measurement:
     try:
         fit = fit_line(points)
         line, rake, off_plane_deg, slip = Line.from_vector(fit.direction), None, None, None
-        largest = smallest = fit.confidence95_deg
+        largest = error_deg = fit.confidence95_deg
         axis = None
         if base is not None and plane is not None:
             off_plane_deg = orientation.angle_line_plane(line, plane)
             rake = orientation.rake_of(line, plane)
             line = orientation.line_from_rake(plane, rake)
             slip = slip_rake(plane, rake, feature.slip)
-            largest, smallest, axis = _projected_error(line.vector(), fit, base)
+            largest, error_deg, axis = _projected_error(line.vector(), fit, base)
     except GeometryError as error:
         return empty_measurement(
             points, resolution, cause_of(error), kind="lineation", metric=metric
         )
     covariance = _registration_covariance(context, feature, line.vector(), base)
     registration = None if covariance is None else region(line.vector(), covariance).largest_deg
-    total = region_of_line(line.vector(), covariance, largest, smallest, axis)
+    total = region_of_line(line.vector(), covariance, largest, error_deg, axis)
     verdict = judge_line(
         fit,
         confidence95_deg=None if total is None else total.largest_deg,
@@ -142,7 +142,7 @@ def _measure(context: MeasurementContext, feature: Lineation) -> Measurement:
         line=line,
         line_fit=fit,
         max_confidence95_deg=largest,
-        min_confidence95_deg=smallest,
+        min_confidence95_deg=error_deg,
         confidence_axis=axis,
         rake_deg=rake,
         slip_rake_deg=slip,
@@ -182,12 +182,12 @@ def _projected_error(
 
     Within the plane, the error is that of the fit; across it, the error is that of the plane.
     """
-    across_component = deviation95(base, direction)
-    if across_component is None or fit.confidence95_deg is None:
+    deviation = deviation95(base, direction)
+    if deviation is None or fit.confidence95_deg is None:
         return None, None, None
     fit_error_deg, plane_error_deg = (
         fit.confidence95_deg,
-        float(np.degrees(np.arctan(across_component))),
+        float(np.degrees(np.arctan(deviation))),
     )
     if plane_error_deg > fit_error_deg:
         return plane_error_deg, fit_error_deg, base.normal

@@ -97,18 +97,18 @@ def remarks(subject: Subject) -> list[str]:
     lines = []
     if reading.turned_deg:
         lines.append(tr("azimuth as read {turned_deg:+.2f} deg", turned_deg=reading.turned_deg))
-    nearest = subject.nearest()
-    if nearest is not None:
+    nearest_pick = subject.nearest()
+    if nearest_pick is not None:
         place = (
             ""
-            if nearest.distance_m is None
-            else tr(", {distance_m:.2f} m away", distance_m=nearest.distance_m)
+            if nearest_pick.distance_m is None
+            else tr(", {distance_m:.2f} m away", distance_m=nearest_pick.distance_m)
         )
         lines.append(
             tr(
                 "{angle_deg:.1f} deg from {nearest}{place}",
-                angle_deg=nearest.angle_deg,
-                nearest=nearest.name,
+                angle_deg=nearest_pick.angle_deg,
+                nearest=nearest_pick.name,
                 place=place,
             )
         )

@@ -122,24 +122,24 @@ def merge_stations(features: Sequence[Feature], scale: float) -> list[Feature]:
     -------
     list of Feature
     """
-    merged_items: dict[object, Feature] = {}
+    merged_stations: dict[object, Feature] = {}
     for feature in features:
         key: object = feature.id
         if isinstance(feature, Station) and (code := feature.number or feature.name):
             key = (feature.what, code.casefold())
-            first = merged_items.get(key)
+            first = merged_stations.get(key)
             if isinstance(first, Station):
                 distance_m = scale * math.dist(first.vertices[0], feature.vertices[0])
                 if distance_m <= MAX_STATION_DISTANCE_M:
-                    merged_items[key] = replace(
+                    merged_stations[key] = replace(
                         first,
                         photo=PHOTO_SEPARATOR.join(dict.fromkeys(photos_of(first, feature))),
                         notes="\n".join(dict.fromkeys(filter(None, (first.notes, feature.notes)))),
                     )
                     continue
                 key = feature.id
-        merged_items[key] = feature
-    return list(merged_items.values())
+        merged_stations[key] = feature
+    return list(merged_stations.values())
 
 
 def readings_of(station: Station, records: Mapping[str, Any]) -> list[Feature]:

@@ -29,10 +29,12 @@ def listed_tables(
 ) -> dict[str, str]:
     """Return the CSV text of each such kind that has features, by layer name, in World."""
     features = [r for r in records.values() if isinstance(r, Feature) and kind_of(r).listed]
-    measured = measurements.of(records, [f.id for f in features])
+    measurements_by_id = measurements.of(records, [f.id for f in features])
     subjects_by_kind: dict[Kind, list[Subject]] = {}
     for f in features:
-        subjects_by_kind.setdefault(kind_of(f), []).append(Subject(f, measured[f.id], records))
+        subjects_by_kind.setdefault(kind_of(f), []).append(
+            Subject(f, measurements_by_id[f.id], records)
+        )
     return {
         kind.layer.name: _text(kind, subjects_by_kind[kind], table)
         for kind in KINDS

@@ -83,7 +83,7 @@ def fitted_planes(
     batch = fit_planes(points, offsets, method=method, axis=axis)
     fits = batch.rows()
     rows: list[Row] = []
-    skipped_items: list[dict[str, Any]] = []
+    skipped_groups: list[dict[str, Any]] = []
     bands: dict[Any, PlaneBand] = {}
     # Vectorised: processing single vectors takes a hundred times as long.
     planes = iter(Plane.from_normals([fit.normal for fit in fits if fit.error is None]))
@@ -92,13 +92,13 @@ def fitted_planes(
         if number % _PROGRESS_STEP == 0:
             progress.step(number)
         if fit.error is not None:
-            skipped_items.append({"id": name, "reason": fit.error})
+            skipped_groups.append({"id": name, "reason": fit.error})
             continue
         band = find_plane_band(fit, resolution_m=resolution_m)
         if band is not None:
             bands[name] = band
         verdict = judge(fit, resolution_m=resolution_m, outcrop_normal=None, thresholds=thresholds)
-        extra: dict[str, Any] = {
+        extra_columns: dict[str, Any] = {
             column: values.get(name) or None for column, values in metadata.items()
         }
         rows.append(
@@ -109,7 +109,7 @@ def fitted_planes(
                 frame=FRAME_AS_GIVEN,
                 resolution_m=resolution_m,
                 plane=next(planes),
-                **extra,
+                **extra_columns,
             )
         )
-    return FittedPlanes(rows, skipped_items, bands)
+    return FittedPlanes(rows, skipped_groups, bands)

@@ -46,8 +46,8 @@ def world_cells(
 ) -> tuple[IntArray, FloatArray]:
     """Return numbers (n,) and World corners (n, 4, 3) of the cells that have one of the marks."""
     cell_marks = marks_of(grid)
-    selected = [i for i, mark in enumerate(cell_marks) if marks is None or mark in marks]
-    numbers = np.array(selected, np.int64)
+    selected_rows = [i for i, mark in enumerate(cell_marks) if marks is None or mark in marks]
+    numbers = np.array(selected_rows, np.int64)
     corners = grid_in_file_frame(grid).corners(numbers).reshape(-1, 3)
     rows = rows_of(get(records, grid.model_id, Model))
     return numbers, transform.apply(rows, corners).reshape(-1, 4, 3)

@@ -231,9 +231,9 @@ def _columns_of(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> Iter
 
 
 def _add_metadata(row: Row, metadata: Mapping[str, Any]) -> Row:
-    unknown = metadata.keys() - row.keys()
-    if unknown:
-        raise TypeError(f"not columns of the orientation table: {', '.join(sorted(unknown))}")
+    unknown_keys = metadata.keys() - row.keys()
+    if unknown_keys:
+        raise TypeError(f"not columns of the orientation table: {', '.join(sorted(unknown_keys))}")
     row.update(metadata)
     return row
 

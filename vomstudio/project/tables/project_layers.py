@@ -37,10 +37,12 @@ def project_layers(
     `traces`. A compass reading without a position is included only in the table.
     """
     features = first_picks((r for r in records.values() if isinstance(r, Feature)), records)
-    measured = measurements.of(records, [f.id for f in features])
+    measurements_by_id = measurements.of(records, [f.id for f in features])
     subjects_by_kind: dict[Kind, list[Subject]] = {}
     for f in features:
-        subjects_by_kind.setdefault(kind_of(f), []).append(Subject(f, measured[f.id], records))
+        subjects_by_kind.setdefault(kind_of(f), []).append(
+            Subject(f, measurements_by_id[f.id], records)
+        )
     layers: dict[str, Layer] = {}
     for kind in KINDS:
         for nature in kind.orientations:
@@ -67,15 +69,15 @@ def _points(layer_name: str, geometry: str, table: ProjectTable) -> Layer:
 
 
 def _layer(layer: GisLayer, subjects: Sequence[Subject]) -> Layer:
-    drawn = [(s, shape) for s in subjects if (shape := layer.shape(s)) is not None]
+    drawn_shapes = [(s, shape) for s in subjects if (shape := layer.shape(s)) is not None]
     columns = {}
     for figure in layer.figures:
-        values = [plain(figure.value(subject)) for subject, _ in drawn]
+        values = [plain(figure.value(subject)) for subject, _ in drawn_shapes]
         if layer.sparse and figure.form != "text" and all(v is None for v in values):
             continue
         columns[figure.name] = _column(values, figure)
-    shapes = [shape for _, shape in drawn]
-    colors = [color_of(s.feature, s.records) for s, _ in drawn]
+    shapes = [shape for _, shape in drawn_shapes]
+    colors = [color_of(s.feature, s.records) for s, _ in drawn_shapes]
     return Layer(layer.name, layer.geometry, shapes, columns, layer.main, layer.by, colors)
 
 

@@ -103,26 +103,30 @@ def project_table(
         if isinstance(r, Feature) and kind_of(r).orientations and (only is None or r.id in only)
     ]
     measurements = measurements or Measurements()
-    measured = measurements.of(records, [feature.id for feature in features])
+    measurements_by_id = measurements.of(records, [feature.id for feature in features])
     picks = nearest_picks(records, measurements)
-    subjects = [Subject(f, measured[f.id], records, partial(picks.get, f.id)) for f in features]
+    subjects = [
+        Subject(f, measurements_by_id[f.id], records, partial(picks.get, f.id)) for f in features
+    ]
     rows: list[Row] = []
-    skipped_items: list[dict[str, Any]] = []
+    skipped_rows: list[dict[str, Any]] = []
     for subject, row in zip(subjects, feature_rows(subjects), strict=True):
         if row is None:
             feature = subject.feature
             reason = subject.measured.problem or Finding("feature.without-plane")
-            skipped_items.append({"id": feature.id, "name": feature.name, "reason": reason})
+            skipped_rows.append({"id": feature.id, "name": feature.name, "reason": reason})
         else:
             rows.append(row)
-    placed = [*features, *_listed_features(records, only)] or _features_on_models(records, only)
-    crs, north, unit_m = _frame(records, placed)
-    axes = _axes(records, placed)
+    placed_features = [*features, *_listed_features(records, only)] or _features_on_models(
+        records, only
+    )
+    crs, north, unit_m = _frame(records, placed_features)
+    axes = _axes(records, placed_features)
     limits = limits_of(records, measurements.default_thresholds)
     registrations = tuple(registrations_of(records, features))
     return ProjectTable(
         rows,
-        skipped_items,
+        skipped_rows,
         crs,
         north,
         unit_m=unit_m,

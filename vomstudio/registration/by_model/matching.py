@@ -30,7 +30,7 @@ def match(
     start: Similarity,
     *,
     farthest_value: float,
-    nearest_value: float,
+    nearest_distance: float,
     progress: Progress,
 ) -> Similarity:
     """Rotate and translate a model to match a reference.
@@ -42,24 +42,24 @@ def match(
     reference : (m, 3) array
         Points in the World frame, metres.
     start : Similarity
-    farthest_value, nearest_value : float
+    farthest_value, nearest_distance : float
         Maximum distance of correspondences in the first and in the last step, metres.
     progress : Progress
         Progress indicator, which may raise Cancelled.
     """
     from scipy.spatial.transform import Rotation
 
-    placed = start(model)
+    placed_points = start(model)
     origin = np.round(reference.mean(axis=0))
     # No step needs more detail than the last one.
     source, target = (
-        _cloud(points - origin).voxel_down_sample(nearest_value / _CELLS_PER_DISTANCE)
-        for points in (placed, reference)
+        _cloud(points - origin).voxel_down_sample(nearest_distance / _CELLS_PER_DISTANCE)
+        for points in (placed_points, reference)
     )
     turn: FloatArray = np.eye(4)
     distances = [farthest_value]
-    while distances[-1] > nearest_value and len(distances) < _MAX_STEPS:
-        distances.append(max(distances[-1] / 2.0, nearest_value))
+    while distances[-1] > nearest_distance and len(distances) < _MAX_STEPS:
+        distances.append(max(distances[-1] / 2.0, nearest_distance))
     progress.stage(tr("Matching surfaces, coarse to fine"), len(distances))
     for number, distance in enumerate(distances):
         turn = _step(source, target, turn, distance)

@@ -87,7 +87,7 @@ class ReferencePlanes:
 
     def match(self, positions: ModelPlanes, fit: Similarity) -> PlaneMatches:
         """Return the positions of a model that lie on the reference after a similarity."""
-        placed = fit(positions.mean)
+        placed_point = fit(positions.mean)
         # Use the same centres; otherwise the rim of the model would be compared with its interior.
         planes = self._grid.planes(fit(positions.middle), self.radius)
         model_normals = positions.normal @ fit.rotation.T
@@ -96,9 +96,9 @@ class ReferencePlanes:
         size = np.linalg.norm(mean, axis=1)
         with np.errstate(invalid="ignore"):
             normal = mean / size[:, None]
-            offset = placed - planes.mean
-            miss = np.einsum("ij,ij->i", offset, normal)
-            squared_offset = np.einsum("ij,ij->i", offset, offset) - miss**2
+            offset = placed_point - planes.mean
+            misclosures = np.einsum("ij,ij->i", offset, normal)
+            squared_offset = np.einsum("ij,ij->i", offset, offset) - misclosures**2
             # The length of the mean of two unit vectors is the cosine of half their angle.
             is_parallel = size / 2.0 > np.sqrt((1.0 + _MIN_NORMAL_COSINE) / 2.0)
             is_match = (
@@ -108,7 +108,9 @@ class ReferencePlanes:
             )
         # Variance of the mean of two normals.
         tilt = (positions.tilt + _tilt(planes)) / 4.0
-        return PlaneMatches(placed[is_match], miss[is_match], normal[is_match], tilt[is_match])
+        return PlaneMatches(
+            placed_point[is_match], misclosures[is_match], normal[is_match], tilt[is_match]
+        )
 
 
 def _have_planes(planes: LocalPlanes) -> BoolArray:

@@ -117,7 +117,12 @@ def fit_to_reference(
     _require_near(start(model), reference, farthest)
     thin_model = thin_points(model, spacing[0] / start.scale, _MAX_MATCHED_POINTS)
     fit = match(
-        thin_model, target, start, farthest_value=farthest, nearest_value=radius, progress=progress
+        thin_model,
+        target,
+        start,
+        farthest_value=farthest,
+        nearest_distance=radius,
+        progress=progress,
     )
     target_planes = ReferencePlanes(target, radius)
     for _ in range(2 if scale else 1):
@@ -156,15 +161,17 @@ def fit_to_reference(
     )
 
 
-def _require_near(placed_values: FloatArray, reference: FloatArray, farthest_value: float) -> None:
+def _require_near(placed_points: FloatArray, reference: FloatArray, farthest_value: float) -> None:
     from scipy.spatial import cKDTree
 
-    step = max(1, len(placed_values) // 5000)
-    thin = reference[:: max(1, len(reference) // 200_000)]
-    distance, _ = cKDTree(thin).query(placed_values[::step], distance_upper_bound=farthest_value)
+    step = max(1, len(placed_points) // 5000)
+    thinned_reference = reference[:: max(1, len(reference) // 200_000)]
+    distance, _ = cKDTree(thinned_reference).query(
+        placed_points[::step], distance_upper_bound=farthest_value
+    )
     if np.isfinite(distance).mean() > _MIN_OVERLAP:
         return
-    centre_distance = float(np.linalg.norm(placed_values.mean(axis=0) - reference.mean(axis=0)))
+    centre_distance = float(np.linalg.norm(placed_points.mean(axis=0) - reference.mean(axis=0)))
     raise GeometryError(Finding("reference.apart", apart_m=centre_distance))
 
 

@@ -188,7 +188,7 @@ def _linearise(
         sigma = previous.sigma
     # Points with much larger residuals belong to parts that have changed.
     is_near = np.abs(matches.miss) < _TUKEY * sigma
-    positions, miss, normal = (
+    positions, misclosures, normal = (
         matches.places[is_near],
         matches.miss[is_near],
         matches.normal[is_near],
@@ -198,16 +198,16 @@ def _linearise(
     if previous is not None:
         size = previous.size
     units = np.array([1.0, 1.0, 1.0, 1.0, size, size, size])
-    whole = jacobians(positions - centre) * units
+    full_jacobian = jacobians(positions - centre) * units
     if not scale:
-        whole[:, :, 3] = 0.0
-    moves = np.einsum("nx,nxk->nk", normal, whole)
-    fraction = np.minimum((miss / (_TUKEY * sigma)) ** 2, 1.0)
-    pull = miss * (1.0 - fraction) ** 2
+        full_jacobian[:, :, 3] = 0.0
+    moves = np.einsum("nx,nxk->nk", normal, full_jacobian)
+    fraction = np.minimum((misclosures / (_TUKEY * sigma)) ** 2, 1.0)
+    pull = misclosures * (1.0 - fraction) ** 2
     slope = (1.0 - fraction) * (1.0 - 5.0 * fraction)
     # Information that the noise of the normals alone contributes.
     weight = slope * matches.tilt[is_near]
-    noise = np.einsum("n,nxk,nxl->kl", weight, whole, whole, optimize=True)
+    noise = np.einsum("n,nxk,nxl->kl", weight, full_jacobian, full_jacobian, optimize=True)
     noise -= (moves * weight[:, None]).T @ moves
     information = (moves * slope[:, None]).T @ moves
     directions = determined_directions(information, noise)
@@ -216,7 +216,7 @@ def _linearise(
         centre,
         size,
         positions,
-        miss,
+        misclosures,
         moves,
         pull,
         slope,
@@ -242,9 +242,9 @@ def determined_directions(information: FloatArray, noise: FloatArray) -> FloatAr
     values, axes = np.linalg.eigh(information)
     has_information = values > _MIN_INFORMATION * max(values[-1], 1e-300)
     scaled_axes = axes[:, has_information] / np.sqrt(values[has_information])
-    fractions, turns = np.linalg.eigh(scaled_axes.T @ noise @ scaled_axes)
+    fractions, rotation_of_axes = np.linalg.eigh(scaled_axes.T @ noise @ scaled_axes)
     is_signal = fractions <= _MAX_NOISE_SHARE
-    return np.asarray(scaled_axes @ turns[:, is_signal], np.float64)
+    return np.asarray(scaled_axes @ rotation_of_axes[:, is_signal], np.float64)
 
 
 def _newton(result: Refinement) -> FloatArray:

@@ -119,9 +119,9 @@ def _neighbours_alike(refinement: Refinement, block_of_place: IntArray) -> bool:
     )
     mean = np.bincount(block_of_place, refinement.pull) / np.sqrt(count)
     mean = mean - mean.mean()
-    near = cKDTree(middle).query(middle, k=min(5, size))[1][:, 1:]
+    neighbours = cKDTree(middle).query(middle, k=min(5, size))[1][:, 1:]
     weights = np.zeros((size, size))
-    weights[np.repeat(np.arange(size), near.shape[1]), near.ravel()] = 1.0
+    weights[np.repeat(np.arange(size), neighbours.shape[1]), neighbours.ravel()] = 1.0
     weights = (weights + weights.T) / 2
     total = weights.sum()
     index = size / total * float(mean @ weights @ mean) / max(float(mean @ mean), 1e-300)
@@ -141,23 +141,23 @@ def _covariance(refinement: Refinement, block_of_place: IntArray) -> FloatArray:
     blocks = int(block_of_place.max()) + 1
     order = np.argsort(block_of_place, kind="stable")
     begins = np.searchsorted(block_of_place[order], np.arange(blocks))
-    each = (moves * refinement.slope[:, None])[order]
-    inside = np.add.reduceat(each[:, :, None] * moves[order][:, None, :], begins, axis=0)
+    subset_moves = (moves * refinement.slope[:, None])[order]
+    inside = np.add.reduceat(subset_moves[:, :, None] * moves[order][:, None, :], begins, axis=0)
     pulls = np.add.reduceat((moves * refinement.pull[:, None])[order], begins, axis=0)
     # In these directions the total information is 1; without a block, that of the block is missing.
-    adjusted_values, turns = np.zeros((blocks, d)), np.zeros((blocks, d, d))
+    subset_moments, subset_rotations = np.zeros((blocks, d)), np.zeros((blocks, d, d))
     for block in range(blocks):
         values, axes = np.linalg.eigh((inside[block] + inside[block].T) / 2)
-        turns[block] = (axes / np.clip(1.0 - values, 1e-2, None)) @ axes.T
-        adjusted_values[block] = turns[block] @ pulls[block]
+        subset_rotations[block] = (axes / np.clip(1.0 - values, 1e-2, None)) @ axes.T
+        subset_moments[block] = subset_rotations[block] @ pulls[block]
     inverse_response = np.linalg.inv(refinement.response)
-    covariance = inverse_response @ (adjusted_values.T @ adjusted_values) @ inverse_response.T
+    covariance = inverse_response @ (subset_moments.T @ subset_moments) @ inverse_response.T
     factor = np.ones(d)
     for k in range(d):
-        rows = turns[:, k, :]
+        rows = subset_rotations[:, k, :]
         variances = np.einsum("bi,bij,bj->b", rows, inside, rows)
-        across_component = np.einsum("bi,bij->bj", rows, inside)
-        scatter = np.diag(variances) - across_component @ across_component.T
+        cross_products = np.einsum("bi,bij->bj", rows, inside)
+        scatter = np.diag(variances) - cross_products @ cross_products.T
         free_value = float(np.trace(scatter)) ** 2 / max(float((scatter**2).sum()), 1e-300)
         factor[k] = t.ppf(0.975, max(free_value, _MIN_FREEDOM)) / norm.ppf(0.975)
     return np.asarray(covariance * np.outer(factor, factor), np.float64)

@@ -25,10 +25,12 @@ def inside_area(world: FloatArray, crs: str | None) -> BoolArray:
     (n,) ndarray of bool
         False without a CRS.
     """
-    beyond = degrees_beyond(crs)
-    if beyond is None:
+    distance_beyond = degrees_beyond(crs)
+    if distance_beyond is None:
         return np.zeros(len(world), bool)
-    return np.array([beyond(x, y)[0] <= BEYOND_DEG for x, y in world[:, :2].tolist()], bool)
+    return np.array(
+        [distance_beyond(x, y)[0] <= BEYOND_DEG for x, y in world[:, :2].tolist()], bool
+    )
 
 
 def degrees_beyond(crs: str | None) -> Callable[[float, float], tuple[float, float, float]] | None:
@@ -57,12 +59,8 @@ def degrees_beyond(crs: str | None) -> Callable[[float, float], tuple[float, flo
         if not np.isfinite([longitude, latitude]).all():
             return np.inf, np.nan, np.nan
         width = (east - west) % 360.0 or 360.0
-        along_component = (longitude - west) % 360.0
-        side = (
-            0.0
-            if along_component <= width
-            else min(along_component - width, 360.0 - along_component)
-        )
+        degrees_east = (longitude - west) % 360.0
+        side = 0.0 if degrees_east <= width else min(degrees_east - width, 360.0 - degrees_east)
         return max(side, south - latitude, latitude - north, 0.0), longitude, latitude
 
     return beyond

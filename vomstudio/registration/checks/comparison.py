@@ -59,12 +59,14 @@ def residual_misfit(model: FloatArray, world: FloatArray, extra_unknowns: int = 
     return Misfit(squares / freedom, freedom / 3.0 * squares**2 / float((axes**2).sum()))
 
 
-def fits_far_better(other: Misfit | None, reference: Misfit | None, significance: float) -> bool:
+def fits_far_better(
+    other_misfit: Misfit | None, reference: Misfit | None, significance: float
+) -> bool:
     """Return whether another interpretation fits significantly better than the reference.
 
     Parameters
     ----------
-    other, reference : Misfit or None
+    other_misfit, reference : Misfit or None
         Misfits of the other interpretation and of the reference.
     significance : float
 
@@ -74,9 +76,9 @@ def fits_far_better(other: Misfit | None, reference: Misfit | None, significance
     """
     from scipy.stats import f
 
-    if other is None or reference is None:
+    if other_misfit is None or reference is None:
         return False
     # The upper tail preserves the digits of small probabilities.
-    return reference.variance > other.variance * float(
-        f.isf(significance, reference.free, other.free)
+    return reference.variance > other_misfit.variance * float(
+        f.isf(significance, reference.free, other_misfit.free)
     )

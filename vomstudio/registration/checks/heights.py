@@ -56,20 +56,20 @@ def missing_height_findings(
     -------
     list of Finding
     """
-    is_missing = np.isin(world[:, 2], _PLACEHOLDERS)
-    if not is_missing.any() or int((~is_missing).sum()) < 3:
+    is_placeholder = np.isin(world[:, 2], _PLACEHOLDERS)
+    if not is_placeholder.any() or int((~is_placeholder).sum()) < 3:
         return []
     misfit, misfit_of_others = (
         residual_misfit(model, world),
-        residual_misfit(model[~is_missing], world[~is_missing]),
+        residual_misfit(model[~is_placeholder], world[~is_placeholder]),
     )
     if not fits_far_better(misfit_of_others, misfit, _MIN_P_VALUE):
         return []
     return [
         Finding(
             "control.missing-heights",
-            labels=selected(labels, is_missing),
-            height=float(world[is_missing, 2][0]),
+            labels=selected(labels, is_placeholder),
+            height=float(world[is_placeholder, 2][0]),
         )
     ]
 
@@ -93,8 +93,8 @@ def _contradicts_model(model: FloatArray, world: FloatArray) -> bool:
 
     # Residuals of the points when their heights are ignored.
     design = np.column_stack([model - model.mean(axis=0), np.ones(n)])
-    fitted_values = design @ np.linalg.lstsq(design, local_points[:, :2], rcond=None)[0]
-    affine_squares = float(((fitted_values - local_points[:, :2]) ** 2).sum())
+    fitted_points = design @ np.linalg.lstsq(design, local_points[:, :2], rcond=None)[0]
+    affine_squares = float(((fitted_points - local_points[:, :2]) ** 2).sum())
     dof = 2 * n - _AFFINE_UNKNOWNS
     extra_freedom = 3 * n - 7 - dof
     limit = float(f.isf(_SIGNIFICANCE, extra_freedom, dof))

@@ -25,10 +25,10 @@ def similar_label_findings(labels: Sequence[str]) -> list[Finding]:
     groups: dict[str, list[str]] = {}
     for label in labels:
         # 1-1 is not 11, nor A' (the end of a profile) A.
-        plain = re.sub(r"(?<!\d)[\s_-]+|[\s_-]+(?!\d)", "", label.casefold())
-        plain = re.sub(r"(?<!\d)0+(?=\d)", "", plain)
-        groups.setdefault(plain, []).append(label)
-    twins = [group for plain, group in groups.items() if plain and len(group) > 1]
+        plain_label = re.sub(r"(?<!\d)[\s_-]+|[\s_-]+(?!\d)", "", label.casefold())
+        plain_label = re.sub(r"(?<!\d)0+(?=\d)", "", plain_label)
+        groups.setdefault(plain_label, []).append(label)
+    twins = [group for plain_label, group in groups.items() if plain_label and len(group) > 1]
     if not twins:
         return []
     return [

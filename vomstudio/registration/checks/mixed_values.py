@@ -62,22 +62,29 @@ def find_mixed_values(model: FloatArray, world: FloatArray) -> MixedValues | Non
     if 3.0 * misfit.variance < _MIN_RESIDUAL_SHARE**2 * squared_extent:
         return None
     fits = list(_fits_of_triples(model, world))
-    best: MixedValues | None = None
-    for kind, changed in (
+    best_mixture: MixedValues | None = None
+    for kind, changed_coordinates in (
         ("feet", world * [1.0, 1.0, _FOOT_M]),
         ("exchanged", world[:, [1, 0, 2]]),
         ("offset", None),
     ):
-        division = _best_division(kind, fits, model, world, changed)
+        division = _best_division(kind, fits, model, world, changed_coordinates)
         if division is not None and (
-            best is None or division.misfit.variance < best.misfit.variance
+            best_mixture is None or division.misfit.variance < best_mixture.misfit.variance
         ):
-            best = division
+            best_mixture = division
     # Each division of the points into two groups is one of many tests.
     tests = 3.0 * 2.0 ** (n - 1)
-    if best is None or best.misfit.variance > _MAX_REMAINING_VARIANCE * misfit.variance:
+    if (
+        best_mixture is None
+        or best_mixture.misfit.variance > _MAX_REMAINING_VARIANCE * misfit.variance
+    ):
         return None
-    return best if fits_far_better(best.misfit, misfit, _SIGNIFICANCE / tests) else None
+    return (
+        best_mixture
+        if fits_far_better(best_mixture.misfit, misfit, _SIGNIFICANCE / tests)
+        else None
+    )
 
 
 def _best_division(
@@ -85,14 +92,14 @@ def _best_division(
     fits: Sequence[Similarity],
     model: FloatArray,
     world: FloatArray,
-    changed_values: FloatArray | None,
+    changed_coordinates: FloatArray | None,
 ) -> MixedValues | None:
-    best: tuple[float, BoolArray, float] | None = None
+    best_division: tuple[float, BoolArray, float] | None = None
     for fit in fits:
         misses = fit(model) - world
         squares = (misses**2).sum(axis=1)
-        if changed_values is not None:
-            changed_squares = ((misses + world - changed_values) ** 2).sum(axis=1)
+        if changed_coordinates is not None:
+            changed_squares = ((misses + world - changed_coordinates) ** 2).sum(axis=1)
             cost, mask, offset = (
                 float(np.minimum(squares, changed_squares).sum()),
                 changed_squares < squares,
@@ -111,19 +118,19 @@ def _best_division(
                 changed_squares_by_offset[index] < squares,
                 float(offsets[index]),
             )
-        if best is None or cost < best[0]:
-            best = cost, mask, offset
-    if best is None:
+        if best_division is None or cost < best_division[0]:
+            best_division = cost, mask, offset
+    if best_division is None:
         return None
-    _, mask, offset = best
+    _, mask, offset = best_division
     count = int(mask.sum())
     if not 1 <= count < len(model) or (
-        changed_values is None and min(count, len(model) - count) < 2
+        changed_coordinates is None and min(count, len(model) - count) < 2
     ):
         return None
-    if changed_values is None:
+    if changed_coordinates is None:
         return _fit_offset(model, world, mask, offset)
-    misfit = residual_misfit(model, np.where(mask[:, None], changed_values, world))
+    misfit = residual_misfit(model, np.where(mask[:, None], changed_coordinates, world))
     return None if misfit is None else MixedValues(kind, mask, None, misfit)
 
 
@@ -140,11 +147,17 @@ def _fit_offset(
         misfits = [misfit_at(offset + side * step) for side in (-1.0, 0.0, 1.0)]
         if any(item is None for item in misfits):
             return None
-        below, middle, above = (item.variance for item in misfits if item is not None)
-        curvature = below - 2.0 * middle + above
+        variance_below, middle, variance_above = (
+            item.variance for item in misfits if item is not None
+        )
+        curvature = variance_below - 2.0 * middle + variance_above
         if not curvature > 0.0:
             break
-        offset += float(np.clip(0.5 * step * (below - above) / curvature, -5.0 * step, 5.0 * step))
+        offset += float(
+            np.clip(
+                0.5 * step * (variance_below - variance_above) / curvature, -5.0 * step, 5.0 * step
+            )
+        )
         step *= 0.3
     misfit = misfit_at(offset)
     return None if misfit is None else MixedValues("offset", mask, offset, misfit)
@@ -154,8 +167,12 @@ def _fits_of_triples(model: FloatArray, world: FloatArray) -> Iterator[Similarit
     n = len(model)
     every = itertools.combinations(range(n), 3)
     chance = np.random.default_rng(0)
-    few = math.comb(n, 3) <= _MAX_TRIPLES
-    triples = every if few else (chance.choice(n, 3, replace=False) for _ in range(_MAX_TRIPLES))
+    is_exhaustive = math.comb(n, 3) <= _MAX_TRIPLES
+    triples = (
+        every
+        if is_exhaustive
+        else (chance.choice(n, 3, replace=False) for _ in range(_MAX_TRIPLES))
+    )
     for triple in triples:
         rows = np.asarray(triple)
         try:

@@ -44,8 +44,8 @@ def find_larger_group(model: FloatArray, world: FloatArray) -> BoolArray | None:
     if gaps[-1] <= limit or distances_agree(model, world):
         return None
     numbers = fcluster(tree, limit, "distance")
-    largest = int(np.bincount(numbers).argmax())
-    return np.asarray(numbers == largest)
+    largest_group = int(np.bincount(numbers).argmax())
+    return np.asarray(numbers == largest_group)
 
 
 def distances_agree(model: FloatArray, world: FloatArray) -> bool:
@@ -64,8 +64,8 @@ def distances_agree(model: FloatArray, world: FloatArray) -> bool:
         fit = fit_similarity(model, local_points)
     except GeometryError:
         return False
-    miss = float(((fit(model) - local_points) ** 2).sum())
-    return miss < _MAX_RESIDUAL_SHARE**2 * float((local_points**2).sum())
+    squared_misfit = float(((fit(model) - local_points) ** 2).sum())
+    return squared_misfit < _MAX_RESIDUAL_SHARE**2 * float((local_points**2).sum())
 
 
 def degrees_among_metres(model: FloatArray, world: FloatArray) -> BoolArray:
@@ -79,17 +79,19 @@ def degrees_among_metres(model: FloatArray, world: FloatArray) -> BoolArray:
     -------
     (n,) ndarray of bool
     """
-    flat_values = np.abs(world[:, :2])
+    horizontal_magnitudes = np.abs(world[:, :2])
     is_small = (
-        (flat_values.max(axis=1) <= 180.0)
-        & (flat_values.min(axis=1) <= 90.0)
-        & (flat_values.max(axis=1) > 0.0)
+        (horizontal_magnitudes.max(axis=1) <= 180.0)
+        & (horizontal_magnitudes.min(axis=1) <= 90.0)
+        & (horizontal_magnitudes.max(axis=1) > 0.0)
     )
-    is_large = flat_values.max(axis=1) > _MIN_METRES
-    both = is_small.any() and int(is_large.sum()) > 1 and (is_small | is_large).all()
+    is_in_metres = horizontal_magnitudes.max(axis=1) > _MIN_METRES
+    is_mixed = is_small.any() and int(is_in_metres.sum()) > 1 and (is_small | is_in_metres).all()
     # A site is less than a degree across, and few sites are less than a metre across.
-    both = both and float(np.ptp(world[is_small, :2], axis=0).max()) < 1.0
-    return is_small if both and not distances_agree(model, world) else np.zeros(len(world), bool)
+    is_mixed = is_mixed and float(np.ptp(world[is_small, :2], axis=0).max()) < 1.0
+    return (
+        is_small if is_mixed and not distances_agree(model, world) else np.zeros(len(world), bool)
+    )
 
 
 def select_group_at_model(

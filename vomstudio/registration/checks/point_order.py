@@ -45,16 +45,18 @@ def find_row_order(model: FloatArray, world: FloatArray) -> RowOrder | None:
     # Assume that a row was added to one of the lists, so that the last row has no partner.
     for k in range(1, min(n // 3, n - _MIN_POINTS) + 1):
         orders += [(rows[:-k], rows[k:]), (rows[k:], rows[:-k])]
-    best: RowOrder | None = None
-    for model_rows, others in orders:
-        misfit = residual_misfit(model[model_rows], world[others])
-        if misfit is not None and (best is None or misfit.variance < best.misfit.variance):
-            best = RowOrder(model_rows, others, misfit)
-    if best is None or not fits_far_better(
-        best.misfit, misfit_as_given, _SIGNIFICANCE / len(orders)
+    best_order: RowOrder | None = None
+    for model_rows, world_rows in orders:
+        misfit = residual_misfit(model[model_rows], world[world_rows])
+        if misfit is not None and (
+            best_order is None or misfit.variance < best_order.misfit.variance
+        ):
+            best_order = RowOrder(model_rows, world_rows, misfit)
+    if best_order is None or not fits_far_better(
+        best_order.misfit, misfit_as_given, _SIGNIFICANCE / len(orders)
     ):
         return None
-    return best
+    return best_order
 
 
 def row_order_findings(

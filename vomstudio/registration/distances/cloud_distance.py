@@ -94,19 +94,19 @@ class CloudSides:
         n = len(positions)
         distance, beyond_edge, normal = np.full(n, np.nan), np.zeros(n), np.full((n, 3), np.nan)
         rows = np.flatnonzero(np.isfinite(positions).all(axis=1))
-        _, nearest = self._tree.query(positions[rows] - self._origin, workers=-1)
-        unique_nearest, inverse = np.unique(nearest, return_inverse=True)
+        _, nearest_rows = self._tree.query(positions[rows] - self._origin, workers=-1)
+        unique_nearest, inverse = np.unique(nearest_rows, return_inverse=True)
         planes = self._grid.planes(self._points[unique_nearest], self._radius)
         # Fewer than three points, or collinear points, have no plane: use the nearest point.
         has_plane = planes.spread[:, 1] > 1e-9 * planes.spread[:, 2]
         normals = self.turned(self._points[unique_nearest], planes.normal, unique_nearest)
         normals, has_plane, centre = normals[inverse], has_plane[inverse], planes.mean[inverse]
-        offset = positions[rows] - self._points[nearest]
+        offset = positions[rows] - self._points[nearest_rows]
         length = np.linalg.norm(offset, axis=1)
         height = np.einsum("ij,ij->i", offset, normals)
         along_surface = np.sqrt(np.maximum(length**2 - height**2, 0.0))
-        signed_values = np.einsum("ij,ij->i", positions[rows] - centre, normals)
-        distance[rows] = np.where(has_plane, signed_values, length)
+        signed_distances = np.einsum("ij,ij->i", positions[rows] - centre, normals)
+        distance[rows] = np.where(has_plane, signed_distances, length)
         beyond_edge[rows] = np.where(
             has_plane & (along_surface <= _MAX_GAP * self.resolution), 0.0, along_surface
         )
@@ -141,22 +141,24 @@ class CloudSides:
 
         positions = self._points[:: max(1, len(self._points) // _MAX_COARSE_POINTS)]
         # Use normals at a scale at which neighbours among these few points are similar.
-        sparse = self.resolution * np.sqrt(max(len(self._points) / max(len(positions), 1), 1.0))
-        radius = max(self._radius, 2.0 * sparse)
+        sparse_spacing = self.resolution * np.sqrt(
+            max(len(self._points) / max(len(positions), 1), 1.0)
+        )
+        radius = max(self._radius, 2.0 * sparse_spacing)
         planes = PointGrid(self._points, radius).planes(positions, radius)
         is_sound = np.isfinite(planes.normal).all(axis=1)
         positions, normals = positions[is_sound], planes.normal[is_sound]
         if not len(positions):
             return self._points[:1], np.array([[0.0, 0.0, 1.0]])
         normals, parts = spread_side(positions, normals)
-        near = None
+        neighbours = None
         if direction is not None and len(direction[0]):
-            near = direction[1][cKDTree(direction[0]).query(positions)[1]]
-        self.source = "up" if near is None else "model"
+            neighbours = direction[1][cKDTree(direction[0]).query(positions)[1]]
+        self.source = "up" if neighbours is None else "model"
         for part in np.unique(parts):
             rows = parts == part
-            if near is not None:
-                side = float(np.einsum("ij,ij->", normals[rows], near[rows]))
+            if neighbours is not None:
+                side = float(np.einsum("ij,ij->", normals[rows], neighbours[rows]))
             else:
                 side = upper_side(normals[rows].sum(axis=0))
             if side < 0:
@@ -225,20 +227,20 @@ def spread_side(positions: FloatArray, normals: FloatArray) -> tuple[FloatArray,
 
     k = len(positions)
     count = min(_NEIGHBOURS + 1, k)
-    near = np.atleast_2d(cKDTree(positions).query(positions, k=count)[1]).reshape(k, count)
-    first, second = np.repeat(np.arange(k), count), near.ravel()
-    alike_values = np.abs(np.einsum("ij,ij->i", normals[first], normals[second]))
+    neighbours = np.atleast_2d(cKDTree(positions).query(positions, k=count)[1]).reshape(k, count)
+    first, second = np.repeat(np.arange(k), count), neighbours.ravel()
+    similarities = np.abs(np.einsum("ij,ij->i", normals[first], normals[second]))
     # An edge with zero weight would be ignored.
     graph = coo_matrix(
-        (1.0 + 1e-6 - np.minimum(alike_values, 1.0), (first, second)), shape=(k, k)
+        (1.0 + 1e-6 - np.minimum(similarities, 1.0), (first, second)), shape=(k, k)
     ).tocsr()
     tree = minimum_spanning_tree(graph.maximum(graph.T))
     _, parts = connected_components(tree, directed=False)
-    turned = normals.copy()
+    turned_normals = normals.copy()
     for part in np.unique(parts):
         start = int(np.argmax(parts == part))
-        order, before = breadth_first_order(tree, start, directed=False)
+        order, predecessors = breadth_first_order(tree, start, directed=False)
         for row in order[1:].tolist():
-            if turned[row] @ turned[before[row]] < 0:
-                turned[row] *= -1.0
-    return turned, np.asarray(parts, np.int32)
+            if turned_normals[row] @ turned_normals[predecessors[row]] < 0:
+                turned_normals[row] *= -1.0
+    return turned_normals, np.asarray(parts, np.int32)

@@ -143,20 +143,28 @@ def compare(
             raise GeometryError(Finding("comparison.no-points", name=name))
     require_overlap(_bounds(model), _bounds(benchmark), (tr("The model"), tr("the benchmark")))
     progress.stage(tr("Preparing the benchmark"), None)
-    sides, by = _sides(model, benchmark)
+    sides, method = _sides(model, benchmark)
     progress.stage(tr("Computing distances"), len(positions))
-    near = sides.find_counterparts(positions, progress)
+    counterparts = sides.find_counterparts(positions, progress)
     slack = _spacing(model)
-    is_beyond = ~np.isfinite(near.distance) | (
-        near.beyond_edge > (slack if by == "winding" else 0.0)
+    is_beyond = ~np.isfinite(counterparts.distance) | (
+        counterparts.beyond_edge > (slack if method == "winding" else 0.0)
     )
     findings: list[Finding] = []
-    distances, lod95, max_distance = np.where(is_beyond, np.nan, near.distance), None, None
+    distances, lod95, max_distance = np.where(is_beyond, np.nan, counterparts.distance), None, None
     if radius_m is not None:
         max_distance = _reach(distances, radius_m)
         error = registration_error_m or 0.0
         distances, lod95 = _m3c2(
-            model, benchmark, near, is_beyond, radius_m, max_distance, error, progress, findings
+            model,
+            benchmark,
+            counterparts,
+            is_beyond,
+            radius_m,
+            max_distance,
+            error,
+            progress,
+            findings,
         )
         if registration_error_m is None:
             findings.append(Finding("comparison.error-assumed"))
@@ -173,7 +181,7 @@ def compare(
         reach_m=max_distance,
         registration_error_m=None if radius_m is None else (registration_error_m or 0.0),
         positive_toward=_toward(sides),
-        sides_by=by,
+        sides_by=method,
         warnings=tuple(findings),
         distances=distances,
         lod95=lod95,
@@ -265,14 +273,14 @@ def _spacing(data: Mesh | PointCloud) -> float:
 def _reach(distances: FloatArray, radius: float) -> float:
     """Return the half length of cylinders that covers nearly all nearest distances."""
     absolute = np.abs(distances[np.isfinite(distances)])
-    far = float(np.percentile(absolute, _REACH_PERCENTILE)) if len(absolute) else 0.0
-    return max(2.0 * radius, _REACH_FACTOR * far + radius)
+    far_distance = float(np.percentile(absolute, _REACH_PERCENTILE)) if len(absolute) else 0.0
+    return max(2.0 * radius, _REACH_FACTOR * far_distance + radius)
 
 
 def _m3c2(
     model: Mesh | PointCloud,
     benchmark: Mesh | PointCloud,
-    near: Counterparts,
+    counterparts: Counterparts,
     is_beyond: BoolArray,
     radius: float,
     max_distance: float,
@@ -283,15 +291,15 @@ def _m3c2(
     positions = points_of(model)
     clouds = []
     for data, name in ((model, tr("the model")), (benchmark, tr("the benchmark"))):
-        points, added = surface_points(data, _POINT_SPACING * radius)
+        points, n_added = surface_points(data, _POINT_SPACING * radius)
         clouds.append(points)
-        if added > len(points) / 2:
+        if n_added > len(points) / 2:
             findings.append(Finding("comparison.large-faces", name=name))
     rows = np.flatnonzero(~is_beyond)
     core = np.asarray(positions[rows], np.float64)
     progress.stage(tr("Computing normals"), len(core))
     normals = m3c2.normals_at(
-        clouds[0], core, m3c2.NORMAL_SCALE * radius, near.normal[rows], progress
+        clouds[0], core, m3c2.NORMAL_SCALE * radius, counterparts.normal[rows], progress
     )
     projection = m3c2.project(
         core,
@@ -304,12 +312,12 @@ def _m3c2(
         progress=progress,
     )
     has_distance = np.isfinite(projection.distance)
-    few = has_distance & ~np.isfinite(projection.lod95)
-    if few.sum() > 0.1 * max(has_distance.sum(), 1):
+    has_few_points = has_distance & ~np.isfinite(projection.lod95)
+    if has_few_points.sum() > 0.1 * max(has_distance.sum(), 1):
         findings.append(
             Finding(
                 "comparison.few-points",
-                share_percent=100.0 * few.sum() / has_distance.sum(),
+                share_percent=100.0 * has_few_points.sum() / has_distance.sum(),
                 count=m3c2.MIN_POINTS,
             )
         )

@@ -67,12 +67,12 @@ class MeshSides:
     def _edge_normals(self) -> tuple[IntArray, FloatArray, BoolArray]:
         """Return sorted edge keys, summed adjacent normals, and a mask of edges with one face."""
         keys = np.concatenate([self._edge_key(slice(None), k) for k in range(3)])
-        named, inverse, count = np.unique(keys, return_inverse=True, return_counts=True)
+        unique_keys, inverse, count = np.unique(keys, return_inverse=True, return_counts=True)
         faces = np.tile(np.arange(len(self._faces)), 3)
-        sums: FloatArray = np.zeros((len(named), 3))
+        sums: FloatArray = np.zeros((len(unique_keys), 3))
         for axis in range(3):
-            sums[:, axis] = np.bincount(inverse, self._faces[faces, axis], len(named))
-        return np.asarray(named, np.int64), sums, np.asarray(count == 1, np.bool_)
+            sums[:, axis] = np.bincount(inverse, self._faces[faces, axis], len(unique_keys))
+        return np.asarray(unique_keys, np.int64), sums, np.asarray(count == 1, np.bool_)
 
     def _edge_key(self, rows: slice | IntArray, opposite: int) -> IntArray:
         """Return the keys of the edges opposite a corner of the faces."""
@@ -97,11 +97,11 @@ class MeshSides:
         return Counterparts(distance, beyond_edge, normal)
 
     def _block(self, positions: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        near = self._tree.nearest(positions)
+        nearest_faces = self._tree.nearest(positions)
         n = len(positions)
         distance, beyond_edge, normal = np.full(n, np.nan), np.zeros(n), np.full((n, 3), np.nan)
-        rows = np.flatnonzero(near.index >= 0)
-        face, weights = near.index[rows], near.weights[rows]
+        rows = np.flatnonzero(nearest_faces.index >= 0)
+        face, weights = nearest_faces.index[rows], nearest_faces.weights[rows]
         corners = self._mesh.vertices[self._mesh.faces[face]]
         offset = positions[rows] - np.einsum("nk,nkx->nx", weights, corners)
         length = np.linalg.norm(offset, axis=1)

@@ -59,7 +59,9 @@ def nearest(name: str, known_names: Sequence[str]) -> str | None:
     str or None
     """
     normalised = _normalise(name)
-    is_same = [other for other in known_names if _normalise(other) == normalised]
+    is_same = [
+        similar_name for similar_name in known_names if _normalise(similar_name) == normalised
+    ]
     if len(is_same) == 1:
         return is_same[0]
     close = get_close_matches(name, known_names, 1, _MIN_SIMILARITY)
@@ -76,8 +78,10 @@ def _suggest_names(names: Sequence[str], known_names: Sequence[str]) -> list[str
     """Return the names, each with the most similar known name."""
     hints = []
     for name in names:
-        near = nearest(name, known_names)
-        hints.append(name if near is None else tr("{name} ({near}?)", name=name, near=near))
+        similar_names = nearest(name, known_names)
+        hints.append(
+            name if similar_names is None else tr("{name} ({near}?)", name=name, near=similar_names)
+        )
     return hints
 
 
@@ -105,7 +109,7 @@ def name_findings(
     unknown_photos = sorted({photo for _, photo, _, _ in marks if find(photo) is None})
     unknown_labels = sorted({label for label, *_ in marks} - set(points))
     photos_by_label = photos_of(points, marks, views)
-    few = [label for label, photos in photos_by_label.items() if len(photos) < 2]
+    labels_with_few = [label for label, photos in photos_by_label.items() if len(photos) < 2]
     findings = []
     if unknown_photos:
         findings.append(
@@ -119,8 +123,8 @@ def name_findings(
                 "control.without-coordinates", labels=_suggest_names(unknown_labels, list(points))
             )
         )
-    if few:
-        findings.append(Finding("control.few-marks", labels=few))
+    if labels_with_few:
+        findings.append(Finding("control.few-marks", labels=labels_with_few))
     return findings
 
 
@@ -245,36 +249,37 @@ def require_pixels_of_photos(
     ray_px, point_px = _misses(photos, targets, lambda pixels, _: pixels)
     if ray_px <= _MAX_RAY_PX and not point_px > _MAX_POINT_PX:
         return
-    best: tuple[float, float, str] | None = None
+    best_conversion: tuple[float, float, str] | None = None
     for words, size, change in _conversions(photos, targets):
         if _share_inside(photos, change) < _MIN_SHARE_INSIDE:
             continue
         # Convert to pixels of the marked copies.
         changed_ray_px, changed_point_px = (
-            miss / size for miss in _misses(photos, targets, change)
+            mark_misfit / size for mark_misfit in _misses(photos, targets, change)
         )
-        better = (
+        has_improved = (
             changed_ray_px * _MIN_IMPROVEMENT < ray_px and not changed_point_px * 2.0 > point_px
         )
         positions = (
             changed_ray_px <= max(ray_px, _MAX_RAY_PX)
             and changed_point_px * _MIN_IMPROVEMENT < point_px
         )
-        if (better or positions) and (
-            best is None or changed_ray_px + np.nan_to_num(changed_point_px) < best[0]
+        if (has_improved or positions) and (
+            best_conversion is None
+            or changed_ray_px + np.nan_to_num(changed_point_px) < best_conversion[0]
         ):
-            best = (
+            best_conversion = (
                 changed_ray_px + float(np.nan_to_num(changed_point_px)),
                 max(changed_ray_px, np.nan_to_num(changed_point_px)),
                 words,
             )
-    if best is not None:
+    if best_conversion is not None:
         raise GeometryError(
             Finding(
                 "control.other-pixels",
                 miss_px=max(ray_px, float(np.nan_to_num(point_px))),
-                better_px=best[1],
-                change=best[2],
+                better_px=best_conversion[1],
+                change=best_conversion[2],
             )
         )
 
@@ -291,12 +296,14 @@ def _group_by_photo(
             rows, pixels = marks_by_photo.setdefault(name, ([], []))
             rows.append(numbers.setdefault(label, len(numbers)))
             pixels.append((x, y))
-    largest = sorted(marks_by_photo, key=lambda name: -len(marks_by_photo[name][0]))[:_MAX_PHOTOS]
+    largest_photos = sorted(marks_by_photo, key=lambda name: -len(marks_by_photo[name][0]))[
+        :_MAX_PHOTOS
+    ]
     return list(numbers), [
         _PhotoMarks(
             views[name], np.array(marks_by_photo[name][0]), np.array(marks_by_photo[name][1])
         )
-        for name in largest
+        for name in largest_photos
     ]
 
 
@@ -323,16 +330,18 @@ def _conversions(
     misses = [miss(float(value)) for value in _LOG_SIZES]
     if not np.isfinite(misses).any():
         return
-    best = float(_LOG_SIZES[int(np.argmin(misses))])
+    best_log_size = float(_LOG_SIZES[int(np.argmin(misses))])
     while step > 1e-3:
         step /= 2.0
-        best = min((best, best - step, best + step), key=miss)
-    if abs(best) < _SIZE_TOLERANCE:
+        best_log_size = min((best_log_size, best_log_size - step, best_log_size + step), key=miss)
+    if abs(best_log_size) < _SIZE_TOLERANCE:
         return
-    usual = min(_COMMON_LOG_SIZES, key=lambda value: abs(value - best))
-    if abs(usual - best) < _SIZE_TOLERANCE and miss(usual) <= _COMMON_SIZE_FACTOR * miss(best):
-        best = usual
-    lens, size = photos[0].view.intrinsics, math.exp(best)
+    usual_log_size = min(_COMMON_LOG_SIZES, key=lambda value: abs(value - best_log_size))
+    if abs(usual_log_size - best_log_size) < _SIZE_TOLERANCE and miss(
+        usual_log_size
+    ) <= _COMMON_SIZE_FACTOR * miss(best_log_size):
+        best_log_size = usual_log_size
+    lens, size = photos[0].view.intrinsics, math.exp(best_log_size)
     text = tr(
         "they were made in copies of {width:.0f} x {height:.0f} pixels instead of {w} x {h}, so"
         " columns and rows must be multiplied by {size:.3g}",
@@ -342,7 +351,7 @@ def _conversions(
         h=lens.height,
         size=size,
     )
-    yield text, size, change(best)
+    yield text, size, change(best_log_size)
 
 
 def _share_inside(
@@ -374,8 +383,8 @@ def _misses(
     """
     n = len(targets)
     normal, right, count = np.zeros((n, 3, 3)), np.zeros((n, 3)), np.zeros(n)
-    converted = [change(photo.pixels, photo.view) for photo in photos]
-    for photo, pixels in zip(photos, converted, strict=True):
+    converted_pixels = [change(photo.pixels, photo.view) for photo in photos]
+    for photo, pixels in zip(photos, converted_pixels, strict=True):
         rays = photo.view.rays(pixels)
         projector = np.eye(3) - rays[:, :, None] * rays[:, None, :]
         np.add.at(normal, photo.rows, projector)
@@ -385,17 +394,19 @@ def _misses(
     for row in np.flatnonzero(count >= 2):
         if np.isfinite(normal[row]).all() and np.linalg.cond(normal[row]) < 1e8:
             places[row] = np.linalg.solve(normal[row], right[row])
-    ray_px = _median_miss(photos, converted, places)
-    known_rows = np.flatnonzero(np.isfinite(places).all(axis=1) & np.isfinite(targets).all(axis=1))
-    if len(known_rows) < _MIN_POINTS:
+    ray_px = _median_miss(photos, converted_pixels, places)
+    known_indices = np.flatnonzero(
+        np.isfinite(places).all(axis=1) & np.isfinite(targets).all(axis=1)
+    )
+    if len(known_indices) < _MIN_POINTS:
         return ray_px, math.nan
     try:
-        fit = fit_similarity(places[known_rows], targets[known_rows])
+        fit = fit_similarity(places[known_indices], targets[known_indices])
     except GeometryError:
         return ray_px, math.nan
-    back = np.full((n, 3), np.nan)
-    back[known_rows] = fit.inverse(targets[known_rows])
-    return ray_px, _median_miss(photos, converted, back)
+    projected_points = np.full((n, 3), np.nan)
+    projected_points[known_indices] = fit.inverse(targets[known_indices])
+    return ray_px, _median_miss(photos, converted_pixels, projected_points)
 
 
 def _median_miss(

@@ -96,9 +96,9 @@ def robust_place(marks: Marks) -> FloatArray:
         ]
     )
     distance = np.sort(np.nan_to_num(distance, nan=np.inf), axis=0)
-    best = candidates[int(np.argmin(distance[count // 2]))]
-    near = np.argsort(mark_distances(marks, best), kind="stable")[: count // 2 + 1]
-    return triangulate(*marks.select(near))
+    best_place = candidates[int(np.argmin(distance[count // 2]))]
+    nearest_marks = np.argsort(mark_distances(marks, best_place), kind="stable")[: count // 2 + 1]
+    return triangulate(*marks.select(nearest_marks))
 
 
 def _meeting_places(marks: Marks) -> FloatArray:
@@ -148,21 +148,24 @@ def _robust_distances(points: Sequence[Marks]) -> list[tuple[Marks, FloatArray]]
 
 
 def _scatter_px(located_pairs: Sequence[tuple[Marks, FloatArray]]) -> float:
-    distances = [off for _, off in located_pairs]
+    distances = [distance_px for _, distance_px in located_pairs]
     if not distances:
         return float("nan")
     scatter = float(np.median(np.concatenate(distances))) / _MEDIAN_LENGTH
     for _ in range(_ROUNDS):
         lengths: list[FloatArray] = []
-        for marks, off in located_pairs:
-            near = np.flatnonzero(off <= _LIMIT_SIGMAS * scatter)
-            if len(near) >= 2 and len(near) < len(off):
-                place = triangulate(*marks.select(near))
+        for marks, distance_px in located_pairs:
+            near_marks = np.flatnonzero(distance_px <= _LIMIT_SIGMAS * scatter)
+            if len(near_marks) >= 2 and len(near_marks) < len(distance_px):
+                place = triangulate(*marks.select(near_marks))
             else:
-                near, place = np.arange(len(off)), triangulate(*marks)
-            lengths.append(_unfitted(len(near)) * mark_distances(marks, place))
-        before, scatter = scatter, float(np.median(np.concatenate(lengths))) / _MEDIAN_LENGTH
-        if math.isclose(before, scatter, rel_tol=1e-3):
+                near_marks, place = np.arange(len(distance_px)), triangulate(*marks)
+            lengths.append(_unfitted(len(near_marks)) * mark_distances(marks, place))
+        previous_scatter, scatter = (
+            scatter,
+            float(np.median(np.concatenate(lengths))) / _MEDIAN_LENGTH,
+        )
+        if math.isclose(previous_scatter, scatter, rel_tol=1e-3):
             break
     return scatter
 

@@ -76,21 +76,23 @@ def find_agreeing(label: str, marks: Marks, limit_px: float) -> tuple[IntArray, 
         Rows of the marks that agree; all rows if it is unclear which marks are wrong.
     wrong : list of WrongMark
     """
-    every = np.arange(len(marks.views))
-    if len(every) < 3 or meet(marks, limit_px):
-        return every, []
+    all_rows = np.arange(len(marks.views))
+    if len(all_rows) < 3 or meet(marks, limit_px):
+        return all_rows, []
     place = robust_place(marks)
     is_near = mark_distances(marks, place) <= limit_px
     if is_near.sum() >= _MIN_AGREEING:
         place = triangulate(*marks.select(np.flatnonzero(is_near)))
         is_near = mark_distances(marks, place) <= limit_px
-    if is_near.sum() >= _MIN_AGREEING and 2 * is_near.sum() > len(every):
+    if is_near.sum() >= _MIN_AGREEING and 2 * is_near.sum() > len(all_rows):
         rows = np.flatnonzero(is_near)
         place = triangulate(*marks.select(rows))
         return rows, [_wrong(label, marks, int(row), place) for row in np.flatnonzero(~is_near)]
-    worst, place = _worst(marks)
-    wrong = [_wrong(label, marks, worst, place)]
-    return (every if wrong[0].expected is None else np.delete(every, worst)), wrong
+    worst_row, place = _worst(marks)
+    wrong_marks = [_wrong(label, marks, worst_row, place)]
+    return (
+        all_rows if wrong_marks[0].expected is None else np.delete(all_rows, worst_row)
+    ), wrong_marks
 
 
 def find_misplaced(
@@ -117,11 +119,11 @@ def find_misplaced(
         Rows of the correct marks.
     wrong : list of WrongMark
     """
-    far = mark_distances(marks, position) > max(limit_px, far_px)
-    if not far.any() or far.all() or meet(marks, limit_px):
-        return np.arange(len(far)), []
-    wrong = [_wrong(label, marks, int(row), position) for row in np.flatnonzero(far)]
-    return np.flatnonzero(~far), wrong
+    is_far = mark_distances(marks, position) > max(limit_px, far_px)
+    if not is_far.any() or is_far.all() or meet(marks, limit_px):
+        return np.arange(len(is_far)), []
+    wrong_marks = [_wrong(label, marks, int(row), position) for row in np.flatnonzero(is_far)]
+    return np.flatnonzero(~is_far), wrong_marks
 
 
 def _wrong(label: str, marks: Marks, row: int, position: FloatArray) -> WrongMark:
@@ -129,8 +131,8 @@ def _wrong(label: str, marks: Marks, row: int, position: FloatArray) -> WrongMar
     view = marks.views[row]
     x, y = (float(v) for v in marks.pixels[row])
     pixels = view.project(position)[0] if np.isfinite(position).all() else np.full(2, np.nan)
-    expected = (float(pixels[0]), float(pixels[1])) if np.isfinite(pixels).all() else None
-    return WrongMark(label, view.name, (x, y), expected)
+    expected_pixel = (float(pixels[0]), float(pixels[1])) if np.isfinite(pixels).all() else None
+    return WrongMark(label, view.name, (x, y), expected_pixel)
 
 
 def meet(marks: Marks, limit_px: float) -> bool:
@@ -156,15 +158,15 @@ def _worst(marks: Marks) -> tuple[int, FloatArray]:
     The position is NaN if leaving out another mark is nearly as good.
     """
     rows = np.arange(len(marks.views))
-    remaining_items, positions = [], []
+    remaining_scatters, positions = [], []
     for row in rows:
-        others = marks.select(np.delete(rows, row))
-        place = triangulate(*others)
+        other_marks = marks.select(np.delete(rows, row))
+        place = triangulate(*other_marks)
         positions.append(place)
-        remaining_items.append(float(mark_distances(others, place).max()))
-    best = int(np.argmin(remaining_items))
-    second = float(np.partition(remaining_items, 1)[1])
-    is_clear = math.isfinite(remaining_items[best]) and second >= _CLEAR * max(
-        remaining_items[best], 1.0
+        remaining_scatters.append(float(mark_distances(other_marks, place).max()))
+    best_row = int(np.argmin(remaining_scatters))
+    second = float(np.partition(remaining_scatters, 1)[1])
+    is_clear = math.isfinite(remaining_scatters[best_row]) and second >= _CLEAR * max(
+        remaining_scatters[best_row], 1.0
     )
-    return best, positions[best] if is_clear else np.full(3, np.nan)
+    return best_row, positions[best_row] if is_clear else np.full(3, np.nan)
