@@ -100,8 +100,9 @@ class RayTree:
     ) -> RayHits:
         """Return the first hits of rays from starts (n, 3) or (3,) along vectors (n, 3).
 
-        `max_distances` is the maximum distance, in multiples of the direction vector. For a cloud, the
-        hit is the point on the first surface that is nearest to the ray. Non-finite rays have no hit.
+        `max_distances` is the maximum distance, in multiples of the direction vector. For a cloud,
+        the hit is the point on the first surface that is nearest to the ray. Non-finite rays have
+        no hit.
         """
         from vomstudio.geometry.kernels.raytree import first_faces, first_points, stack_space
 
