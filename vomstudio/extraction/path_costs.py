@@ -88,7 +88,7 @@ def _appearance(graph: Graph) -> Float32Array:
                 size = float(np.sqrt(np.mean(gradients**2) * 3.0))
                 columns += list((gradients / max(size, 1e-9)).T)
         graph.cached[name] = np.stack(columns, axis=1, dtype=np.float32)
-    return graph.cached[name]
+    return np.asarray(graph.cached[name])
 
 
 def node_costs(graph: Graph, cost: str, tints: FloatArray | None = None) -> FloatArray:
@@ -152,7 +152,7 @@ def smooth_opponent_colours(graph: Graph) -> FloatArray:
         assert graph.colours is not None
         smooth_colours = np.stack([smooth_values(graph, c) for c in graph.colours.T], axis=1)
         graph.cached[name] = np.ascontiguousarray(opponent_colours(smooth_colours).T)
-    return graph.cached[name]
+    return np.asarray(graph.cached[name])
 
 
 def smooth_values(graph: Graph, values: FloatArray, n_passes: int = 1) -> FloatArray:

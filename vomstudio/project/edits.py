@@ -335,11 +335,9 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
         key.removesuffix("_id").removesuffix("_name").replace("_", " ") for key in values
     )
     attributes = " and ".join(attribute_names)
-    subject = (
-        next(iter(new_records.values())).name
-        if len(new_records) == 1
-        else f"{len(new_records)} features"
-    )  # type: ignore[union-attr]
+    subject = f"{len(new_records)} features"
+    if len(new_records) == 1:
+        subject = next(iter(new_records.values())).name  # type: ignore[union-attr]
     return change(records, f"Change {attributes} of {subject}", new_records)
 
 

@@ -52,9 +52,9 @@ def find_grid_hits(points, faces, selected_triangles, left, top, step, face, dep
 @kernel(
     "void(f8[:,::1], i4[:,::1], i4[::1], f8, f8, f8, i4[:,::1], i4[:,::1], f8[:,::1], f8[:,:,::1])"
 )
-def find_quarter_hits(
+def find_quarter_hits(  # type: ignore[no-untyped-def]
     points, faces, selected_triangles, left, top, step, slot, face, depth, weights
-):  # type: ignore[no-untyped-def]
+):
     """Find the first hits of four rays in each pixel whose slot is not -1.
 
     As `find_grid_hits`; the slot is the row of the results.
