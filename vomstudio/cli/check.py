@@ -40,6 +40,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Parsed arguments.
     out : Output
         Object that receives the results, warnings and progress.
+
+    Raises
+    ------
+    InputError
+        If the folder of the alignment does not exist.
     """
     from vomstudio.photogrammetry.survey.folder_check import check_folder
 
