@@ -103,7 +103,16 @@ def failure_reason(folder: Path, error: BaseException) -> str:
 
 
 def damage_reason(error: BaseException) -> str:
-    """Return what is wrong with the content of a file, to be shown in brackets in a sentence."""
+    """Return what is wrong with the content of a file, to be shown in brackets in a sentence.
+
+    Parameters
+    ----------
+    error : BaseException
+
+    Returns
+    -------
+    str
+    """
     if isinstance(error, KeyError) and error.args:
         return tr("{name} is missing", name=error.args[0])
     return str(getattr(error, "strerror", None) or error)

@@ -36,7 +36,16 @@ def is_regular(path: str | Path) -> bool:
 
 
 def folder_finding(path: Path) -> Finding:
-    """Return the finding that a folder was given instead of a file."""
+    """Return the finding that a folder was given instead of a file.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    Finding
+    """
     return Finding("file.is-project" if path.suffix == ".vom" else "file.is-folder")
 
 
