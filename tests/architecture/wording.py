@@ -62,6 +62,7 @@ LIBRARY_NAMES = frozenset(
         "file",
         "path",
         "arguments",
+        "arrays",
     ]
 )
 VAGUE_LIMITS = frozenset(["MOST", "LEAST", "FEWEST", "HARDLY", "SURE", "SOON", "ENOUGH"])

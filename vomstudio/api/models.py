@@ -15,6 +15,7 @@ from vomstudio.api.checking import (
     is_path,
     numbers,
     optional_path,
+    optional_text,
     refuse_rows,
     to_path,
     warn,
@@ -330,6 +331,8 @@ class Mesh(_Model):
         """
         from vomstudio.rendering.plots.datasets import dataset_triangles
 
+        if not hasattr(mesh, "field_data"):
+            raise wrong_type(mesh, "pyvista.PolyData", "mesh")
         points, faces = dataset_triangles(mesh)
         if not len(faces):
             raise wrong_type(mesh, "pyvista.PolyData", "mesh")
@@ -556,11 +559,12 @@ def to_model(value: Any, name: str = "model") -> Mesh | PointCloud:
 
 def _source_in_memory(crs: str | None) -> Source:
     """Return the source of a model that was not read from a file."""
-    if crs is not None:
+    name = optional_text(crs, "crs")
+    if name is not None:
         from vomstudio.io.gis.crs import metric_crs
 
-        crs = metric_crs(crs, "crs")
-    return Source(Path("in memory"), crs)
+        name = metric_crs(name, "crs")
+    return Source(Path("in memory"), name)
 
 
 def _read(path: Path, options: FrameOptions, progress: Progress | None) -> Mesh | PointCloud:

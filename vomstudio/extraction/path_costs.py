@@ -36,7 +36,7 @@ _LIGHTNESS_WEIGHTS = np.array([0.299, 0.587, 0.114])
 
 
 def appearance_costs(graph: Graph, nodes: IntArray) -> FloatArray:
-    """Compute the cost per metre at each node by its difference from the appearance of some nodes.
+    """Compute the cost per metre at each node from its difference from other nodes.
 
     The appearance consists of the colours at several scales, and of the gradients of the lightness.
     Inside a bed, the colour alone is the same as on both of its contacts.

@@ -207,7 +207,7 @@ def find_lowest_costs_in_planes(  # type: ignore[no-untyped-def]
     max_cost,
     lowest,
 ):
-    """Find the lowest cost in each section between two way-points and in each plane through both.
+    """Find the lowest cost in each section and plane through two way-points.
 
     Row b of `lowest` is a section of the line along which the way-points are `distance` apart;
     column a is the plane at the angle pi a / columns to the direction `across`. A node is in a
@@ -258,7 +258,7 @@ def add_departure_costs(  # type: ignore[no-untyped-def]
 
 @kernel("void(f4[:,::1], f4[:,::1], f8[::1])")
 def compare_appearances(values, targets, out):  # type: ignore[no-untyped-def]
-    """Write the smallest squared difference of each row of `values` from the rows of `targets`."""
+    """Write the smallest squared difference of each row from the rows of `targets`."""
     for node in range(len(values)):
         smallest = math.inf
         for target in range(len(targets)):

@@ -165,7 +165,7 @@ class ModelLoader:
             on_failed=failed,
         )
 
-    def _stream(self, key: str, path: Path, on_loaded: Then) -> None:
+    def _stream(self, key: str, path: Path, callback: Then) -> None:
         """Open a cloud as a stream: further levels are read when the camera needs them."""
         self._running[key] = None
 
@@ -183,7 +183,7 @@ class ModelLoader:
 
         self._streams.run_request(
             read,
-            partial(self._hand_over, key, on_loaded),
+            partial(self._hand_over, key, callback),
             lambda error: self._refuse(key, error),
         )
 
@@ -241,7 +241,7 @@ class ModelLoader:
                 self._jobs.cancel(job)
         self._running.clear()
 
-    def _fetch(self, key: str, path: Path, cached_model: CachedModel, on_loaded: Then) -> None:
+    def _fetch(self, key: str, path: Path, cached_model: CachedModel, callback: Then) -> None:
         if key not in self._running:
             return
         # Runs in a thread, because reading a large cache takes long.
@@ -267,11 +267,11 @@ class ModelLoader:
             )
             self._refuse(key, finding)
 
-        self._background.run(read, partial(self._hand_over, key, on_loaded), refuse)
+        self._background.run(read, partial(self._hand_over, key, callback), refuse)
 
-    def _hand_over(self, key: str, on_loaded: Then, opened_model: OpenModel) -> None:
+    def _hand_over(self, key: str, callback: Then, opened_model: OpenModel) -> None:
         del self._running[key]
-        on_loaded(opened_model)
+        callback(opened_model)
         self._unbuilt.append(opened_model.surface)
         self._building.start()
         self.ended.emit(key)

@@ -84,8 +84,8 @@ TEXTS: dict[str, Entry] = {
     "frame.maybe-degrees": (
         "warning",
         to_translate(
-            "x and y may be degrees: they are within 180 and 90, and their range is {span:.2g},"
-            " that of heights {height:.2g}. Specify --crs and convert with --to-crs."
+            "x and y may be degrees, with a range of {span:.2g} for heights of {height:.2g}."
+            " Specify --crs and convert with --to-crs."
         ),
     ),
     "frame.crs-replaced": (

@@ -174,9 +174,8 @@ TEXTS: dict[str, Entry] = {
     "registration.north-quarter-turn": (
         "warning",
         to_translate(
-            "All {readings} are rotated by {turn_deg:+.0f}° ± {error95_deg:.0f}° (95 %), a"
-            " quarter or half turn, so their north was not used. Check the columns, then add"
-            " {correction_deg:+.0f}°."
+            "All {readings} are rotated by {turn_deg:+.0f}° ± {error95_deg:.0f}° (95 %), so their"
+            " north was not used. Check the columns, then add {correction_deg:+.0f}°."
         ),
     ),
     "registration.north-turned": (

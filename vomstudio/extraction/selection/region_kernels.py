@@ -177,7 +177,7 @@ def grow_faces(  # type: ignore[no-untyped-def]
 
 @part
 def _list_adjacent_cells(rows, columns, names, ends, ny, cell, neighbours):  # type: ignore[no-untyped-def]
-    """List the cells adjacent to a cell, including itself, in `neighbours`; return their number."""
+    """List a cell and its adjacent cells in `neighbours`; return their number."""
     row, column, count = rows[cell], columns[cell], 0
     j0 = row % ny
     for dk in range(-1, 2):

@@ -99,7 +99,7 @@ def read_layers(
         Names of the layers; None for the only layer.
     columns : collection of str
         Names of the columns to read, in lower case.
-    unreadable, progress
+    read_error, progress
         As for `list_layers`.
     is_flat : bool
         Whether to drop heights.

@@ -177,7 +177,17 @@ def _number_text(box: SpinBox | DoubleSpinBox, text: str) -> str:
 
 
 def continues_unit(box: SpinBox | DoubleSpinBox, letter: str) -> bool:
-    """Return whether a letter continues the unit of the length that is being typed."""
+    """Return whether a letter continues the unit of the length that is being typed.
+
+    Parameters
+    ----------
+    box : SpinBox or DoubleSpinBox
+    letter : str
+
+    Returns
+    -------
+    bool
+    """
     line = box.lineEdit()
     start = line.selectionStart() if line.hasSelectedText() else line.cursorPosition()
     text = line.text()[:start].removeprefix(box.prefix())
@@ -384,7 +394,17 @@ def create_row(*widgets: QWidget) -> QWidget:
 
 
 def limit_width(layout: QLayout) -> QHBoxLayout:
-    """Arrange a form at the left, at most `MAX_FORM_WIDTH_PX` wide, in a page of the drawer."""
+    """Arrange a form at the left, at most `MAX_FORM_WIDTH_PX` wide, in a page of the drawer.
+
+    Parameters
+    ----------
+    layout : QLayout
+        Layout of the form.
+
+    Returns
+    -------
+    QHBoxLayout
+    """
     form = QWidget()
     form.setLayout(layout)
     form.setMaximumWidth(MAX_FORM_WIDTH_PX)
