@@ -50,8 +50,8 @@ def check_table_target(
     TargetError
         As for `check_target`.
     """
+    check_target(path, force=force, inputs=inputs)
     suffix = Path(path).suffix.lower()
     if suffix in _OTHER_PROGRAMS:
         cause = Finding("output.unknown-format", suffix=suffix, formats=(".csv", ".txt"))
         raise UsageError(cause, file=path, field=field)
-    check_target(path, force=force, inputs=inputs)
