@@ -175,7 +175,7 @@ def test_rows_out_of_reach_are_said() -> None:
         ("--overlap", {"distance_m": 5.0, "overlap": 1.0}),
         ("--aperture", {"distance_m": 5.0, "aperture": 0.0}),
         ("--distance", {"distance_m": 0.02}),
-        (None, {}),
+        ("--distance", {}),
     ],
 )
 def test_what_cannot_be_planned_is_refused_by_name(field, options) -> None:
