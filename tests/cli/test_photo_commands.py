@@ -136,7 +136,7 @@ def test_plan_takes_the_camera_of_a_photo_and_writes_a_sheet(run, tmp_path: Path
         (["--camera", "Kodak Brownie", "--distance", "3"], "not in the list of cameras"),
         (["--camera", "NIKON D90", "--distance", "3"], "--focal"),
         (["--camera", "1,2", "--distance", "3"], "23.5x15.6"),
-        (["--camera", "Air 2S"], "(--distance M)"),
+        (["--camera", "Air 2S"], "--distance, --gsd, --plane"),
         (["--camera", "Air 2S", "--distance", "0"], "--distance"),
         (["--camera", "Air 2S", "--distance", "3", "-o", "a.doc"], ".pdf"),
         (["--distance", "3"], "--camera"),

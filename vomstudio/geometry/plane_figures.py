@@ -331,16 +331,16 @@ def _errors(
     dip_error, azimuth_error, rake = plane_errors.split_rad(
         e1, e2, dip_direction, dip, flat, major_rad, minor_rad
     )
-    default_values = np.where(is_known, 1.0, np.nan)
+    nan_factors = np.where(is_known, 1.0, np.nan)
     return {
-        "max_angular_error_deg": h_max * default_values,
-        "min_angular_error_deg": h_min * default_values,
+        "max_angular_error_deg": h_max * nan_factors,
+        "min_angular_error_deg": h_min * nan_factors,
         "hyperbolic_overflow": overflow & is_known,
-        "max_confidence95_deg": np.degrees(major_rad) * default_values,
-        "min_confidence95_deg": np.degrees(minor_rad) * default_values,
-        "error_rake_deg": np.degrees(rake) * default_values,
-        "dip_error_deg": np.degrees(dip_error) * default_values,
-        "dip_direction_error_deg": np.degrees(azimuth_error) * default_values,
-        "n_effective": effective * default_values,
+        "max_confidence95_deg": np.degrees(major_rad) * nan_factors,
+        "min_confidence95_deg": np.degrees(minor_rad) * nan_factors,
+        "error_rake_deg": np.degrees(rake) * nan_factors,
+        "dip_error_deg": np.degrees(dip_error) * nan_factors,
+        "dip_direction_error_deg": np.degrees(azimuth_error) * nan_factors,
+        "n_effective": effective * nan_factors,
         "long_roughness": is_long & is_known,
     }
