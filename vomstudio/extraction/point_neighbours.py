@@ -123,7 +123,7 @@ def find_scattered_points(positions: FloatArray) -> tuple[BoolArray, float]:
 def estimate_normals(
     positions: FloatArray, angle_deg: float, progress: Progress
 ) -> FloatArray | None:
-    """Estimate the normals of points from as many neighbours as required for agreement.
+    """Estimate the normals of points from the fewest neighbours that agree on them.
 
     Parameters
     ----------

@@ -49,7 +49,7 @@ class RemainingTrace:
     def error95_deg(
         self, fit: FittedPlane, resolution_m: float | None, outcrop_normal: FloatArray | None = None
     ) -> float:
-        """Return the 95 % half-angle of the plane of all points if the remaining plane is right."""
+        """Return the 95 % half-angle of the plane of all points if the rest is correct."""
         if self.fit is None:
             return 90.0
         cosine = min(abs(float(fit.normal @ self.fit.normal)), 1.0)

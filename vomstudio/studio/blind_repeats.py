@@ -20,8 +20,8 @@ from vomstudio.studio.visibility import Visibility
 class BlindRepeats:
     """Round of blind repeat picks.
 
-    All features are hidden during a round, because a nearby bed would reveal the attitude to
-    expect.
+    All features are hidden during a round, because a nearby bed would reveal the expected
+    attitude.
 
     Attributes
     ----------

@@ -162,7 +162,7 @@ def _name_of(action: argparse.Action) -> str | None:
 
 
 def _alternatives(message: str) -> str | None:
-    """Return the arguments, one of which is required, or None."""
+    """Parse argparse's message about required alternatives; None for other messages."""
     match = re.search(r"^one of the arguments (.+) is", message)
     return None if match is None else match[1]
 

@@ -66,7 +66,7 @@ class LoadedModel:
 
 @dataclass(frozen=True)
 class Reference:
-    """Reference of the coordinates that a file states separately from its points.
+    """Coordinate reference that a file stores apart from its points.
 
     `text` is the CRS as written in the file or as named by its keys; `height_unit` as for
     LoadedModel.

@@ -41,9 +41,9 @@ def mask_path(photo: Path, other_paths: Iterable[Path] = ()) -> Path:
 
 
 def load_mask(mask: Path, width: int, height: int) -> BoolArray:
-    """Return the mask (height, width) of a photo of this size. Raises InputError.
+    """Return the mask (height, width) of a photo; True marks the used part.
 
-    The used part is True.
+    Raises InputError.
     """
     mask_array = read_mask(Photo(mask, mask.name, width, height, mask=mask))
     assert mask_array is not None
@@ -62,7 +62,7 @@ def mask_png(is_used: BoolArray) -> bytes:
 
 
 def write_mask(path: Path, is_used: BoolArray) -> Path | None:
-    """Write a mask (height, width), True where the photo is used, completely or not at all.
+    """Write a mask (height, width) atomically; True marks the used part of the photo.
 
     Returns the new path of an existing mask that was created by another program or person. Raises
     TargetError.

@@ -127,7 +127,7 @@ class ScenePicture(QObject):
             self._rest_timer.start(1)
 
     def arrived(self, *, is_first: bool) -> None:
-        """Draw new content after a short delay, or immediately if it is the `is_first`."""
+        """Draw new content after a short delay, or immediately if `is_first`."""
         self.content_changed.emit()
         if is_first:
             self.redraw_once()

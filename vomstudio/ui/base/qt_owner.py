@@ -1,4 +1,4 @@
-"""The window's thread as the owner of a workspace, with Qt's event loop."""
+"""Calls into the window's thread, which owns a workspace, through Qt's event loop."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fold at the end of a tool page that contains rarely used settings."""
+"""Collapsible section of rarely used settings at the end of a tool page."""
 
 from __future__ import annotations
 
