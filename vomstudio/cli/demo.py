@@ -52,7 +52,7 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar="DIR",
         default=DEFAULT_FOLDER,
         help=tr(
-            "output folder (default {folder})",
+            "output folder (default: {folder})",
             folder=DEFAULT_FOLDER,
         ),
     )

@@ -39,7 +39,9 @@ def add_parser(subparsers: Subparsers) -> None:
         "points", metavar="POINTS", nargs="?", help=tr("points of the plane (table x, y, z)")
     )
     add_options(parser, ExtendOptions)
-    add_output(parser, tr("its traces on the model (.csv or .gpkg)"), is_required=True)
+    add_output(
+        parser, tr("write the traces of the plane on the model (.csv or .gpkg)"), is_required=True
+    )
     parser.add_argument(
         "--labels",
         metavar="OUT.ply",

@@ -80,7 +80,11 @@ def add_parser(subparsers: Subparsers) -> None:
     accept = add("accept", _accept, tr("Find facets or traces on a model, and add them"))
     proposals = accept.add_subparsers(dest="proposals", metavar="PROPOSALS", required=True)
     for name, item in PROPOSALS.items():
-        text = tr("the options of vomstudio {command} apply", command=item.command)
+        text = tr(
+            "find {proposals} (options as in vomstudio {command})",
+            proposals=name,
+            command=item.command,
+        )
         search = proposals.add_parser(name, help=text, argument_default=argparse.SUPPRESS)
         add_shared_options(search)
         add_options(search, AcceptOptions)

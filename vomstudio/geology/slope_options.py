@@ -41,8 +41,8 @@ class SlopeOptions(Options):
         maximum=90.0,
         label=to_translate("Lateral"),
         help=to_translate(
-            "maximum angle of planes and direct toppling from the slope direction; 90 for no"
-            " limit (does not apply to wedges)"
+            "maximum angle from the slope direction for planes and direct toppling, not for"
+            " wedges; 90: no limit"
         ),
         tip=to_translate("Maximum angle from the slope direction; 90 for no limit"),
         decimals=1,

@@ -175,9 +175,9 @@ def _conventions() -> list[tuple[Callable[[FloatArray], FloatArray], str]]:
             _add_degrees(1, 90.0),
             tr("90° is added to pitch (counted downwards from the horizon)"),
         ),
-        (_multiply(1.0, -1.0, 1.0), tr("the sign of pitch is changed (positive downwards)")),
-        (_multiply(-1.0, 1.0, 1.0), tr("the sign of yaw is changed (counterclockwise)")),
-        (_multiply(1.0, 1.0, -1.0), tr("the sign of roll is changed")),
+        (_multiply(1.0, -1.0, 1.0), tr("the sign of pitch is reversed (positive downwards)")),
+        (_multiply(-1.0, 1.0, 1.0), tr("the sign of yaw is reversed (counterclockwise)")),
+        (_multiply(1.0, 1.0, -1.0), tr("the sign of roll is reversed")),
         (_radians_to_degrees, tr("all angles are multiplied by 57.2958 (radians)")),
     ]
 

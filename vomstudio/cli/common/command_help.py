@@ -105,7 +105,7 @@ def examples_text(program: str) -> str:
     if not examples:
         return ""
     lines = [
-        tr("examples, in the folder of the program:"),
+        tr("examples (run them in the program's folder):"),
         *(f"  {example}" for example in examples),
     ]
     outputs = {

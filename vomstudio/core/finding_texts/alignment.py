@@ -41,7 +41,7 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The pose could not be computed: the photo has {matches} matches with another photo,"
-            " but too few with the model."
+            " but too few with the model. Add photos that overlap the model."
         ),
     ),
     "alignment.photo-unreadable": (

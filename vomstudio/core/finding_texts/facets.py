@@ -26,7 +26,7 @@ TEXTS: dict[str, Entry] = {
     "model.no-colours": (
         "error",
         to_translate(
-            "This needs colours, but the model has none. Use its shape or a field instead."
+            "This option needs colours, but the model has none. Use its shape or a field."
         ),
     ),
     "model.no-resolution": (

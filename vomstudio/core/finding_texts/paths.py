@@ -79,8 +79,8 @@ TEXTS: dict[str, Entry] = {
     "network.failed": (
         "error",
         to_translate(
-            "The network failed on a picture of {width} x {height} pixels ({reason}). Export it"
-            " again."
+            "The network failed on a picture of {width} x {height} pixels ({reason}). Export the"
+            " network again."
         ),
     ),
     "network.output-shape": (

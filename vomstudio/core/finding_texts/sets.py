@@ -117,7 +117,7 @@ TEXTS: dict[str, Entry] = {
         "info",
         to_translate(
             "The set is a girdle, not a cluster (Vollmer P {point:.2f}, G {girdle:.2f}, R"
-            " {random:.2f}). The axes of the tensor describe it."
+            " {random:.2f}). Use the axes of the tensor instead of a mean."
         ),
     ),
     "fisher.uniform": (

@@ -41,7 +41,7 @@ TEXTS: dict[str, Entry] = {
     "slope.no-face": (
         "error",
         to_translate(
-            "Enter the attitude of the face, or select a plane parallel to it and use it."
+            "Enter the attitude of the face, or use a selected plane that is parallel to it."
         ),
     ),
     "slope.horizontal-face": (

@@ -19,8 +19,8 @@ _PALETTE = "RdBu_r"
 """Colour map with blue below and red above the plane, as for signed fields on models."""
 _COLORS = {"along": "#0072b2", "across": "#d55e00"}
 _NAMES = {
-    "along": (to_translate("along the smoothest direction"), to_translate("down the dip")),
-    "across": (to_translate("across it"), to_translate("along the strike")),
+    "along": (to_translate("along the smoothest direction"), to_translate("down dip")),
+    "across": (to_translate("across it"), to_translate("along strike")),
 }
 """Names of the profiles if there is a smoothest direction, and if there is not."""
 _ARROW_SHARE = 0.3

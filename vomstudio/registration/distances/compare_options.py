@@ -18,7 +18,7 @@ class CompareOptions(Options):
         maximum=MAX_LENGTH_M,
         metavar="RADIUS",
         label=to_translate("Radius"),
-        help=to_translate("use M3C2 with cylinders of this radius, with a level of detection, m"),
+        help=to_translate("use M3C2 with this cylinder radius, m; also gives a level of detection"),
         tip=to_translate("Cylinder radius; each cylinder should contain twenty points"),
         automatic_text=to_translate("distance to the nearest point of the benchmark"),
         empty_text=to_translate("nearest"),

@@ -54,7 +54,7 @@ _FIELDS = (
     (
         "untilt",
         to_translate("Untilt by plane"),
-        to_translate("Rotate everything so that this plane becomes horizontal, such as {plane}."),
+        to_translate("Rotate everything so that a plane becomes horizontal, such as {plane}."),
     ),
     (
         "rotate",

@@ -55,7 +55,7 @@ def check_header(path: Path) -> int:
             Finding(
                 "file.damaged",
                 format="LAS",
-                reason=tr("its header states {count} bytes for a point", count=record_bytes),
+                reason=tr("its header states {count} bytes per point", count=record_bytes),
             ),
             file=path,
             field="LAS header",
