@@ -95,7 +95,7 @@ def test_the_best_of_all_paths_costs_no_more_than_one_in_a_corridor() -> None:
     follower = Follower(SurfaceGraph(mesh), "dark")
     way_points = clicks(mesh, off)
     assert mesh.colors is not None
-    costs = follower._costs(follower.surface.whole, np.zeros(0, np.int64))
+    costs = follower._costs(follower.surface.whole, None)
     place = {tuple(v): i for i, v in enumerate((mesh.vertices - follower.surface.origin).tolist())}
 
     def cost_of(points: np.ndarray) -> float:

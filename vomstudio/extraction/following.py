@@ -13,13 +13,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.extraction.path_costs import (
-    COLOUR_COSTS,
-    COST_NAMES,
-    appearance_costs,
-    node_costs,
-)
-from vomstudio.extraction.plane_prior import add_plane_prior
+from vomstudio.extraction.path_costs import COLOUR_COSTS, COST_NAMES, node_colour, node_costs
 from vomstudio.extraction.shortest_paths import shortest_path, straightest_path
 from vomstudio.extraction.surface_graph import Graph, SurfaceGraph
 
@@ -119,11 +113,12 @@ class Follower:
         surface = self.surface
         legs: list[PathLeg] = []
         snaps, position = np.zeros(len(local_points)), np.zeros(len(local_points), np.int64)
+        tints = self._tints(local_points)
         if is_whole and not surface.refines and len(surface.places) <= _MAX_WHOLE_NODES:
-            legs = self._through(surface.whole, local_points)
+            legs = self._through(surface.whole, local_points, tints)
         else:
             for i in range(len(local_points) - 1):
-                legs.append(self._leg(local_points[i], local_points[i + 1], i))
+                legs.append(self._leg(local_points[i], local_points[i + 1], tints, i))
         line: list[FloatArray] = []
         costs: list[FloatArray] = []
         for i, (leg, cost) in enumerate(legs):
@@ -142,13 +137,15 @@ class Follower:
         length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
         return Path(points, length, snaps, position, np.concatenate(costs))
 
-    def _leg(self, start: FloatArray, goal: FloatArray, number: int) -> PathLeg:
+    def _leg(
+        self, start: FloatArray, goal: FloatArray, tints: FloatArray | None, number: int
+    ) -> PathLeg:
         spacing = self._spacing(start, goal)
         stretch, previous_count = CORRIDOR_STRETCH_FACTOR, 0
         # In a graph of points and vertices, the nearest node may not be connected.
         max_distance = float(self.surface.tree.query(goal)[0]) * (1.0 + 1e-9) + 1e-12
         if self._covers(start, goal, spacing):
-            return self._over_whole(start, goal, number)
+            return self._over_whole(start, goal, tints, number)
         while True:
             margin = (
                 2.0 * _MARGIN_SPACINGS if stretch > CORRIDOR_STRETCH_FACTOR else _MARGIN_SPACINGS
@@ -156,12 +153,10 @@ class Follower:
             graph = self.surface.corridor(start, goal, stretch, margin)
             ends = _nearest_nodes(graph.places, np.stack([start, goal]))
             if np.linalg.norm(graph.places[ends[1]] - goal) <= max_distance:
-                costs = self._costs(graph, ends)
-                typical_cost = float(np.median(costs))
-                searched = self._add_prior(graph, costs, start, goal, typical_cost)
-                path = straightest_path(graph, int(ends[0]), int(ends[1]), searched)
+                costs = self._costs(graph, tints)
+                path = straightest_path(graph, int(ends[0]), int(ends[1]), costs)
                 if path is not None:
-                    return self.surface.world(graph, path), costs[path] / typical_cost
+                    return self.surface.world(graph, path), costs[path] / np.median(costs)
             if len(graph.places) in (previous_count, len(self.surface.places)) or stretch > 50.0:
                 raise _separate_parts_error(number)
             stretch, previous_count = 3.0 * stretch, len(graph.places)
@@ -182,36 +177,36 @@ class Follower:
             and area > _MIN_CORRIDOR_NODES * spacing**2
         )
 
-    def _over_whole(self, start: FloatArray, goal: FloatArray, number: int) -> PathLeg:
+    def _over_whole(
+        self, start: FloatArray, goal: FloatArray, tints: FloatArray | None, number: int
+    ) -> PathLeg:
         graph = self.surface.whole
         ends = np.asarray(self.surface.tree.query(np.stack([start, goal]))[1], np.int64)
-        costs, typical_cost = self._whole_costs(ends)
-        searched = self._add_prior(graph, costs, start, goal, typical_cost)
-        path = straightest_path(graph, int(ends[0]), int(ends[1]), searched)
+        costs, typical_cost = self._whole_costs(tints)
+        path = straightest_path(graph, int(ends[0]), int(ends[1]), costs)
         if path is None:
             raise _separate_parts_error(number)
         return self.surface.world(graph, path), costs[path] / typical_cost
 
-    def _whole_costs(self, nodes: IntArray) -> tuple[FloatArray, float]:
+    def _whole_costs(self, tints: FloatArray | None) -> tuple[FloatArray, float]:
         """Return the cached cost per metre (n,) on the whole surface, and its median."""
-        targets = nodes.tobytes() if self.cost == "colour" else b""
+        colours = b"" if tints is None else tints.tobytes()
         cached_costs = self.surface.cached_costs.get(self.cost)
-        if cached_costs is None or cached_costs[0] != targets:
-            costs = self._costs(self.surface.whole, nodes)
-            cached_costs = targets, costs, float(np.median(costs))
+        if cached_costs is None or cached_costs[0] != colours:
+            costs = self._costs(self.surface.whole, tints)
+            cached_costs = colours, costs, float(np.median(costs))
             self.surface.cached_costs[self.cost] = cached_costs
         return cached_costs[1:]
 
-    def _through(self, graph: Graph, local_points: FloatArray) -> list[PathLeg]:
+    def _through(
+        self, graph: Graph, local_points: FloatArray, tints: FloatArray | None
+    ) -> list[PathLeg]:
         """Follow the best path through all way-points, leg by leg."""
         nodes = np.asarray(self.surface.tree.query(local_points)[1], np.int64)
-        costs, typical_cost = self._whole_costs(nodes)
+        costs, typical_cost = self._whole_costs(tints)
         legs = []
         for i in range(len(nodes) - 1):
-            searched = self._add_prior(
-                graph, costs, local_points[i], local_points[i + 1], typical_cost
-            )
-            path = shortest_path(graph, int(nodes[i]), int(nodes[i + 1]), searched)
+            path = shortest_path(graph, int(nodes[i]), int(nodes[i + 1]), costs)
             if path is None:
                 raise _separate_parts_error(i)
             legs.append((self.surface.world(graph, path), costs[path] / typical_cost))
@@ -224,27 +219,20 @@ class Follower:
         # Mean spacing of k points in a disc.
         return float(np.median(distance[:, -1] * np.sqrt(np.pi / k)))
 
-    def _costs(self, graph: Graph, nodes: IntArray) -> FloatArray:
-        """Return the cost per metre (n,) for a path through nodes of a graph."""
-        if self.cost == "colour":
-            return appearance_costs(graph, nodes)
-        return node_costs(graph, self.cost)
+    # --- costs -------------------------------------------------------------------------------
+    def _tints(self, local_points: FloatArray) -> FloatArray | None:
+        """Return the opponent colours (w, 3) at the way-points."""
+        if self.cost != "colour":
+            return None
+        surface = self.surface
+        colours = []
+        for point in local_points:
+            graph = surface.corridor(point, point, 1.0, 4.0 * self._spacing(point, point))
+            colours.append(node_colour(graph, int(_nearest_nodes(graph.places, point[None])[0])))
+        return np.array(colours)
 
-    def _add_prior(
-        self,
-        graph: Graph,
-        costs: FloatArray,
-        start: FloatArray,
-        goal: FloatArray,
-        typical_cost: float,
-    ) -> FloatArray:
-        """Add the plane prior, unless the cost distinguishes parallel contacts itself.
-
-        Along a fold, the prior would lead away from the contact.
-        """
-        if self.cost == "colour":
-            return costs
-        return add_plane_prior(graph, costs, start, goal, typical_cost)
+    def _costs(self, graph: Graph, tints: FloatArray | None) -> FloatArray:
+        return node_costs(graph, self.cost, tints)
 
 
 def _nearest_nodes(positions: FloatArray, points: FloatArray) -> IntArray:

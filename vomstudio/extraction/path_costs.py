@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from vomstudio.core.arrays import Float32Array, FloatArray, IntArray
+from vomstudio.core.arrays import FloatArray
 from vomstudio.extraction.surface_graph import Graph
 from vomstudio.geometry.kernels.pieces import split_work
 
@@ -29,66 +29,24 @@ _VALLEY_SMOOTHINGS = (2, 4, 8)
 _CHROMA_WEIGHT = 1.5
 # Number of smoothing passes of the lightness before its gradient is computed.
 _GRADIENT_SMOOTHINGS = 3
-# Additional smoothing passes of each scale of the appearance, and whether it includes a gradient:
-# the gradient shows on which side of a contact the light rock is.
-_APPEARANCE_SCALES = ((1, False), (2, False), (4, True), (8, True))
 _LIGHTNESS_WEIGHTS = np.array([0.299, 0.587, 0.114])
 
 
-def appearance_costs(graph: Graph, nodes: IntArray) -> FloatArray:
-    """Compute the cost per metre at each node from its difference from other nodes.
-
-    The appearance consists of the colours at several scales, and of the gradients of the lightness.
-    Inside a bed, the colour alone is the same as on both of its contacts.
+def node_colour(graph: Graph, node: int) -> FloatArray:
+    """Return the mean opponent colour of a node and its neighbours.
 
     Parameters
     ----------
     graph : Graph
-        Graph whose nodes have colours.
-    nodes : (k,) int array
-        Nodes on the contact.
+    node : int
 
     Returns
     -------
-    (n,) array
-        Dimensionless costs between 0 and 1.
+    (3,) ndarray
     """
-    from vomstudio.extraction.path_kernels import compare_appearances
-
-    appearance = _appearance(graph)
-    targets = []
-    for node in np.unique(nodes):
-        rows = np.append(graph.near[graph.starts[node] : graph.starts[node + 1]], node)
-        targets.append(appearance[rows].mean(axis=0))
-    square = np.empty(len(appearance))
-    compare_appearances(appearance, np.ascontiguousarray(targets, np.float32), square)
-    high = max(float(np.percentile(square, _HIGH_PERCENTILE)), 1e-9)
-    return np.asarray(_MIN_COST + (1.0 - _MIN_COST) * np.minimum(square / high, 1.0))
-
-
-def _appearance(graph: Graph) -> Float32Array:
-    """Return the appearance (n, k) of the nodes, which is computed once for a graph.
-
-    The scales have the same weight, whatever the contrast that remains after smoothing.
-    """
-    from vomstudio.extraction.path_kernels import compute_gradients
-
-    name = "appearance"
-    if name not in graph.cached:
-        assert graph.colours is not None
-        colours = [np.ascontiguousarray(c) for c in opponent_colours(graph.colours).T]
-        columns: list[FloatArray] = []
-        gradients = np.empty((len(graph.places), 3))
-        for passes, has_gradient in _APPEARANCE_SCALES:
-            colours = [smooth_values(graph, colour, passes) for colour in colours]
-            scatter = np.sqrt(sum(float(colour.var()) for colour in colours))
-            columns += [colour / max(scatter, 1e-9) for colour in colours]
-            if has_gradient:
-                compute_gradients(graph.places, graph.starts, graph.near, colours[0], gradients)
-                size = float(np.sqrt(np.mean(gradients**2) * 3.0))
-                columns += list((gradients / max(size, 1e-9)).T)
-        graph.cached[name] = np.stack(columns, axis=1, dtype=np.float32)
-    return np.asarray(graph.cached[name])
+    assert graph.colours is not None
+    rows = np.append(graph.near[graph.starts[node] : graph.starts[node + 1]], node)
+    return np.asarray(opponent_colours(graph.colours[rows].mean(axis=0)[None])[0])
 
 
 def node_costs(graph: Graph, cost: str, tints: FloatArray | None = None) -> FloatArray:
@@ -152,7 +110,7 @@ def smooth_opponent_colours(graph: Graph) -> FloatArray:
         assert graph.colours is not None
         smooth_colours = np.stack([smooth_values(graph, c) for c in graph.colours.T], axis=1)
         graph.cached[name] = np.ascontiguousarray(opponent_colours(smooth_colours).T)
-    return np.asarray(graph.cached[name])
+    return graph.cached[name]
 
 
 def smooth_values(graph: Graph, values: FloatArray, n_passes: int = 1) -> FloatArray:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -70,7 +70,7 @@ class Graph:
     fields: Mapping[str, FloatArray]
     rough: Callable[[], FloatArray]
     row: IntArray
-    cached: dict[str, Any] = field(default_factory=dict)
+    cached: dict[str, FloatArray] = field(default_factory=dict)
 
     @cached_property
     def roughness(self) -> FloatArray:
@@ -78,15 +78,11 @@ class Graph:
         return self.rough()
 
     @cached_property
-    def axes(self) -> FloatArray:
-        """Principal axes of the nodes as columns (3, 3); the first is normal to their plane."""
-        offsets = self.places - self.places.mean(axis=0)
-        return np.asarray(np.linalg.eigh(offsets.T @ offsets)[1])
-
-    @cached_property
     def flat(self) -> FloatArray:
         """Coordinates (n, 2) of the nodes in their best-fit plane."""
-        return np.ascontiguousarray((self.places - self.places.mean(axis=0)) @ self.axes[:, 1:])
+        offsets = self.places - self.places.mean(axis=0)
+        _, axes = np.linalg.eigh(offsets.T @ offsets)
+        return np.ascontiguousarray(offsets @ axes[:, 1:])
 
     @cached_property
     def typical_arc(self) -> float:
@@ -138,7 +134,7 @@ class SurfaceGraph:
         self._node = np.full(len(points), -1, np.int64)
         self._node[rows] = node_of
         self.cached_costs: dict[str, tuple[bytes, FloatArray, float]] = {}
-        """Cached costs of `whole` by name: the nodes that they depend on, costs (n,), median."""
+        """Cached costs of `whole` by name: the colours that they depend on, costs (n,), median."""
         self._scratch = np.full(len(self.places), -1, np.int64), np.empty(len(rows), np.int64)
 
     @cached_property
