@@ -40,6 +40,7 @@ _ANGLES = (
     "dip",
     "quadrant",
     "azimuth",
+    "inclination",
     "trend",
     "plunge",
     "pole trend",

@@ -41,7 +41,8 @@ ALIASES: dict[str, set[str]] = {
         "dipstoward",
     },
     "azimuth": {"azimuth", "azimut", "azim", "azi", "az"},
-    "trend": {"trend", "trendazimuth", "plungeazimuth", "plungedirection", "plungedir"},
+    "inclination": {"inclination", "incl", "inc"},
+    "trend": {"trend", "bearing", "trendazimuth", "plungeazimuth", "plungedirection", "plungedir"},
     "plunge": {"plunge", "plungeangle", "plungeamount"},
     "pole trend": {"poletrend", "trendofpole", "poleazimuth"},
     "pole plunge": {"poleplunge", "plungeofpole"},
@@ -53,6 +54,11 @@ ALIASES: dict[str, set[str]] = {
     "overturned": {"overturned", "isoverturned", "inverted", "overturnedbed", "overturnedbedding"}
     | {"bedoverturned", "invertedbed", "beddingoverturned", "upsidedown"},
 }
+LINE_WORDS = ("lineation", "slickenline", "slickenfib", "stria", "fold axis", "hinge", "rodding")
+"""Parts of the names of structures that are lines."""
+_LINE_CODE = re.compile(r"l\d*")
+"""Code of a lineation, such as L1, beside S1 of a foliation."""
+_GEMS_FIELD = "orientationconfidencedegrees"
 _COMPASS_POINT = re.compile(r"[NSEW]{1,3}", re.IGNORECASE)
 _BEARING = re.compile(
     r"[NSEW]{1,3}(\s*\d+([.,]\d+)?\s*(°\s*)?[EW]?)?|\d+([.,]\d+)?\s*(°\s*)?[NSEW]{1,3}",
@@ -109,6 +115,26 @@ class OrientationColumns:
                 field=meaning,
             )
         return self.find(meaning)
+
+    @property
+    def are_gems_fields(self) -> bool:
+        """Whether the columns are those of the USGS standard GeMS, with right-hand-rule strikes."""
+        return any(normalise_name(name) == _GEMS_FIELD for name in self.table.names or ())
+
+    def are_lines(self) -> BoolArray:
+        """Return whether the type or structure of each row (n,) denotes a line."""
+        column = self.find("kind")
+        for i, name in enumerate(self.table.names or ()):
+            if column is None and normalise_name(name) == "structure":
+                column = i
+        if column is None:
+            return np.zeros(len(self.table), bool)
+        words = [cell.casefold() for cell in self.table.cells(column)]
+        is_line = [
+            _LINE_CODE.fullmatch(word) is not None or any(part in word for part in LINE_WORDS)
+            for word in words
+        ]
+        return np.array(is_line, bool)
 
     def words(self, meaning: str, rows: IntArray) -> tuple[str, ...] | None:
         """Return the text in selected rows of a column, or None if it is missing or empty."""

@@ -208,7 +208,12 @@ class _TableReader:
         strike, direction = self.columns.take("strike"), self.columns.take("dip direction")
         azimuth = self.columns.take("azimuth")
         if dip is None:
-            if strike is not None or direction is not None:
+            inclination = self.columns.take("inclination")
+            is_named = strike is not None or direction is not None
+            if inclination is not None and azimuth is not None and not is_named:
+                self._read_inclinations(azimuth, inclination)
+                return
+            if is_named:
                 raise InputError(
                     Finding(
                         "table.missing-column", column="dip", columns=table.names, names=("dip",)
@@ -303,6 +308,25 @@ class _TableReader:
                 file=self.table.path,
                 line=self.table.header_line,
                 field=self.table.label(azimuth),
+            )
+
+    def _read_inclinations(self, azimuth: int, inclination: int) -> None:
+        """Read azimuth and inclination as plane or line, depending on the type of each row."""
+        is_line = self.columns.are_lines()
+        if not is_line.all():
+            if self.azimuth is None and self.columns.are_gems_fields:
+                self.azimuth = "strike"
+            self._read_azimuth(azimuth, inclination)
+            self.dip_direction[is_line] = self.dip[is_line] = np.nan
+        if is_line.any():
+            plunges = self.columns.inclinations(inclination, -90.0)
+            trends = self.columns.azimuths(azimuth, np.abs(plunges) == 90.0)
+            self.plunge, self.trend = np.where(is_line, [plunges, trends], np.nan)
+            self.conventions.append(
+                tr(
+                    "lines as trend/plunge ({columns})",
+                    columns=self.columns.quoted_names(azimuth, inclination),
+                )
             )
 
     def _read_dip_direction(self, direction: int, dip: int) -> None:

@@ -12,7 +12,7 @@ from typing import Literal
 
 from vomstudio.core.findings import Finding
 from vomstudio.io.text.column_names import normalise_name
-from vomstudio.io.text.orientation_columns import ALIASES
+from vomstudio.io.text.orientation_columns import ALIASES, LINE_WORDS
 from vomstudio.io.text.tables import COORDINATES
 from vomstudio.project.imports.field_table import FieldTable, is_orientation, number_in
 
@@ -29,7 +29,6 @@ _STATIONS = {
     "localityname",
     "site",
 }
-LINE_WORDS = ("lineation", "slickenline", "slickenfib", "stria", "fold axis", "hinge", "rodding")
 """Words in a type name that mean a line."""
 UNCLEAR_WORDS = ("slickenside", "slicken side")
 """Words in a type name that some use for a polished plane and others for the lines on it."""
