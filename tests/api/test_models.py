@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import FrozenInstanceError
 from pathlib import Path
 from typing import Any
@@ -195,3 +196,18 @@ def test_points_are_a_cloud_for_every_function() -> None:
     pyvista = pytest.importorskip("pyvista")
     assert np.array_equal(vs.dem(pyvista.PolyData(points), gsd_m=0.5).heights, of_array, True)
     assert np.nanmax(of_array) == pytest.approx(7.5)
+
+
+def test_functions_that_take_points_take_models_and_files(tmp_path: Path) -> None:
+    points = np.array([[0, 0, 0], [4, 0, -4.01], [4, 3, -4], [0, 3, 0.01], [2, 1, -2], [1, 2, -1]])
+    file = tmp_path / "trace.csv"
+    file.write_text("x,y,z\n" + "".join(f"{x},{y},{z}\n" for x, y, z in points.tolist()))
+    pyvista = pytest.importorskip("pyvista")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        cloud = vs.read(file)
+        for given in (file, str(file), cloud, pyvista.PolyData(points)):
+            for call in (vs.fit_plane, vs.threepoint):
+                assert call(given).dip_deg == pytest.approx(call(points).dip_deg, abs=1e-6)
+            assert len(vs.fit_planes({"a": given, "b": points})) == 2
+            assert vs.log(given, bed=(90, 30)).n == 6

@@ -6,10 +6,12 @@ from dataclasses import replace
 from typing import Any
 
 from vomstudio.api.checking import (
+    is_model,
     is_path,
     numbers,
     parse_angles,
     plane_text,
+    points,
     refuse_rows,
     to_plane,
     warn,
@@ -137,9 +139,9 @@ def threepoint(
 
     Parameters
     ----------
-    points : (n, 3) array or DataFrame
-        At least three points in the World frame, metres, or a DataFrame or file with rows of
-        x, y, z.
+    points : (n, 3) array, DataFrame, PointCloud, Mesh, PyVista data set or path
+        At least three points in the World frame, metres; a DataFrame or file with rows of
+        x, y, z; or a model, with its vertices.
     sigma_m : float, optional
         Standard deviation of each coordinate; by default estimated from the residuals of
         more than three points.
@@ -204,7 +206,7 @@ def log(
 
     Parameters
     ----------
-    table : DataFrame, path, or (dip direction, dip)
+    table : (n, 3) array, DataFrame, PointCloud, PyVista data set or path
         One point (n, 3) on each boundary in the World frame, metres; or a DataFrame or file
         with x, y, z and optionally ``name``, ``lithology`` and ``notes`` of the bed above.
     bed : (float, float)
@@ -287,7 +289,7 @@ def _table(value: Any, width: int, name: str) -> Any:
         if width == 3
         else ("hanging_x", "hanging_y", "hanging_z", "footwall_x", "footwall_y", "footwall_z")
     )
-    array = numbers(value, name)
+    array = points(value, name) if is_model(value) else numbers(value, name)
     if array.ndim != 2 or array.shape[1] != width:
         raise wrong_shape(array, f"(n, {width})", name)
     refuse_rows(find_invalid_points(array[:, :3]) | find_invalid_points(array[:, -3:]), name)

@@ -305,9 +305,9 @@ def fit_plane(
 
     Parameters
     ----------
-    points : (n, 3) array or DataFrame
+    points : (n, 3) array, DataFrame, Mesh, PointCloud, PyVista data set or path
         Coordinates x, y, z in metres, n >= 3, in the order in which the points follow the
-        trace; or a DataFrame with columns x, y, z.
+        trace; a DataFrame with columns x, y, z; or a model or its file, with its vertices.
     method : {"pca", "regression"}, optional
         "pca" minimises the distances from the plane (moment of inertia), "regression" the
         residuals along one coordinate.
