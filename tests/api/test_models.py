@@ -211,3 +211,12 @@ def test_functions_that_take_points_take_models_and_files(tmp_path: Path) -> Non
                 assert call(given).dip_deg == pytest.approx(call(points).dip_deg, abs=1e-6)
             assert len(vs.fit_planes({"a": given, "b": points})) == 2
             assert vs.log(given, bed=(90, 30)).n == 6
+
+
+def test_a_section_has_the_figures_of_the_command() -> None:
+    points = np.array([[0, 0, 0], [4, 0, 0], [4, 3, 3], [0, 3, 3.0]])
+    face = vs.Mesh.from_arrays(points, [[0, 1, 2], [0, 2, 3]])
+    cut = vs.section(face, plane="90/90", through=[2, 1, 0])
+    assert cut.warnings == ()
+    assert cut.to_dict()["length_m"] == pytest.approx(cut.length_m)
+    assert cut.to_dict()["warnings"] == []

@@ -13,7 +13,9 @@ from vomstudio.api.declared_options import name_arguments_in_errors, options_fro
 from vomstudio.api.models import Mesh, PointCloud, to_model
 from vomstudio.api.planes import plane_text
 from vomstudio.core.arrays import FloatArray
+from vomstudio.core.findings import Finding, plain
 from vomstudio.core.reprs import html_table, text_table
+from vomstudio.core.results import to_dict
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.products.section.cutting import Cut, cut_model
 from vomstudio.products.section.section_lines import (
@@ -90,6 +92,15 @@ class Section:
     def right_deg(self) -> float:
         """Azimuth of the right end, degrees."""
         return self.figures.right_deg
+
+    @property
+    def warnings(self) -> tuple[Finding, ...]:
+        """Findings about the model, such as an assumed frame."""
+        return self._model.warnings
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object that ``--json`` prints, without the names of files."""
+        return to_dict(self.figures) | {"warnings": plain(self.warnings)}
 
     def save(self, path: str | Path, *, force: bool = False) -> WrittenSection:
         """Write the section as .csv, .dxf or .svg, as the command does.
