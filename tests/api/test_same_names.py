@@ -57,7 +57,6 @@ PAIRS = {
             "features",
             "left_out",
             "features_file",
-            "warnings",
             "convention",
             "projection_trend_deg",
             "projection_plunge_deg",
