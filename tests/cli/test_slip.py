@@ -11,6 +11,7 @@ import pytest
 
 import vomstudio as vs
 from tests.messages import by_code
+from vomstudio.core.errors import InputError
 from vomstudio.geology.faults.kinematics import fault_movements
 from vomstudio.geology.orientation import Plane, slip_from_rake
 from vomstudio.io.text.slip_reading import read_slips
@@ -87,6 +88,18 @@ def test_r_beside_faultkins_letters_is_right_lateral(write) -> None:
     found = read_slips(write("strike,dip,rake,sense\n20,50,120,T\n20,50,120,R\n"))
     # Downward to the right: dextral is down, where a thrust is up.
     assert found.slip_rake_deg.tolist() == [60.0, -120.0]
+
+
+def test_senses_of_t_tecto_are_numbers(write) -> None:
+    """1 reverse, 2 normal, 3 dextral, 4 sinistral; other numbers are refused."""
+    head = "strike,dip,rake,sense\n"
+    found = read_slips(write(head + "20,50,90,1\n20,50,90,2\n20,50,0,3\n20,50,0,4\n"))
+    dextral, sinistral = found.slip_rake_deg[2:] % 360
+    assert found.slip_rake_deg[:2].tolist() == [90.0, -90.0]
+    assert (dextral, sinistral) == (180.0, 0.0)
+    assert "slip.numbered-senses" in by_code(found.warnings)
+    with pytest.raises(InputError):
+        read_slips(write(head + "20,50,90,1\n20,50,90,5\n"))
 
 
 def test_letters_that_contradict_the_striae_are_refused_with_their_line(run, write) -> None:

@@ -321,7 +321,7 @@ def slip(table: Any) -> TableSlip:
 
     Parameters
     ----------
-    table : DataFrame, path, or (dip direction, dip)
+    table : DataFrame or path
         DataFrame, or the path of a file, with strike (right-hand rule) or dip direction and
         dip of the faults, trend and plunge or rake of the striae, and the sense of slip; or
         the columns of this program's lines on planes; or FaultKin's.

@@ -246,6 +246,13 @@ TEXTS: dict[str, Entry] = {
             " {example}."
         ),
     ),
+    "slip.numbered-senses": (
+        "info",
+        to_translate(
+            "The senses of slip are read as codes of T-TECTO: 1 reverse, 2 normal, 3 dextral,"
+            " 4 sinistral."
+        ),
+    ),
     "slip.right-lateral": (
         "warning",
         to_translate(

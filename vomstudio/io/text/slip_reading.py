@@ -61,6 +61,8 @@ _SINGLE_SENSES = {
     "sinistral": ("s", "l", "ll", "sinistral", "left", "left_lateral"),
     "dextral": ("d", "rl", "dextral", "right", "right_lateral"),
 }
+_NUMBERED_SENSES = {"1": "reverse", "2": "normal", "3": "dextral", "4": "sinistral"}
+"""Codes of T-TECTO and OpenStereo."""
 _SENSES = {normalise_name(word): sense for sense, words in _SINGLE_SENSES.items() for word in words}
 _OBLIQUE_SENSES = {
     "tr": ("reverse", "dextral"),
@@ -130,6 +132,9 @@ def extract_slips(table: TextTable) -> SlipTable:
     if "sense" in cells and _is_r_right_lateral(cells["sense"]):
         cells["sense"] = ["RL" if normalise_name(word) == "r" else word for word in cells["sense"]]
         notes.append(Finding("slip.right-lateral"))
+    if "sense" in cells and _are_numbered(cells["sense"]):
+        cells["sense"] = [_NUMBERED_SENSES.get(word.strip(), word) for word in cells["sense"]]
+        notes.append(Finding("slip.numbered-senses"))
     faults: list[tuple[str, Plane, float]] = []
     dropped_rows: list[int] = []
     off_plane_lines: list[int] = []
@@ -207,6 +212,12 @@ def _require_columns(table: TextTable, columns: dict[str, int]) -> None:
             example=(table.delimiter if table.delimiter.strip() else " ").join(_EXAMPLE_HEADER),
         )
         raise table.header_error(finding, None)
+
+
+def _are_numbered(words: Sequence[str]) -> bool:
+    """Return whether all senses that are stated are codes of T-TECTO."""
+    codes = {word.strip() for word in words if word.strip()}
+    return bool(codes) and codes <= _NUMBERED_SENSES.keys()
 
 
 def _is_r_right_lateral(words: Sequence[str]) -> bool:
