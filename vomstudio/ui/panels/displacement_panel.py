@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
@@ -76,17 +77,13 @@ class DisplacementResult:
 
 @dataclass(frozen=True, eq=False)
 class DisplacementQuestion:
-    """Input of the analysis; the options still lack the bed and its error.
-
-    `names` and `traces` have one item per trace pair. Without `bed`, a common bed is fitted to the
-    traces.
-    """
+    """Input of the analysis; `names` and `traces` have one item per trace pair."""
 
     names: tuple[str, ...]
     traces: tuple[tuple[Measurement, Measurement], ...]
     fault: Plane
     fault_point: FloatArray
-    bed: Measurement | None
+    bed: Plane
     rake_deg: float | None
     options: DisplacementOptions
 
@@ -196,38 +193,34 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
         fault_measurement = measurements[self.fault.id]
         fault = _plane_of(fault_measurement)
         rake, slip = self._slip(fault)
+        traces = tuple((measurements[a], measurements[b]) for a, b in self.pairs)
+        bed, bed95 = _find_bed(measurements[self.bed.id] if self.bed.id else None, traces)
         return DisplacementQuestion(
             names=tuple(self._names()),
-            traces=tuple((measurements[a], measurements[b]) for a, b in self.pairs),
+            traces=traces,
             fault=fault,
             fault_point=fault_measurement.points.mean(axis=0),
-            bed=measurements[self.bed.id] if self.bed.id else None,
+            bed=bed,
             rake_deg=rake,
             options=self.options.options(
                 fault=format_exact_plane(fault),
+                bed=format_exact_plane(bed),
                 rake_deg=rake if slip is None else None,
                 slip=None if slip is None else format_exact_line(slip),
                 fault_error_deg=fault_measurement.total95_deg or 0.0,
+                bed_error_deg=bed95 or 0.0,
             ),
         )
 
     def _answer(self, question: DisplacementQuestion) -> DisplacementResult:
-        from vomstudio.geology.beds.common_attitude import fit_common_bed
         from vomstudio.geology.faults.displacement_pairs import displacements
 
-        names, fault = question.names, question.fault
+        names, fault, options = question.names, question.fault, question.options
         cuts = tuple(
             _find_cutoffs(name, first.points, second.points, fault, question.fault_point)
             for name, (first, second) in zip(names, question.traces, strict=True)
         )
         measurements = [trace for pair in question.traces for trace in pair]
-        if question.bed is not None:
-            bed, bed95 = _plane_of(question.bed), question.bed.total95_deg
-        else:
-            common_bed = fit_common_bed([trace.points for trace in measurements])
-            bed = common_bed.plane
-            bed95 = common_error_deg(common_bed.max_confidence95_deg, measurements)
-        options = replace(question.options, bed=format_exact_plane(bed), bed_error_deg=bed95 or 0.0)
         if options.sigma_m is None:
             options = replace(options, sigma_m=pick_scatter_m(measurements))
         result = displacements(
@@ -240,7 +233,7 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
             names=names,
             cuts=cuts,
             fault=fault,
-            bed=bed,
+            bed=question.bed,
             rake_deg=question.rake_deg,
             options=options,
             displacements=result,
@@ -383,6 +376,20 @@ def _write_points(result: DisplacementResult, path: Path) -> None:
         points = [*section_cut.hanging_wall.tolist(), *section_cut.footwall.tolist()]
         out.writerow([escape_formula(name), *format_numbers(points).split(",")])
     write_bytes(path, file.getvalue().encode(), force=True)
+
+
+def _find_bed(
+    measured_bed: Measurement | None, traces: Sequence[tuple[Measurement, Measurement]]
+) -> tuple[Plane, float | None]:
+    """Return the bed and its 95 % error: the selected one, or a plane common to all traces."""
+    from vomstudio.geology.beds.common_attitude import fit_common_bed
+
+    if measured_bed is not None:
+        return _plane_of(measured_bed), measured_bed.total95_deg
+    measurements = [trace for pair in traces for trace in pair]
+    common_bed = fit_common_bed([trace.points for trace in measurements])
+    error95_deg = common_error_deg(common_bed.max_confidence95_deg, measurements)
+    return common_bed.plane, error95_deg
 
 
 def _find_cutoffs(
