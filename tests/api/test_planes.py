@@ -174,7 +174,6 @@ def test_the_resolution_enters_the_verdict() -> None:
     [
         ([], "argument.empty", {}),
         (None, "array.not-points", {"shape": ()}),
-        ("north", "array.not-numbers", {"type": "str"}),
         ([["1", "2", "3"]] * 4, "array.not-numbers", {"type": "list"}),
         ([[1, 2, 3], [4, 5]], "array.not-numbers", {"type": "list"}),
         ([[1, 2, 3j]] * 4, "array.not-numbers", {"type": "list"}),
@@ -208,6 +207,11 @@ def test_the_resolution_enters_the_verdict() -> None:
 def test_what_is_not_an_array_of_points_is_refused(given: Any, code: str, values: Any) -> None:
     with refused(code, field="points", **values):
         vs.fit_plane(given)
+
+
+def test_a_word_is_the_name_of_a_file() -> None:
+    with refused("file.missing", file="north"):
+        vs.fit_plane("north")
 
 
 @pytest.mark.parametrize(

@@ -80,7 +80,7 @@ def test_remarks_are_python_warnings() -> None:
         ),
         (MODEL, WORLD, {"check": [1, 2]}, "array.not-flags", {"count": 7, "field": "check"}),
         (MODEL, WORLD, {"check": np.arange(7)}, "array.not-flags", {"count": 7}),
-        ("a", WORLD, {}, "array.not-numbers", {"field": "model_points"}),
+        ("a", WORLD, {}, "file.missing", {"file": "a"}),
     ],
 )
 def test_points_that_are_not_pairs_are_refused(

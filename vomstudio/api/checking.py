@@ -144,20 +144,14 @@ def requires_type(option: str, argument: str, expected: str) -> UsageError:
     return UsageError(finding, field=option)
 
 
-def points(values: Any, name: str = "points") -> FloatArray:
-    """Convert an array, a DataFrame with x, y, z, a model or a path to finite points (n, 3).
-
-    Points keep their order. A model or a PyVista data set gives its vertices.
+def array_points(values: Any, name: str = "points") -> FloatArray:
+    """Convert an array, or a DataFrame with x, y, z, to finite points (n, 3).
 
     Raises
     ------
     InputError
         If a row is invalid; the error states the first such row.
     """
-    if is_model(values):
-        from vomstudio.api.models import to_model
-
-        return np.ascontiguousarray(to_model(values, name).points)
     array = numbers(_coordinates_of(values, name), name)
     if array.size == 0:
         raise InputError(Finding("argument.empty"), field=name)
@@ -183,22 +177,6 @@ def is_model(value: Any) -> bool:
     if hasattr(value, "columns"):  # A DataFrame has its columns as attributes.
         return False
     return any(hasattr(value, name) for name in ("field_data", "to_pyvista", "read"))
-
-
-def pixels_or_points(values: Any, name: str) -> FloatArray:
-    """Convert values to points (n, 3), or to finite columns and rows (n, 2) of a photo.
-
-    Raises
-    ------
-    InputError
-    """
-    if hasattr(values, "columns") or is_model(values):
-        return points(values, name)
-    if np.ndim(values) != 2 or np.shape(values)[1] != 2:
-        return points(values, name)
-    array = numbers(values, name)
-    refuse_rows(np.asarray(~np.isfinite(array).all(axis=1)), name)
-    return np.ascontiguousarray(array)
 
 
 def _coordinates_of(values: Any, name: str) -> Any:

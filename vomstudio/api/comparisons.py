@@ -132,7 +132,7 @@ def load_placed(value: Any, name: str) -> tuple[Any, str | None, float | None]:
     position_error_m : float or None
         Error of the position of the model.
     """
-    from vomstudio.api.checking import points
+    from vomstudio.api.point_arguments import points
     from vomstudio.geometry.cloud import PointCloud as Cloud
     from vomstudio.io.gis.crs import world_crs
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from vomstudio.api.checking import name_argument_in_errors, numbers, points, warn
+from vomstudio.api.checking import name_argument_in_errors, numbers, warn
 from vomstudio.api.comparisons import load_placed
 from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.planes import plane_text
+from vomstudio.api.point_arguments import points
 from vomstudio.geology.beds.extended import (
     PlaneEstimate,
     plane_estimate_from_attitude,

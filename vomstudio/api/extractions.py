@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from vomstudio.api.checking import (
     path_text,
-    pixels_or_points,
-    points,
     warn,
 )
 from vomstudio.api.comparisons import is_array, load_placed
 from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.models import to_model
+from vomstudio.api.point_arguments import pixels_or_points, points
 from vomstudio.api.reporting import ProgressArgument, to_progress
 from vomstudio.api.tables import frame
 from vomstudio.core.errors import UsageError

@@ -11,7 +11,6 @@ from vomstudio.api.checking import (
     numbers,
     parse_angles,
     plane_text,
-    points,
     refuse_rows,
     to_plane,
     warn,
@@ -19,6 +18,7 @@ from vomstudio.api.checking import (
 )
 from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.frame_arguments import UpAxis, frame_options, name_frame_arguments_in_errors
+from vomstudio.api.point_arguments import points
 from vomstudio.api.tables import to_text_table
 from vomstudio.geology.beds.bed_log import BedLog, bed_log
 from vomstudio.geology.beds.log_options import LogOptions

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from vomstudio.api.checking import array_points as to_points
 from vomstudio.api.checking import (
     check_flag,
     is_path,
@@ -22,7 +23,6 @@ from vomstudio.api.checking import (
     wrong_shape,
     wrong_type,
 )
-from vomstudio.api.checking import points as to_points
 from vomstudio.api.frame_arguments import frame_options, name_frame_arguments_in_errors
 from vomstudio.api.reporting import ProgressArgument, to_progress
 from vomstudio.core.arrays import ByteArray, Float32Array, FloatArray, GenericArray, Int32Array

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from vomstudio.api.checking import name_argument_in_errors, require_positive
-from vomstudio.api.checking import points as checked
+from vomstudio.api.point_arguments import points as checked
 from vomstudio.api.tables import to_orientation_table
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding

@@ -12,7 +12,6 @@ import numpy as np
 from vomstudio.api.checking import (
     coordinate_names,
     numbers,
-    points,
     require_positive,
     requires_type,
     to_list,
@@ -21,6 +20,7 @@ from vomstudio.api.checking import (
     wrong_type,
 )
 from vomstudio.api.declared_options import options_from_arguments
+from vomstudio.api.point_arguments import points
 from vomstudio.api.tables import dataframe_crs, frame
 from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError, InputError, UsageError

@@ -12,7 +12,6 @@ from vomstudio.api.checking import (
     check_flag,
     name_argument_in_errors,
     optional_text,
-    points,
     required_text,
     to_path,
     warn,
@@ -20,6 +19,7 @@ from vomstudio.api.checking import (
 from vomstudio.api.frame_arguments import frame_options, name_frame_arguments_in_errors
 from vomstudio.api.models import Mesh, PointCloud, apply_recorded_placement
 from vomstudio.api.planes import LineFit, PlaneFit, to_line_fit, to_plane_fit
+from vomstudio.api.point_arguments import points
 from vomstudio.core.errors import DocumentError, GeometryError, InputError, VomWarning
 from vomstudio.core.findings import Finding, finding_of
 from vomstudio.core.reprs import html_table, text_table

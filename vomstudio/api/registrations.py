@@ -13,7 +13,6 @@ from vomstudio.api.checking import (
     numbers,
     optional_text,
     path_text,
-    points,
     refuse_other_lengths,
     refuse_rows,
     requires_type,
@@ -23,6 +22,7 @@ from vomstudio.api.checking import (
     wrong_shape,
 )
 from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
+from vomstudio.api.point_arguments import points
 from vomstudio.api.reporting import ProgressArgument, to_progress
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import InputError

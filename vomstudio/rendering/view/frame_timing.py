@@ -29,7 +29,7 @@ class Drawable(Protocol):
 
 
 class Pace:
-    """Prediction of drawing times, and of the number of cloud points drawn while the view moves."""
+    """Prediction of drawing times, and of the cloud points drawn while the view moves."""
 
     def __init__(self) -> None:
         self._seconds_per_element = 4e-7
