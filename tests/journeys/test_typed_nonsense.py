@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 import shiboken6
-from PySide6.QtCore import QModelIndex, Qt
+from PySide6.QtCore import QAbstractItemModel, QAbstractListModel, QModelIndex, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -97,9 +97,14 @@ def enter(field: QLineEdit | QPlainTextEdit, text: str, end: Qt.Key) -> None:
     driver.pause(2)
 
 
+def column_count(model: QAbstractItemModel, parent: QModelIndex) -> int:
+    """The columns; of a list model, which hides the method, its one."""
+    return 1 if isinstance(model, QAbstractListModel) else model.columnCount(parent)
+
+
 def assert_quiet(window, field: QWidget, place: tuple[str, ...]) -> None:
     modal = QApplication.activeModalWidget()
-    assert modal is None, (place, modal.windowTitle())
+    assert modal in (None, field.window()), (place, modal.windowTitle())
     assert window.isEnabled()
     owner = field.parent() if shiboken6.isValid(field) else None
     if isinstance(owner, QAbstractSpinBox):
@@ -131,7 +136,7 @@ def editable_cells(page: QWidget) -> Iterator[tuple[QAbstractItemView, QModelInd
         # The rows of a tree are below its groups.
         for parent in (QModelIndex(), *(model.index(row, 0) for row in range(model.rowCount()))):
             for row in range(min(ROWS, model.rowCount(parent))):
-                for column in range(model.columnCount(parent)):
+                for column in range(column_count(model, parent)):
                     index = model.index(row, column, parent)
                     if model.flags(index) & Qt.ItemFlag.ItemIsEditable:
                         yield view, index
@@ -187,6 +192,8 @@ def check(window, before: dict[str, object], records: dict[str, object], label) 
     assert dict(window.studio.records) == records
 
 
+# The key that ends an edit deletes its editor, for which Qt then receives a second commit.
+@pytest.mark.qt_log_ignore("commitData called with an editor", extend=True)
 def test_fields_and_cells_of_every_page_refuse_nonsense_quietly(interpreted) -> None:
     window, studio = interpreted, interpreted.studio
     before, records, label = vertices(window), dict(studio.records), studio.undo_label

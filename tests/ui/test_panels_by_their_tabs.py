@@ -18,7 +18,9 @@ def created(place: LazyScrollArea) -> bool:
     return bool(QScrollArea.widget(place).findChildren(QWidget))
 
 
-@pytest.mark.parametrize("size", first_in_default_tier([(1400, 900), (1000, 560)]))
+@pytest.mark.parametrize(
+    "size", first_in_default_tier(map(pytest.param, [(1400, 900), (1000, 560)]))
+)
 @pytest.mark.parametrize("name", first_in_default_tier(["interpret", "results"], 1))
 def test_no_page_is_empty_whose_button_is_clicked(window, qtbot, name, size) -> None:
     window.resize(*size)

@@ -86,7 +86,9 @@ def gigabytes(size: float) -> str:
 def natural_sort_key(name: str) -> tuple[tuple[int, int, str], ...]:
     """Return a key that sorts names by the numbers in them, such as B2 before B10."""
     return tuple(
-        (0, int(part), "") if part.isdecimal() else (1, 0, part.casefold())
+        (0, len(part.lstrip("0")), part.lstrip("0"))
+        if part.isdecimal()
+        else (1, 0, part.casefold())
         for part in re.split(r"(\d+)", name)
         if part
     )
