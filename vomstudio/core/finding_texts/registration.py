@@ -148,7 +148,7 @@ TEXTS: dict[str, Entry] = {
     "registration.no-observations": (
         "error",
         to_translate(
-            "There are no observations to register the model. Add points, directions,"
+            "The model cannot be registered without observations. Add points, directions,"
             " lengths or a reference."
         ),
     ),

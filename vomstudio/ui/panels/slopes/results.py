@@ -33,7 +33,7 @@ _MODES = (
     ("wedge", to_translate("Wedge sliding"), False),
     ("flexural_toppling", to_translate("Flexural toppling"), True),
     ("direct_toppling", to_translate("Direct toppling"), False),
-    ("bases", to_translate("– bases"), True),
+    ("bases", to_translate("Toppling bases"), True),
 )
 """Name, title, and whether the mode counts planes (True) or intersections (False)."""
 _COLUMNS = (
