@@ -57,10 +57,17 @@ class SmallPointTree:
         self._points, self.n = points, len(points)
 
     def query(self, x: FloatArray, k: int) -> tuple[FloatArray, IntArray]:
-        offset = x[:, None] - self._points[None]
-        square = (offset * offset).sum(axis=2)
-        rows = np.argsort(square, axis=1, kind="stable")[:, :k]
-        return np.sqrt(np.take_along_axis(square, rows, axis=1)), rows
+        square = np.zeros((len(x), self.n))
+        for axis in range(self._points.shape[1]):
+            offset = x[:, axis, None] - self._points[None, :, axis]
+            square += offset * offset
+        rows = np.argpartition(square, k - 1, axis=1)[:, :k]
+        distance = np.take_along_axis(square, rows, axis=1)
+        order = np.argsort(distance, axis=1, kind="stable")
+        return (
+            np.sqrt(np.take_along_axis(distance, order, axis=1)),
+            np.take_along_axis(rows, order, axis=1),
+        )
 
 
 def effective_resolution(

@@ -25,6 +25,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.model_transform import transform_model
 from vomstudio.geometry.resolution import (
     NEIGHBOUR_COUNTS,
+    NeighbourTree,
     SmallPointTree,
     effective_resolution,
     resolving_points,
@@ -51,6 +52,7 @@ MAX_SAMPLED_POINTS = 20_000
 MAX_SAMPLED_LOCATIONS = 1_000
 WINDOW_COUNT = 16
 MAX_POINTS_WITHOUT_TREE = 300
+MAX_WINDOW_POINTS_WITHOUT_TREE = 40_000
 MAX_FIELDS = 300
 
 
@@ -146,10 +148,15 @@ def resolution(data: Mesh | PointCloud) -> float:
     that of the original mesh. Large models are sampled: every k-th face, and all points in windows
     around points distributed over the file. The result is NaN for a single point.
     """
-    point_resolution = _cloud_resolution(resolving_points(data))
+    points = resolving_points(data)
     if not isinstance(data, Mesh):
-        return point_resolution
+        return _cloud_resolution(points)
     edge = point_spacing(data.undivided)
+    point_resolution = (
+        _cloud_resolution(points)
+        if len(points) <= MAX_POINTS_WITHOUT_TREE
+        else _resolution_in_windows(points, edge)
+    )
     # A few vertices determine neither density nor noise.
     has_few_vertices = len(data.undivided.vertices) < NEIGHBOUR_COUNTS[0]
     return edge if has_few_vertices or np.isnan(point_resolution) else max(edge, point_resolution)
@@ -243,7 +250,11 @@ def _cloud_resolution(points: FloatArray) -> float:
             local_points, cKDTree(local_points), local_points[:: max(1, n // MAX_SAMPLED_LOCATIONS)]
         )
         return float("nan") if resolution_of_points is None else resolution_of_points
-    spacing = _rough_spacing(points)
+    return _resolution_in_windows(points, _rough_spacing(points))
+
+
+def _resolution_in_windows(points: FloatArray, spacing: float) -> float:
+    """Return the median resolution in windows of 60 spacings around some points."""
     if not np.isfinite(spacing) or spacing <= 0:
         return float("nan")
     # Some thousand points, of which the inner ones have all their neighbours.
@@ -254,10 +265,20 @@ def _cloud_resolution(points: FloatArray) -> float:
         inner_points = inner_points[
             :: max(1, len(inner_points) // (MAX_SAMPLED_LOCATIONS // WINDOW_COUNT))
         ]
-        window_resolution = effective_resolution(local_points, cKDTree(local_points), inner_points)
+        window_resolution = effective_resolution(
+            local_points, _window_tree(local_points), inner_points
+        )
         if window_resolution is not None:
             resolutions.append(window_resolution)
     return float(np.median(resolutions)) if resolutions else float(spacing)
+
+
+def _window_tree(local_points: FloatArray) -> NeighbourTree:
+    if len(local_points) <= MAX_WINDOW_POINTS_WITHOUT_TREE:
+        return SmallPointTree(local_points)
+    from scipy.spatial import cKDTree
+
+    return cKDTree(local_points)
 
 
 def _mean_nearest(tree: object, queries: FloatArray) -> float:
