@@ -33,9 +33,10 @@ from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits, grid_edits
 from vomstudio.project.exports.export import export_project
 from vomstudio.project.folder import ProjectFolder
-from vomstudio.project.journal.database import NAME, read_replay
+from vomstudio.project.journal.database import read_replay
 from vomstudio.project.journal.replay import Replay
 from vomstudio.project.journal.rows import COLUMNS, checksum
+from vomstudio.project.paths import JOURNAL_NAME
 from vomstudio.project.records import Model
 from vomstudio.project.verify import verify
 
@@ -94,7 +95,7 @@ def said_by(played: Replay) -> tuple[Any, ...]:
 
 
 def flip_bit(folder: Path, chance: random.Random) -> str:
-    path = folder / NAME
+    path = folder / JOURNAL_NAME
     data = bytearray(path.read_bytes())
     at, bit = chance.randrange(len(data)), chance.randrange(8)
     data[at] ^= 1 << bit
@@ -104,7 +105,7 @@ def flip_bit(folder: Path, chance: random.Random) -> str:
 
 def odd_row(folder: Path, chance: random.Random) -> str:
     """One value of one row is something else; every checksum is right."""
-    db = sqlite3.connect(folder / NAME)
+    db = sqlite3.connect(folder / JOURNAL_NAME)
     rows = [list(row) for row in db.execute(f"SELECT {COLUMNS} FROM journal ORDER BY seq")]
     row = chance.choice(rows)
     column = chance.choice([4, 5, 5, 5, 3, 1, 2, 8])

@@ -49,11 +49,11 @@ def test_a_name_that_is_a_number_is_named_and_left_aside(tmp_path_factory) -> No
     import sqlite3
 
     from vomstudio.project.folder import ProjectFolder
-    from vomstudio.project.journal.database import NAME
     from vomstudio.project.journal.rows import COLUMNS, checksum
+    from vomstudio.project.paths import JOURNAL_NAME
 
     project = projects.specimen(tmp_path_factory.mktemp("a"))
-    db = sqlite3.connect(project / NAME)
+    db = sqlite3.connect(project / JOURNAL_NAME)
     rows = [list(r) for r in db.execute(f"SELECT {COLUMNS} FROM journal ORDER BY seq")]
     row = next(r for r in reversed(rows) if r[5] and '"record":"trace"' in r[5])
     after = json.loads(row[5])

@@ -28,8 +28,9 @@ from tests.journeys.test_photo_window import (
 )
 from tests.small_disk import failing_disk, fill, small_disk
 from vomstudio.project.folder import ProjectFolder
-from vomstudio.project.journal.database import NAME, read_replay
+from vomstudio.project.journal.database import read_replay
 from vomstudio.project.journal.failures import is_lost
+from vomstudio.project.paths import JOURNAL_NAME
 from vomstudio.project.records import Mask
 from vomstudio.project.verify import verify
 from vomstudio.ui.commands.project_files import TITLES
@@ -105,7 +106,7 @@ def test_the_folder_goes_away(window, outcrop, tmp_path, monkeypatch, how):
     elif how == "renamed":
         folder.rename(folder.with_name("other.vom"))
     elif how == "journal removed":
-        (folder / NAME).unlink()
+        (folder / JOURNAL_NAME).unlink()
     else:
         ProjectFolder.create(older).close()
         shutil.rmtree(folder)
@@ -117,7 +118,7 @@ def test_the_folder_goes_away(window, outcrop, tmp_path, monkeypatch, how):
     elif how == "renamed":
         assert beds(folder.with_name("other.vom")) == ["first", "second"]
     elif how == "replaced":
-        assert (folder / NAME).read_bytes() == (older / NAME).read_bytes()
+        assert (folder / JOURNAL_NAME).read_bytes() == (older / JOURNAL_NAME).read_bytes()
 
 
 def test_the_disk_is_full(window, outcrop, tmp_path, monkeypatch):

@@ -26,12 +26,12 @@ from vomstudio.project.folder import (
     ProjectFolder,
     create_untitled,
     is_free,
-    is_project,
     project_folder,
     untitled_folder,
     untitled_projects,
 )
 from vomstudio.project.journal.database import SqliteJournal, read_replay
+from vomstudio.project.paths import is_project
 from vomstudio.project.reconstructions import RECONSTRUCTIONS
 from vomstudio.project.records import Model
 from vomstudio.project.session import DISCARD_LABEL

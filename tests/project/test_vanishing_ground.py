@@ -23,9 +23,10 @@ from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits
 from vomstudio.project.assets import store_asset
 from vomstudio.project.folder import ProjectFolder
-from vomstudio.project.journal.database import NAME, SqliteJournal, read_replay
+from vomstudio.project.journal.database import SqliteJournal, read_replay
 from vomstudio.project.journal.failures import NotWritten
 from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.paths import JOURNAL_NAME
 from vomstudio.project.photo_edits import add_photo_set, set_masks
 from vomstudio.project.records import Mask, Model, PhotoSet
 from vomstudio.project.verify import verify
@@ -79,11 +80,11 @@ def renamed(folder: Path, older: Path) -> None:
 
 
 def journal_removed(folder: Path, older: Path) -> None:
-    (folder / NAME).unlink()
+    (folder / JOURNAL_NAME).unlink()
 
 
 def log_removed(folder: Path, older: Path) -> None:
-    (folder / f"{NAME}-wal").unlink()
+    (folder / f"{JOURNAL_NAME}-wal").unlink()
 
 
 def folder_replaced(folder: Path, older: Path) -> None:
@@ -92,17 +93,17 @@ def folder_replaced(folder: Path, older: Path) -> None:
 
 
 def file_replaced(folder: Path, older: Path) -> None:
-    shutil.copyfile(older / NAME, folder / "new")
-    (folder / "new").replace(folder / NAME)
+    shutil.copyfile(older / JOURNAL_NAME, folder / "new")
+    (folder / "new").replace(folder / JOURNAL_NAME)
 
 
 def file_overwritten(folder: Path, older: Path) -> None:
-    shutil.copyfile(older / NAME, folder / NAME)
+    shutil.copyfile(older / JOURNAL_NAME, folder / JOURNAL_NAME)
 
 
 def another_writer(folder: Path, older: Path) -> None:
     """A program on another machine, whose locks do not reach this one."""
-    other = SqliteJournal(folder / NAME)
+    other = SqliteJournal(folder / JOURNAL_NAME)
     other.append("draft", after=None)
     other._db.close()
 
@@ -163,7 +164,7 @@ def test_what_has_taken_the_place_stays_as_it_is(disk: Path, how: str, saved: bo
     if saved:
         project.save_as(disk.parent / "rescued.vom")
     project.close()
-    assert (folder / NAME).read_bytes() == (older / NAME).read_bytes()
+    assert (folder / JOURNAL_NAME).read_bytes() == (older / JOURNAL_NAME).read_bytes()
     assert names(folder) == ["a"]
     ProjectFolder.open(folder).close()
 
@@ -210,7 +211,9 @@ def test_a_copy_that_takes_the_place_unchanged_is_gone_on_with(disk: Path) -> No
     in again has other numbers."""
     project, told = begun(disk)
     project.journal._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-    shutil.copytree(project.folder, disk / "copy.vom", ignore=lambda *_: ["lock", f"{NAME}-shm"])
+    shutil.copytree(
+        project.folder, disk / "copy.vom", ignore=lambda *_: ["lock", f"{JOURNAL_NAME}-shm"]
+    )
     project.folder.rename(disk / "away.vom")
     (disk / "copy.vom").rename(project.folder)
     add(project, "d")
@@ -223,9 +226,9 @@ def test_a_copy_that_takes_the_place_unchanged_is_gone_on_with(disk: Path) -> No
 
 def test_a_file_that_was_only_touched_is_none_the_worse(disk: Path) -> None:
     project, told = begun(disk)
-    os.utime(project.folder / NAME)
-    os.utime(project.folder / f"{NAME}-wal")
-    with contextlib.closing(sqlite3.connect(project.folder / NAME)) as other:
+    os.utime(project.folder / JOURNAL_NAME)
+    os.utime(project.folder / f"{JOURNAL_NAME}-wal")
+    with contextlib.closing(sqlite3.connect(project.folder / JOURNAL_NAME)) as other:
         other.execute("SELECT count(*) FROM journal").fetchone()
     add(project, "d")
     assert told == []

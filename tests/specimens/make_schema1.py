@@ -30,7 +30,7 @@ from vomstudio.project import edits
 from vomstudio.project.codec import decode_edit, encode_edit
 from vomstudio.project.edit import change
 from vomstudio.project.journal import replay as document_journal
-from vomstudio.project.journal.database import NAME, SqliteJournal
+from vomstudio.project.journal.database import SqliteJournal
 from vomstudio.project.journal.replay import JournalRow, Replay
 from vomstudio.project.kinds.contact import Contact
 from vomstudio.project.kinds.dimension import Dimension
@@ -42,6 +42,7 @@ from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.kinds.station import Station
 from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.paths import JOURNAL_NAME
 from vomstudio.project.records import (
     SURROUNDINGS_RULE,
     Compass,
@@ -77,17 +78,17 @@ def main() -> None:
     recorded = figures.recorded(SPECIMEN)
     with tempfile.TemporaryDirectory() as place:
         folder = figures.copy_of(SPECIMEN, Path(place))
-        rewrite(folder / NAME)
+        rewrite(folder / JOURNAL_NAME)
         opened = figures.open_project(folder)
         add_missing(opened.session, {row.kind for row in opened.journal.rows()})
         opened.close()
-        written = Path(place) / NAME
-        shutil.copy(folder / NAME, written)
+        written = Path(place) / JOURNAL_NAME
+        shutil.copy(folder / JOURNAL_NAME, written)
         found = json.loads(json.dumps(figures.figures_of(folder)))
         different = list(figures.differences(recorded, found, ignored=("history", "said")))
         if different and not new_figures:
             raise SystemExit("\n".join([*different, "Figures differ: nothing was written."]))
-        shutil.copy(written, figures.HERE / f"{SPECIMEN}.vom" / NAME)
+        shutil.copy(written, figures.HERE / f"{SPECIMEN}.vom" / JOURNAL_NAME)
     figures.record(SPECIMEN, found)
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from tests.driver import close, make_window, wait
 from tests.fuzz.projects import specimen
-from vomstudio.project.journal.database import NAME
+from vomstudio.project.paths import JOURNAL_NAME
 from vomstudio.project.records import Feature
 
 ODD = [
@@ -21,7 +21,7 @@ ODD = [
 
 
 def with_views(project: Path, value: str) -> None:
-    db = sqlite3.connect(project / NAME)
+    db = sqlite3.connect(project / JOURNAL_NAME)
     known = {key for (key,) in db.execute("SELECT key FROM view")}
     known |= {"camera", "display", "hidden", "cameras", "named_views", "survey_plan"}
     known.discard("taking in")

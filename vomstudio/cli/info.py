@@ -102,7 +102,7 @@ def _describe_path(path: Path, progress: Progress) -> dict[str, Any]:
 
 
 def _folder(path: Path, progress: Progress) -> dict[str, Any]:
-    from vomstudio.project.folder import is_project
+    from vomstudio.project.paths import is_project
 
     if is_project(path):
         return {**EMPTY_CONTENTS, "kind": "project"}

@@ -23,10 +23,11 @@ from vomstudio.core.findings import Finding
 from vomstudio.project.assets import FOLDER
 from vomstudio.project.codec import encode_edit
 from vomstudio.project.edit import Edit
-from vomstudio.project.journal.database import NAME, SqliteJournal
+from vomstudio.project.journal.database import SqliteJournal
 from vomstudio.project.journal.failures import NotWritten
 from vomstudio.project.journal.file_watch import head_of
 from vomstudio.project.journal.replay import RowKind
+from vomstudio.project.paths import JOURNAL_NAME
 from vomstudio.project.session import Session
 from vomstudio.project.verify import assets_of
 
@@ -219,17 +220,17 @@ def replace_journal(
     # From here on, killing the process leaves either of the two journals complete.
     journal.close_file()
     try:
-        new_path.replace(folder / NAME)
+        new_path.replace(folder / JOURNAL_NAME)
     except OSError as error:
         remove(new_path)
         with contextlib.suppress(VomError):
             journal.reopen()
-        raise write_error(folder / NAME, error) from error
+        raise write_error(folder / JOURNAL_NAME, error) from error
     session.use_journal(journal, numbers)
     try:
         journal.reopen_replaced(head)
     except VomError as error:
-        raise write_error(folder / NAME, error.__cause__ or error) from error
+        raise write_error(folder / JOURNAL_NAME, error.__cause__ or error) from error
 
 
 def undo_compaction(

@@ -29,9 +29,9 @@ from vomstudio.project.assets import FOLDER as ASSETS
 from vomstudio.project.assets import Assets
 from vomstudio.project.comparisons import FOLDER as COMPARISONS
 from vomstudio.project.imports.sidecar_import import PHOTO_TABLES
-from vomstudio.project.journal.database import NAME as JOURNAL
 from vomstudio.project.journal.database import SqliteJournal, read_replay
 from vomstudio.project.journal.failures import is_lost
+from vomstudio.project.paths import JOURNAL_NAME, PROJECT_SUFFIX
 from vomstudio.project.reconstructions import (
     RECONSTRUCTIONS,
     copy_reconstructions,
@@ -41,7 +41,6 @@ from vomstudio.project.records import Feature, Mask, Model, ReconstructionRecord
 from vomstudio.project.repair import Repaired, repair
 from vomstudio.project.session import Session
 
-SUFFIX = ".vom"
 MODELS = "models"
 # Recreating the thumbnails of thousands of photos would take minutes.
 _COPIED_FOLDERS = (MODELS, PHOTO_TABLES, ASSETS, COMPARISONS, "cache/thumbnails")
@@ -132,7 +131,7 @@ class ProjectFolder:
                 Finding("folder.not-created", reason=failure_reason(folder.parent, error)),
                 file=folder,
             ) from error
-        if (folder / JOURNAL).exists():
+        if (folder / JOURNAL_NAME).exists():
             raise TargetError(Finding("project.exists"), file=folder)
         return cls._open_locked(folder, settings, create=True)
 
@@ -184,7 +183,7 @@ class ProjectFolder:
             if not allow_unlocked:
                 raise
         try:
-            journal = SqliteJournal(folder / JOURNAL, create=create)
+            journal = SqliteJournal(folder / JOURNAL_NAME, create=create)
             return cls(folder, journal, lock, settings=settings)
         except BaseException:
             if lock is not None:
@@ -193,7 +192,7 @@ class ProjectFolder:
 
     @property
     def name(self) -> str:
-        return self.folder.name.removesuffix(SUFFIX)
+        return self.folder.name.removesuffix(PROJECT_SUFFIX)
 
     @property
     def untitled(self) -> bool:
@@ -271,7 +270,7 @@ class ProjectFolder:
         try:
             shutil.rmtree(part, ignore_errors=True)
             part.mkdir(parents=True)
-            numbers = self._copy_journal(part / JOURNAL)
+            numbers = self._copy_journal(part / JOURNAL_NAME)
             moves = self._copy_files(part) if owns_folder else False
             self.assets.write(part)
             if folder.exists():
@@ -412,7 +411,7 @@ def _open_saved(folder: Path) -> tuple[ProjectLock, SqliteJournal]:
     journal: SqliteJournal | None = None
     try:
         lock = ProjectLock(folder / "lock")
-        journal = SqliteJournal(folder / JOURNAL)
+        journal = SqliteJournal(folder / JOURNAL_NAME)
         journal.append("save")
         return lock, journal
     except VomError as error:
@@ -430,21 +429,16 @@ def _same_disk(one: Path, other: Path) -> bool:
 
 def project_folder(path: Path) -> Path:
     """Return the project folder from its path or that of a file in it. Raises InputError."""
-    if is_regular(path) and path.parent.suffix == SUFFIX:
+    if is_regular(path) and path.parent.suffix == PROJECT_SUFFIX:
         path = path.parent
     if not path_exists(path):
         raise InputError(Finding("project.missing"), file=path)
-    if not is_regular(path / JOURNAL):
+    if not is_regular(path / JOURNAL_NAME):
         raise InputError(
             Finding("project.not-a-project"),
             file=path,
         )
     return path
-
-
-def is_project(path: Path) -> bool:
-    """Return whether a path is a project folder or a file in one."""
-    return is_regular(path / JOURNAL) or (is_regular(path) and path.parent.suffix == SUFFIX)
 
 
 def untitled_folder() -> Path:
@@ -455,17 +449,17 @@ def untitled_folder() -> Path:
 def create_untitled(settings: Callable[[], Mapping[str, Any]] = dict) -> ProjectFolder:
     """Create a project without a name in the folder of untitled projects."""
     stamp = time.strftime("%Y%m%d-%H%M%S")
-    folder = untitled_folder() / f"{stamp}{SUFFIX}"
+    folder = untitled_folder() / f"{stamp}{PROJECT_SUFFIX}"
     number = 1
     while folder.exists():
         number += 1
-        folder = untitled_folder() / f"{stamp}-{number}{SUFFIX}"
+        folder = untitled_folder() / f"{stamp}-{number}{PROJECT_SUFFIX}"
     return ProjectFolder.create(folder, settings=settings)
 
 
 def is_free(folder: Path) -> bool:
     """Return whether a project exists and is not open in another window."""
-    if not is_regular(folder / JOURNAL):
+    if not is_regular(folder / JOURNAL_NAME):
         return False
     try:
         ProjectLock(folder / "lock").release()
@@ -484,7 +478,7 @@ def untitled_projects(*, finished: bool) -> list[Path]:
         by a crash or power failure.
     """
     folders = []
-    journals = untitled_folder().glob(f"*{SUFFIX}/{JOURNAL}")
+    journals = untitled_folder().glob(f"*{PROJECT_SUFFIX}/{JOURNAL_NAME}")
     for folder in (j.parent for j in sorted(journals, key=_time_of, reverse=True)):
         if not is_free(folder):
             continue

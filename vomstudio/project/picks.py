@@ -6,7 +6,7 @@ from pathlib import Path
 
 from vomstudio.io.text.orientation_columns import Azimuth
 from vomstudio.io.text.orientation_reading import OrientationTable, read_orientations
-from vomstudio.project.folder import is_project
+from vomstudio.project.paths import is_project
 
 
 def read_picks(

@@ -27,7 +27,7 @@ from vomstudio.io.models.frames import (
 from vomstudio.io.photos import cameras_file
 from vomstudio.io.photos.cameras_file import has_known_scale
 from vomstudio.project import edits
-from vomstudio.project.folder import is_project
+from vomstudio.project.paths import is_project
 from vomstudio.project.photo_edits import reconstruction_in, reconstruction_registration
 from vomstudio.project.reconstructions import RECONSTRUCTIONS
 from vomstudio.project.records import Model, Record

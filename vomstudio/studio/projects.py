@@ -14,9 +14,9 @@ from vomstudio.core.signals import Signal
 from vomstudio.project.edit import Edit
 from vomstudio.project.folder import ProjectFolder, create_untitled, is_free, untitled_projects
 from vomstudio.project.garbage_collection import pause_collection
-from vomstudio.project.journal.database import NAME as JOURNAL
 from vomstudio.project.journal.failures import is_lost
 from vomstudio.project.measurement_cache import Measurements
+from vomstudio.project.paths import JOURNAL_NAME
 from vomstudio.project.record_map import RecordMap
 from vomstudio.project.session import Session
 from vomstudio.studio.notices import SAVE_AS, Notice, Notices
@@ -131,7 +131,7 @@ class Projects:
             self._preferences.remember(self.project.folder)
 
     def _read(self, folder: Path) -> tuple[ProjectFolder, Measurements | None]:
-        journal = folder / JOURNAL
+        journal = folder / JOURNAL_NAME
         if not is_regular(journal) or journal.stat().st_size < LARGE_JOURNAL_BYTES:
             return self._lock(folder), None
         read: list[tuple[ProjectFolder, Measurements]] = []
@@ -163,7 +163,9 @@ class Projects:
         unclosed_paths = [Path(path) for path in self._preferences.settings.unclosed]
         folders = (*(f for f in unclosed_paths if is_free(f)), *untitled_projects(finished=False))
         excluded_paths = {path.resolve() for path in (self.project.folder, *but)}
-        return [f for f in folders if not excluded_paths & {f.resolve(), f.resolve() / JOURNAL}]
+        return [
+            f for f in folders if not excluded_paths & {f.resolve(), f.resolve() / JOURNAL_NAME}
+        ]
 
     def _adopt(self, project: ProjectFolder, measurements: Measurements | None = None) -> None:
         if self._project is not None:

@@ -277,10 +277,17 @@ def _circle(axis: FloatArray, half_angle: float, residuals: FloatArray) -> Small
     return SmallCircle(Line.from_vector(axis), min(half, 180.0 - half), rms(np.degrees(residuals)))
 
 
-def _fit_circle(x: FloatArray) -> tuple[FloatArray, float, FloatArray]:
-    """Return the axis (3,), half-angle and residuals (n,) of directions (n, 3), radians."""
+def _fit_circle(
+    x: FloatArray, start_axis: FloatArray | None = None
+) -> tuple[FloatArray, float, FloatArray]:
+    """Return the axis (3,), half-angle and residuals (n,) of directions (n, 3), radians.
+
+    Without a start axis, the search begins at the normal of the plane through the directions.
+    """
     mean = x.mean(axis=0)
-    axis = np.linalg.svd(x - mean, full_matrices=False)[2][2]
+    axis = (
+        np.linalg.svd(x - mean, full_matrices=False)[2][2] if start_axis is None else start_axis
+    )
     half_angle = math.acos(min(max(float(mean @ axis), -1.0), 1.0))
     for _ in range(50):
         residuals = np.arccos(np.clip(x @ axis, -1.0, 1.0)) - half_angle
@@ -340,17 +347,37 @@ def _fit_around_axis(poles: FloatArray, axes: FloatArray) -> _CircleAround | Non
             break
     angles = np.arccos(np.abs(np.clip(candidates @ sample.T, -1.0, 1.0)))
     axis_estimate = candidates[np.argmin(np.var(angles, axis=1))]
-    for _ in range(MAX_ITERATIONS):
-        ends = flip_to(poles, axis_estimate)
-        axis, half_angle, residuals = _fit_circle(ends)
-        if bool(((ends @ axis > 0) == (ends @ axis_estimate > 0)).all()):
-            break
-        axis_estimate = axis
+    if len(sample) < len(poles):
+        axis_estimate = _alternate_ends(sample, axis_estimate)[1]
+    ends, axis, half_angle, residuals = _alternate_ends(poles, axis_estimate)
     is_close = MIN_CONE_SEPARATION * rms(residuals) <= abs(math.pi / 2.0 - half_angle)
     if not is_close and _second_gap_deg(ends, axis) > MAX_SECOND_GAP_DEG:
         return None
     offset, sigma, likelihood = _fit_unknown_ends(np.arcsin(np.clip(poles @ axis, -1.0, 1.0)))
     return _CircleAround(axis, half_angle, residuals, ends, offset, sigma, likelihood)
+
+
+def _alternate_ends(
+    poles: FloatArray, axis_estimate: FloatArray
+) -> tuple[FloatArray, FloatArray, float, FloatArray]:
+    """Alternate the selection of ends and the fit until the ends remain.
+
+    Returns
+    -------
+    ends : (n, 3) ndarray
+    axis : (3,) ndarray
+    half_angle : float
+        In radians.
+    residuals : (n,) ndarray
+        In radians.
+    """
+    for _ in range(MAX_ITERATIONS):
+        ends = flip_to(poles, axis_estimate)
+        axis, half_angle, residuals = _fit_circle(ends, axis_estimate)
+        if bool(((ends @ axis > 0) == (ends @ axis_estimate > 0)).all()):
+            break
+        axis_estimate = axis
+    return ends, axis, half_angle, residuals
 
 
 def _second_gap_deg(ends: FloatArray, axis: FloatArray) -> float:
@@ -387,7 +414,7 @@ def _fit_unknown_ends(elevations: FloatArray) -> tuple[float, float, float]:
         balance = np.tanh(elevations * offset / sigma**2)
         changed_value = float(np.mean(balance * elevations))
         sigma = max(math.sqrt(max(square - changed_value**2, 0.0)), min_sigma)
-        if abs(changed_value - offset) < 1e-9:
+        if abs(changed_value - offset) < 1e-7:
             break
         offset = changed_value
     first_log_likelihood = -0.5 * ((elevations - offset) / sigma) ** 2

@@ -50,9 +50,9 @@ from vomstudio.project.journal.rows import (
     text_of,
 )
 from vomstudio.project.journal.schema import require_intact, require_plain
+from vomstudio.project.paths import JOURNAL_NAME
 
 APPLICATION_ID = 0x564F4D31  # "VOM1"
-NAME = "journal.sqlite"
 
 _SCHEMA = f"""
 CREATE TABLE journal (
@@ -428,7 +428,7 @@ class SqliteJournal:
 
 def own_files(folder: Path) -> list[Path]:
     """Return the files of a project's journal, which an export must not replace."""
-    return [folder / f"{NAME}{suffix}" for suffix in ("", "-wal", "-shm")]
+    return [folder / f"{JOURNAL_NAME}{suffix}" for suffix in ("", "-wal", "-shm")]
 
 
 def read_replay(folder: Path) -> Replay:
@@ -451,7 +451,7 @@ def _check_side_files(path: Path) -> None:
 def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
     """Return the schema version of the journal and the result of `read_replay`."""
     path = Path(folder)
-    path = path / NAME if path.is_dir() else path
+    path = path / JOURNAL_NAME if path.is_dir() else path
     if not path.is_file():
         raise InputError(
             Finding("project.not-a-project"),

@@ -13,7 +13,7 @@ from vomstudio.core.files.regular import is_folder
 from vomstudio.core.findings import Finding
 from vomstudio.core.paths import resource
 from vomstudio.core.words import tr, tr_n
-from vomstudio.project.folder import SUFFIX
+from vomstudio.project.paths import PROJECT_SUFFIX
 from vomstudio.project.records import Feature, Model, OnAModel, Picked, Typed, get_feature
 from vomstudio.ui.base.controls import escape_markup
 from vomstudio.ui.base.studio import Studio
@@ -103,7 +103,9 @@ def results_folder(studio: Studio) -> Path:
     -------
     Path
     """
-    recent_projects = (Path(text) for text in studio.settings.recent if text.endswith(SUFFIX))
+    recent_projects = (
+        Path(text) for text in studio.settings.recent if text.endswith(PROJECT_SUFFIX)
+    )
     folders = [
         studio.results_folder,
         None if studio.project.untitled else studio.project.folder.parent,

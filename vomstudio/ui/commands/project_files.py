@@ -19,8 +19,8 @@ from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.models.frames import check_frame
 from vomstudio.project import edits
 from vomstudio.project.exports.export import export_records
-from vomstudio.project.folder import SUFFIX, is_project
 from vomstudio.project.journal.failures import is_lost
+from vomstudio.project.paths import PROJECT_SUFFIX, is_project
 from vomstudio.project.records import Model
 from vomstudio.studio.discarded_work import list_discarded_works
 from vomstudio.studio.jobs.events import Failed
@@ -174,11 +174,11 @@ class Files(QObject):
             self._parent,
             title,
             str(_free_folder(results_folder(self._studio), stem)),
-            tr("VOM Studio project (*{suffix})", suffix=SUFFIX),
+            tr("VOM Studio project (*{suffix})", suffix=PROJECT_SUFFIX),
         )
         if not name:
             return False
-        folder = Path(name if name.endswith(SUFFIX) else name + SUFFIX)
+        folder = Path(name if name.endswith(PROJECT_SUFFIX) else name + PROJECT_SUFFIX)
         self._survey.stop_to_move()
         return self.attempt(lambda: self._studio.save_as(folder))
 
@@ -448,5 +448,5 @@ class Files(QObject):
 def _free_folder(folder: Path, stem: str) -> Path:
     """Return the path of a project folder that does not exist, adding a number if needed."""
     suffixes = ("", *(f"-{number}" for number in range(2, 1000)))
-    folders = [folder / f"{stem}{suffix}{SUFFIX}" for suffix in suffixes]
+    folders = [folder / f"{stem}{suffix}{PROJECT_SUFFIX}" for suffix in suffixes]
     return next((candidate for candidate in folders if not candidate.exists()), folders[0])

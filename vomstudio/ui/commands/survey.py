@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.project.folder import SUFFIX, is_project
+from vomstudio.project.paths import PROJECT_SUFFIX, is_project
 from vomstudio.project.photo_edits import photo_set_name
 from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.command_targets import start_folder
@@ -163,7 +163,7 @@ class SurveyDialogs:
 
 def is_photo_folder(path: Path) -> bool:
     """Return whether a path is a folder that is not a project."""
-    return path.is_dir() and path.suffix != SUFFIX and not is_project(path)
+    return path.is_dir() and path.suffix != PROJECT_SUFFIX and not is_project(path)
 
 
 def open_photos(survey: PhotoSurvey, docks: Docks, folder: Path) -> None:
