@@ -14,6 +14,8 @@ from scipy.stats import binom, chi2, t
 
 from tests.messages import refused
 from tests.sample_maker import drawn, maker
+from vomstudio import fit_plane as api_fit_plane
+from vomstudio import read
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.folds import fold_axis
@@ -53,6 +55,8 @@ from vomstudio.products.sample.photo_check import (
 from vomstudio.products.sample.report import format_html, format_text, tally
 from vomstudio.project.sample import SamplePicks, SampleTruth
 
+RESOURCES = Path(__file__).resolve().parents[2] / "resources"
+
 
 def law(cliff_seeds: list[int], draws: int) -> dict[str, list[bool]]:
     """Whether each check's region held the truth, by what was checked."""
@@ -79,6 +83,28 @@ def test_stated_regions_of_planes_hold_the_truth_as_often_as_they_say() -> None:
     planes = held["bedding"] + held["fault"] + held["joint"]
     low, high = bounds(len(planes), 0.92, 0.975)
     assert low <= sum(planes) <= high
+
+
+@pytest.mark.full
+def test_ten_sets_of_picks_lie_within_the_total_error_and_are_good() -> None:
+    """As in the program: with the resolution of the sample's model."""
+    resolution_m = read(RESOURCES / "sample" / "sample.obj").resolution_m
+    cliff = maker("relief").Cliff(7)
+    courses = maker("picks").courses(cliff)
+    is_inside, is_good = [], []
+    for seed in range(9000, 9010):
+        picks, truth = drawn(cliff, courses, seed)
+        for i, name in enumerate(picks.names):
+            fit = api_fit_plane(picks.of(i), resolution_m=resolution_m)
+            assert fit.total95_deg is not None
+            error = angle_between_planes(
+                Plane(fit.dip_direction_deg, fit.dip_deg), truth.planes[name]
+            )
+            is_inside.append(error <= fit.total95_deg)
+            is_good.append(fit.quality == "good")
+    assert np.mean(is_inside) >= 0.93
+    assert np.mean(np.array(is_inside)[is_good]) >= 0.93
+    assert np.mean(is_good) >= 0.90
 
 
 @pytest.mark.slow
