@@ -182,7 +182,10 @@ def band_findings(band: BandFigures, line: str, plane: str | None) -> list[Findi
     ]
     compatible_sets = [prior for prior in band.sets if prior.compatible]
     if compatible_sets:
-        sets = [f"{s.name} ({100.0 * s.probability:.0f} %)" for s in compatible_sets]
+        sets = [
+            f"{compatible_set.name} ({100.0 * compatible_set.probability:.0f} %)"
+            for compatible_set in compatible_sets
+        ]
         findings.append(Finding("trace.compatible-sets", sets=sets))
     elif band.sets:
         findings.append(Finding("trace.no-compatible-set"))

@@ -130,8 +130,8 @@ def _mean_variances(
     natural = np.radians(NATURAL_SCATTER_DEG) ** 2
     pooled_count = sum(squares) / freedom if freedom else natural
     variances = [
-        square / (n - 1) if n > 1 else pooled_count
-        for square, n in zip(squares, counts, strict=True)
+        square / (count - 1) if count > 1 else pooled_count
+        for square, count in zip(squares, counts, strict=True)
     ]
     return np.array(variances) / counts, freedom
 

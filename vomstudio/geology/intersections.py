@@ -174,7 +174,7 @@ def mean_plane(planes: Sequence[UncertainPlane]) -> UncertainPlane:
         raise GeometryError(Finding("sets.no-members"))
     if len(planes) == 1:
         return planes[0]
-    normals = np.array([p.normal for p in planes])
+    normals = np.array([plane.normal for plane in planes])
     n = len(normals)
     mean = orientation_tensor(normals)[1][0]
     deviations = flip_to(normals, mean)

@@ -175,7 +175,7 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
     if text.strip().lower() == "horizontal":
         return Plane(0.0, 0.0)
     tokens = _tokens(text)
-    labels = {t.text for t in tokens if t.kind == "label"}
+    labels = {token.text for token in tokens if token.kind == "label"}
     if labels:
         if labels == {"strike", "dip"}:
             tokens, meaning = _take_labelled_angles(text, tokens, "strike", "dip"), "strike/dip"
@@ -187,7 +187,7 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
     if kinds == ["number"] or kinds in (["number", "wind"], ["number", "rule"]):
         tokens = _split_comma(tokens)
         kinds = _kinds(tokens)
-    if any(t.signed for t in tokens[:1]):
+    if any(token.signed for token in tokens[:1]):
         raise _notation_error("notation.signed-azimuth", text)
 
     match kinds:
@@ -287,7 +287,7 @@ def parse_line(text: str) -> Line:
     if text.strip().lower() == "vertical":
         return Line(0.0, 90.0)
     tokens = _tokens(text)
-    labels = {t.text for t in tokens if t.kind == "label"}
+    labels = {token.text for token in tokens if token.kind == "label"}
     if labels:
         first = "azimuth" if "azimuth" in labels else "trend"
         if labels != {first, "plunge"}:
@@ -295,7 +295,7 @@ def parse_line(text: str) -> Line:
         tokens = _take_labelled_angles(text, tokens, first, "plunge")
     if _kinds(tokens) == ["number"]:
         tokens = _split_comma(tokens)
-    if any(t.signed for t in tokens[:1]) and "arrow" not in _kinds(tokens):
+    if any(token.signed for token in tokens[:1]) and "arrow" not in _kinds(tokens):
         raise _notation_error("notation.signed-azimuth", text)
     match _kinds(tokens):
         case ["number" | "bearing" | "wind", "number"]:
@@ -397,7 +397,7 @@ def _notation_error(code: str, text: str, **values: float | str) -> InputError:
 
 
 def _kinds(tokens: list[_Token]) -> list[str]:
-    return [t.kind for t in tokens]
+    return [token.kind for token in tokens]
 
 
 def _tokens(text: str, *, is_azimuth: bool = False) -> list[_Token]:

@@ -176,7 +176,7 @@ def find_plane_band(
     if major_deg is None or minor_deg is None:
         return None
     major_deg = max(major_deg, resolution_tilt_deg(fit, resolution_m) or 0.0)
-    l1, l2, l3 = (max(float(v), 0.0) for v in fit.eigenvalues)
+    l1, l2, l3 = (max(float(eigenvalue), 0.0) for eigenvalue in fit.eigenvalues)
     if major_deg <= DEFAULT_THRESHOLDS.poor_confidence95_deg or l1 <= 0.0:
         return None
     third = np.tan(np.radians(min(minor_deg, 89.0)))

@@ -98,7 +98,7 @@ def table_fold(table: OrientationRows, options: FoldOptions | None = None) -> Ta
     if domain is not None:
         domains, one_axis = _domains(table, selection, axis, domain, waviness_deg)
         axis = apply_domain_verdict(axis, one_axis)
-    figures = {f.name: getattr(axis.figures, f.name) for f in fields(AxisFigures)}
+    figures = {field.name: getattr(axis.figures, field.name) for field in fields(AxisFigures)}
     influential = axis.leave_one_out
     if influential is not None:
         rows = np.flatnonzero(selection.use)
@@ -160,7 +160,7 @@ def set_names(text: str) -> list[str]:
         If there are fewer than two names, or if a name is repeated.
     """
     names = [name.strip() for name in text.split(",")]
-    if len(names) < 2 or not all(names) or len({n.casefold() for n in names}) < len(names):
+    if len(names) < 2 or not all(names) or len({name.casefold() for name in names}) < len(names):
         raise UsageError(Finding("fold.too-few-sets"), field="--sets")
     return names
 
@@ -244,7 +244,7 @@ class _Selection:
         if fold_filter.min_quality is not None and not any(qualities):
             raise self._error(Finding("fold.no-verdicts", option="--quality"), "--quality")
         if fold_filter.set_name is not None and not any(
-            _equal_names(s, fold_filter.set_name) for s in sets
+            _equal_names(set_, fold_filter.set_name) for set_ in sets
         ):
             present_sets = sorted(set(sets) - {""})
             finding = Finding("sets.unknown", set=fold_filter.set_name, sets=present_sets or None)
@@ -337,7 +337,7 @@ class _Selection:
         for name in names:
             members = self.use & np.array([_equal_names(s, name) for s in names_by_row], dtype=bool)
             if not members.any():
-                listed_sets = [s or "(empty)" for s in present_sets]
+                listed_sets = [present_set or "(empty)" for present_set in present_sets]
                 raise self._error(Finding("sets.unknown", set=name, sets=listed_sets), "--sets")
             attitudes[name] = (
                 self.table.dip_direction_deg[members],

@@ -51,7 +51,9 @@ class PointCloud:
             return np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
         # Column by column: a reduction along rows of three is many times slower.
         columns = [self.points[:, axis] for axis in range(3)]
-        return np.array([[c.min() for c in columns], [c.max() for c in columns]])
+        return np.array(
+            [[column.min() for column in columns], [column.max() for column in columns]]
+        )
 
     @property
     def count(self) -> int:

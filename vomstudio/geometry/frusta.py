@@ -63,7 +63,10 @@ def edge(width: int, height: int, steps: int) -> FloatArray:
     edge_fractions = np.linspace(0.0, 1.0, steps, endpoint=False)[:, None]
     ends = np.roll(corners, -1, axis=0)
     return np.concatenate(
-        [a + edge_fractions * (b - a) for a, b in zip(corners, ends, strict=True)]
+        [
+            corner + edge_fractions * (end - corner)
+            for corner, end in zip(corners, ends, strict=True)
+        ]
     )
 
 

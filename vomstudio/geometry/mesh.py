@@ -67,7 +67,9 @@ class Mesh:
         """Minimum and maximum corners (2, 3) of the bounding box, computed once."""
         # Column by column: a reduction along rows of three is many times slower.
         columns = [self.vertices[:, axis] for axis in range(3)]
-        return np.array([[c.min() for c in columns], [c.max() for c in columns]])
+        return np.array(
+            [[column.min() for column in columns], [column.max() for column in columns]]
+        )
 
     @cached_property
     def undivided(self) -> Mesh:

@@ -84,15 +84,21 @@ def stroke_area(polyline: npt.ArrayLike, radius: float, width: int, height: int)
     is_inside = np.zeros((box_height, box_width), np.bool_)
     starts = points[:-1] if len(points) > 1 else points
     ends = points[1:] if len(points) > 1 else points
-    for a, b in zip(starts, ends, strict=True):
-        x0, y0, w, h = _box(np.array([a, b]), radius, width, height)
+    for start, end in zip(starts, ends, strict=True):
+        x0, y0, w, h = _box(np.array([start, end]), radius, width, height)
         x = np.arange(x0, x0 + w) + 0.5
         y = (np.arange(y0, y0 + h) + 0.5)[:, None]
-        segments = b - a
+        segments = end - start
         square = float(segments @ segments)
-        fraction = ((x - a[0]) * segments[0] + (y - a[1]) * segments[1]) / square if square else 0.0
+        fraction = (
+            ((x - start[0]) * segments[0] + (y - start[1]) * segments[1]) / square
+            if square
+            else 0.0
+        )
         fraction = np.clip(fraction, 0.0, 1.0)
-        offset = (x - a[0] - fraction * segments[0]) ** 2 + (y - a[1] - fraction * segments[1]) ** 2
+        offset = (x - start[0] - fraction * segments[0]) ** 2 + (
+            y - start[1] - fraction * segments[1]
+        ) ** 2
         is_inside[y0 - top : y0 - top + h, x0 - left : x0 - left + w] |= offset <= radius * radius
     return PixelArea(left, top, is_inside)
 

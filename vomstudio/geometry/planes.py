@@ -163,7 +163,7 @@ class PlaneFits:
         if len(rows) and not 0 <= min(rows) <= max(rows) < len(self):
             raise IndexError(rows)
         part = slice(rows.start, rows.stop, rows.step)
-        columns = [_to_python(getattr(self, f.name), part, len(rows)) for f in fields(self)]
+        columns = [_to_python(getattr(self, field.name), part, len(rows)) for field in fields(self)]
         return [FittedPlane(*values) for values in zip(*columns, strict=True)]
 
 
@@ -335,11 +335,11 @@ def _blank_figures(counts: IntArray, method: str, is_ordered: bool) -> dict[str,
     flags = ("hyperbolic_overflow", "long_roughness", "undefined")
     m = len(counts)
     return {
-        f.name: np.zeros(m, bool)
-        if f.name in flags
-        else np.full((m, *shapes.get(f.name, ())), np.nan)
-        for f in fields(PlaneFits)
-        if f.name not in ("n", "error", "method", "ordered")
+        field.name: np.zeros(m, bool)
+        if field.name in flags
+        else np.full((m, *shapes.get(field.name, ())), np.nan)
+        for field in fields(PlaneFits)
+        if field.name not in ("n", "error", "method", "ordered")
     }
 
 

@@ -215,23 +215,23 @@ def inflate(
     positions = _places(u, v, starts, counts)
     order = np.argsort(counts, kind="stable")
     sizes, first = np.unique(counts[order], return_index=True)
-    for n, rows in zip(sizes.tolist(), np.split(order, first[1:]), strict=True):
+    for size, rows in zip(sizes.tolist(), np.split(order, first[1:]), strict=True):
         # A trace with few distinct points, or exactly in its plane, cannot be compared with models.
         rows = rows[(degrees_of_freedom[rows] > 1.0)]
-        if n < MIN_POINTS or not len(rows):
+        if size < MIN_POINTS or not len(rows):
             continue
-        index = starts[rows][:, None] + np.arange(n)
+        index = starts[rows][:, None] + np.arange(size)
         series = np.stack([u[index], v[index], r[index]])
         variance_share, dof = np.ones(len(rows)), degrees_of_freedom[rows]
-        models = _library(min(n, MAX_PIECES), max(round(n / MAX_PIECES), 1))
-        if n > MAX_PIECES:
+        models = _library(min(size, MAX_PIECES), max(round(size / MAX_PIECES), 1))
+        if size > MAX_PIECES:
             blocks, variance_share = _block_means(series)
             dof = np.minimum(dof, MAX_PIECES - 3.0)
             g, freedom, weight, is_long[rows] = _compare_models(blocks, dof, models)
         else:
             g, freedom, weight, is_long[rows] = _compare_models(series, dof, models)
         t = positions[index]
-        uneven = ((np.diff(t) * (n - 1.0) - 1.0) ** 2).mean(axis=1) > MAX_UNEVENNESS**2
+        uneven = ((np.diff(t) * (size - 1.0) - 1.0) ** 2).mean(axis=1) > MAX_UNEVENNESS**2
         if uneven.any():
             place_inflation = _inflation_at_places(
                 series[:2, uneven], t[uneven], dof[uneven], models

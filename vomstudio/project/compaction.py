@@ -348,7 +348,7 @@ def _unused(folder: Path, session: Session) -> list[Path]:
         asset.path for asset in assets_of(session.records.values(), session.saved.values(), steps)
     }
     return sorted(
-        p for p in assets.iterdir() if p.relative_to(folder).as_posix() not in named_paths
+        path for path in assets.iterdir() if path.relative_to(folder).as_posix() not in named_paths
     )
 
 

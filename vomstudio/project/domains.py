@@ -76,11 +76,12 @@ def split_by_plane(
         )
     normal, centre = plane.normal(), fault_measurement[id_].points.mean(axis=0)
     other_domains = [
-        r
-        for r in records.values()
-        if isinstance(r, Typed) and (r.type_id, r.set_name) != (fault.type_id, fault.set_name)
+        record
+        for record in records.values()
+        if isinstance(record, Typed)
+        and (record.type_id, record.set_name) != (fault.type_id, fault.set_name)
     ]
-    measurements = measured_callback([r.id for r in other_domains])
+    measurements = measured_callback([other_domain.id for other_domain in other_domains])
     new_records: dict[str, Record | None] = {}
     crossing = 0
     for feature in other_domains:

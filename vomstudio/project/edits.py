@@ -96,7 +96,9 @@ def set_registration(
     new_records: dict[str, Record | None] = {registration.id: registration}
     models_to_place = [_get(records, id_, Model) for id_ in models]
     placed_models = [
-        r for r in records.values() if isinstance(r, Model) and _placed_by(r, registration)
+        record
+        for record in records.values()
+        if isinstance(record, Model) and _placed_by(record, registration)
     ]
     for model in (*models_to_place, *placed_models):
         new_records[model.id] = replace(model, placement=registration)
@@ -122,7 +124,8 @@ def remove_model(records: Records, model_id: str) -> Edit:
     """
     model = _get(records, model_id, Model)
     count = sum(
-        isinstance(r, OnAModel | FaceGrid) and r.model_id == model_id for r in records.values()
+        isinstance(record, OnAModel | FaceGrid) and record.model_id == model_id
+        for record in records.values()
     )
     if count:
         raise DocumentError(Finding("model.in-use", count=count, model=model.name))
@@ -264,8 +267,12 @@ def add_readings(
     """
     new_records: dict[str, Record | None] = {}
     for kind in types:
-        other_records = [r for r in new_records.values() if r is not None]
-        new_records |= add_type({**records, **{r.id: r for r in other_records}}, kind).after
+        other_records = [
+            new_record for new_record in new_records.values() if new_record is not None
+        ]
+        new_records |= add_type(
+            {**records, **{other_record.id: other_record for other_record in other_records}}, kind
+        ).after
     if not readings:
         raise DocumentError(Finding("edit.empty"))
     all_records = {**records, **{kind.id: kind for kind in types}}
@@ -302,7 +309,9 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
         if "name" in values:
             check_name(str(values["name"]))
         for field, value in values.items():
-            known_kind = [a for a in kind_of(feature).attributes if a.field == field]
+            known_kind = [
+                attribute for attribute in kind_of(feature).attributes if attribute.field == field
+            ]
             if known_kind and known_kind[0].form == "text":
                 check_name(str(value), may_be_empty=True)
             if (
@@ -362,7 +371,7 @@ def has_name_of_other_type(records: Records, feature: Feature) -> bool:
 
 def _prefixes(records: Records) -> frozenset[str]:
     """Return the first letters of the feature types, with which automatic names begin."""
-    types = (r for r in records.values() if isinstance(r, FeatureType))
+    types = (record for record in records.values() if isinstance(record, FeatureType))
     return frozenset(kind.name[:1].upper() for kind in types)
 
 
@@ -444,10 +453,10 @@ def suggest_type(
     records: Records, name: str, geometry: Literal["plane", "line"] = "plane"
 ) -> FeatureType:
     """Return a new feature type with an unused colour and symbol, if any are left."""
-    kinds = [r for r in records.values() if isinstance(r, FeatureType)]
-    used_colors = {k.color for k in kinds}
+    kinds = [record for record in records.values() if isinstance(record, FeatureType)]
+    used_colors = {kind.color for kind in kinds}
     color = next((c for c in _MORE_COLORS if c not in used_colors), _MORE_COLORS[len(kinds) % 7])
-    symbols = [k.symbol for k in kinds]
+    symbols = [kind.symbol for kind in kinds]
     symbol = min(_SYMBOLS, key=symbols.count)
     return FeatureType(new_id("type"), name.strip(), color, symbol, geometry)
 
@@ -462,10 +471,12 @@ def change_type(records: Records, kind: FeatureType) -> Edit:
 def remove_type(records: Records, type_id: str) -> Edit:
     """Remove a type that is not used by any feature."""
     kind = _get(records, type_id, FeatureType)
-    count = sum(isinstance(r, Typed) and r.type_id == type_id for r in records.values())
+    count = sum(
+        isinstance(record, Typed) and record.type_id == type_id for record in records.values()
+    )
     if count:
         raise DocumentError(Finding("type.in-use", count=count, type=kind.name))
-    if sum(isinstance(r, FeatureType) for r in records.values()) == 1:
+    if sum(isinstance(record, FeatureType) for record in records.values()) == 1:
         raise DocumentError(Finding("type.last"))
     return change(records, f"Remove feature type {kind.name}", {type_id: None})
 

@@ -66,8 +66,8 @@ class FoldPlanes:
             if has_known_turns and turns
             else None,
             self.bowed_deg,
-            tuple(f.name or f.id for f in self.features),
-            tuple(bool(getattr(f, "overturned", False)) for f in self.features),
+            tuple(feature.name or feature.id for feature in self.features),
+            tuple(bool(getattr(feature, "overturned", False)) for feature in self.features),
         )
         if isinstance(axis, GeometryError):
             raise axis
@@ -110,18 +110,28 @@ def fold_planes(
     Repeats of other features and features without a plane are excluded.
     """
     planar_first_picks = [
-        f for f in first_picks(features, records) if measurements[f.id].plane is not None
+        first_pick
+        for first_pick in first_picks(features, records)
+        if measurements[first_pick.id].plane is not None
     ]
-    verdicts = [measurements[f.id].verdict for f in planar_first_picks]
+    verdicts = [
+        measurements[planar_first_pick.id].verdict for planar_first_pick in planar_first_picks
+    ]
     selection = select_planes(
         [None if verdict is None else verdict.quality for verdict in verdicts],
-        [f.set_name for f in planar_first_picks],
+        [planar_first_pick.set_name for planar_first_pick in planar_first_picks],
         fold_filter,
     )
     used_features = [
-        f for f, is_used in zip(planar_first_picks, selection.use, strict=True) if is_used
+        planar_first_pick
+        for planar_first_pick, is_used in zip(planar_first_picks, selection.use, strict=True)
+        if is_used
     ]
-    planes = [plane for f in used_features if (plane := measurements[f.id].plane) is not None]
+    planes = [
+        plane
+        for used_feature in used_features
+        if (plane := measurements[used_feature.id].plane) is not None
+    ]
     models = models_of(records, used_features)
     return FoldPlanes(
         tuple(used_features),

@@ -479,7 +479,7 @@ def untitled_projects(*, finished: bool) -> list[Path]:
     """
     folders = []
     journals = untitled_folder().glob(f"*{PROJECT_SUFFIX}/{JOURNAL_NAME}")
-    for folder in (j.parent for j in sorted(journals, key=_time_of, reverse=True)):
+    for folder in (journal.parent for journal in sorted(journals, key=_time_of, reverse=True)):
         if not is_free(folder):
             continue
         try:

@@ -86,7 +86,7 @@ def _grid(records: Records, grid_id: str) -> FaceGrid:
 
 
 def _next_name(records: Records) -> str:
-    used_names = {r.name for r in records.values() if isinstance(r, FaceGrid)}
+    used_names = {record.name for record in records.values() if isinstance(record, FaceGrid)}
     return next(
         name for k in range(1, len(used_names) + 2) if (name := f"Grid {k}") not in used_names
     )

@@ -366,11 +366,13 @@ def common_error_deg(fit95_deg: float | None, measured: Iterable[Measurement]) -
         return None
     measurements = list(measured)
     tilts = [
-        resolution_tilt_deg(m.fit, m.resolution_m, m.judged_as) or 0.0
-        for m in measurements
-        if m.fit is not None
+        resolution_tilt_deg(measurement.fit, measurement.resolution_m, measurement.judged_as) or 0.0
+        for measurement in measurements
+        if measurement.fit is not None
     ]
-    registration_deg = max((m.registration_error_deg or 0.0 for m in measurements), default=0.0)
+    registration_deg = max(
+        (measurement.registration_error_deg or 0.0 for measurement in measurements), default=0.0
+    )
     return min(math.hypot(max(fit95_deg, min(tilts, default=0.0)), registration_deg), 90.0)
 
 

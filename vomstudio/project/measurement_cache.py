@@ -122,7 +122,11 @@ class Measurements:
 
     def _measure(self, records: Records, features: list[Feature]) -> list[Measurement]:
         # An intersection of sets may depend on thousands of planes, only one of which has changed.
-        dependency_ids = [item.id for f in features for item in kind_of(f).dependencies(records, f)]
+        dependency_ids = [
+            item.id
+            for feature in features
+            for item in kind_of(feature).dependencies(records, feature)
+        ]
         known_measurements = (
             self.of(records, dict.fromkeys(dependency_ids)) if dependency_ids else {}
         )
@@ -171,7 +175,9 @@ def is_equal_except(
 def _compared_values(
     record_class: type[Feature], ignored_fields: frozenset[str]
 ) -> Callable[[Any], tuple[Any, ...]]:
-    return attrgetter(*(f.name for f in fields(record_class) if f.name not in ignored_fields))
+    return attrgetter(
+        *(field.name for field in fields(record_class) if field.name not in ignored_fields)
+    )
 
 
 def sources_of(records: Records, feature: Feature) -> tuple[Record | None, ...]:
@@ -222,12 +228,17 @@ def measure_all(
     """
     thresholds = limits_of(records, default_thresholds or Thresholds())
     known_measurements = dict(known_measurements or {})
-    dependencies = {item.id: item for f in features for item in kind_of(f).dependencies(records, f)}
+    dependencies = {
+        item.id: item
+        for feature in features
+        for item in kind_of(feature).dependencies(records, feature)
+    }
     missing_ids = [item for id_, item in dependencies.items() if id_ not in known_measurements]
     if missing_ids:
         measurements = measure_all(records, missing_ids, thresholds)
         known_measurements |= {
-            item.id: m for item, m in zip(missing_ids, measurements, strict=True)
+            item.id: measurement
+            for item, measurement in zip(missing_ids, measurements, strict=True)
         }
     inputs = MeasurementContext(records, thresholds, known_measurements)
     features_by_kind: dict[Kind, list[Feature]] = {}

@@ -51,7 +51,9 @@ Marks = Mapping[tuple[str, str], Pixel]
 def points_of(records: Records, photo_set_id: str) -> list[MarkedPoint]:
     """Return the marked points of a photo set."""
     return [
-        r for r in records.values() if isinstance(r, MarkedPoint) and r.photo_set_id == photo_set_id
+        record
+        for record in records.values()
+        if isinstance(record, MarkedPoint) and record.photo_set_id == photo_set_id
     ]
 
 
@@ -59,18 +61,18 @@ def marks_of(records: Records, photo_set_id: str) -> list[tuple[MarkedPoint, Ima
     """Return the marks of a photo set, each with its marked point."""
     points = {p.id: p for p in points_of(records, photo_set_id)}
     return [
-        (points[r.point_id], r)
-        for r in records.values()
-        if isinstance(r, ImageMark) and r.point_id in points
+        (points[record.point_id], record)
+        for record in records.values()
+        if isinstance(record, ImageMark) and record.point_id in points
     ]
 
 
 def masks_of(records: Records, photo_set_id: str) -> dict[str, Mask]:
     """Return the masks of a photo set by photo name."""
     return {
-        r.photo: r
-        for r in records.values()
-        if isinstance(r, Mask) and r.photo_set_id == photo_set_id
+        record.photo: record
+        for record in records.values()
+        if isinstance(record, Mask) and record.photo_set_id == photo_set_id
     }
 
 
@@ -165,7 +167,11 @@ def add_reconstruction(
 def reconstruction_in(records: Records, folder: str) -> ReconstructionRecord | None:
     """Return the reconstruction whose files are in a folder."""
     return next(
-        (r for r in records.values() if isinstance(r, ReconstructionRecord) and r.folder == folder),
+        (
+            record
+            for record in records.values()
+            if isinstance(record, ReconstructionRecord) and record.folder == folder
+        ),
         None,
     )
 
@@ -174,9 +180,9 @@ def reconstruction_registration(records: Records, reconstruction_id: str) -> Reg
     """Return the registration that was computed with a reconstruction."""
     return next(
         (
-            r
-            for r in records.values()
-            if isinstance(r, Registration) and r.reconstruction_id == reconstruction_id
+            record
+            for record in records.values()
+            if isinstance(record, Registration) and record.reconstruction_id == reconstruction_id
         ),
         None,
     )
@@ -198,8 +204,12 @@ def _points_after(
         point = MarkedPoint(id_, photo_set_id, label, state.position, state.sigma_m, state.check)
         if records.get(id_) != point:
             new_records[id_] = point
-    new_records |= {p.id: None for p in old_points.values() if p.id not in ids.values()}
-    marks_by_point = {(m.point_id, m.photo): m for m in old_marks.values()}
+    new_records |= {
+        old_point.id: None for old_point in old_points.values() if old_point.id not in ids.values()
+    }
+    marks_by_point = {
+        (old_mark.point_id, old_mark.photo): old_mark for old_mark in old_marks.values()
+    }
     used_ids = set()
     for (label, photo), (x, y) in marks.items():
         old_mark = marks_by_point.get((ids[label], photo))
@@ -270,4 +280,4 @@ def photo_set_name(folder: Path) -> str:
 
 def photo_sets(records: Records) -> Iterable[PhotoSet]:
     """Yield the photo sets of a project."""
-    return (r for r in records.values() if isinstance(r, PhotoSet))
+    return (record for record in records.values() if isinstance(record, PhotoSet))

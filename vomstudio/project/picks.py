@@ -44,8 +44,8 @@ def read_picks(
 
     replay = read_replay(path)
     refuse_empty(replay.records, path)
-    features = [r for r in replay.records.values() if isinstance(r, Feature)]
+    features = [record for record in replay.records.values() if isinstance(record, Feature)]
     measurements = Measurements(thresholds_of(replay.settings)).of(
-        replay.records, [f.id for f in features]
+        replay.records, [feature.id for feature in features]
     )
     return feature_table(replay.records, features, measurements, repeats=repeats)

@@ -42,11 +42,11 @@ def nearest_picks(
     Planes are compared with picked planes of the same type, and lines with lines. Picks on a model
     without a north reference have no geographic direction and are excluded.
     """
-    features = [r for r in records.values() if isinstance(r, Typed)]
-    readings = [r for r in features if kind_of(r).evidence == "read"]
+    features = [record for record in records.values() if isinstance(record, Typed)]
+    readings = [feature for feature in features if kind_of(feature).evidence == "read"]
     if not readings:
         return {}
-    measurements_by_id = measurements.of(records, [r.id for r in readings])
+    measurements_by_id = measurements.of(records, [reading.id for reading in readings])
     groups: dict[tuple[str, bool], list[Typed]] = {}
     for reading in readings:
         is_plane = measurements_by_id[reading.id].plane is not None
@@ -54,7 +54,10 @@ def nearest_picks(
     result: dict[str, NearestPick] = {}
     for (type_id, is_plane), group in groups.items():
         picks = _picks(
-            records, measurements, [r for r in features if r.type_id == type_id], is_plane
+            records,
+            measurements,
+            [feature for feature in features if feature.type_id == type_id],
+            is_plane,
         )
         if picks is not None:
             result |= _compare(group, measurements_by_id, picks)
@@ -69,21 +72,26 @@ def _picks(
 ) -> _Picks | None:
     nature = "plane" if is_plane else "line"
     features = [
-        f
-        for f in candidates
-        if (kind := kind_of(f)).evidence == "picked"
+        candidate
+        for candidate in candidates
+        if (kind := kind_of(candidate)).evidence == "picked"
         and nature in kind.orientations
-        and isinstance(f, OnAModel)
-        and (model := get(records, f.model_id, Model)) is not None
+        and isinstance(candidate, OnAModel)
+        and (model := get(records, candidate.model_id, Model)) is not None
         and model.frame.has_north
     ]
-    measurements_by_id = measurements.of(records, [f.id for f in features])
-    features = [f for f in features if _vector(measurements_by_id[f.id]) is not None]
+    measurements_by_id = measurements.of(records, [feature.id for feature in features])
+    features = [
+        feature for feature in features if _vector(measurements_by_id[feature.id]) is not None
+    ]
     if not features:
         return None
-    vectors = np.array([_vector(measurements_by_id[f.id]) for f in features])
-    points = [kind_of(f).places(Subject(f, measurements_by_id[f.id], records)) for f in features]
-    owner = np.repeat(np.arange(len(features)), [len(p) for p in points])
+    vectors = np.array([_vector(measurements_by_id[feature.id]) for feature in features])
+    points = [
+        kind_of(feature).places(Subject(feature, measurements_by_id[feature.id], records))
+        for feature in features
+    ]
+    owner = np.repeat(np.arange(len(features)), [len(point) for point in points])
     return _Picks(list(features), vectors, np.concatenate(points), owner, measurements_by_id)
 
 

@@ -92,8 +92,8 @@ def copy_reconstructions(source: Path, target: Path) -> None:
         parts = Path(folder).relative_to(source / RECONSTRUCTIONS).parts
         if parts[1:2] != ("work",):
             return links
-        locks = {n for n in names if n.startswith("lock")} if len(parts) == 2 else set()
-        return links | locks | {n for n in names if n.endswith(".part")}
+        locks = {name for name in names if name.startswith("lock")} if len(parts) == 2 else set()
+        return links | locks | {name for name in names if name.endswith(".part")}
 
     if (source / RECONSTRUCTIONS).is_dir():
         shutil.copytree(

@@ -28,7 +28,7 @@ def model_of(records: Records, feature: Feature | None) -> Model | None:
 
 def models_of(records: Records, features: Iterable[Feature]) -> list[Model | None]:
     """Return `model_of` for many features on a few models."""
-    ids = [f.model_id if isinstance(f, OnAModel) else "" for f in features]
+    ids = [feature.model_id if isinstance(feature, OnAModel) else "" for feature in features]
     models = {id_: get(records, id_, Model) for id_ in set(ids)}
     return [models[id_] for id_ in ids]
 
@@ -103,14 +103,15 @@ def bowing_of_registration(registration: Registration | None) -> Bowing | None:
     if registration is None or not registration.control:
         return None
     points: Sequence[RegistrationPoint] = registration.control
-    check_points = [p for p in points if p.check]
+    check_points = [point for point in points if point.check]
     # A model that was fitted to its control points agrees with them, whether it is bowed or not.
     if registration.method == "control" and len(check_points) >= MIN_BOWING_POINTS:
         points = check_points
     world, residuals = (
-        np.array([getattr(p, name) for p in points], np.float64) for name in ("world", "residual")
+        np.array([getattr(point, name) for point in points], np.float64)
+        for name in ("world", "residual")
     )
-    sigma = np.array([p.sigma_m or (np.nan,) * 3 for p in points], np.float64)
+    sigma = np.array([point.sigma_m or (np.nan,) * 3 for point in points], np.float64)
     length = np.linalg.norm(residuals, axis=1)
     inliers = length <= OUTLIER_RATIO * float(np.median(length))
     normal = None if registration.normal is None else np.array(registration.normal)
@@ -130,6 +131,10 @@ def max_bowing_deg(models: Iterable[Model | None]) -> float | None:
 
     Returns None if the bowing of all models is unknown.
     """
-    registrations = {m.registration.id: m.registration for m in models if m and m.registration}
+    registrations = {
+        model.registration.id: model.registration
+        for model in models
+        if model and model.registration
+    }
     limits = [bowing_limit_deg(registration) for registration in registrations.values()]
     return max((registration for registration in limits if registration is not None), default=None)

@@ -31,7 +31,7 @@ def is_repeat(feature: Any, records: Records) -> bool:
 
 def first_picks(features: Iterable[F], records: Records) -> list[F]:
     """Return the features that do not repeat another one."""
-    return [f for f in features if not is_repeat(f, records)]
+    return [feature for feature in features if not is_repeat(feature, records)]
 
 
 def repeat_columns(feature: Any, records: Records) -> dict[str, str]:
@@ -45,9 +45,13 @@ def repeat_columns(feature: Any, records: Records) -> dict[str, str]:
 
 def repeatable_features(records: Records) -> list[Repeatable]:
     """Return the features that are not repeats and have not been repeated yet."""
-    features = [r for r in records.values() if isinstance(r, Repeatable)]
-    repeated_ids = {r.repeat_of for r in features if r.repeat_of}
-    return [r for r in features if not is_repeat(r, records) and r.id not in repeated_ids]
+    features = [record for record in records.values() if isinstance(record, Repeatable)]
+    repeated_ids = {feature.repeat_of for feature in features if feature.repeat_of}
+    return [
+        feature
+        for feature in features
+        if not is_repeat(feature, records) and feature.id not in repeated_ids
+    ]
 
 
 def link_repeat(records: Records, id_: str, first_id: str, interpreter: str = "") -> Edit:
@@ -71,7 +75,7 @@ def link_repeat(records: Records, id_: str, first_id: str, interpreter: str = ""
     if is_repeat(first, records):
         raise DocumentError(Finding("repeat.of-repeat", feature=first.name))
     name = f"{first.name} {tr('again')}"
-    used_names = {r.name for r in records.values() if isinstance(r, Feature)}
+    used_names = {record.name for record in records.values() if isinstance(record, Feature)}
     k = 2
     while name in used_names:
         name, k = f"{first.name} {tr('again')} {k}", k + 1
@@ -88,5 +92,7 @@ def set_interpreter(records: Records, ids: Iterable[str], interpreter: str) -> E
     features = [r for id_ in ids if (r := get(records, id_, Repeatable)) is not None]
     if not features:
         raise DocumentError(Finding("selection.empty"))
-    new_records: dict[str, Any] = {r.id: r.but(interpreter=interpreter or None) for r in features}
+    new_records: dict[str, Any] = {
+        feature.id: feature.but(interpreter=interpreter or None) for feature in features
+    }
     return change(records, f"Change interpreter of {len(features)} features", new_records)

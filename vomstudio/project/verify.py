@@ -56,8 +56,8 @@ def verify(folder: Path) -> Verification:
     return Verification(
         schema,
         len(played.done),
-        sum(isinstance(r, Model) for r in records),
-        sum(isinstance(r, Feature) for r in records),
+        sum(isinstance(record, Model) for record in records),
+        sum(isinstance(record, Feature) for record in records),
         len(assets_by_name),
         tuple(problems),
     )

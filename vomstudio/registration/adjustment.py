@@ -271,7 +271,7 @@ def _start_similarities(problem: _Problem) -> list[Similarity]:
     for kind in kinds:
         if isinstance(kind, Combined):
             return [kind.start]
-    points = [k for k in kinds if isinstance(k, Points) and len(k.labels)]
+    points = [kind for kind in kinds if isinstance(kind, Points) and len(kind.labels)]
     model = np.concatenate([k.model for k in points]) if points else np.zeros((0, 3))
     world = np.concatenate([k.world for k in points]) if points else np.zeros((0, 3))
     fixed_scale = _fixed_scale(kinds)
@@ -356,7 +356,7 @@ def _initial_errors(
 
     A default does not exceed the largest error that the group alone allows.
     """
-    metres = np.array([g in METRES for g in rows.groups])
+    metres = np.array([group in METRES for group in rows.groups])
     default_errors = np.where(metres, _DEFAULT_ERROR_SHARE * size, _DEFAULT_ERROR_RAD)
     for name, (variance, redundancy) in separate_variances.items():
         mask = np.array(rows.groups) == name
@@ -441,7 +441,7 @@ def _evaluate(problem: _Problem, fit: Similarity) -> Adjustment:
     rows, begins, position = problem.at(fit)
     sigma = _initial_errors(rows, size * fit.scale, separate_variances)
     groups = np.array(rows.groups)
-    unstated = [str(g) for g in dict.fromkeys(groups[~np.isfinite(rows.sigma)])]
+    unstated = [str(group) for group in dict.fromkeys(groups[~np.isfinite(rows.sigma)])]
     redundancy_of: dict[str, float] = {}
     groups_kept_alone: set[str] = set()
     for _ in range(_MAX_ITERATIONS):

@@ -119,7 +119,7 @@ def match_attitudes(
     ]
     is_usable = has_all_needed & ~is_invalid
     return AttitudeEvidence(
-        tuple(k for k in kinds if len(k.labels)), known_angles[is_usable], model[is_usable]
+        tuple(kind for kind in kinds if len(kind.labels)), known_angles[is_usable], model[is_usable]
     )
 
 

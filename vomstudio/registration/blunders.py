@@ -482,7 +482,7 @@ def leave_one_out(
         Results for the directions; empty if they agree, or if there are too many directions.
     """
     total = sum(len(kind.labels) for kind in kinds if isinstance(kind, Directions))
-    has_only_directions = all(isinstance(k, _DIRECTIONS) for k in kinds)
+    has_only_directions = all(isinstance(kind, _DIRECTIONS) for kind in kinds)
     if not has_only_directions or not _MIN_DIRECTIONS <= total <= _MAX_DIRECTIONS:
         return []
     typical_errors = np.where(

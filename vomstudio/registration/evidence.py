@@ -275,10 +275,10 @@ def _add_pixel_residuals(placement: Placed, evidence: Evidence) -> Placed:
 
     def add_rms(points: Sequence[PointResidual]) -> tuple[PointResidual, ...]:
         return tuple(
-            replace(p, pixels=float(np.sqrt(np.mean(squares[p.label]))))
-            if p.label in squares and np.isfinite(squares[p.label]).all()
-            else p
-            for p in points
+            replace(point, pixels=float(np.sqrt(np.mean(squares[point.label]))))
+            if point.label in squares and np.isfinite(squares[point.label]).all()
+            else point
+            for point in points
         )
 
     return replace(placement, control=add_rms(placement.control), check=add_rms(placement.check))
@@ -518,9 +518,11 @@ def marked_places(
         collected.append(marks_disagree(contradictory))
     # Points that are marked only once are reported when the labels are compared.
     labels_with_few = [
-        k
-        for k in mark_counts
-        if mark_counts[k] > 1 and k not in triangulated_points and k not in contradictory
+        mark_count
+        for mark_count in mark_counts
+        if mark_counts[mark_count] > 1
+        and mark_count not in triangulated_points
+        and mark_count not in contradictory
     ]
     if labels_with_few:
         collected.append(Finding("control.few-marks", labels=labels_with_few))
@@ -573,7 +575,7 @@ def _level(
     rows, names = _match_photos(evidence, evidence.views, table.photos, "--horizon", [])
     views = [evidence.views[name] for name in names]
     messages += level_line_findings(
-        [table.photos[r] for r in rows], views, table.ends[rows], extent
+        [table.photos[row] for row in rows], views, table.ends[rows], extent
     )
     directions = []
     for row, view in zip(rows, views, strict=True):
@@ -581,4 +583,4 @@ def _level(
         directions.append((flat_rays[1] - flat_rays[0]) @ view.rotation)
     model = np.array(directions)
     model /= np.linalg.norm(model, axis=1, keepdims=True)
-    return LevelLines([table.photos[r] for r in rows], model, np.full(len(model), np.nan))
+    return LevelLines([table.photos[row] for row in rows], model, np.full(len(model), np.nan))

@@ -188,14 +188,14 @@ def length_findings(
     units: dict[str, list[str]] = {}
     lengths = [
         (
-            f"{b.first} - {b.second}",
-            positions[b.first],
-            positions[b.second],
-            b.length_m,
-            b.sigma_m,
-            b.check,
+            f"{bar.first} - {bar.second}",
+            positions[bar.first],
+            positions[bar.second],
+            bar.length_m,
+            bar.sigma_m,
+            bar.check,
         )
-        for b in bars
+        for bar in bars
     ]
     for number, line in enumerate(segments, 1):
         label = line.label or tr("length {number}", number=number)

@@ -157,7 +157,9 @@ def place(
             fraction=fraction,
         ),
         *turn_findings(result.rotation),
-        *bowing_findings(_bowing(points, check, {b.label for b in blunders}, result.fit, extent)),
+        *bowing_findings(
+            _bowing(points, check, {blunder.label for blunder in blunders}, result.fit, extent)
+        ),
     ]
     shape = _shape(extent, result.fit)
     return Placed(
@@ -485,7 +487,7 @@ def _bowing(
 
 
 def _rms(points: Sequence[PointResidual]) -> float | None:
-    return float(np.sqrt(np.mean([p.error_m**2 for p in points]))) if points else None
+    return float(np.sqrt(np.mean([point.error_m**2 for point in points]))) if points else None
 
 
 def _residual_share(points: Points | None, residuals: Sequence[PointResidual]) -> float:

@@ -284,19 +284,23 @@ def estimate_covariance(
     m = len(rows.misses)
     is_unknown = np.concatenate([~np.isfinite(rows.sigma), np.zeros(len(misses) - m, bool)])
     names = np.array([*rows.parts, *[""] * (len(misses) - m)])
-    parts = [np.flatnonzero(is_unknown & (names == g)) for g in dict.fromkeys(names[is_unknown])]
+    parts = [
+        np.flatnonzero(is_unknown & (names == name)) for name in dict.fromkeys(names[is_unknown])
+    ]
     follow = _correlated_moves(rows, moves, drift)
     fixed_covariance = inverse @ (moves[~is_unknown].T @ moves[~is_unknown])
-    responses = [inverse @ (moves[g].T @ moves[g]) for g in parts]
-    dof = np.array([len(g) - np.trace(o) for g, o in zip(parts, responses, strict=True)])
+    responses = [inverse @ (moves[part].T @ moves[part]) for part in parts]
+    dof = np.array(
+        [len(part) - np.trace(response) for part, response in zip(parts, responses, strict=True)]
+    )
     fraction = np.ones(m)
     spread = inverse @ (moves[~is_unknown].T @ follow[~is_unknown]) @ inverse
     variance_of_variances = np.zeros(len(inverse))
     variances = np.ones(len(parts))
     if parts and (dof > 0.1).all():
-        system = expected_squares(responses, [len(g) for g in parts])
-        squares = np.array([float((misses[g] ** 2).sum()) for g in parts])
-        squares -= [float(np.trace(o @ fixed_covariance)) for o in responses]
+        system = expected_squares(responses, [len(part) for part in parts])
+        squares = np.array([float((misses[part] ** 2).sum()) for part in parts])
+        squares -= [float(np.trace(response @ fixed_covariance)) for response in responses]
         variances = np.linalg.lstsq(system, squares, rcond=None)[0]
         for group_rows in _same_group(rows, parts).values():
             pooled = max(float(squares[group_rows].sum() / dof[group_rows].sum()), 0.0)
@@ -304,9 +308,9 @@ def estimate_covariance(
                 variances[group_rows], min_variance(pooled, dof[group_rows])
             )
     doubt = np.ones(m) if rows.doubt is None else rows.doubt
-    for g, o, v, f in zip(parts, responses, variances, dof, strict=True):
+    for g, response, v, f in zip(parts, responses, variances, dof, strict=True):
         independent_part = independent_share(drift.get(rows.groups[g[0]], 0.0))
-        variance = v * variance_inflation(o, inverse @ (moves[g].T @ follow[g]), len(g))
+        variance = v * variance_inflation(response, inverse @ (moves[g].T @ follow[g]), len(g))
         fraction[g] = np.sqrt(variance) * doubt[g]
         extra_variance = doubt[g][:, None] ** 2
         part = variance * (inverse @ ((moves[g] * extra_variance).T @ follow[g]) @ inverse)

@@ -137,8 +137,9 @@ def scatter_of(
     degrees_of_freedom = degrees_of_freedom * independent_share(rho)
     fractions = np.array(
         [
-            np.diag(inverse @ next_information[list(g)].sum(axis=0) @ inverse) * variances[g[0]]
-            for g in groups
+            np.diag(inverse @ next_information[list(group)].sum(axis=0) @ inverse)
+            * variances[group[0]]
+            for group in groups
         ]
     )
     # Degrees of freedom of a sum of estimated variances (Satterthwaite).
@@ -244,7 +245,7 @@ def expected_squares(parts: Sequence[FloatArray], counts: Sequence[int]) -> Floa
         Number of residuals of each part.
     """
     system = np.array([[np.trace(a @ b) for b in parts] for a in parts])
-    separate_squares = [n - 2.0 * np.trace(a) for n, a in zip(counts, parts, strict=True)]
+    separate_squares = [count - 2.0 * np.trace(a) for count, a in zip(counts, parts, strict=True)]
     return np.asarray(system + np.diag(separate_squares), np.float64)
 
 
@@ -271,8 +272,8 @@ def _expected(
     groups: Sequence[tuple[int, ...]], n: int, inverse: FloatArray, information: FloatArray
 ) -> FloatArray:
     """Return the matrix that maps variances of groups to expected squared residuals."""
-    parts = [inverse @ information[list(g)].sum(axis=0) for g in groups]
-    return expected_squares(parts, [n * len(g) for g in groups])
+    parts = [inverse @ information[list(group)].sum(axis=0) for group in groups]
+    return expected_squares(parts, [n * len(group) for group in groups])
 
 
 def _variances(
@@ -284,9 +285,12 @@ def _variances(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the variances (3,) of the axes, and the degrees of freedom of each group."""
     system = _expected(groups, n, inverse, information)
-    sums = np.array([squares[list(g)].sum() for g in groups])
+    sums = np.array([squares[list(group)].sum() for group in groups])
     dof = np.array(
-        [n * len(g) - np.trace(inverse @ information[list(g)].sum(axis=0)) for g in groups]
+        [
+            n * len(group) - np.trace(inverse @ information[list(group)].sum(axis=0))
+            for group in groups
+        ]
     )
     pooled_value = float(squares.sum()) / (3 * n - 7)
     estimates = np.linalg.solve(system, sums) if len(groups) > 1 else np.array([pooled_value])

@@ -307,7 +307,7 @@ def blunder_findings(
 
     if not blunders:
         return []
-    named_labels = {b.label for b in blunders}
+    named_labels = {blunder.label for blunder in blunders}
     other_kinds = [
         select_observations(kind, [label not in named_labels for label in kind.labels])
         for kind in kinds

@@ -145,7 +145,9 @@ def atomic_group(
     # Use short names: the names of the targets may already have the maximum length of the file
     # system.
     key = secrets.token_hex(6)
-    temporaries = [t.with_name(f".vom-{key}-{i}.part{t.suffix}") for i, t in enumerate(targets)]
+    temporaries = [
+        target.with_name(f".vom-{key}-{i}.part{target.suffix}") for i, target in enumerate(targets)
+    ]
     target_by_temporary = dict(zip(temporaries, map(Path, paths), strict=True))
     current = temporaries[0]
     try:

@@ -62,7 +62,9 @@ def enclosing_project(path: str | Path) -> Path | None:
     """Return the outermost project folder in a path, without resolving links, or None."""
     shown_path = Path(path)
     absolute = shown_path if shown_path.is_absolute() else Path.cwd() / shown_path
-    return next((p for p in reversed(absolute.parents) if p.suffix == PROJECT_SUFFIX), None)
+    return next(
+        (parent for parent in reversed(absolute.parents) if parent.suffix == PROJECT_SUFFIX), None
+    )
 
 
 def check_in_project(path: str | Path) -> None:

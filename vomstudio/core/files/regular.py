@@ -86,7 +86,7 @@ def require_regular_siblings(path: str | Path) -> None:
     stem = shown_path.stem.casefold()
     try:
         with os.scandir(shown_path.parent) as entries:
-            names = [e.name for e in entries if e.name.casefold().startswith(stem)]
+            names = [entry.name for entry in entries if entry.name.casefold().startswith(stem)]
     except (OSError, ValueError):
         return
     for name in sorted(names):

@@ -28,6 +28,6 @@ def fit_common_bed(traces: Sequence[npt.ArrayLike]) -> ParallelBeds:
         If the traces do not determine a plane.
     """
     arrays = [np.atleast_2d(np.asarray(trace, np.float64)) for trace in traces]
-    offsets = np.concatenate([[0], np.cumsum([len(a) for a in arrays])])
+    offsets = np.concatenate([[0], np.cumsum([len(array) for array in arrays])])
     names = [str(i) for i in range(len(arrays))]
     return parallel_beds(names, np.concatenate(arrays), offsets)

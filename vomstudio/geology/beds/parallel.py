@@ -271,17 +271,17 @@ def _trace_errors(
     groups = len(counts)
     sums, leans, axes = np.zeros((groups, 2)), np.zeros((groups, 2)), np.zeros((groups, 2, 2))
     rotated_points = np.empty_like(centred_points)
-    for i, (first, n) in enumerate(zip(starts, counts, strict=True)):
-        part = centred_points[first : first + n]
+    for i, (first, count) in enumerate(zip(starts, counts, strict=True)):
+        part = centred_points[first : first + count]
         sums[i], axes[i] = np.linalg.eigh(part[:, :2].T @ part[:, :2])
-        rotated_points[first : first + n, :2] = part[:, :2] @ axes[i]
-        rotated_points[first : first + n, 2] = part[:, 2]
-        leans[i] = rotated_points[first : first + n, :2].T @ part[:, 2]
+        rotated_points[first : first + count, :2] = part[:, :2] @ axes[i]
+        rotated_points[first : first + count, 2] = part[:, 2]
+        leans[i] = rotated_points[first : first + count, :2].T @ part[:, 2]
     judged_informative_axes = _informative_axes(rotated_points, sums, leans, counts, starts)
     squares = np.zeros(groups)
-    for i, (first, n) in enumerate(zip(starts, counts, strict=True)):
+    for i, (first, count) in enumerate(zip(starts, counts, strict=True)):
         # Residuals from a plane through the trace, or from a line if the trace is too narrow.
-        part = rotated_points[first : first + n]
+        part = rotated_points[first : first + count]
         is_used = judged_informative_axes[i] & (sums[i] > 0.0)
         part[:, 2] -= (
             part[:, :2][:, is_used] @ (leans[i] / np.where(is_used, sums[i], 1.0))[is_used]

@@ -151,7 +151,7 @@ def create_grid(
             Finding("grid.too-many-cells", maximum=MAX_CELLS, minimum=min_cell),
             field="cell",
         )
-    columns, rows = (max(1, math.ceil(w - 1e-9)) for w in counts.tolist())
+    columns, rows = (max(1, math.ceil(count - 1e-9)) for count in counts.tolist())
     # The excess is distributed equally to both sides.
     corner = (low + high - cell * np.array([columns, rows])) / 2.0
     origin = axes @ np.array([*corner, float(grid_coordinates[:, 2].max())])

@@ -197,7 +197,8 @@ def measure_spread(structures: Sequence[RepeatedStructure]) -> PickSpread | None
         None without repeats.
     """
     return _build_pick_spread(
-        sum(s.squares() for s in structures), sum(len(s.rows) - 1 for s in structures)
+        sum(structure.squares() for structure in structures),
+        sum(len(structure.rows) - 1 for structure in structures),
     )
 
 
@@ -229,15 +230,25 @@ def check_stated_errors(structures: Sequence[RepeatedStructure]) -> StatedErrorT
     """
     from scipy.stats import beta, chi2
 
-    stated_structures = [s for s in structures if s.stated and len(s.rows) > 1]
-    n = sum(len(s.rows) - 1 for s in stated_structures)
+    stated_structures = [
+        structure for structure in structures if structure.stated and len(structure.rows) > 1
+    ]
+    n = sum(len(stated_structure.rows) - 1 for stated_structure in stated_structures)
     if not n:
         return None
-    total, degrees_of_freedom = sum(s.chi_square() for s in stated_structures), 2 * n
+    total, degrees_of_freedom = (
+        sum(stated_structure.chi_square() for stated_structure in stated_structures),
+        2 * n,
+    )
     low, high = (np.sqrt(total / float(chi2.ppf(q, degrees_of_freedom))) for q in (0.975, 0.025))
     n_within = sum(
-        int(sum(squared_difference(s, 0, k) <= CHI2_TWO for k in range(1, len(s.rows))))
-        for s in stated_structures
+        int(
+            sum(
+                squared_difference(stated_structure, 0, k) <= CHI2_TWO
+                for k in range(1, len(stated_structure.rows))
+            )
+        )
+        for stated_structure in stated_structures
     )
     low_share = float(beta.ppf(0.025, n_within, n - n_within + 1)) if n_within else 0.0
     high_share = float(beta.ppf(0.975, n_within + 1, n - n_within)) if n_within < n else 1.0

@@ -156,21 +156,21 @@ def table_repeats(
     interpreters = _interpreters(table, interpreter)
     vectors = table.vectors()
     structures = group_structures(vectors, _errors(table, vectors), groups)
-    repeated_structures = [s for s in structures if len(s.rows) > 1]
+    repeated_structures = [structure for structure in structures if len(structure.rows) > 1]
     spread, test = measure_spread(repeated_structures), check_stated_errors(repeated_structures)
     spreads, between_variance = compare_interpreters(repeated_structures, interpreters)
     has_several = len(set(interpreters)) > 1
     pairs = tuple(
-        _pair(table, vectors, s, k, interpreters)
-        for s in repeated_structures
-        for k in range(1, len(s.rows))
+        _pair(table, vectors, repeated_structure, k, interpreters)
+        for repeated_structure in repeated_structures
+        for k in range(1, len(repeated_structure.rows))
     )
     angles = [pair.angle_deg for pair in pairs]
     verdict, reasons = _assess_repeats(spread, test, between_variance)
     return TableRepeats(
         n=len(structures),
         structures=len(repeated_structures),
-        repeats=sum(len(s.rows) - 1 for s in repeated_structures),
+        repeats=sum(len(repeated_structure.rows) - 1 for repeated_structure in repeated_structures),
         spread=spread,
         median_angle_deg=float(np.median(angles)) if angles else None,
         stated95_deg=_stated_error95(repeated_structures),
@@ -281,9 +281,11 @@ def _errors(table: OrientationRows, vectors: FloatArray) -> FloatArray:
 
 
 def _stated_error95(structures: Sequence[RepeatedStructure]) -> float | None:
-    if not structures or not all(s.stated for s in structures):
+    if not structures or not all(structure.stated for structure in structures):
         return None
-    traces = np.concatenate([np.trace(s.covariances, axis1=1, axis2=2) for s in structures])
+    traces = np.concatenate(
+        [np.trace(structure.covariances, axis1=1, axis2=2) for structure in structures]
+    )
     return min(float(np.degrees(np.sqrt(CHI2_TWO * traces.mean() / 2.0))), 90.0)
 
 

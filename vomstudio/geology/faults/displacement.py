@@ -361,7 +361,8 @@ def _displacement(
 
     values, sigmas = _propagate(figures, position, spread)
     net, throw, heave, strike, dip = (
-        _measured(float(v), float(s), errors) for v, s in zip(values, sigmas, strict=True)
+        _measured(float(value), float(sigma), errors)
+        for value, sigma in zip(values, sigmas, strict=True)
     )
     d, normal = vector(position)
     has_moved = float(np.linalg.norm(d)) > 1e-9

@@ -126,7 +126,7 @@ def displacements(
         raise GeometryError(Finding("displacement.bed-down-dip"))
 
     def mean(name: str) -> tuple[float, float | None]:
-        values = [getattr(d, name).value for d in vectors]
+        values = [getattr(vector, name).value for vector in vectors]
         return float(np.mean(values)), float(np.std(values, ddof=1)) if len(values) > 1 else None
 
     return Displacements(

@@ -294,10 +294,12 @@ def _warnings(facets: Sequence[FacetFace], skipped_count: int) -> list[Finding]:
     warnings = []
     if skipped_count:
         warnings.append(Finding("slope.horizontal-facets", count=skipped_count))
-    unknown_count = sum(f.overhangs is None and f.plane.dip_deg >= MIN_VERTICAL_DEG for f in facets)
+    unknown_count = sum(
+        facet.overhangs is None and facet.plane.dip_deg >= MIN_VERTICAL_DEG for facet in facets
+    )
     if unknown_count:
         warnings.append(Finding("slope.vertical-facets", count=unknown_count))
-    overhanging = sum(bool(f.overhangs) for f in facets)
+    overhanging = sum(bool(facet.overhangs) for facet in facets)
     if overhanging:
         warnings.append(Finding("slope.overhanging-facets", count=overhanging))
     return warnings

@@ -278,9 +278,14 @@ def fit_laws(
     fits = sorted((fit for fit in candidates if fit is not None), key=lambda fit: fit.aic)
     return [
         LengthFit(
-            f.distribution, f.parameters, f.mean_m, f.log_likelihood, f.aic, f.aic - fits[0].aic
+            fit.distribution,
+            fit.parameters,
+            fit.mean_m,
+            fit.log_likelihood,
+            fit.aic,
+            fit.aic - fits[0].aic,
         )
-        for f in fits
+        for fit in fits
     ]
 
 
@@ -368,7 +373,7 @@ DIFFERENTIATION_STEP = 1e-3
 
 def _gradient(f: Callable[[FloatArray], float], u: FloatArray) -> FloatArray:
     steps = DIFFERENTIATION_STEP * np.eye(len(u))
-    return np.array([(f(u + s) - f(u - s)) / (2 * DIFFERENTIATION_STEP) for s in steps])
+    return np.array([(f(u + step) - f(u - step)) / (2 * DIFFERENTIATION_STEP) for step in steps])
 
 
 def _covariance(f: Callable[[FloatArray], float], u: FloatArray) -> FloatArray | None:

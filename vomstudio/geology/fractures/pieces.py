@@ -52,7 +52,9 @@ class TracePieces:
         import shapely
 
         points = [shapely.get_point(self.lines, i) for i in (0, -1)]
-        return np.stack([np.stack([shapely.get_x(p), shapely.get_y(p)], -1) for p in points], 1)
+        return np.stack(
+            [np.stack([shapely.get_x(point), shapely.get_y(point)], -1) for point in points], 1
+        )
 
 
 def coordinate_tolerance(lines: ObjectArray) -> float:

@@ -222,7 +222,7 @@ def set_statistics(
     if fisher_figures is not None and fisher_figures.kappa is not None:
         one_sided = v if is_directed else flip_to(v, axes[0])
         kent_figures, kent_reason = fit_kent(one_sided, is_directed, weights)
-    s1, s2, s3 = (float(s) for s in values)
+    s1, s2, s3 = (float(value) for value in values)
     first, second, third = (line_figures(axis) for axis in axes)
     return SetStatistics(
         len(v),

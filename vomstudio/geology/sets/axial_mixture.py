@@ -158,7 +158,7 @@ def propose_clusters(
         mixtures = [
             _maximize(sample, *start) for start in _starts_with_added_cluster(sample, candidate)
         ]
-        valid_mixtures = [m for m in mixtures if _is_valid(m)]
+        valid_mixtures = [mixture for mixture in mixtures if _is_valid(mixture)]
         if not valid_mixtures:
             break
         candidate = min(valid_mixtures, key=lambda m: m.icl)
@@ -388,7 +388,9 @@ def _is_significant(poles: FloatArray, mixture: Mixture) -> bool:
     small_clusters = [poles[assigned == j] for j in np.flatnonzero(sizes < MIN_CERTAIN_MEMBERS)]
     return (
         not small_clusters
-        or math.prod(expected_random_groups(len(poles), m) for m in small_clusters)
+        or math.prod(
+            expected_random_groups(len(poles), small_cluster) for small_cluster in small_clusters
+        )
         < MAX_RANDOM_GROUPS
     )
 

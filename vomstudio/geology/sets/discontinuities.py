@@ -470,10 +470,10 @@ def _ending_gap(offsets: FloatArray, shapes: list[Any]) -> float | None:
 
 
 def _total(values: list[float | None]) -> float | None:
-    values_known = [v for v in values if v is not None]
+    values_known = [value for value in values if value is not None]
     return float(sum(values_known)) if len(values_known) == len(values) else None
 
 
 def _mean(values: list[float | None]) -> float | None:
-    values_known = [v for v in values if v is not None]
+    values_known = [value for value in values if value is not None]
     return float(np.mean(values_known)) if values_known else None

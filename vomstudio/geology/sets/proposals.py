@@ -232,7 +232,7 @@ def sets_from_means(
         convention="",
         dropped_lines=(),
         warnings=(),
-        assignment=tuple(f"S{j + 1}" if j >= 0 else "" for j in groups.tolist()),
+        assignment=tuple(f"S{group + 1}" if group >= 0 else "" for group in groups.tolist()),
         probability=(1.0,) * len(all_),
         rows=tuple(range(len(all_))),
     )
@@ -463,7 +463,9 @@ def _fit_mixture(
         raise UsageError(
             Finding("sets.too-many-seeds", seeds=len(seeds), max_sets=max_sets), field="--seeds"
         )
-    axes = planes_to_poles([s.dip_direction_deg for s in seeds], [s.dip_deg for s in seeds])
+    axes = planes_to_poles(
+        [seed.dip_direction_deg for seed in seeds], [seed.dip_deg for seed in seeds]
+    )
     is_near = np.abs(axes @ axes.T) > math.cos(math.radians(1.0))
     if (is_near & ~np.eye(len(axes), dtype=bool)).any():
         raise UsageError(Finding("sets.equal-seeds"), field="--seeds")

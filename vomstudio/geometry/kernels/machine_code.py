@@ -337,10 +337,18 @@ def _meaning(function: Callable[..., Any]) -> Iterator[str]:
     for code in codes:
         yield code.co_code.hex()
         yield code.co_exceptiontable.hex()
-        yield repr([_ordered(c) for c in code.co_consts if not isinstance(c, CodeType)])
+        yield repr(
+            [
+                _ordered(co_const)
+                for co_const in code.co_consts
+                if not isinstance(co_const, CodeType)
+            ]
+        )
         yield repr((code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars))
         yield repr((code.co_argcount, code.co_flags))
-    used_globals = {n for code in codes for n in code.co_names if n in function.__globals__}
+    used_globals = {
+        co_name for code in codes for co_name in code.co_names if co_name in function.__globals__
+    }
     for name in sorted(used_globals):
         yield name
         yield from _value(function.__globals__[name])

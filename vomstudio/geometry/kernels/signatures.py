@@ -115,12 +115,16 @@ class Signature:
 
         It releases the GIL during a call.
         """
-        types = [t for p in self._parameters for t in p.c_types()]
+        types = [c_type for parameter in self._parameters for c_type in parameter.c_types()]
         return ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *types)
 
     def llvm_types(self) -> list[str]:
         """Return the LLVM types of the entry's arguments."""
-        return ["ptr", "ptr", *(t for p in self._parameters for t in p.llvm_types())]
+        return [
+            "ptr",
+            "ptr",
+            *(llvm_type for parameter in self._parameters for llvm_type in parameter.llvm_types()),
+        ]
 
     def call(self, entry: Any, args: tuple[Any, ...]) -> tuple[bool, Any]:
         """Return whether the call succeeded, and the result. Raises TypeError, OverflowError."""

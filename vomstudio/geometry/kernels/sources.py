@@ -58,7 +58,7 @@ def all_code(function: FunctionType) -> list[CodeType]:
     """
     codes = [function.__code__]
     for code in codes:
-        codes += [c for c in code.co_consts if isinstance(c, CodeType)]
+        codes += [co_const for co_const in code.co_consts if isinstance(co_const, CodeType)]
     return codes
 
 
@@ -79,7 +79,7 @@ def link_parts(function: Callable[..., Any]) -> Callable[..., Any]:
     def resolve_parts(value: Any) -> Any:
         return value.compiled() if isinstance(value, KernelPart) else value
 
-    used_code = {n for code in all_code(function) for n in code.co_names}
+    used_code = {co_name for code in all_code(function) for co_name in code.co_names}
     names = {n: resolve_parts(v) if n in used_code else v for n, v in function.__globals__.items()}
     cells = tuple(
         CellType(resolve_parts(cell.cell_contents)) for cell in function.__closure__ or ()

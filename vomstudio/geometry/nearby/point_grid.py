@@ -229,7 +229,7 @@ class PointGrid:
         return self._points, self._columns, self._names, self._ends
 
     def _size(self) -> tuple[int, int, int]:
-        x, y, z = (int(v) for v in self.counts)
+        x, y, z = (int(count) for count in self.counts)
         return x, y, z
 
 

@@ -90,7 +90,8 @@ def read_geo(path: Path) -> GeoFile:
                 field="x",
             )
         row_numbers = [
-            _value(path, number, n, c) for n, c in zip(_COLUMNS, value_cells, strict=False)
+            _value(path, number, n, value_cell)
+            for n, value_cell in zip(_COLUMNS, value_cells, strict=False)
         ]
         row_numbers += [float("nan")] * (len(_COLUMNS) - len(row_numbers))
         photos.append(name)

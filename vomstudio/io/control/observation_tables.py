@@ -242,13 +242,13 @@ def read_points(path: str | Path) -> Pairs:
     if not choose_format(path).certain and _has_model_positions(path):
         return read_pairs(path)
     points = read_control(path)
-    sigma = [np.nan if p.sigma_m is None else p.sigma_m for p in points]
+    sigma = [np.nan if point.sigma_m is None else point.sigma_m for point in points]
     return Pairs(
-        tuple(p.label for p in points),
+        tuple(point.label for point in points),
         np.full((len(points), 3), np.nan),
-        np.array([p.position for p in points], np.float64).reshape(-1, 3),
+        np.array([point.position for point in points], np.float64).reshape(-1, 3),
         np.repeat(np.array(sigma, np.float64)[:, None], 3, axis=1),
-        np.array([p.check for p in points], bool),
+        np.array([point.check for point in points], bool),
     )
 
 
@@ -325,7 +325,7 @@ def read_level_lines(path: str | Path) -> LevelTable:
     table = NamedTable(path, ("photo", "x1", "y1", "x2", "y2"))
     photos = table.words(PHOTO, "photo")
     names = ("x1", "y1", "x2", "y2")
-    ends = table.columns(tuple((n,) for n in names), names).reshape(-1, 2, 2)
+    ends = table.columns(tuple((name,) for name in names), names).reshape(-1, 2, 2)
     for row in np.flatnonzero(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) < 1.0):
         raise table.at(int(row), Finding("control.line-without-length"), "x2")
     return LevelTable(photos, ends)

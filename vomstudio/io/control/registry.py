@@ -30,7 +30,11 @@ def find_formats() -> LoadedPlugins[ControlFormat]:
 def extensions() -> tuple[str, ...]:
     """Return all extensions of ground control files, for file dialogs."""
     return tuple(
-        dict.fromkeys(e for control_format in find_formats().all for e in control_format.extensions)
+        dict.fromkeys(
+            extension
+            for control_format in find_formats().all
+            for extension in control_format.extensions
+        )
     )
 
 

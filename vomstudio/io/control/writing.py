@@ -48,12 +48,12 @@ def write_control(
     """
     rows = [
         [
-            escape_formula(p.label),
-            *map(_digits, p.position),
-            "" if p.sigma_m is None else _digits(p.sigma_m),
-            "check" if p.check else "control",
+            escape_formula(point.label),
+            *map(_digits, point.position),
+            "" if point.sigma_m is None else _digits(point.sigma_m),
+            "check" if point.check else "control",
         ]
-        for p in points
+        for point in points
     ]
     comment = f"# {crs}\n" if crs is not None and _CRS.fullmatch(f"# {crs}") else ""
     return _write(path, ["label", "x", "y", "z", "sigma", "use"], rows, comment)
@@ -113,8 +113,8 @@ def write_marks(path: Path, marks: Iterable[Mark]) -> Path | None:
     The return value and the errors are those of `write_control`.
     """
     rows = [
-        [escape_formula(m.label), escape_formula(m.photo), _digits(m.x), _digits(m.y)]
-        for m in marks
+        [escape_formula(mark.label), escape_formula(mark.photo), _digits(mark.x), _digits(mark.y)]
+        for mark in marks
     ]
     return _write(path, ["label", "photo", "x", "y"], rows)
 

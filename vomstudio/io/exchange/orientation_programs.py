@@ -61,13 +61,18 @@ def is_plane(row: Row) -> bool:
 
 def stereonet_planes(rows: Sequence[Row]) -> str:
     """Return the table of strikes (right-hand rule) and dips."""
-    pairs = [(round_angle(r["strike_rhr_deg"]), round_angle(r["dip_deg"]), label(r)) for r in rows]
+    pairs = [
+        (round_angle(row["strike_rhr_deg"]), round_angle(row["dip_deg"]), label(row))
+        for row in rows
+    ]
     return delimited_text(("strike", "dip", "label"), pairs, "\t")
 
 
 def stereonet_lines(rows: Sequence[Row]) -> str:
     """Return the table of trends and plunges."""
-    pairs = [(round_angle(r["trend_deg"]), round_angle(r["plunge_deg"]), label(r)) for r in rows]
+    pairs = [
+        (round_angle(row["trend_deg"]), round_angle(row["plunge_deg"]), label(row)) for row in rows
+    ]
     return delimited_text(("trend", "plunge", "label"), pairs, "\t")
 
 

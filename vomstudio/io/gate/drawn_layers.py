@@ -70,7 +70,9 @@ class DrawnLayer:
 
     def column(self, name: str, field: str) -> list[str]:
         """Return the texts (n,) of an attribute, "" if empty. Raises UsageError."""
-        key = next((c for c in self.columns if c.casefold() == name.casefold()), None)
+        key = next(
+            (column for column in self.columns if column.casefold() == name.casefold()), None
+        )
         if key is None:
             raise UsageError(
                 Finding(

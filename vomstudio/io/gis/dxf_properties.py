@@ -114,7 +114,9 @@ def select_lines(path: Path, fields: Mapping[str, AnyArray], surfaces: IntArray)
     is_hidden = np.array([name in properties.hidden for name in layers], bool)
     is_hidden |= np.array([handle in properties.invisible for handle in handles], bool)
     is_note = np.array([handle in properties.notes for handle in handles], bool)
-    is_note |= np.array(["AcDbLeader" in c or "AcDbMLeader" in c for c in classes], bool)
+    is_note |= np.array(
+        ["AcDbLeader" in class_ or "AcDbMLeader" in class_ for class_ in classes], bool
+    )
     messages: list[Finding] = []
     for is_excluded, finding in (
         (
@@ -214,6 +216,6 @@ def _names(value: Value) -> set[str]:
         raw_value_text.decode("latin-1"),
     }
     names |= {
-        re.sub(r"\\U\+([0-9A-Fa-f]{4})", lambda m: chr(int(m.group(1), 16)), t) for t in names
+        re.sub(r"\\U\+([0-9A-Fa-f]{4})", lambda m: chr(int(m.group(1), 16)), name) for name in names
     }
     return {text.casefold() for text in names}

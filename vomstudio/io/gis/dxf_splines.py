@@ -128,12 +128,14 @@ def _control_groups(piece: DxfPiece) -> bytes | None:
         if not np.isfinite(points).all():
             return None
         knots, control = curve_through(
-            points, bool(flags & _CLOSED_FLAG), *(None if t is None else t[0] for t in tangents)
+            points,
+            bool(flags & _CLOSED_FLAG),
+            *(None if tangent is None else tangent[0] for tangent in tangents),
         )
     except ValueError:
         return None
     new_groups: Groups = [
-        g for g in groups if g[0] not in _SHAPE_CODES and g[0] < _FIRST_XDATA_CODE
+        group for group in groups if group[0] not in _SHAPE_CODES and group[0] < _FIRST_XDATA_CODE
     ]
     new_groups += [
         (70, 8 | flags & _CLOSED_FLAG),

@@ -33,7 +33,10 @@ def pack(header: Mapping[str, Any], arrays: Sequence[AnyArray | None]) -> bytes:
             parts += [_block(b"bytes"), _block(sizes.data)]
             parts.append(_block(b"".join(value for value in values if value is not None)))
         else:
-            texts = [None if v is None or isinstance(v, bytes) else v for v in values.tolist()]
+            texts = [
+                None if value is None or isinstance(value, bytes) else value
+                for value in values.tolist()
+            ]
             parts += [_block(b"texts"), _block(json.dumps(texts, default=str).encode())]
     return b"".join(parts)
 

@@ -175,7 +175,7 @@ def read_size_and_bands(path: Path) -> tuple[int, int, list[str]]:
                 return (
                     dataset.width,
                     dataset.height,
-                    [_BAND_NAMES.get(k.kind, k.name) for k in kinds],
+                    [_BAND_NAMES.get(kind.kind, kind.name) for kind in kinds],
                 )
     except RasterioError as error:
         raise InputError(

@@ -71,7 +71,7 @@ def column(name: str, values: AnyArray) -> DbfColumn:
         if values.dtype == np.uint64 and values.max(initial=0) > np.iinfo(np.int64).max:
             return column(name, values.astype(np.float64))
         ends = (int(values.min(initial=0)), int(values.max(initial=0)))
-        return DbfColumn(name, values.astype(np.int64), "N", max(len(str(n)) for n in ends), 0)
+        return DbfColumn(name, values.astype(np.int64), "N", max(len(str(end)) for end in ends), 0)
     if kind == "f":
         total_width = values.dtype.itemsize > 4
         return DbfColumn(
@@ -95,7 +95,7 @@ def _encode_text(text: str) -> bytes:
 
 def is_too_large(n_points: int, columns: Sequence[DbfColumn]) -> bool:
     """Return whether a file with this number of points exceeds the limit of programs."""
-    row = 1 + sum(c.width for c in columns)
+    row = 1 + sum(column.width for column in columns)
     return n_points * max(POINT_BYTES, row) > MAX_BYTES - 10_000
 
 
@@ -209,23 +209,27 @@ def _header(size: int, kind: int, points: AnyArray) -> bytes:
 def _table_header(n: int, columns: Sequence[DbfColumn]) -> bytes:
     today = datetime.date.today()
     size = 32 + 32 * len(columns) + 1
-    row = 1 + sum(c.width for c in columns)
+    row = 1 + sum(column.width for column in columns)
     head = struct.pack("<4BIHH20x", 3, today.year - 1900, today.month, today.day, n, size, row)
-    for c in columns:
+    for column in columns:
         head += struct.pack(
-            "<11sc4xBB14x", c.name.encode("ascii"), c.kind.encode(), c.width, c.decimals
+            "<11sc4xBB14x",
+            column.name.encode("ascii"),
+            column.kind.encode(),
+            column.width,
+            column.decimals,
         )
     return head + b"\r"
 
 
 def _write_rows(table: BinaryIO, columns: Sequence[DbfColumn], rows: slice) -> None:
     n = rows.stop - rows.start
-    width = 1 + sum(c.width for c in columns)
+    width = 1 + sum(column.width for column in columns)
     block = np.full((n, width), ord(" "), np.uint8)
     offset = 1
-    for c in columns:
-        block[:, offset : offset + c.width] = _cells(c, rows)
-        offset += c.width
+    for column in columns:
+        block[:, offset : offset + column.width] = _cells(column, rows)
+        offset += column.width
     table.write(block.tobytes())
 
 
@@ -256,7 +260,7 @@ def _integers(values: AnyArray, width: int) -> AnyArray:
     # Use Python integers because the minimum of int64 has no positive counterpart.
     magnitudes = np.abs(values) if values.min(initial=0) > np.iinfo(np.int64).min else None
     if magnitudes is None:
-        texts = b"".join(str(v).encode().rjust(width) for v in values.tolist())
+        texts = b"".join(str(value).encode().rjust(width) for value in values.tolist())
         return np.frombuffer(texts, np.uint8).reshape(len(values), width)
     is_negative = values < 0
     for k in range(width - 1, -1, -1):

@@ -162,7 +162,7 @@ def _is_small(path: Path) -> bool:
         with open_regular(path) as file:
             if file.read(len(SQLITE_MARK)) == SQLITE_MARK:
                 return False
-        size = sum(p.stat().st_size for p in path.parent.glob(f"{_escape_glob(path.stem)}.*"))
+        size = sum(path.stat().st_size for path in path.parent.glob(f"{_escape_glob(path.stem)}.*"))
         if max(size, path.stat().st_size) > _MAX_SMALL_BYTES:
             return False
         if path.suffix.lower() == ".dxf":

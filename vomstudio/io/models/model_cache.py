@@ -181,7 +181,10 @@ def _has_missing_image(meta: dict[str, Any]) -> bool:
     """Return whether an image extracted from the model file is missing from the cache."""
     store = os.fspath(image_store.folder())
     textures = [m.get("texture") for m in meta["materials"]]
-    return any(t and t.startswith(store) and not os.path.isfile(t) for t in textures)
+    return any(
+        texture and texture.startswith(store) and not os.path.isfile(texture)
+        for texture in textures
+    )
 
 
 def open_cached(folder: Path) -> LoadedModel:

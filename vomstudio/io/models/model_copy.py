@@ -46,7 +46,9 @@ def companions(model: Path) -> list[Path]:
         for library in _libraries(model):
             paths.append(library)
             materials, _ = read_library(library, model.parent)
-            paths += [m.texture for m in materials.values() if m.texture is not None]
+            paths += [
+                material.texture for material in materials.values() if material.texture is not None
+            ]
     elif model.suffix.lower() in (".gltf", ".glb"):
         with contextlib.suppress(InputError):
             paths += companion_files(model)

@@ -149,7 +149,7 @@ def _is_number(word: str) -> bool:
 def _shifts_image(option: str) -> bool:
     key, *numbers = option.split()
     neutral = {"-s": 1.0, "-o": 0.0, "-t": 0.0}
-    return key in neutral and any(float(n) != neutral[key] for n in numbers)
+    return key in neutral and any(float(number) != neutral[key] for number in numbers)
 
 
 def texture_finding(material: str | int, texture: Path | None, reason: str) -> Finding:
@@ -225,7 +225,7 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Fi
             if len(numbers) == 1:
                 numbers *= 3
             try:
-                r, g, b = (min(max(float(n), 0.0), 1.0) for n in numbers[:3])
+                r, g, b = (min(max(float(number), 0.0), 1.0) for number in numbers[:3])
             except ValueError:
                 messages.append(
                     Finding("material.color-invalid", file=path.name, line=number, color=value)

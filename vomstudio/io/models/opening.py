@@ -444,9 +444,11 @@ def describe(
         "kind": loaded_model.kind,
         "points": len(mesh.vertices) if mesh else len(data.points),  # type: ignore[union-attr]
         "faces": len(mesh.faces) if mesh else 0,
-        "materials": [m.name for m in mesh.materials] if mesh else [],
+        "materials": [material.name for material in mesh.materials] if mesh else [],
         "textures": [
-            os.fspath(t) for t in dict.fromkeys(m.texture for m in mesh.materials) if t is not None
+            os.fspath(texture)
+            for texture in dict.fromkeys(material.texture for material in mesh.materials)
+            if texture is not None
         ]
         if mesh
         else [],

@@ -74,7 +74,9 @@ def write_piece(
     count = len(data.faces) if isinstance(data, Mesh) else len(data.points)
     mask = np.unpackbits(packed_mask, count=count).view(np.bool_)
     piece = extract_piece(data, mask)
-    needs_obj = isinstance(piece, Mesh) and any(m.texture is None for m in piece.materials)
+    needs_obj = isinstance(piece, Mesh) and any(
+        material.texture is None for material in piece.materials
+    )
     stem = re.sub(r'[\\/:*?"<>|\x00-\x1f]+', "_", name).strip(" .") or "piece"
     check_in_project(folder / stem)
     target = folder / stem

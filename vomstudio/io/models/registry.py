@@ -42,7 +42,7 @@ def default_reader(extension: str) -> Reader | None:
 
 def extensions() -> tuple[str, ...]:
     """Return all extensions that can be read, for file dialogs."""
-    return tuple(dict.fromkeys(e for r in find_readers().all for e in r.extensions))
+    return tuple(dict.fromkeys(extension for r in find_readers().all for extension in r.extensions))
 
 
 def supported_formats() -> str:

@@ -36,7 +36,9 @@ def acceleration(note: object) -> Vector | None:
             tag, kind, values, offset = struct.unpack_from(order + "HHII", note, 16 + 12 * entry)
             if (tag, kind, values) == (_ACCELERATION, _SIGNED_RATIOS, 3):
                 numbers = struct.unpack_from(order + "6i", note, offset)
-                x, y, z = (a / b for a, b in zip(numbers[::2], numbers[1::2], strict=True))
+                x, y, z = (
+                    number / b for number, b in zip(numbers[::2], numbers[1::2], strict=True)
+                )
                 return x, y, z
     except (struct.error, ZeroDivisionError):
         pass

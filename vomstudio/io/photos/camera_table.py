@@ -126,7 +126,11 @@ def similar_cameras(name: str, limit: int = 5) -> list[str]:
     import difflib
 
     normalized = _normalize(name)
-    names = {_normalize(n): camera_label(m.make, n) or n for m in camera_models() for n in m.names}
+    names = {
+        _normalize(name): camera_label(camera_model.make, name) or name
+        for camera_model in camera_models()
+        for name in camera_model.names
+    }
     containing = [names[key] for key in names if normalized and normalized in key]
     containing += [model.common_label for model in search_cameras(name) if normalized]
     close = [names[key] for key in difflib.get_close_matches(normalized, names, limit, 0.6)]

@@ -176,7 +176,7 @@ def _sexagesimal(value: Any) -> float | None:
     if not parts or parts[0] is None or parts[0] < 0:
         return None
     # Some phones write decimal minutes and set the seconds to 0/0.
-    minutes, seconds = ([p or 0.0 for p in parts[1:]] + [0.0, 0.0])[:2]
+    minutes, seconds = ([part or 0.0 for part in parts[1:]] + [0.0, 0.0])[:2]
     return float(parts[0] + minutes / 60.0 + seconds / 3600.0)
 
 

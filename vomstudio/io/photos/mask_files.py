@@ -55,7 +55,11 @@ class MaskFinder:
             self._masks_by_name.get(key) or self._neighbour_folder_mask(key)
             for key in self._places(path)
         )
-        candidates = list(dict.fromkeys(p for p in positions if p is not None and p != path))
+        candidates = list(
+            dict.fromkeys(
+                position for position in positions if position is not None and position != path
+            )
+        )
         self._used.update(candidates)
         return self._check_size(candidates[0], photo) if candidates else (None, None)
 
@@ -82,10 +86,10 @@ class MaskFinder:
         folder = path.parent
         if folder not in self._stems:
             try:
-                names = [p for p in folder.iterdir() if p.suffix.lower() in MASK_SUFFIXES]
+                names = [path for path in folder.iterdir() if path.suffix.lower() in MASK_SUFFIXES]
             except OSError:
                 names = []
-            self._stems[folder] = Counter(p.stem.casefold() for p in names)
+            self._stems[folder] = Counter(name.stem.casefold() for name in names)
         return self._stems[folder][path.stem.casefold()] > 1
 
     def _neighbour_folder_mask(self, key: tuple[Path, str]) -> Path | None:
@@ -95,7 +99,9 @@ class MaskFinder:
             return None
         if folder not in self._outside:
             try:
-                self._outside[folder] = {self._key(p): p for p in folder.iterdir() if p.is_file()}
+                self._outside[folder] = {
+                    self._key(path): path for path in folder.iterdir() if path.is_file()
+                }
             except OSError:
                 self._outside[folder] = {}
         return self._outside[folder].get(key)

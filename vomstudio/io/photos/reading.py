@@ -88,7 +88,9 @@ class PhotoFolder(PrintableResult):
         """
         if masks is None:
             return self
-        return replace(self, photos=[replace(p, mask=masks.get(p.name)) for p in self.photos])
+        return replace(
+            self, photos=[replace(photo, mask=masks.get(photo.name)) for photo in self.photos]
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return a summary of the folder."""
@@ -218,7 +220,9 @@ def _list_files(root: Path) -> list[Path]:
             f for f in folders if depth < MAX_DEPTH and not _is_other_folder(Path(folder, f))
         )
         files += (Path(folder, name) for name in names if not name.startswith("."))
-    return sorted((p for p in files if p.is_file() or _is_broken_link(p)), key=_sort_key)
+    return sorted(
+        (file for file in files if file.is_file() or _is_broken_link(file)), key=_sort_key
+    )
 
 
 def _sort_key(path: Path) -> list[tuple[int, int, str]]:
@@ -489,7 +493,7 @@ def _add_mask(photo: Photo, mask: Path | None) -> Photo:
 
 def _has_photo_beside(path: Path, photos: Sequence[Path]) -> bool:
     """Return whether there is a JPEG for a raw file, which therefore needs no finding."""
-    return any(p.parent == path.parent and p.stem == path.stem for p in photos)
+    return any(photo.parent == path.parent and photo.stem == path.stem for photo in photos)
 
 
 def _names(names: Sequence[str]) -> str:

@@ -44,6 +44,10 @@ def doubtful_cell(names: Sequence[str], line: int | None, delimiter: str) -> str
     """
     values = [parse_number(name, decimal_comma=delimiter in ";\t") for name in names]
     words = [name for name, value in zip(names, values, strict=True) if value is None]
-    if line is None or not words or not any(v is not None and v == v for v in values):
+    if (
+        line is None
+        or not words
+        or not any(value is not None and value == value for value in values)
+    ):
         return None
     return shorten(words[0], 40)

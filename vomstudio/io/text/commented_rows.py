@@ -61,7 +61,9 @@ def commented_rows(
         cells = split_row(line.strip()[1:])
         if sample:
             # The label may be the entire first cell.
-            is_like_row = len(cells) == width and all(is_number(cells[c]) for c in columns if c)
+            is_like_row = len(cells) == width and all(
+                is_number(cells[column]) for column in columns if column
+            )
         else:
             is_like_row = len(cells) >= width and sum(map(is_number, cells)) >= 2
         if is_like_row and len(columns) >= 2:

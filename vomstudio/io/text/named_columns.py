@@ -306,7 +306,9 @@ def _refuse_decimal_commas(table: TextTable, order: Sequence[str]) -> None:
     if any(cell[0] in "+-" for cell in decimals):
         return
     # Decimals of equal length, or with a leading zero as in 8,05, are not integers.
-    if len(set(map(len, decimals))) > 1 and not any(len(c) > 1 and c[0] == "0" for c in decimals):
+    if len(set(map(len, decimals))) > 1 and not any(
+        len(decimal) > 1 and decimal[0] == "0" for decimal in decimals
+    ):
         return
     raise InputError(
         Finding("table.comma-delimiter"), file=table.path, line=int(table.line_numbers[0])

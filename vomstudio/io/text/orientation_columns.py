@@ -174,8 +174,8 @@ class OrientationColumns:
 
     def quoted_names(self, *columns: int) -> str:
         """Return the names of columns for a sentence."""
-        names = [self.table.label(c) for c in columns]
-        return ", ".join(f"'{n}'" if self.table.names else n for n in names)
+        names = [self.table.label(column) for column in columns]
+        return ", ".join(f"'{name}'" if self.table.names else name for name in names)
 
     def azimuths(self, column: int, is_undefined: BoolArray) -> FloatArray:
         """Return azimuths (n,) in [0, 360), in degrees; 0 where the direction is `is_undefined`."""
@@ -258,8 +258,8 @@ class OrientationColumns:
 
     def are_compass_points(self, column: int) -> bool:
         """Return whether all cells are compass points."""
-        cells = [c for c in self.table.cells(column) if c]
-        return bool(cells) and all(_COMPASS_POINT.fullmatch(c) for c in cells)
+        cells = [cell for cell in self.table.cells(column) if cell]
+        return bool(cells) and all(_COMPASS_POINT.fullmatch(cell) for cell in cells)
 
 
 def convention_in_name(path: Path) -> Azimuth | None:

@@ -94,7 +94,7 @@ class OrientationTable:
     def column(self, key: str) -> list[str]:
         """Return the text (n,) of the column that the user calls `key`. Raises `UsageError`."""
         cells = self.table.labels(self.table.find(key))
-        return [cells[i] for i in self.row_indices]
+        return [cells[row_index] for row_index in self.row_indices]
 
     def vectors(self) -> FloatArray:
         """Return World unit vectors (n, 3): downward poles of planes, and directed lines."""
@@ -188,7 +188,8 @@ class _TableReader:
             dip_deg=select(self.dip, is_plane),
             trend_deg=select(self.trend, ~is_plane),
             plunge_deg=select(self.plunge, ~is_plane),
-            ids=self.columns.words("id", row_indices) or tuple(str(i + 1) for i in row_indices),
+            ids=self.columns.words("id", row_indices)
+            or tuple(str(row_index + 1) for row_index in row_indices),
             kinds=self.columns.words("kind", row_indices),
             sets=self.columns.words("set", row_indices),
             overturned=overturned,
@@ -265,9 +266,15 @@ class _TableReader:
         not used.
         """
         other_columns = sorted(set(range(self.table.width)) - self.columns.known)
-        candidates = [c for c in other_columns if self.columns.are_compass_points(c)]
+        candidates = [
+            other_column
+            for other_column in other_columns
+            if self.columns.are_compass_points(other_column)
+        ]
         quadrants = [
-            c for c in candidates if normalise_name(self.table.label(c)) in _QUADRANT_NAMES
+            candidate
+            for candidate in candidates
+            if normalise_name(self.table.label(candidate)) in _QUADRANT_NAMES
         ]
         if candidates and len(quadrants) != 1:
             self.warnings.append(
@@ -399,10 +406,10 @@ class _TableReader:
             )
 
     def _read_text(self, columns: list[int], notation: str | None) -> None:
-        cells = [self.table.cells(c) for c in columns]
+        cells = [self.table.cells(column) for column in columns]
         wrapped_rows: list[int] = []
         for i, words in enumerate(zip(*cells, strict=True)):
-            if not all(words[:2]) or any(w.casefold() in ("nan", "na") for w in words[:2]):
+            if not all(words[:2]) or any(word.casefold() in ("nan", "na") for word in words[:2]):
                 continue
             try:
                 plane = parse_plane_cells(words, notation)

@@ -57,7 +57,9 @@ def stated_bowing_deg(comments: Iterable[str]) -> float | None:
     The bowing is the difference in dip between opposite edges, in degrees.
     """
     values = [item.get("bowed_deg") for item in stated_registrations(comments)]
-    angles = [float(v) for v in values if isinstance(v, int | float) and 0.0 < v <= 180.0]
+    angles = [
+        float(value) for value in values if isinstance(value, int | float) and 0.0 < value <= 180.0
+    ]
     return max(angles) if angles else None
 
 

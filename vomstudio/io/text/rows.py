@@ -302,7 +302,9 @@ def sniff(sample: list[str]) -> str:
             continue
         cells = [cell for row in rows for cell in row if cell]
         decimal_comma = delimiter in ";\t"
-        numeric_count = sum(parse_number(c, decimal_comma=decimal_comma) is not None for c in cells)
+        numeric_count = sum(
+            parse_number(cell, decimal_comma=decimal_comma) is not None for cell in cells
+        )
         score = (round(count / len(rows), 1), numeric_count / max(len(cells), 1))
         if score > best_score:
             best_delimiter, best_score = delimiter, score
@@ -322,9 +324,11 @@ def refuse_decimal_commas(path: Path, data: list[str], numbers: list[int], delim
         return
     for line, number in zip(data[:2], numbers[:2], strict=True):
         cells = line.split()
-        commas = [c for c in cells if is_comma_number(c) and c[-1] != ","]
-        other_cells = [c for c in cells if c not in commas]
-        are_numbers = all(parse_number(c, decimal_comma=False) is not None for c in other_cells)
+        commas = [cell for cell in cells if is_comma_number(cell) and cell[-1] != ","]
+        other_cells = [cell for cell in cells if cell not in commas]
+        are_numbers = all(
+            parse_number(other_cell, decimal_comma=False) is not None for other_cell in other_cells
+        )
         if len(cells) > 1 and commas and are_numbers:
             raise InputError(Finding("table.comma-delimiter"), file=path, line=number)
 

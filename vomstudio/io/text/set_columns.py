@@ -72,7 +72,9 @@ def _rings(table: OrientationTable, n: int) -> tuple[FloatArray, ...]:
 
     cells = table.table.cells(table.table.find(_WKT))
     try:
-        return parse_rings([cells[i].strip() or None for i in table.row_indices.tolist()])
+        return parse_rings(
+            [cells[row_index].strip() or None for row_index in table.row_indices.tolist()]
+        )
     except shapely.errors.GEOSException as error:
         raise InputError(Finding("table.invalid-wkt"), file=table.path, field=_WKT) from error
 
@@ -100,7 +102,7 @@ def _outer_ring(shape: Any) -> FloatArray:
     polygons = [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon"]
     if not polygons:
         return np.zeros((0, 3))
-    rings = [shapely.get_coordinates(p.exterior, include_z=True)[:-1] for p in polygons]
+    rings = [shapely.get_coordinates(polygon.exterior, include_z=True)[:-1] for polygon in polygons]
     return np.asarray(max(rings, key=_ring_area))
 
 

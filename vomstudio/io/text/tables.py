@@ -363,7 +363,7 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
             Finding("table.no-valid-rows", count=len(table), needed=tr("coordinates")),
             file=table.path,
             line=int(table.line_numbers[0]),
-            field=", ".join(table.label(c) for c in columns),
+            field=", ".join(table.label(column) for column in columns),
         )
     if by is None:
         warnings += _detect_groups(table, columns)
@@ -387,7 +387,9 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
                 )
     words, word_findings = _kinds_and_sets(table, groups, is_finite_row, by)
     named_groups = (
-        groups if all(groups) else [g for g, k in zip(groups, is_finite_row, strict=True) if k or g]
+        groups
+        if all(groups)
+        else [group for group, k in zip(groups, is_finite_row, strict=True) if k or group]
     )
     codes = {name: i for i, name in enumerate(dict.fromkeys(named_groups))}
     codes_of_points = np.fromiter(
@@ -412,7 +414,9 @@ def _kinds_and_sets(
 ) -> tuple[Words[str], list[Finding]]:
     columns = [c for c in COLUMNS if group_column not in (None, c) and table.has(c)]
     return group_words(
-        {c: table.cells(table.find(c)) for c in columns}, groups, is_finite_row.tolist()
+        {column: table.cells(table.find(column)) for column in columns},
+        groups,
+        is_finite_row.tolist(),
     )
 
 

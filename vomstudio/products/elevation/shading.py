@@ -67,7 +67,7 @@ def compute_dips(
     """
     dip, azimuth = (np.full(heights.shape, np.nan, np.float32) for _ in range(2))
     for rows, part in _strips(heights):
-        right, down = (g[rows[1]] for g in compute_gradients(part, gsd))
+        right, down = (gradient[rows[1]] for gradient in compute_gradients(part, gsd))
         is_known = np.isfinite(right)
         normals = (
             -right[is_known][:, None] * frame.right
@@ -91,7 +91,7 @@ def hillshade(heights: Float32Array, gsd: float) -> ByteArray:
     x, y = math.cos(height) * math.sin(azimuth), -math.cos(height) * math.cos(azimuth)
     z = math.sin(height)
     for rows, part in _strips(heights):
-        right, down = (g[rows[1]] for g in compute_gradients(part, gsd))
+        right, down = (gradient[rows[1]] for gradient in compute_gradients(part, gsd))
         light = (z - right * x - down * y) / np.sqrt(1 + right**2 + down**2)
         grey = np.rint(1 + 254 * np.clip(light, 0, 1))
         shading[rows[0]] = np.where(np.isfinite(grey), grey, 0)

@@ -275,7 +275,7 @@ def _draw_map(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str:
     edges += [] if sampling_region.scanlines is None else list(sampling_region.scanlines)
     ax.add_collection(
         LineCollection(
-            [shapely.get_coordinates(e) for e in edges],
+            [shapely.get_coordinates(edge) for edge in edges],
             linewidths=1.2 * style.line_pt,
             colors=style.ink if len(mapped_network.sets) > 1 else _color(1, style),
         )
@@ -591,10 +591,12 @@ def _draw_sizes(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str
     ax.set_xlabel(tr("radius of circular windows, m"), fontsize=style.font_pt, color=style.ink)
     ax.set_ylabel("P21, 1/m", fontsize=style.font_pt, color=style.ink)
     sizes = mapped_network.found.P21_by_size
-    r = np.array([s.radius_m for s in sizes])
-    mean = np.array([s.P21_1_per_m for s in sizes])
-    low, high = (np.array([getattr(s, f"{w}_1_per_m") for s in sizes]) for w in ("min", "max"))
-    std = np.array([s.std_1_per_m for s in sizes])
+    r = np.array([size.radius_m for size in sizes])
+    mean = np.array([size.P21_1_per_m for size in sizes])
+    low, high = (
+        np.array([getattr(size, f"{w}_1_per_m") for size in sizes]) for w in ("min", "max")
+    )
+    std = np.array([size.std_1_per_m for size in sizes])
     color = _color(1, style)
     ax.fill_between(
         r, low, high, color=style.soft, alpha=0.18, linewidth=0, label=tr("all windows")

@@ -264,7 +264,7 @@ def _attributes(options: FractureOptions) -> list[str]:
 
 def _first_picks(drawn_layer: DrawnLayer) -> DrawnLayer:
     """Exclude lines that repeat another line according to their attribute `repeat_of`."""
-    name = next((n for n in drawn_layer.columns if n.casefold() == _REPEAT), None)
+    name = next((column for column in drawn_layer.columns if column.casefold() == _REPEAT), None)
     if name is None:
         return drawn_layer
     is_first = np.array([not word for word in drawn_layer.column(name, name)], np.bool_)

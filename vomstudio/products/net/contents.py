@@ -416,7 +416,7 @@ def make_sets(
         is_finite = np.isfinite(a) & np.isfinite(b)
         names = tuple(ids[name]) if ids and name in ids else ()
         kept_ids = (
-            tuple(k for k, is_kept in zip(names, is_finite, strict=True) if is_kept)
+            tuple(name for name, is_kept in zip(names, is_finite, strict=True) if is_kept)
             if names
             else ()
         )
@@ -503,4 +503,4 @@ def shows_all_circles(net: NetContents) -> bool:
     """Return whether the great circles of all planes are drawn."""
     if net.circles is not None:
         return net.circles
-    return sum(len(s) for s in net.sets if s.kind == "plane") <= AUTO_CIRCLES
+    return sum(len(set_) for set_ in net.sets if set_.kind == "plane") <= AUTO_CIRCLES

@@ -127,13 +127,13 @@ def contoured_sets(net: NetContents) -> list[NetSet]:
     list of NetSet
     """
     contoured_type = net.contouring.only
-    return [s for s in net.sets if len(s) and contoured_type in (None, s.group_name)]
+    return [set_ for set_ in net.sets if len(set_) and contoured_type in (None, set_.group_name)]
 
 
 def _describe_subject(net: NetContents) -> str:
     """Describe the sets that are contoured together, unless the net has no others."""
     sets = contoured_sets(net)
-    if net.contouring.each_set or len({s.group_name for s in net.sets if len(s)}) < 2:
+    if net.contouring.each_set or len({set_.group_name for set_ in net.sets if len(set_)}) < 2:
         return ""
     count = sum(map(len, sets))
     if net.contouring.only is None:
@@ -147,8 +147,8 @@ def contour_groups(net: NetContents) -> list[tuple[NetSet | None, FloatArray]]:
     if not sets:
         return []
     if net.contouring.each_set:
-        return [(s, s.vectors()) for s in sets]
-    return [(None, np.vstack([s.vectors() for s in sets]))]
+        return [(set_, set_.vectors()) for set_ in sets]
+    return [(None, np.vstack([set_.vectors() for set_ in sets]))]
 
 
 def contour_levels(net: NetContents, top: float) -> tuple[float, ...]:

@@ -52,10 +52,10 @@ class NetDrawing:
 
     def draw(self) -> None:
         """Draw everything except the contours and the selection."""
-        for s in self.net.sets:
-            self._draw_circles(s)
-        for s in self.net.sets:
-            self._draw_set(s)
+        for set_ in self.net.sets:
+            self._draw_circles(set_)
+        for set_ in self.net.sets:
+            self._draw_set(set_)
         self._draw_means()
         if self.net.fold is not None:
             self._draw_fold(self.net.fold)

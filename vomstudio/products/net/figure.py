@@ -92,21 +92,21 @@ class NetArtists:
         point = np.array(self.to_net(x_px, y_px))
         best_distance, id_ = reach_px / self.radius_px, None
         if self.contents.poles:
-            for s, position in zip(self.contents.sets, self.positions, strict=True):
-                if s.ids and len(position):
+            for set_, position in zip(self.contents.sets, self.positions, strict=True):
+                if set_.ids and len(position):
                     distances = np.hypot(*(position - point).T)
                     row = len(distances) - 1 - int(np.argmin(distances[::-1]))
                     if distances[row] <= best_distance:
-                        best_distance, id_ = float(distances[row]), s.ids[row]
+                        best_distance, id_ = float(distances[row]), set_.ids[row]
         if id_ is not None:
             return id_
         best_distance = max(2.0, reach_px / 2.0) / self.radius_px
-        for s, arcs, rows in zip(self.contents.sets, self.arcs, self.arc_rows, strict=True):
-            if s.ids and len(arcs):
+        for set_, arcs, rows in zip(self.contents.sets, self.arcs, self.arc_rows, strict=True):
+            if set_.ids and len(arcs):
                 distances = _distance_to_arcs(point, arcs)
                 i = int(np.argmin(distances))
                 if distances[i] <= best_distance:
-                    best_distance, id_ = float(distances[i]), s.ids[int(rows[i])]
+                    best_distance, id_ = float(distances[i]), set_.ids[int(rows[i])]
         return id_
 
     def features_within(self, polygon_px: Sequence[tuple[float, float]]) -> frozenset[str]:
@@ -115,9 +115,9 @@ class NetArtists:
 
         outline = Outline([self.to_net(x, y) for x, y in polygon_px])
         return frozenset(
-            s.ids[int(i)]
-            for s, position in zip(self.contents.sets, self.positions, strict=True)
-            if s.ids and len(position)
+            set_.ids[int(i)]
+            for set_, position in zip(self.contents.sets, self.positions, strict=True)
+            if set_.ids and len(position)
             for i in np.flatnonzero(outline.contains_points(position))
         )
 
@@ -178,7 +178,7 @@ def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) ->
         style,
         page.radius * page.px,
         (page.cx * page.px, page.cy * page.px),
-        [nets.project(s.vectors(), net.projection) for s in net.sets],
+        [nets.project(set_.vectors(), net.projection) for set_ in net.sets],
         [nets.project(arcs, net.projection, flip=False) for arcs in drawing.arcs],
         drawing.arc_rows,
         drawing.poles,
@@ -240,7 +240,7 @@ def write_stereonet(
 
 def _named_in_legend(net: NetContents) -> list[type]:
     """Return the kinds of ellipses of the selection that the legend explains."""
-    return [type(e) for e in net.ellipses]
+    return [type(ellipse) for ellipse in net.ellipses]
 
 
 def _distance_to_arcs(point: FloatArray, arcs: FloatArray) -> FloatArray:

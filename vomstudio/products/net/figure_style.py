@@ -96,7 +96,7 @@ class FigureStyle:
     @classmethod
     def restore(cls, values: Mapping[str, Any]) -> FigureStyle:
         """Restore a style from `to_keep`, or the default style if the values are invalid."""
-        names = {f.name for f in fields(cls)}
+        names = {field.name for field in fields(cls)}
         try:
             style = cls(**{name: value for name, value in values.items() if name in names})
             cls.from_options(style.options())

@@ -54,10 +54,10 @@ def find_label_place(
                 continue
             if any(_meet(box, other_box) for other_box in sheet.text_boxes):
                 continue
-            gaps = [_gap(box, m) for m in marks]
+            gaps = [_gap(box, mark) for mark in marks]
             if min(gaps) < _gap(box, mark):  # it would be read as another mark's
                 continue
-            hits = sum(_holds(box, m, 0.6 * sheet.font) for m in marks)
+            hits = sum(_holds(box, mark, 0.6 * sheet.font) for mark in marks)
             inside = ((crowd > [box[0], box[1]]) & (crowd < [box[2], box[3]])).all(axis=1).sum()
             corner = max(
                 math.hypot(cx - sheet.cx, cy - sheet.cy) for cx in box[::2] for cy in box[1::2]

@@ -46,22 +46,22 @@ class NetLegendEntry:
 def legend_entries(net: NetContents, style: NetStyle) -> list[NetLegendEntry]:
     """Return the legend entries of a net."""
     entries = []
-    names = [s.name for s in net.sets]
-    for s in net.sets:
-        circles = s.kind == "plane" and shows_all_circles(net)
-        terse = s.name
-        if s.kind == "line" and names.count(s.name) > 1:
+    names = [set_.name for set_ in net.sets]
+    for set_ in net.sets:
+        circles = set_.kind == "plane" and shows_all_circles(net)
+        terse = set_.name
+        if set_.kind == "line" and names.count(set_.name) > 1:
             terse = tr("{set}, lines", set=terse)
         entries.append(
             NetLegendEntry(
-                f"{terse} ({len(s):,})" if net.compact else set_text(s, net.poles),
-                style.color(s.color),
-                s.marker if net.poles else None,
+                f"{terse} ({len(set_):,})" if net.compact else set_text(set_, net.poles),
+                style.color(set_.color),
+                set_.marker if net.poles else None,
                 "-" if circles else None,
-                like=s,
+                like=set_,
             )
         )
-    if net.poles and any(s.slips is not None for s in net.sets):
+    if net.poles and any(set_.slips is not None for set_ in net.sets):
         entries.append(NetLegendEntry(tr(SYMBOLS["slip"]), style.ink, ">", "-"))
     if net.fold is not None:
         beta, plane = fold_texts(net, net.fold)

@@ -217,14 +217,14 @@ class Turning:
 
 def rotate_net(net: NetContents, turning: Turning) -> NetContents:
     """Rotate a net and recompute its means."""
-    sets = [turning.rotate_set(s) for s in net.sets]
+    sets = [turning.rotate_set(set_) for set_ in net.sets]
     has_mean = {mean.color + mean.marker for mean in net.means}
-    clustered_sets = [s for s in sets if s.color + s.marker in has_mean]
+    clustered_sets = [set_ for set_ in sets if set_.color + set_.marker in has_mean]
     return replace(
         net,
         sets=tuple(sets),
         means=compute_means(clustered_sets, net.notation, net.decimals),
-        errors=tuple(turning.rotate_ellipse(e) for e in net.errors),
+        errors=tuple(turning.rotate_ellipse(error) for error in net.errors),
         circles_typed=tuple(turning.rotate_circle(c, net.notation) for c in net.circles_typed),
         marks=tuple(map(turning.rotate_mark, net.marks)),
         notes=(*net.notes, *turning.notes),
@@ -239,7 +239,7 @@ def add_intersections(net: NetContents) -> NetContents:
     UsageError
         If there are fewer than two planes or too many.
     """
-    poles = [s.vectors() for s in net.sets if s.kind == "plane"]
+    poles = [set_.vectors() for set_ in net.sets if set_.kind == "plane"]
     count = sum(map(len, poles))
     if not 2 <= count <= MAX_PLANES:
         raise UsageError(

@@ -67,7 +67,7 @@ class NetPage:
         self.contours = ContourPlan.of(net)
         self.bar = self.contours if self.contours and self.contours.levels else None
         self.foot = list(net.notes)
-        planes = sum(len(s) for s in net.sets if s.kind == "plane")
+        planes = sum(len(set_) for set_ in net.sets if set_.kind == "plane")
         if net.circles is None and planes > AUTO_CIRCLES and not net.brief:
             self.foot.append(tr("Great circles of {count:,} planes not drawn", count=planes))
         if self.contours and not self.bar:
@@ -179,11 +179,13 @@ class NetPage:
 
     def _column_width(self, words: list[str]) -> float:
         """Return the width of a legend beside the net, in which long texts are wrapped."""
-        entries = [_SIGN_LETTERS * self.font + text_width(e.text, self.font) for e in self.entries]
+        entries = [
+            _SIGN_LETTERS * self.font + text_width(entry.text, self.font) for entry in self.entries
+        ]
         widest = min(max(entries, default=0.0), _MAX_LEGEND_LETTERS * self.font)
         title = text_width(self.net.title[:40], 1.15 * self.font, "bold")
         texts = [*self.foot, *words, *self.bar_words]
-        return _HINTING * max(widest, title, *(text_width(t, self.font) for t in texts))
+        return _HINTING * max(widest, title, *(text_width(text, self.font) for text in texts))
 
     def _foot(self) -> float:
         """Return the height of the caption and the colour bar below a legend beside the net."""
@@ -209,18 +211,18 @@ class NetPage:
 
     def _stack(self, width: float) -> list[LegendRow]:
         """Arrange legend entries below each other."""
-        return [[(0.0, line)] for e in self.entries for line in self._wrap(e, width)]
+        return [[(0.0, line)] for entry in self.entries for line in self._wrap(entry, width)]
 
     def _flow(self, width: float) -> list[LegendRow]:
         """Arrange legend entries side by side in rows."""
         rows: list[LegendRow] = []
         x = 0.0
-        for e in self.entries:
-            need = _SIGN_LETTERS * self.font + _HINTING * text_width(e.text, self.font)
+        for entry in self.entries:
+            need = _SIGN_LETTERS * self.font + _HINTING * text_width(entry.text, self.font)
             if rows and x + need <= width:
-                rows[-1].append((x, e))
+                rows[-1].append((x, entry))
             else:
-                rows += [[(0.0, line)] for line in self._wrap(e, width)]
+                rows += [[(0.0, line)] for line in self._wrap(entry, width)]
                 x = 0.0
             x += need + 1.6 * self.font
         return rows
@@ -298,11 +300,11 @@ class NetPage:
             text = f"β {format_attitude(net.fold.beta, net.fold.error95_deg)}"
             labels.append((net.fold.beta, text))
         labels += [(mark.line, mark.label) for mark in net.marks]
-        curves = [*outlines, *(part for e in net.ellipses for part in e.outline())]
+        curves = [*outlines, *(part for ellipse in net.ellipses for part in ellipse.outline())]
         crowd = np.vstack(
             [
                 self.to_page(np.vstack([np.zeros((0, 3)), *curves]), flip=False),
-                *(self.to_page(s.vectors()) for s in net.sets if net.poles and len(s)),
+                *(self.to_page(set_.vectors()) for set_ in net.sets if net.poles and len(set_)),
             ]
         )
         marks = [self.to_page(line.vector())[0] for line, _ in labels]

@@ -190,7 +190,7 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
     grid = _Grid.of(len(contents.roses), width, height, _HEAD_LETTERS * font, foot_height)
     side = min(grid.side, _MAX_PANEL_MM / 25.4 * 72.0 if style is PRINT else grid.side)
     total_height = _tall(side)
-    rings = choose_rings(max(float(r.shares.max()) for r in contents.roses.values()))
+    rings = choose_rings(max(float(rose.shares.max()) for rose in contents.roses.values()))
     drawn_petals = {}
     for i, (name, rose) in enumerate(contents.roses.items()):
         row, column = divmod(i, grid.columns)

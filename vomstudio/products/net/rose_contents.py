@@ -156,20 +156,20 @@ def roses_of_sets(
     """
     required_kind = "line" if of in LINE_ANGLES else "plane"
     roses, counted_sets, empty_sets = {}, {}, []
-    for s in sets:
-        if s.kind != required_kind or not len(s):
+    for set_ in sets:
+        if set_.kind != required_kind or not len(set_):
             continue
-        angles = select_angles(s.azimuth_deg, s.angle_deg, of)
+        angles = select_angles(set_.azimuth_deg, set_.angle_deg, of)
         w = None
         if weights is not None:
-            set_weights = [weights.get(id_) for id_ in s.ids]
+            set_weights = [weights.get(id_) for id_ in set_.ids]
             w = np.array([np.nan if item is None else item for item in set_weights])
         rose = _one(of, angles, bin_deg, w)
         if rose.total > 0:
-            roses[s.name] = rose
-            counted_sets[s.name] = Counted(s.ids, angles, s.color)
+            roses[set_.name] = rose
+            counted_sets[set_.name] = Counted(set_.ids, angles, set_.color)
         else:
-            empty_sets.append(s.name)
+            empty_sets.append(set_.name)
     return RoseContents(of, roses, weight, is_area_scaled, tuple(empty_sets), counted_sets)
 
 

@@ -182,4 +182,4 @@ def draw_histogram(
 
 def _ray(azimuth_deg: float, radii: tuple[float, float]) -> tuple[list[float], list[float]]:
     a = math.radians(azimuth_deg)
-    return [r * math.sin(a) for r in radii], [r * math.cos(a) for r in radii]
+    return [radius * math.sin(a) for radius in radii], [radius * math.cos(a) for radius in radii]

@@ -27,29 +27,31 @@ def draw_emphasis(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
     """
     artists: list[Artist] = []
     selected_rows = [
-        np.array([i for i, name in enumerate(s.ids) if name in net.selected], dtype=np.intp)
+        np.array([i for i, name in enumerate(set_.ids) if name in net.selected], dtype=np.intp)
         if net.selected
         else np.zeros(0, dtype=np.intp)
-        for s in net.sets
+        for set_ in net.sets
     ]
     planes = sum(
-        len(rows) for s, rows in zip(net.sets, selected_rows, strict=True) if s.kind == "plane"
+        len(rows)
+        for set_, rows in zip(net.sets, selected_rows, strict=True)
+        if set_.kind == "plane"
     )
     circles = planes <= AUTO_CIRCLES or not net.poles
     # Bold rings around thousands of poles would merge into one black area.
     crowdedness = float(
         np.interp(math.log10(1 + sum(map(len, selected_rows))), [1.5, 3.0], [0.0, 1.0])
     )
-    size = style.marker_pt * symbol_scale(sum(len(s) for s in net.sets))
+    size = style.marker_pt * symbol_scale(sum(len(set_) for set_ in net.sets))
     size = max(size * (1.7 - 0.5 * crowdedness), (1.5 - 0.8 * crowdedness) * style.marker_pt)
     ring = (1.6 - 1.2 * crowdedness) * style.line_pt
-    for s, rows in zip(net.sets, selected_rows, strict=True):
+    for set_, rows in zip(net.sets, selected_rows, strict=True):
         if not len(rows):
             continue
-        color = style.color(s.color)
-        if s.kind == "plane" and circles:
+        color = style.color(set_.color)
+        if set_.kind == "plane" and circles:
             steps = 181 if planes <= AUTO_CIRCLES else 31
-            arcs = nets.great_circles(s.azimuth_deg[rows], s.angle_deg[rows], steps)
+            arcs = nets.great_circles(set_.azimuth_deg[rows], set_.angle_deg[rows], steps)
             for ink, width, place in ((style.ink, 3.4, "casings"), (color, 2.0, "chosen circles")):
                 artists.append(
                     plot_curves(
@@ -64,11 +66,11 @@ def draw_emphasis(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
             artists.append(
                 plot_vectors(
                     ax,
-                    s.vectors()[rows],
+                    set_.vectors()[rows],
                     linestyle="none",
-                    marker=s.marker,
-                    markersize=size * SYMBOL_SIZES.get(s.marker, 1.0),
-                    markerfacecolor=style.symbol(s)[0],
+                    marker=set_.marker,
+                    markersize=size * SYMBOL_SIZES.get(set_.marker, 1.0),
+                    markerfacecolor=style.symbol(set_)[0],
                     markeredgecolor=style.ink,
                     markeredgewidth=ring,
                     zorder=layer("chosen"),

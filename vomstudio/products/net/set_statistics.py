@@ -56,22 +56,22 @@ def fit_girdles(
         Names of the sets that are not girdles.
     """
     girdles, other_sets = [], []
-    for s in sets:
-        if not len(s):
+    for set_ in sets:
+        if not len(set_):
             continue
-        values, axes = orientation_tensor(s.vectors())
+        values, axes = orientation_tensor(set_.vectors())
         shape = woodcock(values)[0]
-        if len(s) < _MIN_FEATURES or shape is None or shape > 1.0:
-            other_sets.append(s.name)
+        if len(set_) < _MIN_FEATURES or shape is None or shape > 1.0:
+            other_sets.append(set_.name)
             continue
         cross_axes = Line.from_vector(axes[2])
         label = tr(
             "{set}, girdle {plane} (K {shape:.2f})",
-            set=s.name,
+            set=set_.name,
             plane=format_plane(cross_axes.normal_plane(), notation, decimals),
             shape=shape,
         )
-        girdles.append(NetCircle(cross_axes, 90.0, label, s.color))
+        girdles.append(NetCircle(cross_axes, 90.0, label, set_.color))
     return tuple(girdles), tuple(other_sets)
 
 
@@ -85,7 +85,7 @@ def find_maxima(net: NetContents) -> tuple[NetMark, ...]:
     groups = (
         contour_groups(net)
         if net.contour is not None
-        else [(s, s.vectors()) for s in net.sets if len(s)]
+        else [(set_, set_.vectors()) for set_ in net.sets if len(set_)]
     )
     maxima = []
     for contoured_set, vectors in groups:
@@ -111,7 +111,7 @@ def describe_sets(
     For sets that are not clusters, the sentence contains the axes of the orientation tensor and the
     reason why the set has no mean.
     """
-    return tuple(_average(s, notation, decimals) for s in sets if len(s))
+    return tuple(_average(set_, notation, decimals) for set_ in sets if len(set_))
 
 
 def _average(s: NetSet, notation: str, decimals: int) -> str:

@@ -75,9 +75,12 @@ def net_of_table(
             names[label] = name
             if table.turns is not None:
                 turns_by_name[label] = table.turns.of(rows)
-    sets = tuple(replace(s, group=names[s.name]) for s in make_sets(groups, turns=turns_by_name))
+    sets = tuple(
+        replace(make_set, group=names[make_set.name])
+        for make_set in make_sets(groups, turns=turns_by_name)
+    )
     # The mean of a girdle or a scattered set is meaningless and therefore not marked.
-    clustered_sets = [s for s in sets if no_fisher_reason(s.vectors(), False) is None]
+    clustered_sets = [set_ for set_ in sets if no_fisher_reason(set_.vectors(), False) is None]
     return NetContents(
         sets=sets,
         projection=projection,
@@ -92,12 +95,16 @@ def replace_colors(net: NetContents, colors: Mapping[str, str]) -> NetContents:
     """Replace the colours (#rrggbb) of named sets and of their means."""
     if not colors:
         return net
-    sets = tuple(replace(s, color=colors.get(s.name, s.color)) for s in net.sets)
+    sets = tuple(replace(set_, color=colors.get(set_.name, set_.color)) for set_ in net.sets)
     # If there are more sets than colours, two sets may share a colour. Means follow their sets.
     new_colors = {
-        (s.color, s.marker): new_set.color for s, new_set in zip(net.sets, sets, strict=True)
+        (set_.color, set_.marker): new_set.color
+        for set_, new_set in zip(net.sets, sets, strict=True)
     }
-    means = tuple(replace(m, color=new_colors.get((m.color, m.marker), m.color)) for m in net.means)
+    means = tuple(
+        replace(mean, color=new_colors.get((mean.color, mean.marker), mean.color))
+        for mean in net.means
+    )
     return replace(net, sets=sets, means=means)
 
 

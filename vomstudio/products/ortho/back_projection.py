@@ -456,8 +456,8 @@ def _denser(points: FloatArray, step: float) -> FloatArray:
     lengths = np.hypot(*np.diff(points, axis=0).T)
     counts = np.maximum(1, np.ceil(lengths / step)).astype(int)
     parts = [
-        a + (b - a) * np.arange(n)[:, None] / n
-        for a, b, n in zip(points[:-1], points[1:], counts, strict=True)
+        point + (b - point) * np.arange(count)[:, None] / count
+        for point, b, count in zip(points[:-1], points[1:], counts, strict=True)
     ]
     return np.concatenate([*parts, points[-1:]])
 

@@ -209,11 +209,15 @@ def _draw_frame(ax: Axes, drawing: Drawing, scale: int, left: float) -> None:
     """
     low, high = drawing.bounds
     x_ticks = choose_ticks(float(low[0]), float(high[0]))
-    width = LETTER_MM * _FONT_PT * (max((len(number_text(v)) for v in x_ticks), default=0) + 2)
+    width = (
+        LETTER_MM
+        * _FONT_PT
+        * (max((len(number_text(x_tick)) for x_tick in x_ticks), default=0) + 2)
+    )
     ax.set_xticks(_thin_ticks(x_ticks, 0.001 * scale * width))
     y_ticks = choose_ticks(float(low[1]), float(high[1]))
     is_upright = left_margin_mm(drawing.bounds, _PT_MM * _FONT_PT) > left
-    max_length = max((len(number_text(v)) for v in y_ticks.tolist()), default=0)
+    max_length = max((len(number_text(y_tick)) for y_tick in y_ticks.tolist()), default=0)
     height = LETTER_MM * _FONT_PT * (max_length + 2) if is_upright else _ROW_MM
     if is_upright:
         # Keep clear of the tick labels below the corner of the frame.

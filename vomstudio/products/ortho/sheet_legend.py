@@ -27,7 +27,9 @@ class Legend:
         self._words = [entry.short_name for entry in entries]
         # Reserve space for the entry with the most glyphs, so that the names in a column are
         # aligned.
-        self._slots = max((sum((e.line, e.area, e.place)) for e in entries), default=0)
+        self._slots = max(
+            (sum((entry.line, entry.area, entry.place)) for entry in entries), default=0
+        )
         letters = max(map(len, self._words), default=0)
         self._wide = self._slots * (_GLYPH_MM + _GAP_MM) + LETTER_MM * font_pt * (letters + 4)
         self._columns = max(1, math.floor(width_mm / max(self._wide, 1.0)))

@@ -248,7 +248,7 @@ def svg_text(drawing: Drawing) -> str:
     for layer in drawing.layers:
         name = _escaped(layer)
         out.append(f'<g id="{name}" inkscape:groupmode="layer" inkscape:label="{name}">')
-        out += [_svg_shape(s, mm, ids) for s in drawing.shapes if s.layer == layer]
+        out += [_svg_shape(shape, mm, ids) for shape in drawing.shapes if shape.layer == layer]
         out.append("</g>")
     out.append("</g>")
     out += _labels(drawing, matrix, scale)
@@ -337,14 +337,17 @@ def place_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedL
     """
     mm = 0.001 * scale
     height, gap = 1.25 * text_mm * mm, 1.2 * mm
-    positions = [s.points for s in drawing.shapes if len(s.points) == 1]
+    positions = [shape.points for shape in drawing.shapes if len(shape.points) == 1]
     # Also avoid the end of the tick of a symbol, which shows the direction of dip.
     positions += [
-        line[-1:] for s in drawing.shapes if s.symbol for line in s.marks(DIP_TICK_MM * mm)
+        line[-1:]
+        for shape in drawing.shapes
+        if shape.symbol
+        for line in shape.marks(DIP_TICK_MM * mm)
     ]
     dots = np.concatenate([np.empty((0, 2)), *positions])
-    bars = [line for s in drawing.shapes for line in s.marks(DIP_TICK_MM * mm)]
-    lines = [s.points for s in drawing.shapes if len(s.points) > 1 and not s.filled]
+    bars = [line for shape in drawing.shapes for line in shape.marks(DIP_TICK_MM * mm)]
+    lines = [shape.points for shape in drawing.shapes if len(shape.points) > 1 and not shape.filled]
     symbols, strokes = (_Coverage(item, drawing.bounds, 0.25 * height) for item in (bars, lines))
     occupied_boxes: list[LabelBox] = []
     labels = []
@@ -538,7 +541,9 @@ class _SvgLegend:
         self.entries = drawing.legend
         remark = explain_symbols(self.entries)
         self.lines = [*([remark] if remark else []), *drawing.title]
-        slots = max((sum((e.line, e.area, e.place)) for e in self.entries), default=0)
+        slots = max(
+            (sum((entry.line, entry.area, entry.place)) for entry in self.entries), default=0
+        )
         self.glyphs_mm = 1.2 * slots * _GLYPH_MM
         letter = 1.1 * _LETTER_WIDTH * _TEXT_MM
         widths = [self.glyphs_mm + letter * len(entry.short_name) for entry in self.entries]
@@ -602,7 +607,9 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
     }
     names = dxf.layer_names([*drawing.layers, *symbol_layers.values()])
     colors = {
-        names[home]: dxf.color_number(next(s.color for s in drawing.shapes if s.layer == layer))
+        names[home]: dxf.color_number(
+            next(shape.color for shape in drawing.shapes if shape.layer == layer)
+        )
         for layer in drawing.layers
         for home in (layer, symbol_layers.get(layer, layer))
     }
@@ -675,10 +682,12 @@ def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described_text: st
         columns = {}
         for name in dict.fromkeys(key for shape in shapes for key in shape.values):
             values = [shape.values.get(name) for shape in shapes]
-            if all(v is None or isinstance(v, int | float) for v in values):
-                columns[name] = np.array([math.nan if v is None else v for v in values], float)
+            if all(value is None or isinstance(value, int | float) for value in values):
+                columns[name] = np.array(
+                    [math.nan if value is None else value for value in values], float
+                )
             else:
-                columns[name] = np.array([v or "" for v in values], object)
+                columns[name] = np.array([value or "" for value in values], object)
         write_layer(
             part, layer, kind, geometry, columns, crs, described_text=described_text, append=append
         )

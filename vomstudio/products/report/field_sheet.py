@@ -117,16 +117,27 @@ def _draw(axes: Axes, plan: SurveyPlan, *, is_plan_view: bool) -> None:
         selected_rows = plan.select_kind(kind)
         if not selected_rows:
             continue
-        x = [s.along_m for s in selected_rows]
-        y = [(s.away_m if is_plan_view else s.up_m) for s in selected_rows]
+        x = [selected_row.along_m for selected_row in selected_rows]
+        y = [
+            (selected_row.away_m if is_plan_view else selected_row.up_m)
+            for selected_row in selected_rows
+        ]
         label = tr("{kind}: {count}", kind=tr(_WORDS[kind]), count=len(selected_rows))
         axes.plot(x, y, mark, color=color, markersize=4.0, label=label, linestyle="none")
         if len(selected_rows) <= 400:
             scale = 0.12
-            dx = [scale * (s.target_along_m - s.along_m) for s in selected_rows]
+            dx = [
+                scale * (selected_row.target_along_m - selected_row.along_m)
+                for selected_row in selected_rows
+            ]
             dy = [
-                scale * (-s.away_m if is_plan_view else s.target_up_m - s.up_m)
-                for s in selected_rows
+                scale
+                * (
+                    -selected_row.away_m
+                    if is_plan_view
+                    else selected_row.target_up_m - selected_row.up_m
+                )
+                for selected_row in selected_rows
             ]
             axes.quiver(
                 x, y, dx, dy, angles="xy", scale_units="xy", scale=1, color=color, width=0.0018
@@ -300,22 +311,27 @@ def _html(plan: SurveyPlan) -> str:
         ),
         [
             (
-                s.number,
-                tr(_WORDS[s.kind]),
-                f"{s.along_m:.2f}",
-                f"{s.up_m:.2f}",
-                f"{s.away_m:.2f}",
-                f"{s.turn_deg:+.0f}",
-                f"{s.tilt_deg:+.0f}",
+                position.number,
+                tr(_WORDS[position.kind]),
+                f"{position.along_m:.2f}",
+                f"{position.up_m:.2f}",
+                f"{position.away_m:.2f}",
+                f"{position.turn_deg:+.0f}",
+                f"{position.tilt_deg:+.0f}",
             )
-            for s in plan.positions
+            for position in plan.positions
         ],
     )
     points = _rows(
         (tr("point"), tr("use"), tr("along m"), tr("up m")),
         [
-            (p.label, tr(_WORDS[p.use]), f"{p.along_m:.2f}", f"{p.up_m:.2f}")
-            for p in plan.control_points
+            (
+                control_point.label,
+                tr(_WORDS[control_point.use]),
+                f"{control_point.along_m:.2f}",
+                f"{control_point.up_m:.2f}",
+            )
+            for control_point in plan.control_points
         ],
     )
     return (
@@ -331,7 +347,7 @@ def _html(plan: SurveyPlan) -> str:
 
 
 def _rows(headings: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
-    heading = "".join(f"<th>{h}</th>" for h in headings)
+    heading = "".join(f"<th>{heading}</th>" for heading in headings)
     body = "".join("<tr>" + "".join(f"<td>{c}</td>" for c in row) + "</tr>" for row in rows)
     return f"<table><tr>{heading}</tr>{body}</table>"
 

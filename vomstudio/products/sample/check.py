@@ -125,7 +125,7 @@ def horizon_pairs(picks: SamplePicks) -> list[tuple[int, int]]:
         for side in ("hanging wall", "footwall"):
             if horizon and set_name.endswith(side):
                 sides.setdefault(horizon, {})[side] = i
-    return [(s["hanging wall"], s["footwall"]) for s in sides.values() if len(s) == 2]
+    return [(side["hanging wall"], side["footwall"]) for side in sides.values() if len(side) == 2]
 
 
 def plane_check(name: str, fit: FittedPlane, truth: Plane) -> Check:

@@ -20,7 +20,7 @@ def format_text(checks: Sequence[Check], notes: Sequence[Finding]) -> str:
     rows = [_heads(), *map(_cells, checks)]
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = [
-        "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip()
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
         for row in rows
     ]
     title = f"{tr(TITLE)} (VOM Studio {__version__})"

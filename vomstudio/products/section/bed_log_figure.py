@@ -92,7 +92,9 @@ def lay_out_page(log: BedLog) -> LogPage:
     thick = [1000.0 * (interval.top_m - interval.base_m) / scale for interval in log.intervals]
     has_name = [len(centres) <= _MAX_ROWS or t >= _ROW_MM for t in thick]
     rows = np.full(len(centres), np.nan)
-    rows[has_name] = _spread([m for m, n in zip(centres, has_name, strict=True) if n], _ROW_MM)
+    rows[has_name] = _spread(
+        [centre for centre, n in zip(centres, has_name, strict=True) if n], _ROW_MM
+    )
     half = 0.5 * _ROW_MM
     low = min(0.0, float(np.nanmin(rows, initial=0.0)) - half)
     high = max(column, float(np.nanmax(rows, initial=0.0)) + half)
@@ -116,11 +118,11 @@ def _styles(log: BedLog) -> list[LithologyStyle]:
 def _notes_below(styles: Sequence[LithologyStyle]) -> list[str]:
     """Return the parts below the column, from top to bottom."""
     parts = []
-    if any(s.width is not None and not s.dunham for s in styles):
+    if any(style.width is not None and not style.dunham for style in styles):
         parts.append("grains")
-    if any(s.width is not None and s.dunham for s in styles):
+    if any(style.width is not None and style.dunham for style in styles):
         parts += ["dunham", "classes"]
-    if any(s.width is None for s in styles):
+    if any(style.width is None for style in styles):
         parts.append("dashes")
     return parts
 

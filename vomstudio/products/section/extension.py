@@ -392,7 +392,9 @@ def write_traces(
             np.array([shapely.LineString(trace.points) for trace in extended_plane.traces]),
             {
                 "bed": np.array([trace.bed for trace in extended_plane.traces], np.int32),
-                error95: np.array([float(t.error95_m.max()) for t in extended_plane.traces]),
+                error95: np.array(
+                    [float(trace.error95_m.max()) for trace in extended_plane.traces]
+                ),
             },
             crs,
         )

@@ -128,18 +128,18 @@ def answer(question: LogQuestion) -> LogAnswer:
     bed = _bed(q, boundaries, max_distance)
     sigma = q.options.sigma_m
     if sigma is None:
-        met_traces = [q.traces[b.key] for b in boundaries if b.key in q.traces]
+        met_traces = [q.traces[boundary.key] for boundary in boundaries if boundary.key in q.traces]
         # The line itself follows the face, so its deviation from a plane is not an error.
         sigma = pick_scatter_m([replace(q.line, fit=None), *met_traces])
     # Intervals refer to their boundaries by name, so the names must be unique.
-    labels = unique_names([b.name for b in boundaries])
-    words = [q.words.get(b.key, RockWords()) for b in boundaries]
+    labels = unique_names([boundary.name for boundary in boundaries])
+    words = [q.words.get(boundary.key, RockWords()) for boundary in boundaries]
     log = bed_log(
-        [b.place for b in boundaries],
+        [boundary.place for boundary in boundaries],
         bed.plane,
         names=labels,
-        lithologies=[w.lithology for w in words],
-        notes=[w.notes for w in words],
+        lithologies=[word.lithology for word in words],
+        notes=[word.notes for word in words],
         sigma_m=sigma,
         bed_error_deg=bed.error95_deg,
         overturned=q.options.overturned,
@@ -147,11 +147,11 @@ def answer(question: LogQuestion) -> LogAnswer:
     if not bed.are_parallel or bed.fit95_deg > _DOUBTFUL_DEG:
         warning = Finding("log.beds-not-parallel", count=len(bed.ids), error_deg=bed.fit95_deg)
         log = replace(log, warnings=(*log.warnings, warning))
-    overturned = sum(b.key in q.marked for b in boundaries)
+    overturned = sum(boundary.key in q.marked for boundary in boundaries)
     if overturned and not q.options.overturned:
         warning = Finding("log.overturned-beds", count=overturned)
         log = replace(log, warnings=(*log.warnings, warning))
-    keys = dict(zip(labels, (b.key for b in boundaries), strict=True))
+    keys = dict(zip(labels, (boundary.key for boundary in boundaries), strict=True))
     bases = tuple(keys[interval.base] for interval in log.intervals)
     return LogAnswer(
         q, tuple(boundaries), bed.plane, bed.error95_deg, sigma, max_distance, log, bases, bed.ids
@@ -227,7 +227,9 @@ def _bed(q: LogQuestion, boundaries: list[Boundary], max_distance: float) -> _Be
 
     if q.bed is not None:
         return _Bed(q.bed, q.options.bed_error_deg or 0.0)
-    ids = [b.key for b in boundaries if b.key in q.traces] or _near_traces(q, max_distance)
+    ids = [boundary.key for boundary in boundaries if boundary.key in q.traces] or _near_traces(
+        q, max_distance
+    )
     if not ids:
         raise InputError(Finding("log.no-bedding"))
     common_bed = fit_common_bed([q.traces[id_].points for id_ in ids])

@@ -54,30 +54,36 @@ def read_log_question(
     line_points = _line(records, line, folder)
     traces = first_picks(_traces(records, type_name, folder), records)
     measurements = Measurements(thresholds_of(replay.settings)).of(
-        records, [line_points.id, *(t.id for t in traces if t.id != line_points.id)]
+        records, [line_points.id, *(trace.id for trace in traces if trace.id != line_points.id)]
     )
     model = model_of(records, line_points)
     return LogQuestion(
         line_points.id,
         measurements[line_points.id],
         of,
-        {t.id: measurements[t.id] for t in traces},
-        {t.id: t.name or t.id for t in traces},
+        {trace.id: measurements[trace.id] for trace in traces},
+        {trace.id: trace.name or trace.id for trace in traces},
         bed,
         options,
         reach_m,
         words_along(line_points),
         model is None or model.frame.has_metres,
-        frozenset(t.id for t in traces if t.overturned),
+        frozenset(trace.id for trace in traces if trace.overturned),
     )
 
 
 def _line(records: Mapping[str, Record], name: str, folder: Path) -> Logged:
-    lines = [r for r in records.values() if isinstance(r, Logged) and len(r.vertices) > 1]
-    matches = [r for r in lines if r.id == name] or [r for r in lines if r.name == name]
+    lines = [
+        record
+        for record in records.values()
+        if isinstance(record, Logged) and len(record.vertices) > 1
+    ]
+    matches = [line for line in lines if line.id == name] or [
+        line for line in lines if line.name == name
+    ]
     if len(matches) == 1:
         return matches[0]
-    described_names = [r.name for r in lines if r.beds]
+    described_names = [line.name for line in lines if line.beds]
     raise InputError(
         Finding("log.ambiguous-line", name=name)
         if matches
@@ -88,10 +94,14 @@ def _line(records: Mapping[str, Record], name: str, folder: Path) -> Logged:
 
 
 def _traces(records: Mapping[str, Record], name: str, folder: Path) -> list[Trace]:
-    types = [r for r in records.values() if isinstance(r, FeatureType)]
-    type_ids = {t.id for t in types if name.casefold() in (t.id.casefold(), t.name.casefold())}
+    types = [record for record in records.values() if isinstance(record, FeatureType)]
+    type_ids = {
+        type_.id
+        for type_ in types
+        if name.casefold() in (type_.id.casefold(), type_.name.casefold())
+    }
     if not type_ids:
-        names = [t.name for t in types]
+        names = [type_.name for type_ in types]
         raise InputError(
             Finding("log.no-type", name=name, names=names), file=folder, field="--type"
         )

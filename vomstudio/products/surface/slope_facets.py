@@ -60,7 +60,7 @@ def read_facet_slopes(
         )
         for i in np.flatnonzero(table.is_plane).tolist()
     ]
-    if data is not None and overhangs and not {f.id for f in faces} & overhangs.keys():
+    if data is not None and overhangs and not {face.id for face in faces} & overhangs.keys():
         raise InputError(Finding("facet.other-labels", table=table.path), field="--labelled-model")
     return faces
 
@@ -112,7 +112,9 @@ def find_overhangs(
         return {}
     facet_ids, facet_of = np.unique(number, return_inverse=True)
     sums = np.bincount(facet_of, height, minlength=len(facet_ids))
-    return {str(int(n)): bool(s < 0.0) for n, s in zip(facet_ids, sums, strict=True)}
+    return {
+        str(int(facet_id)): bool(sum_ < 0.0) for facet_id, sum_ in zip(facet_ids, sums, strict=True)
+    }
 
 
 def slope_fields(slopes: FacetSlopes, labels: IntegerArray) -> dict[str, Float32Array]:
@@ -120,10 +122,13 @@ def slope_fields(slopes: FacetSlopes, labels: IntegerArray) -> dict[str, Float32
     fields = {}
     for mode, name in _FIELDS.items():
         share_of = {
-            f.id: fraction for f, fraction in zip(slopes.facets, slopes.shares(mode), strict=True)
+            facet.id: fraction
+            for facet, fraction in zip(slopes.facets, slopes.shares(mode), strict=True)
         }
         unique_labels, label_of = np.unique(labels, return_inverse=True)
-        values = np.array([share_of.get(str(int(n)), np.nan) for n in unique_labels])
+        values = np.array(
+            [share_of.get(str(int(unique_label)), np.nan) for unique_label in unique_labels]
+        )
         fields[name] = (100.0 * values[label_of]).astype(np.float32)
     return fields
 

@@ -98,7 +98,7 @@ def _export(
 
 def refuse_empty(records: Mapping[str, Record], folder: Path) -> None:
     """Raise InputError if the project contains nothing to export."""
-    if not any(isinstance(r, Feature) for r in records.values()):
+    if not any(isinstance(record, Feature) for record in records.values()):
         raise InputError(
             Finding("export.no-features"),
             file=folder,

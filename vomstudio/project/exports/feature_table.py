@@ -31,7 +31,7 @@ def feature_table(
     If `repeats` is set, features that repeat another one are included. Raises InputError if no
     feature has an orientation.
     """
-    subjects = [Subject(f, measurements[f.id], records) for f in features]
+    subjects = [Subject(feature, measurements[feature.id], records) for feature in features]
     rows = [row for row in feature_rows(subjects) if row is not None]
     names = (*COLUMNS, *EXTRA_COLUMNS)
     cells = [[_cell(row.get(name)) for name in names] for row in rows]

@@ -91,7 +91,11 @@ def write_dxf(
     plane of known extent as a disc of faces, on separate layers. Attributes are written as extended
     data of the entity. Raises TargetError.
     """
-    colors = {r.name.casefold(): r.color for r in records.values() if isinstance(r, FeatureType)}
+    colors = {
+        record.name.casefold(): record.color
+        for record in records.values()
+        if isinstance(record, FeatureType)
+    }
     dxf_layers = {
         (layer.name, kind): _dxf_layer(layer, kind) for layer in layers for kind in _kinds_of(layer)
     }

@@ -28,7 +28,11 @@ _LINE_STYLE = (
 
 def style_of(layer: Layer, records: Mapping[str, Record]) -> Style:
     """Return the style of a layer returned by `project_layers`."""
-    colors = {r.name.casefold(): r.color for r in records.values() if isinstance(r, FeatureType)}
+    colors = {
+        record.name.casefold(): record.color
+        for record in records.values()
+        if isinstance(record, FeatureType)
+    }
     classes = layer.colors_of(colors, _DEFAULT_COLOR)
     if layer.by not in layer.columns or not classes:
         return Style(

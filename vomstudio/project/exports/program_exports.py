@@ -57,7 +57,9 @@ def write_for_program(
         return replace(table, files=tuple(write_tables(texts, force=force)))
     if format_ == "kml":
         colors = {
-            r.name.casefold(): r.color for r in records.values() if isinstance(r, FeatureType)
+            record.name.casefold(): record.color
+            for record in records.values()
+            if isinstance(record, FeatureType)
         }
         text = kml_text(out, layers, crs, colors, out.stem)
         return replace(table, files=tuple(write_tables({out: text}, force=force)))

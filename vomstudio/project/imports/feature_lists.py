@@ -96,7 +96,14 @@ class _Row:
     def text(self, *names: str) -> str:
         """Return the text of the first of these columns that is not empty, or ""."""
         values = (self.values.get(name) for name in names)
-        value = next((v for v in values if v is not None and v == v and str(v).strip()), "")
+        value = next(
+            (
+                value
+                for value in values
+                if value is not None and value == value and str(value).strip()
+            ),
+            "",
+        )
         return str(value).strip()
 
 
@@ -148,7 +155,11 @@ def read_listed_features(
             file=path,
         )
     to_file = transform.invert(model.to_world)
-    types = {r.name.casefold(): r.id for r in records.values() if isinstance(r, FeatureType)}
+    types = {
+        record.name.casefold(): record.id
+        for record in records.values()
+        if isinstance(record, FeatureType)
+    }
     features: list[Feature] = []
     skipped_rows: list[tuple[str, Finding]] = []
     unknown_names: set[str] = set()
@@ -366,7 +377,9 @@ def _table(path: Path, findings: list[Finding]) -> Iterator[_Row]:
             message = Finding("table.unreadable", reason=error)
             raise InputError(message, file=path, line=body.line_num) from error
         row = {
-            k.casefold(): unescape_formula(v) for k in names if isinstance(v := cells.get(k), str)
+            name.casefold(): unescape_formula(v)
+            for name in names
+            if isinstance(v := cells.get(name), str)
         }
         if row.get(WKT):
             try:

@@ -223,7 +223,7 @@ class SqliteJournal:
     def _write(self, rows: list[NewRow]) -> None:
         self._db.execute("BEGIN IMMEDIATE")
         try:
-            self._db.executemany(INSERT_ROW, [(*r.values, r.head.checksum) for r in rows])
+            self._db.executemany(INSERT_ROW, [(*row.values, row.head.checksum) for row in rows])
             self._db.execute(SET_HEAD, rows[-1].head)
             self._db.execute("COMMIT")
         except BaseException:

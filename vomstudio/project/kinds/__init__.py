@@ -57,7 +57,11 @@ def _merge_attributes(lists: Iterable[tuple[Attribute, ...]]) -> tuple[Attribute
                 index = fields.index(attribute.field) + 1
                 continue
             # Insert before the following fields that are already in the list.
-            later_rows = [fields.index(a.field) for a in attributes if a.field in fields[index:]]
+            later_rows = [
+                fields.index(attribute.field)
+                for attribute in attributes
+                if attribute.field in fields[index:]
+            ]
             index = min(later_rows, default=len(fields))
             merged_attributes.insert(index, attribute)
             fields.insert(index, attribute.field)
@@ -73,7 +77,9 @@ RECORDS: Mapping[str, type] = {kind.name: kind.record for kind in KINDS}
 """Record classes by their name on disk."""
 PARTS: Mapping[str, type] = {name: part for kind in KINDS for name, part in kind.parts.items()}
 """Classes of fields that are records themselves, by field name."""
-FIGURES: Mapping[str, Figure] = {f.name: f for kind in reversed(KINDS) for f in kind.figures}
+FIGURES: Mapping[str, Figure] = {
+    figure.name: figure for kind in reversed(KINDS) for figure in kind.figures
+}
 """Figures by name; if several kinds have a figure with the same name, the first kind's."""
 ATTRIBUTES: tuple[Attribute, ...] = _merge_attributes(kind.attributes for kind in KINDS)
 GROUPS: tuple[KindGroup, ...] = tuple(

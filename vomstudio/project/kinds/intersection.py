@@ -76,12 +76,12 @@ def members(records: Records, group: Group) -> list[Feature]:
     if group.feature_id:
         return planes_among(records, [group.feature_id])
     return [
-        r
-        for r in records.values()
-        if isinstance(r, Typed)
-        and r.type_id == group.type_id
-        and (not group.set_name or r.set_name == group.set_name)
-        and is_picked_plane(r)
+        record
+        for record in records.values()
+        if isinstance(record, Typed)
+        and record.type_id == group.type_id
+        and (not group.set_name or record.set_name == group.set_name)
+        and is_picked_plane(record)
     ]
 
 

@@ -105,7 +105,11 @@ def photos_of(*stations: Station) -> list[str]:
     -------
     list of str
     """
-    names = (name.strip() for s in stations for name in s.photo.split(PHOTO_SEPARATOR.strip()))
+    names = (
+        name.strip()
+        for station in stations
+        for name in station.photo.split(PHOTO_SEPARATOR.strip())
+    )
     return [name for name in names if name]
 
 
@@ -156,7 +160,7 @@ def readings_of(station: Station, records: Mapping[str, Any]) -> list[Feature]:
     """
     codes = {code.casefold() for code in (station.number, station.name) if code}
     features = (record for record in records.values() if isinstance(record, Feature))
-    return [f for f in features if getattr(f, "station", "").casefold() in codes]
+    return [feature for feature in features if getattr(feature, "station", "").casefold() in codes]
 
 
 def about(subject: Subject) -> list[str]:

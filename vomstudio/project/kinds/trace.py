@@ -101,7 +101,9 @@ def measure(context: MeasurementContext, traces: Sequence[Trace]) -> list[Measur
     models = [context.model(trace.model_id) for trace in traces]
     points = world_lines(traces, models)
     # Most traces are on the same model and share its record.
-    to_world = {id(m): ToWorld.from_model(m) for m in {id(m): m for m in models}.values()}
+    to_world = {
+        id(m): ToWorld.from_model(m) for m in {id(model): model for model in models}.values()
+    }
     fits = _fits(traces, points)
     planes = iter(Plane.from_normals([fit.normal for fit, _ in fits if fit is not None]))
     frames = [to_world[id(model)] for model in models]

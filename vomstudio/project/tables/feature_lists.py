@@ -28,12 +28,16 @@ def listed_tables(
     records: Mapping[str, Record], table: ProjectTable, measurements: Measurements
 ) -> dict[str, str]:
     """Return the CSV text of each such kind that has features, by layer name, in World."""
-    features = [r for r in records.values() if isinstance(r, Feature) and kind_of(r).listed]
-    measurements_by_id = measurements.of(records, [f.id for f in features])
+    features = [
+        record
+        for record in records.values()
+        if isinstance(record, Feature) and kind_of(record).listed
+    ]
+    measurements_by_id = measurements.of(records, [feature.id for feature in features])
     subjects_by_kind: dict[Kind, list[Subject]] = {}
-    for f in features:
-        subjects_by_kind.setdefault(kind_of(f), []).append(
-            Subject(f, measurements_by_id[f.id], records)
+    for feature in features:
+        subjects_by_kind.setdefault(kind_of(feature), []).append(
+            Subject(feature, measurements_by_id[feature.id], records)
         )
     return {
         kind.layer.name: _text(kind, subjects_by_kind[kind], table)
@@ -44,18 +48,21 @@ def listed_tables(
 
 def _text(kind: Kind, subjects: list[Subject], table: ProjectTable) -> str:
     assert kind.layer is not None
-    names = {f.name for f in kind.figures}
-    figures = [*kind.figures, *(f for f in kind.layer.figures if f.name not in names)]
+    names = {figure.name for figure in kind.figures}
+    figures = [
+        *kind.figures,
+        *(figure for figure in kind.layer.figures if figure.name not in names),
+    ]
     head = [
         f"VOM Studio {__version__}, {kind.layer.name}",
         f"CRS: {table.crs or 'none declared, coordinates as given'}",
         f"units: {table.axes.description}",
     ]
     lines = [comment_line(line).rstrip("\n") for line in head]
-    lines.append(",".join([*(f.name for f in figures), WKT]))
+    lines.append(",".join([*(figure.name for figure in figures), WKT]))
     for subject in subjects:
         shape = kind.layer.shape(subject)
-        cells = [csv_cell(f.value(subject)) for f in figures]
+        cells = [csv_cell(figure.value(subject)) for figure in figures]
         lines.append(",".join([*cells, "" if shape is None else _wkt(kind.layer.geometry, shape)]))
     return "\n".join(lines) + "\n"
 

@@ -253,7 +253,7 @@ def _plain_column(values: list[Any]) -> list[Any]:
     if classes <= _PLAIN_TYPES:
         return values
     if classes <= _NUMBER_TYPES:
-        return [v if v is None or math.isfinite(v) else None for v in values]
+        return [value if value is None or math.isfinite(value) else None for value in values]
     return [plain(value) for value in values]
 
 
@@ -264,7 +264,9 @@ def _csv_column(values: Sequence[Any]) -> list[str]:
         # Formatting all values together is 1.5 times as fast.
         return ("%.12g\n" * len(values) % tuple(values)).splitlines()
     if classes <= _NUMBER_TYPES:
-        return ["" if v is None or not math.isfinite(v) else f"{v:.12g}" for v in values]
+        return [
+            "" if value is None or not math.isfinite(value) else f"{value:.12g}" for value in values
+        ]
     if classes <= _TEXT_TYPES:
         cells = {value: csv_cell(value) for value in set(values)}
         return [cells[value] for value in values]

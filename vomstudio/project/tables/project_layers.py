@@ -36,12 +36,14 @@ def project_layers(
     Each layer follows the points of its orientations. Empty layers are omitted, except `planes` and
     `traces`. A compass reading without a position is included only in the table.
     """
-    features = first_picks((r for r in records.values() if isinstance(r, Feature)), records)
-    measurements_by_id = measurements.of(records, [f.id for f in features])
+    features = first_picks(
+        (record for record in records.values() if isinstance(record, Feature)), records
+    )
+    measurements_by_id = measurements.of(records, [feature.id for feature in features])
     subjects_by_kind: dict[Kind, list[Subject]] = {}
-    for f in features:
-        subjects_by_kind.setdefault(kind_of(f), []).append(
-            Subject(f, measurements_by_id[f.id], records)
+    for feature in features:
+        subjects_by_kind.setdefault(kind_of(feature), []).append(
+            Subject(feature, measurements_by_id[feature.id], records)
         )
     layers: dict[str, Layer] = {}
     for kind in KINDS:
@@ -53,7 +55,9 @@ def project_layers(
     shapes, columns, colors = grid_cells(records)
     layers[GRIDS] = Layer(GRIDS, "ring", shapes, columns, by="found", colors=colors)
     return [
-        la for la in layers.values() if la.shapes or la.main or la.name == _POINT_LAYERS["plane"]
+        layer
+        for layer in layers.values()
+        if layer.shapes or layer.main or layer.name == _POINT_LAYERS["plane"]
     ]
 
 
@@ -69,11 +73,13 @@ def _points(layer_name: str, geometry: str, table: ProjectTable) -> Layer:
 
 
 def _layer(layer: GisLayer, subjects: Sequence[Subject]) -> Layer:
-    drawn_shapes = [(s, shape) for s in subjects if (shape := layer.shape(s)) is not None]
+    drawn_shapes = [
+        (subject, shape) for subject in subjects if (shape := layer.shape(subject)) is not None
+    ]
     columns = {}
     for figure in layer.figures:
         values = [plain(figure.value(subject)) for subject, _ in drawn_shapes]
-        if layer.sparse and figure.form != "text" and all(v is None for v in values):
+        if layer.sparse and figure.form != "text" and all(value is None for value in values):
             continue
         columns[figure.name] = _column(values, figure)
     shapes = [shape for _, shape in drawn_shapes]

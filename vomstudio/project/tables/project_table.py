@@ -98,15 +98,18 @@ def project_table(
 ) -> ProjectTable:
     """Return all planes and lines of a project as rows; if `only` is given, only these IDs."""
     features = [
-        r
-        for r in records.values()
-        if isinstance(r, Feature) and kind_of(r).orientations and (only is None or r.id in only)
+        record
+        for record in records.values()
+        if isinstance(record, Feature)
+        and kind_of(record).orientations
+        and (only is None or record.id in only)
     ]
     measurements = measurements or Measurements()
     measurements_by_id = measurements.of(records, [feature.id for feature in features])
     picks = nearest_picks(records, measurements)
     subjects = [
-        Subject(f, measurements_by_id[f.id], records, partial(picks.get, f.id)) for f in features
+        Subject(feature, measurements_by_id[feature.id], records, partial(picks.get, feature.id))
+        for feature in features
     ]
     rows: list[Row] = []
     skipped_rows: list[dict[str, Any]] = []
@@ -163,21 +166,25 @@ def _extra_values(subject: Subject) -> Row:
 
 def _listed_features(records: Mapping[str, Record], only: Collection[str] | None) -> list[Feature]:
     """Return the features without an orientation that are interpretations, as in the layers."""
-    return [f for f in _features_on_models(records, only) if kind_of(f).listed]
+    return [feature for feature in _features_on_models(records, only) if kind_of(feature).listed]
 
 
 def _features_on_models(
     records: Mapping[str, Record], only: Collection[str] | None
 ) -> list[Feature]:
-    features = (r for r in records.values() if isinstance(r, OnAModel))
-    return [r for r in features if only is None or r.id in only]
+    features = (record for record in records.values() if isinstance(record, OnAModel))
+    return [feature for feature in features if only is None or feature.id in only]
 
 
 def _axes(records: Mapping[str, Record], features: list[Feature]) -> Axes:
     """Return the common axis properties of all models that have features."""
-    models = [get(records, f.model_id, Model) for f in features if isinstance(f, OnAModel)]
+    models = [
+        get(records, feature.model_id, Model)
+        for feature in features
+        if isinstance(feature, OnAModel)
+    ]
     axes = [model.frame.axes for model in models if model is not None]
-    return Axes(all(a.metric for a in axes), all(a.north for a in axes))
+    return Axes(all(axis.metric for axis in axes), all(axis.north for axis in axes))
 
 
 def _frame(records: Mapping[str, Record], features: list[Feature]) -> tuple[str | None, str, float]:
@@ -185,7 +192,11 @@ def _frame(records: Mapping[str, Record], features: list[Feature]) -> tuple[str 
 
     Compass readings and intersections use the frame of the other features.
     """
-    models = [get(records, f.model_id, Model) for f in features if isinstance(f, OnAModel)]
+    models = [
+        get(records, feature.model_id, Model)
+        for feature in features
+        if isinstance(feature, OnAModel)
+    ]
     frames = {None if model is None else model.frame for model in models}
     if not models and features:
         return None, tr(IN_WORLD), 1.0

@@ -29,7 +29,7 @@ def registrations_of(
         models : names of the models; rotation_covariance_deg2 : (3, 3) about east, north and up, in
         degrees squared; bowed_deg : possible difference in dip between the edges, if known.
     """
-    ids = dict.fromkeys(f.model_id for f in features if isinstance(f, OnAModel))
+    ids = dict.fromkeys(feature.model_id for feature in features if isinstance(feature, OnAModel))
     models_of_registration: dict[str, tuple[Registration, list[str]]] = {}
     for id_ in ids:
         model = get(records, id_, Model)

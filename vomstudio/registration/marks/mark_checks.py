@@ -242,7 +242,9 @@ def require_pixels_of_photos(
         If the rays of the marks intersect only for another photo size or pixel convention.
     """
     labels, photos = _group_by_photo(marks, views)
-    counts = np.bincount(np.concatenate([p.rows for p in photos]) if photos else [0], minlength=1)
+    counts = np.bincount(
+        np.concatenate([photo.rows for photo in photos]) if photos else [0], minlength=1
+    )
     if int(np.maximum(2 * counts - 3, 0).sum()) < _MIN_REDUNDANCY:
         return
     targets = np.array([world.get(label, (math.nan,) * 3) for label in labels], np.float64)

@@ -206,7 +206,7 @@ def mark_error_px(points: Sequence[Marks]) -> float:
 
 
 def _max_px(marks: Marks) -> float:
-    sizes = [math.hypot(v.intrinsics.width, v.intrinsics.height) for v in marks.views]
+    sizes = [math.hypot(view.intrinsics.width, view.intrinsics.height) for view in marks.views]
     return _MAX_SHARE * float(np.median(sizes))
 
 

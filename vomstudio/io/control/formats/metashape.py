@@ -74,7 +74,7 @@ def _points(path: Path, root: Element) -> list[ControlPoint]:
         labels.add(label, marker, "table.repeated-label", label=label)
         x, y, z = (_number(path, reference, name) for name in "xyz")
         errors = [_number(path, reference, n) for n in ("sx", "sy", "sz") if n in reference.attrib]
-        sigma = (sum(e * e for e in errors) / len(errors)) ** 0.5 if errors else None
+        sigma = (sum(error * error for error in errors) / len(errors)) ** 0.5 if errors else None
         check = reference.get("enabled", "true").casefold() in ("false", "0")
         points.append(ControlPoint(label, (x, y, z), sigma or None, check))
     if not points:

@@ -160,7 +160,7 @@ class Document:
         """Return the required extensions that are not supported."""
         required = self.json.get("extensionsRequired")
         names = [n for n in required if isinstance(n, str)] if isinstance(required, list) else []
-        return [n for n in names if not n.startswith(SUPPORTED_EXTENSIONS)]
+        return [name for name in names if not name.startswith(SUPPORTED_EXTENSIONS)]
 
     def extensions_to_report(self) -> list[str]:
         """Return the unsupported extensions that change the model."""

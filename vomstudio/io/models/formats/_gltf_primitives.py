@@ -93,7 +93,11 @@ def _key(index: object) -> object:
 
 def _primitives(document: Document, mesh: object) -> list[dict[str, Any]]:
     primitives = document.item("meshes", mesh).get("primitives")
-    return [p for p in primitives if isinstance(p, dict)] if isinstance(primitives, list) else []
+    return (
+        [primitive for primitive in primitives if isinstance(primitive, dict)]
+        if isinstance(primitives, list)
+        else []
+    )
 
 
 def _placed_meshes(
@@ -109,7 +113,9 @@ def _placed_meshes(
         scene = document.item("scenes", document.json.get("scene", 0))
         roots = scene.get("nodes", [])
     else:
-        child_nodes = {c for i in range(n) for c in _children(document, i) if isinstance(c, int)}
+        child_nodes = {
+            child for i in range(n) for child in _children(document, i) if isinstance(child, int)
+        }
         roots = [i for i in range(n) if i not in child_nodes]
     if not isinstance(roots, list):
         raise document.error(tr("'nodes' is not a list"), "scenes")

@@ -103,7 +103,7 @@ def read_header(top: bytes, path: Path) -> Header:
                 raise wrong(tr("a property precedes the first element"))
             is_list = words[1:2] == ["list"]
             kinds = words[2:4] if is_list else words[1:2]
-            if len(words) != (5 if is_list else 3) or any(k not in TYPES for k in kinds):
+            if len(words) != (5 if is_list else 3) or any(kind not in TYPES for kind in kinds):
                 raise wrong(tr("'{line}' is not a property of a known type", line=line.strip()))
             if is_list:
                 if TYPES[kinds[0]][0] == "f":

@@ -65,7 +65,8 @@ def read_binary(
         if element.properties and element.count:
             # The count is untrusted; each record takes at least this number of bytes.
             min_record_bytes = sum(
-                np.dtype(p.count_type or p.type).itemsize for p in element.properties
+                np.dtype(property_.count_type or property_.type).itemsize
+                for property_ in element.properties
             )
             n = min(element.count, (len(buffer) - offset) // min_record_bytes)
             table, offset = _binary_table(buffer, offset, element, n, header.order, budget)
@@ -88,57 +89,57 @@ def _binary_table(
     budget: Budget,
 ) -> tuple[Table, int]:
     """Return up to n records starting at byte `offset`, and the position of the next byte."""
-    lists = [p for p in element.properties if p.count_type]
+    lists = [property_ for property_ in element.properties if property_.count_type]
     guess: dict[str, int] = {}
     if lists:
         guess = _first_lengths(buffer, offset, element, order) if n else {}
         if len(guess) < len(lists):
             return _ragged_table(buffer, offset, element, n, order, budget)
     parts: list[tuple[str, object]] = []
-    for p in element.properties:
-        if p.count_type:
-            parts.append((f"n {p.name}", order + p.count_type))
-            parts.append((p.name, (order + p.type, (guess[p.name],))))
+    for property_ in element.properties:
+        if property_.count_type:
+            parts.append((f"n {property_.name}", order + property_.count_type))
+            parts.append((property_.name, (order + property_.type, (guess[property_.name],))))
         else:
-            parts.append((p.name, order + p.type))
+            parts.append((property_.name, order + property_.type))
     record = np.dtype(parts)
     fitting = min(n, (len(buffer) - offset) // record.itemsize)
     array = np.frombuffer(buffer, record, fitting, offset)
-    if any(np.any(array[f"n {p.name}"] != guess[p.name]) for p in lists):
+    if any(np.any(array[f"n {list_.name}"] != guess[list_.name]) for list_ in lists):
         return _ragged_table(buffer, offset, element, n, order, budget)
     if lists and fitting < n:
         return _ragged_table(buffer, offset, element, n, order, budget)
     if lists:
         budget.take(24 * fitting * len(lists), element.name)
     table = Table(fitting)
-    for p in element.properties:
-        values = array[p.name].astype(p.type)
-        if p.count_type:
-            table.lists[p.name] = (
-                np.full(fitting, guess[p.name], np.int64),
+    for property_ in element.properties:
+        values = array[property_.name].astype(property_.type)
+        if property_.count_type:
+            table.lists[property_.name] = (
+                np.full(fitting, guess[property_.name], np.int64),
                 values.reshape(-1),
             )
         else:
-            table.plain[p.name] = values
+            table.plain[property_.name] = values
     return table, offset + fitting * record.itemsize
 
 
 def _first_lengths(buffer: ByteArray, offset: int, element: Element, order: str) -> dict[str, int]:
     """Return the list lengths of the first record; incomplete if the record is invalid."""
     lengths: dict[str, int] = {}
-    for p in element.properties:
-        size = np.dtype(p.type).itemsize
-        if p.count_type is None:
+    for property_ in element.properties:
+        size = np.dtype(property_.type).itemsize
+        if property_.count_type is None:
             offset += size
             continue
-        kind = np.dtype(order + p.count_type)
+        kind = np.dtype(order + property_.count_type)
         if offset + kind.itemsize > len(buffer):
             break
         n = int(np.frombuffer(buffer, kind, 1, offset)[0])
         offset += kind.itemsize + n * size
         if n < 0 or n > 64 or offset > len(buffer):
             break
-        lengths[p.name] = n
+        lengths[property_.name] = n
     return lengths
 
 
@@ -153,25 +154,32 @@ def _ragged_table(
     from vomstudio.io.models.formats import _ply_kernels as k
 
     data = buffer
-    kinds = [np.dtype(p.type) for p in element.properties]
+    kinds = [np.dtype(property_.type) for property_ in element.properties]
     sizes = np.array([kind.itemsize for kind in kinds], np.int64)
-    count_kinds = [np.dtype(p.count_type) if p.count_type else None for p in element.properties]
-    count_sizes = np.array([c.itemsize if c else 0 for c in count_kinds], np.int64)
-    is_signed = np.array([c is not None and c.kind == "i" for c in count_kinds])
+    count_kinds = [
+        np.dtype(property_.count_type) if property_.count_type else None
+        for property_ in element.properties
+    ]
+    count_sizes = np.array(
+        [count_kind.itemsize if count_kind else 0 for count_kind in count_kinds], np.int64
+    )
+    is_signed = np.array(
+        [count_kind is not None and count_kind.kind == "i" for count_kind in count_kinds]
+    )
     budget.take(24 * n * len(sizes), element.name)
     positions = np.empty((n, len(sizes)), np.int64)
     counts = np.empty((n, len(sizes)), np.int64)
     n = k.walk(data, offset, sizes, count_sizes, is_signed, order == "<", positions, counts)
     positions, counts = positions[:n], counts[:n]
     table = Table(n)
-    for j, p in enumerate(element.properties):
+    for j, property_ in enumerate(element.properties):
         out = np.empty(int(counts[:, j].sum()) * kinds[j].itemsize, np.uint8)
         k.gather(data, positions[:, j], counts[:, j], kinds[j].itemsize, out)
-        values = out.view(order + p.type).astype(p.type)
-        if p.count_type:
-            table.lists[p.name] = (counts[:, j].copy(), values)
+        values = out.view(order + property_.type).astype(property_.type)
+        if property_.count_type:
+            table.lists[property_.name] = (counts[:, j].copy(), values)
         else:
-            table.plain[p.name] = values
+            table.plain[property_.name] = values
     if n:
         offset = int(positions[-1, -1] + counts[-1, -1] * sizes[-1])
     return table, offset
@@ -281,7 +289,9 @@ class _TextRows:
 
     def __init__(self, element: Element) -> None:
         self._properties = element.properties
-        self._is_list = np.array([p.count_type is not None for p in element.properties])
+        self._is_list = np.array(
+            [property_.count_type is not None for property_ in element.properties]
+        )
         self._columns = Columns(1)
         self._short: list[IntArray] = []
         self.n = 0
@@ -300,18 +310,18 @@ class _TextRows:
         k.walk_rows(values, starts, is_list, positions, counts)
         if not is_list.any():
             self._short.append(self.n + np.flatnonzero(counts.min(axis=1, initial=1) == 0))
-        for j, p in enumerate(self._properties):
-            if p.count_type:
+        for j, property_ in enumerate(self._properties):
+            if property_.count_type:
                 items = np.empty(int(counts[:, j].sum()))
                 k.gather_values(values, positions[:, j], counts[:, j], items)
-                is_integer = np.dtype(p.type).kind in "iu"
+                is_integer = np.dtype(property_.type).kind in "iu"
                 self._columns.add(f"n{j}", counts[:, j].astype(np.int32))
                 self._columns.add(f"{j}", whole_numbers(items) if is_integer else items)
             else:
                 column = np.full(n, np.nan)
                 has_value = counts[:, j] == 1
                 column[has_value] = values[positions[has_value, j]]
-                self._columns.add(f"{j}", _clip_to_type(column, p.type))
+                self._columns.add(f"{j}", _clip_to_type(column, property_.type))
         self.n += n
 
     def table(self, n: int, messages: list[Finding]) -> Table:
@@ -320,13 +330,13 @@ class _TextRows:
         if n_short:
             messages.append(Finding("model.short-lines", count=n_short))
         table = Table(n)
-        for j, p in enumerate(self._properties):
-            if p.count_type:
+        for j, property_ in enumerate(self._properties):
+            if property_.count_type:
                 counts = self._take_column(f"n{j}", n, np.int64).astype(np.int64)
                 items = self._take_column(f"{j}", int(counts.sum()), np.float64)
-                table.lists[p.name] = counts, items
+                table.lists[property_.name] = counts, items
             else:
-                table.plain[p.name] = self._take_column(f"{j}", n, p.type)
+                table.plain[property_.name] = self._take_column(f"{j}", n, property_.type)
         return table
 
     def _take_column(self, name: str, n: int, dtype: npt.DTypeLike) -> GenericArray:

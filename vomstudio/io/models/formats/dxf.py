@@ -282,7 +282,11 @@ def _groups(data: bytes, path: Path) -> Iterator[tuple[list[int], list[bytes], i
                     line=lines_before + 2 * invalid_row + 1,
                 ) from error
             codes = list(map(int, code_lines[:invalid_row]))
-        yield codes, [v.strip() for v in lines[1 : 2 * len(codes) : 2]], min(offset, len(data))
+        yield (
+            codes,
+            [line.strip() for line in lines[1 : 2 * len(codes) : 2]],
+            min(offset, len(data)),
+        )
         lines_before += len(lines)
 
 

@@ -59,11 +59,11 @@ def _read(document: Document) -> LoadedModel:
     for name in document.extensions_to_report():
         messages.append(Finding("model.extension-unsupported", extension=name))
     pieces = list(pieces_of(document, messages))
-    meshes = [p for p in pieces if p.faces is not None]
+    meshes = [piece for piece in pieces if piece.faces is not None]
     if not pieces:
         raise InputError(Finding("model.no-points"), file=document.path)
     if meshes and len(meshes) < len(pieces):
-        loose_count = sum(len(p.positions) for p in pieces if p.faces is None)
+        loose_count = sum(len(piece.positions) for piece in pieces if piece.faces is None)
         messages.append(Finding("model.loose-points-left-out", count=loose_count))
     origin, crs, has_reference = _origin(document, messages)
     data: Mesh | PointCloud
@@ -118,19 +118,21 @@ def _join(
 
     Pieces without values get the value `fill`.
     """
-    if all(v is None for v in values):
+    if all(value is None for value in values):
         return None
     parts = [
-        np.full((len(p.positions), width), fill, dtype) if v is None else v.astype(dtype)
-        for p, v in zip(pieces, values, strict=True)
+        np.full((len(piece.positions), width), fill, dtype)
+        if value is None
+        else value.astype(dtype)
+        for piece, value in zip(pieces, values, strict=True)
     ]
     return np.ascontiguousarray(np.concatenate(parts))
 
 
 def _fields(pieces: list[PlacedPrimitive]) -> dict[str, AnyArray]:
     result: dict[str, AnyArray] = {}
-    for name in dict.fromkeys(n for p in pieces for n in p.fields):
-        columns_of_pieces = [p.fields.get(name) for p in pieces]
+    for name in dict.fromkeys(name for piece in pieces for name in piece.fields):
+        columns_of_pieces = [piece.fields.get(name) for piece in pieces]
         types = [f.dtype for f in columns_of_pieces if f is not None]
         dtype: Any = np.result_type(*types)
         if len(types) < len(pieces):
@@ -143,7 +145,7 @@ def _fields(pieces: list[PlacedPrimitive]) -> dict[str, AnyArray]:
 
 
 def _positions(pieces: list[PlacedPrimitive], origin: FloatArray) -> FloatArray:
-    upright_positions = np.empty((sum(len(p.positions) for p in pieces), 3))
+    upright_positions = np.empty((sum(len(piece.positions) for piece in pieces), 3))
     end = 0
     for piece in pieces:
         y_up, part = piece.positions, upright_positions[end : end + len(piece.positions)]
@@ -157,7 +159,9 @@ def _positions(pieces: list[PlacedPrimitive], origin: FloatArray) -> FloatArray:
 
 def _faces(pieces: list[PlacedPrimitive]) -> Int32Array:
     """Return faces with indices into the joined vertices of all pieces."""
-    joined_faces = np.empty((sum(len(p.faces) for p in pieces if p.faces is not None), 3), np.int32)
+    joined_faces = np.empty(
+        (sum(len(piece.faces) for piece in pieces if piece.faces is not None), 3), np.int32
+    )
     end = start = 0
     for piece in pieces:
         if piece.faces is not None:
@@ -175,11 +179,15 @@ def _mesh(
     origin: FloatArray,
     messages: list[Finding],
 ) -> Mesh:
-    used_materials = sorted({p.material for p in pieces}, key=lambda m: (m == -1, m))
+    used_materials = sorted({piece.material for piece in pieces}, key=lambda m: (m == -1, m))
     pieces = sorted(pieces, key=lambda p: used_materials.index(p.material))
     counts = [
-        sum(len(p.faces) for p in pieces if p.material == m and p.faces is not None)
-        for m in used_materials
+        sum(
+            len(piece.faces)
+            for piece in pieces
+            if piece.material == used_material and piece.faces is not None
+        )
+        for used_material in used_materials
     ]
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
     materials = materials_of(document, used_materials, messages)
@@ -190,17 +198,17 @@ def _mesh(
         _faces(pieces),
         materials,
         offsets,
-        _join(pieces, [p.uv for p in pieces], 2, np.nan, np.float32),
-        _join(pieces, [p.colors for p in pieces], 3, 255, np.uint8),
+        _join(pieces, [piece.uv for piece in pieces], 2, np.nan, np.float32),
+        _join(pieces, [piece.colors for piece in pieces], 3, 255, np.uint8),
         _fields(pieces),
     )
 
 
 def _cloud(pieces: list[PlacedPrimitive], origin: FloatArray) -> PointCloud:
-    normals = _join(pieces, [p.normals for p in pieces], 3, np.nan, np.float64)
+    normals = _join(pieces, [piece.normals for piece in pieces], 3, np.nan, np.float64)
     return PointCloud(
         _positions(pieces, origin),
-        _join(pieces, [p.colors for p in pieces], 3, 255, np.uint8),
+        _join(pieces, [piece.colors for piece in pieces], 3, 255, np.uint8),
         None if normals is None else (normals @ UPRIGHT.T).astype(np.float32),
         _fields(pieces),
     )

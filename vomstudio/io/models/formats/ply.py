@@ -90,7 +90,12 @@ def _assemble(
     if vertex is None:
         raise InputError(Finding("model.no-points"), file=path)
     used_names: set[str] = set()
-    names = {p.name.lower() for e in header.elements if e.name == "vertex" for p in e.properties}
+    names = {
+        property_.name.lower()
+        for element in header.elements
+        if element.name == "vertex"
+        for property_ in element.properties
+    }
     if not {"x", "y", "z"} <= names:
         raise InputError(Finding("model.no-coordinates"), file=path, field="vertex")
     if vertex.n == 0:
@@ -148,7 +153,9 @@ def _faces_and_strips(
 
     A finding about other elements is appended to `messages`.
     """
-    element_names = {e.name for e in header.elements if e.count and e.properties}
+    element_names = {
+        element.name for element in header.elements if element.count and element.properties
+    }
     face = tables["face"] if "face" in element_names else None
     if face is not None and any(name.endswith("red") for name in face.plain):
         messages.append(Finding("model.face-colors-unused"))

@@ -118,9 +118,9 @@ def _text(
     numbers, loops, facets, is_checked = [], [], 0, False
     for begin, block in _blocks(text):
         matches = list(_VERTEX.finditer(block))
-        starts = np.array([m.start() for m in matches], np.int64)
+        starts = np.array([match.start() for match in matches], np.int64)
         loop_starts = np.array([m.start() for m in _LOOP.finditer(block)], np.int64)
-        words = [m.groups() for m in matches]
+        words = [match.groups() for match in matches]
         values = _numbers(words) if words else np.empty((0, 3))
         invalid = np.flatnonzero(np.isnan(values).any(axis=1))
         if len(invalid) and not is_checked:
@@ -180,7 +180,7 @@ def _numbers(words: Sequence[tuple[bytes, ...]]) -> FloatArray:
         except ValueError:
             pass
     values = [python_number(word) for row in words for word in row]
-    return np.array([np.nan if v is None else v for v in values]).reshape(-1, 3)
+    return np.array([np.nan if value is None else value for value in values]).reshape(-1, 3)
 
 
 READER = Reader(to_translate("STL mesh"), (".stl",), matches, read)

@@ -162,7 +162,7 @@ def _commented_header(lines: list[str], width: int, delimiter: str) -> tuple[lis
         if not text.startswith("#"):
             continue
         names = cut(text.lstrip("#/ "), delimiter)
-        if len(names) == width and [normalise_name(n) for n in names[:3]] == ["x", "y", "z"]:
+        if len(names) == width and [normalise_name(name) for name in names[:3]] == ["x", "y", "z"]:
             return names, number
         return None, 0
     return None, 0
@@ -432,7 +432,7 @@ def _cloud(
 
 def _triple(indices: list[int], numeric_value: Any) -> AnyArray | None:
     columns = [numeric_value(i) for i in indices]
-    if not columns or any(f is None for f in columns):
+    if not columns or any(column is None for column in columns):
         return None
     return np.stack(columns, axis=1, dtype=np.float32, casting="unsafe")
 

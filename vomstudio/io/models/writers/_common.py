@@ -67,7 +67,7 @@ def report_unwritten_faces(data: Mesh | PointCloud, messages: list[Finding]) -> 
     if not isinstance(data, Mesh):
         return
     messages.append(Finding("model.faces-not-written", count=len(data.faces)))
-    images = [m.texture.name for m in data.materials if m.texture is not None]
+    images = [material.texture.name for material in data.materials if material.texture is not None]
     if images:
         messages.append(textures_not_written(images))
 

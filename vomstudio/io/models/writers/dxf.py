@@ -33,7 +33,9 @@ def write(out: WriteRequest) -> list[Finding]:
     if not isinstance(data, Mesh) and data.normals is not None:
         messages.append(Finding("model.normals-not-written"))
     if mesh is not None:
-        images = [m.texture.name for m in mesh.materials if m.texture is not None]
+        images = [
+            material.texture.name for material in mesh.materials if material.texture is not None
+        ]
         if images:
             messages.append(textures_not_written(images))
         if mesh.colors is not None:
@@ -41,7 +43,7 @@ def write(out: WriteRequest) -> list[Finding]:
     elif data.colors is not None:
         messages.append(Finding("model.colors-reduced"))
     sidecars = prj_sidecar(out, messages)
-    materials = [] if mesh is None else [m.name or "mesh" for m in mesh.materials]
+    materials = [] if mesh is None else [material.name or "mesh" for material in mesh.materials]
     names = layer_names(materials or ["mesh" if mesh is not None else "points"])
     color_numbers_of_layers = dict.fromkeys(names.values(), 7)
     for material in () if mesh is None else mesh.materials:

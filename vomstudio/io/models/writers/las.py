@@ -54,7 +54,10 @@ def write(out: WriteRequest) -> list[Finding]:
     report_unwritten_faces(data, messages)
     points = positions_of(data)
     axes = [quantise(points[:, k]) for k in range(3)]
-    offset, scales = np.array([axis.offset for axis in axes]), np.array([a.scale for a in axes])
+    offset, scales = (
+        np.array([axis.offset for axis in axes]),
+        np.array([axis.scale for axis in axes]),
+    )
     rounding = max(axis.rounding for axis in axes)
     if rounding > 1e-9 * max(1.0, float(np.abs(data.bounds).max()) * 1e-6):
         messages.append(Finding("model.positions-rounded", rounding_mm=scales.max() * 1000))

@@ -52,8 +52,10 @@ def write(out: WriteRequest) -> list[Finding]:
     data = out.data
     mesh = data if isinstance(data, Mesh) else None
     images = plan_images(mesh, out) if mesh else Images([], [])
-    if mesh is not None and any(m.texture is None for m in mesh.materials):
-        untextured = [m.name or "untextured" for m in mesh.materials if m.texture is None]
+    if mesh is not None and any(material.texture is None for material in mesh.materials):
+        untextured = [
+            material.name or "untextured" for material in mesh.materials if material.texture is None
+        ]
         messages.append(Finding("model.materials-not-written", materials=untextured))
     sidecars = prj_sidecar(out, messages)
     columns = _columns(out, messages)
