@@ -166,14 +166,14 @@ def _location(error: VomError) -> dict[str, Any]:
     return {name: value for name, value in location.items() if value is not None}
 
 
-def plain(messages: Iterable[Finding]) -> list[dict[str, Any]]:
-    """Return messages as objects for a JSON file."""
-    return [item.to_dict() for item in messages]
+def plain(findings: Iterable[Finding]) -> list[dict[str, Any]]:
+    """Return findings as objects for a JSON file."""
+    return [item.to_dict() for item in findings]
 
 
-def unique_findings(messages: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Return the unique messages in their original order."""
-    return tuple(dict.fromkeys(messages))
+def unique_findings(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Return the unique findings in their original order."""
+    return tuple(dict.fromkeys(findings))
 
 
 @cache

@@ -385,15 +385,15 @@ def _messages(
     face: SlopeFace, n: int, rows: int, n_known: int, total: int, parallel_count: int, same_set: int
 ) -> list[Finding]:
     """Return the findings about the results."""
-    messages: list[Finding] = []
+    findings: list[Finding] = []
     if same_set:
-        messages.append(
+        findings.append(
             Finding("slope.pairs-of-one-set", pairs=same_set, all_pairs=n * (n - 1) // 2)
         )
     if rows > n:
-        messages.append(Finding("sets.lines-left-out", count=rows - n))
+        findings.append(Finding("sets.lines-left-out", count=rows - n))
     if not face.slides:
-        messages.append(
+        findings.append(
             Finding(
                 "slope.gentle-face",
                 dip_deg=face.plane.dip_deg,
@@ -401,9 +401,9 @@ def _messages(
             )
         )
     if parallel_count:
-        messages.append(Finding("slope.parallel-pairs", count=parallel_count))
+        findings.append(Finding("slope.parallel-pairs", count=parallel_count))
     if not total:
-        messages.append(Finding("slope.no-pairs"))
+        findings.append(Finding("slope.no-pairs"))
     if 0 < n_known < n:
-        messages.append(Finding("slope.errors-unknown", count=n - n_known))
-    return messages
+        findings.append(Finding("slope.errors-unknown", count=n - n_known))
+    return findings

@@ -33,7 +33,7 @@ _MIN_VERTICAL_COMPONENT = 0.95
 
 
 def find_outliers(
-    labels: Sequence[str], angles: FloatArray, model: FloatArray, messages: list[Finding]
+    labels: Sequence[str], angles: FloatArray, model: FloatArray, findings: list[Finding]
 ) -> tuple[BoolArray, BoolArray]:
     """Find the photos whose attitudes do not agree with those of most other photos.
 
@@ -44,8 +44,8 @@ def find_outliers(
         Yaw, pitch and roll in the World frame, degrees.
     model : (n, 3, 3) array
         Rotations from the cameras to the model.
-    messages : list of Finding
-        List to which messages about suspicious angles are appended.
+    findings : list of Finding
+        List to which findings about suspicious angles are appended.
 
     Returns
     -------
@@ -68,7 +68,7 @@ def find_outliers(
         ]
         least_scatter, sentence = min(better_choices)
         if least_scatter < min(_MAX_SCATTER_RATIO * scatter, _MAX_SCATTER_CHANGED_DEG):
-            messages.append(
+            findings.append(
                 Finding(
                     "attitude.other-convention",
                     scatter_deg=scatter,
@@ -83,7 +83,7 @@ def find_outliers(
     tilted = no_photos.copy()
     if outliers.any():
         tilted[outliers] = _describe_outliers(
-            labels, angles, model, typical_rotation, outliers, limit, messages
+            labels, angles, model, typical_rotation, outliers, limit, findings
         )
     return outliers, tilted
 
@@ -93,7 +93,7 @@ def find_vertical_outliers(
     down: FloatArray,
     model: FloatArray,
     is_considered: BoolArray,
-    messages: list[Finding],
+    findings: list[Finding],
 ) -> BoolArray:
     """Find the photos whose verticals do not agree with those of most other photos.
 
@@ -106,8 +106,8 @@ def find_vertical_outliers(
         Rotations from the cameras to the model.
     is_considered : (n,) array of bool
         Photos to check.
-    messages : list of Finding
-        List to which messages about excluded photos are appended.
+    findings : list of Finding
+        List to which findings about excluded photos are appended.
 
     Returns
     -------
@@ -127,7 +127,7 @@ def find_vertical_outliers(
             (_majority_direction(item)[1], k) for k, item in enumerate(directions_by_turn)
         )
         if quarter and min_scatter < min(_MAX_SCATTER_RATIO * scatter, _MAX_SCATTER_CHANGED_DEG):
-            messages.append(
+            findings.append(
                 Finding(
                     "attitude.turned-photos",
                     scatter_deg=scatter,
@@ -144,9 +144,9 @@ def find_vertical_outliers(
         ]
         close = angles.min(axis=0) < _MAX_SCATTER_CHANGED_DEG
         quarters = np.unique(90 * angles.argmin(axis=0)[close]).tolist()
-        messages.append(Finding("attitude.verticals-left-out", photos=selected(labels, out)))
+        findings.append(Finding("attitude.verticals-left-out", photos=selected(labels, out)))
         if quarters:
-            messages.append(Finding("attitude.verticals-turned", turns_deg=quarters))
+            findings.append(Finding("attitude.verticals-turned", turns_deg=quarters))
     return out
 
 
@@ -195,7 +195,7 @@ def _describe_outliers(
     typical_rotation: FloatArray,
     out: BoolArray,
     limit: float,
-    messages: list[Finding],
+    findings: list[Finding],
 ) -> list[bool]:
     """Return whether the vertical of each excluded photo is also excluded.
 
@@ -239,7 +239,7 @@ def _describe_outliers(
             )
         else:
             photos_by_reason.setdefault(("far", limit), []).append(labels[row])
-    messages += [
+    findings += [
         _exclusion_finding(reason, off_value, names)
         for (reason, off_value), names in photos_by_reason.items()
     ]

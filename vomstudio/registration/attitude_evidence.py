@@ -57,7 +57,7 @@ def match_attitudes(
     rows: Sequence[int],
     views: Sequence[View],
     north_doubt_deg: float,
-    messages: list[Finding],
+    findings: list[Finding],
 ) -> AttitudeEvidence:
     """Match the attitudes of a table to the cameras of the model.
 
@@ -70,8 +70,8 @@ def match_attitudes(
     views : sequence of View
     north_doubt_deg : float
         One-sigma error common to all yaws.
-    messages : list of Finding
-        List to which messages about excluded attitudes are appended.
+    findings : list of Finding
+        List to which findings about excluded attitudes are appended.
 
     Returns
     -------
@@ -85,7 +85,7 @@ def match_attitudes(
     is_complete = np.isfinite(angles).all(axis=1)
     yaw, tilt = np.isfinite(angles[:, 0]), np.isfinite(down[:, 0])
     phone = yaw & tilt & ~is_complete
-    phone &= _has_azimuth(labels, phone, down, messages)
+    phone &= _has_azimuth(labels, phone, down, findings)
     has_all_needed = is_complete | phone
     known_angles = np.full_like(angles, np.nan)
     known_angles[is_complete] = angles[is_complete]
@@ -96,10 +96,10 @@ def match_attitudes(
         _select_labels(labels, has_all_needed),
         known_angles[has_all_needed],
         model[has_all_needed],
-        messages,
+        findings,
     )
     tilted[tilt] |= find_vertical_outliers(
-        _select_labels(labels, tilt), down[tilt], model[tilt], ~has_all_needed[tilt], messages
+        _select_labels(labels, tilt), down[tilt], model[tilt], ~has_all_needed[tilt], findings
     )
     shared_value = float(np.radians(north_doubt_deg)) if table.doubted else 0.0
     is_unstated = np.isnan(sigma[:, 1:]).any()
@@ -289,11 +289,11 @@ def _norths(
 
 
 def _has_azimuth(
-    labels: Sequence[str], phone: BoolArray, down: FloatArray, messages: list[Finding]
+    labels: Sequence[str], phone: BoolArray, down: FloatArray, findings: list[Finding]
 ) -> BoolArray:
     is_steep = phone & (np.abs(down[:, 2]) > np.sin(np.radians(_MAX_STEEPNESS_DEG)))
     if is_steep.any():
-        messages.append(Finding("attitude.too-steep", photos=_select_labels(labels, is_steep)))
+        findings.append(Finding("attitude.too-steep", photos=_select_labels(labels, is_steep)))
     return np.asarray(~is_steep)
 
 

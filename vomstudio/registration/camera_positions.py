@@ -33,7 +33,7 @@ ToGrid = Callable[[float, float], tuple[float, float] | None]
 
 
 def positions_in_metres(
-    positions: Positions, crs: str | None, messages: list[Finding]
+    positions: Positions, crs: str | None, findings: list[Finding]
 ) -> tuple[Positions, str | None, tuple[float, float] | None]:
     """Convert camera positions to metres in the CRS of the model.
 
@@ -44,8 +44,8 @@ def positions_in_metres(
     positions : Positions
     crs : str or None
         "EPSG:n" or WKT of the model. If None, the CRS of the file is used.
-    messages : list of Finding
-        List to which messages about assumptions and excluded positions are appended.
+    findings : list of Finding
+        List to which findings about assumptions and excluded positions are appended.
 
     Returns
     -------
@@ -60,7 +60,7 @@ def positions_in_metres(
     InputError, UsageError
     """
     positions, crs, to_grid = _source(positions, crs)
-    positions = _drop_without_heights(positions, messages)
+    positions = _drop_without_heights(positions, findings)
     if to_grid is None:
         return positions, crs, None
     locations = positions.places.copy()
@@ -75,7 +75,7 @@ def positions_in_metres(
             )
         locations[row, :2] = grid_place
     median = np.median(degrees, axis=0)
-    messages.append(_heights_finding(positions, float(median[0]), float(median[1])))
+    findings.append(_heights_finding(positions, float(median[0]), float(median[1])))
     converted_positions = replace(positions, places=locations, degrees=False, crs=crs)
     return converted_positions, crs, (float(median[0]), float(median[1]))
 
@@ -187,7 +187,7 @@ def _exchanged_error(
 
 
 # --- heights ----------------------------------------------------------------------------------
-def _drop_without_heights(positions: Positions, messages: list[Finding]) -> Positions:
+def _drop_without_heights(positions: Positions, findings: list[Finding]) -> Positions:
     has_height = np.isfinite(positions.places[:, 2])
     if not has_height.any():
         raise InputError(
@@ -195,7 +195,7 @@ def _drop_without_heights(positions: Positions, messages: list[Finding]) -> Posi
             file=positions.file,
         )
     if not has_height.all():
-        messages.append(
+        findings.append(
             Finding(
                 "cameras.without-height",
                 count=int((~has_height).sum()),
@@ -207,7 +207,7 @@ def _drop_without_heights(positions: Positions, messages: list[Finding]) -> Posi
         usual_reference = Counter(references[has_height].tolist()).most_common(1)[0][0]
         has_other_reference = has_height & (references != usual_reference)
         if has_other_reference.any():
-            messages.append(
+            findings.append(
                 Finding(
                     "cameras.other-heights",
                     count=int(has_other_reference.sum()),
@@ -340,14 +340,14 @@ def _check_all(
     labels: Sequence[str], model: FloatArray, world: FloatArray
 ) -> tuple[list[Finding], bool]:
     """Return findings about all positions, and whether they affect all of them."""
-    messages: list[Finding] = [
+    findings: list[Finding] = [
         *(
             constant_height_findings(model, world)
             or row_order_findings(labels, model, world, photos=True)
         )
     ]
-    if messages or fits_as_mirror(model, world):
-        return messages, True
+    if findings or fits_as_mirror(model, world):
+        return findings, True
     mixed = mixed_row_findings(labels, model, world)
     return mixed or misreading_findings(model, world, mirrors=False), False
 

@@ -185,32 +185,32 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
     GeometryError
         If the observations do not determine the position of the model.
     """
-    messages: list[Finding] = []
+    findings: list[Finding] = []
     suspicions: list[Finding] = []
     kinds: list[Observed] = []
     check = None
     if evidence.pairs is not None:
         control, check = _pairs(evidence)
-        messages += evidence.pairs.notes
+        findings += evidence.pairs.notes
         require_on_model(evidence.pairs.model, extent)
         kinds.append(control)
         all_pairs = evidence.pairs
         suspicions += point_findings(
             control, all_pairs.labels, all_pairs.world, all_pairs.model, evidence.crs
         )
-        messages += suspicions
+        findings += suspicions
     click_m, click = _click_errors(evidence)
     kinds += lengths_of(
         evidence.bars, evidence.lengths, evidence.pairs, click_m=click_m, click=click
     )
     if evidence.positions is not None:
-        kinds.append(_cameras(evidence, messages, suspicions))
+        kinds.append(_cameras(evidence, findings, suspicions))
     attitudes = None
     if evidence.attitudes is not None:
-        attitudes = _attitudes(evidence, evidence.attitudes, messages)
+        attitudes = _attitudes(evidence, evidence.attitudes, findings)
         kinds += attitudes.kinds
     if evidence.level is not None:
-        kinds.append(_level(evidence, evidence.level, extent, messages))
+        kinds.append(_level(evidence, evidence.level, extent, findings))
     if evidence.level_lines:
         kinds.append(level_lines_of(evidence.level_lines))
     if evidence.plumb_lines:
@@ -226,9 +226,9 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
         kinds.append(evidence.reference)
     if evidence.without:
         kinds, check = exclude_labels(kinds, check, evidence.without)
-        messages.append(Finding("registration.without", labels=list(evidence.without)))
+        findings.append(Finding("registration.without", labels=list(evidence.without)))
     if evidence.compass is not None:
-        messages += compass_findings(evidence.compass, kinds)
+        findings += compass_findings(evidence.compass, kinds)
     if evidence.scale is not None:
         kinds += fixed_scale(evidence.scale, kinds, extent, evidence.scale_error)
     try:
@@ -239,25 +239,25 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
         # Report the suspicious values: they are the cause of the degenerate geometry.
         if suspicions:
             raise GeometryError(suspicions[0]) from error
-        error.message = " ".join([*map(str, messages), error.message])
+        error.message = " ".join([*map(str, findings), error.message])
         raise
-    messages += vertical_findings(kinds, np.array(placement.matrix)[:3, :3] / placement.scale)
+    findings += vertical_findings(kinds, np.array(placement.matrix)[:3, :3] / placement.scale)
     if evidence.compass is not None or evidence.azimuths:
         placement = replace(placement, north_sigma_deg=compass_sigma_deg)
         if compass_alone(kinds) and not evidence.compass_doubt_stated:
-            messages.append(
+            findings.append(
                 Finding("registration.compass-alone", north_sigma_deg=compass_sigma_deg)
             )
-    messages += scale_unit_findings(placement.scale, placement.scale_error_95)
+    findings += scale_unit_findings(placement.scale, placement.scale_error_95)
     excluded_labels = {*evidence.without, *(blunder.label for blunder in placement.blunders)}
-    messages += length_findings(evidence.bars, evidence.lengths, evidence.pairs, excluded_labels)
-    messages += _camera_findings(evidence, kinds, placement)
+    findings += length_findings(evidence.bars, evidence.lengths, evidence.pairs, excluded_labels)
+    findings += _camera_findings(evidence, kinds, placement)
     if evidence.positions is not None and _is_only_kind(kinds):
         _refuse_uncertain(placement, suspicions)
     if attitudes is not None:
-        messages += bowing_findings(_bowing_by_tilts(evidence, placement, extent), photos=True)
+        findings += bowing_findings(_bowing_by_tilts(evidence, placement, extent), photos=True)
     placement = _add_control_errors(_add_pixel_residuals(placement, evidence), evidence)
-    return prepend_warnings(placement, messages)
+    return prepend_warnings(placement, findings)
 
 
 def _add_pixel_residuals(placement: Placed, evidence: Evidence) -> Placed:
@@ -360,7 +360,7 @@ def _match_photos(
     known_cameras: Mapping[str, Any],
     photos: Sequence[str],
     field_: str,
-    messages: list[Finding],
+    findings: list[Finding],
 ) -> tuple[list[int], list[str]]:
     """Return the rows of photos that match cameras of the model, and the camera names."""
     rows, names = [], []
@@ -384,22 +384,22 @@ def _match_photos(
             field=field_,
         )
     if unknown_photos:
-        messages.append(
+        findings.append(
             Finding("cameras.unknown-photos", count=len(unknown_photos), photos=unknown_photos)
         )
     return rows, names
 
 
-def _cameras(evidence: Evidence, messages: list[Finding], suspicions: list[Finding]) -> Points:
+def _cameras(evidence: Evidence, findings: list[Finding], suspicions: list[Finding]) -> Points:
     """Return the camera positions that are consistent with the model.
 
-    Messages are appended to `messages`, and findings to `suspicions`.
+    Findings are appended to `findings`, and those about suspicious positions to `suspicions`.
     """
     positions = evidence.positions
     assert positions is not None
-    messages += positions.notes
+    findings += positions.notes
     centres = {name: view.centre for name, view in evidence.views.items()} | dict(evidence.centres)
-    rows, names = _match_photos(evidence, centres, positions.photos, "--cameras", messages)
+    rows, names = _match_photos(evidence, centres, positions.photos, "--cameras", findings)
     world = positions.places[rows].copy()
     for row, position in enumerate(world.tolist()):
         if (problem := check_coordinates((position[0], position[1], position[2]))) is not None:
@@ -414,7 +414,7 @@ def _cameras(evidence: Evidence, messages: list[Finding], suspicions: list[Findi
         labels, model, world, sigma, is_alone=has_only_cameras, crs=evidence.crs
     )
     suspicions += suspicious
-    messages += [*suspicious, *exclusions]
+    findings += [*suspicious, *exclusions]
     return cameras
 
 
@@ -446,7 +446,7 @@ def _refuse_uncertain(placement: Placed, suspicions: Sequence[Finding]) -> None:
 
 
 def marked_places(
-    evidence: Evidence, marks: Sequence[Marked], messages: list[Finding] | None = None
+    evidence: Evidence, marks: Sequence[Marked], findings: list[Finding] | None = None
 ) -> dict[str, tuple[FloatArray, FloatArray]]:
     """Triangulate the points that are marked in at least two photos.
 
@@ -456,8 +456,8 @@ def marked_places(
     ----------
     evidence : Evidence
     marks : sequence of (label, photo, x, y)
-    messages : list of Finding, optional
-        List to which messages about excluded marks and points are appended.
+    findings : list of Finding, optional
+        List to which findings about excluded marks and points are appended.
 
     Returns
     -------
@@ -471,7 +471,7 @@ def marked_places(
     GeometryError
         If the marks scatter too much to show the same points.
     """
-    collected = [] if messages is None else messages
+    collected = [] if findings is None else findings
     views_of: dict[str, tuple[list[View], list[tuple[float, float]]]] = {}
     mark_counts: Counter[str] = Counter()
     for label, photo, x, y in marks:
@@ -530,11 +530,11 @@ def marked_places(
 
 
 def _attitudes(
-    evidence: Evidence, table: AttitudeTable, messages: list[Finding]
+    evidence: Evidence, table: AttitudeTable, findings: list[Finding]
 ) -> AttitudeEvidence:
-    rows, names = _match_photos(evidence, evidence.views, table.photos, "--attitudes", messages)
+    rows, names = _match_photos(evidence, evidence.views, table.photos, "--attitudes", findings)
     views = [evidence.views[name] for name in names]
-    return match_attitudes(table, rows, views, evidence.north_doubt_deg, messages)
+    return match_attitudes(table, rows, views, evidence.north_doubt_deg, findings)
 
 
 def _bowing_by_tilts(
@@ -570,11 +570,11 @@ def attitude_misses(evidence: Evidence, placement: Placed) -> list[AttitudeMiss]
 
 
 def _level(
-    evidence: Evidence, table: LevelTable, extent: FloatArray | None, messages: list[Finding]
+    evidence: Evidence, table: LevelTable, extent: FloatArray | None, findings: list[Finding]
 ) -> LevelLines:
     rows, names = _match_photos(evidence, evidence.views, table.photos, "--horizon", [])
     views = [evidence.views[name] for name in names]
-    messages += level_line_findings(
+    findings += level_line_findings(
         [table.photos[row] for row in rows], views, table.ends[rows], extent
     )
     directions = []

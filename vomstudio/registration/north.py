@@ -219,7 +219,7 @@ def declination_deg(
 
 
 def convert_to_grid_north(
-    table: AttitudeTable, north: North, messages: list[Finding]
+    table: AttitudeTable, north: North, findings: list[Finding]
 ) -> AttitudeTable:
     """Convert all yaws to grid north.
 
@@ -227,7 +227,7 @@ def convert_to_grid_north(
     ----------
     table : AttitudeTable
     north : North
-    messages : list of Finding
+    findings : list of Finding
         List to which a message about each correction is appended.
 
     Returns
@@ -257,7 +257,7 @@ def convert_to_grid_north(
         else:
             angles[row, 0] += correction.deg
             added_turns.setdefault(word, []).append(correction.deg)
-    messages += [
+    findings += [
         Finding(
             _YAWS_CORRECTED[word], minimum_deg=min(azimuth_turns), maximum_deg=max(azimuth_turns)
         )
@@ -265,7 +265,7 @@ def convert_to_grid_north(
         if any(azimuth_turns)
     ]
     if lacking_count:
-        messages.append(Finding("north.not-corrected", photos=lacking_count))
+        findings.append(Finding("north.not-corrected", photos=lacking_count))
     return replace(table, angles=angles, norths=("grid",) * len(table.photos))
 
 

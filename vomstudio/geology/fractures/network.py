@@ -242,19 +242,19 @@ def fracture_network(
     import shapely
 
     sampling_region = sampling_region or SamplingRegion()
-    messages = [*warnings, *sampling_region.warnings]
+    findings = [*warnings, *sampling_region.warnings]
     _check_inputs(lines, sampling_region)
     area = sampling_region.area
     pieces = clip_traces(lines, area, snap_m)
     nodes = find_nodes(pieces, snap_m, area)
-    messages += _warnings(lines, pieces, nodes.overlaps, nodes.counts.other)
+    findings += _warnings(lines, pieces, nodes.overlaps, nodes.counts.other)
     crossings = None
     if sampling_region.scanlines is not None:
         crossings = find_crossings(lines, sampling_region.scanlines, terzaghi_cap)
         if not len(crossings.trace):
-            messages.append(Finding("fractures.scanline-without-traces"))
+            findings.append(Finding("fractures.scanline-without-traces"))
         if crossings.capped:
-            messages.append(
+            findings.append(
                 Finding("fractures.weights-capped", count=crossings.capped, maximum=terzaghi_cap)
             )
     names, set_of = _set_rows(sets, len(lines))
@@ -290,7 +290,7 @@ def fracture_network(
         scanline=spacing,
         scanline_m=None if crossings is None else crossings.length_m,
         terzaghi_cap=terzaghi_cap,
-        warnings=tuple(messages),
+        warnings=tuple(findings),
         notes=(
             Finding("fractures.one-face"),
             *_coverage_note(lines, area),

@@ -227,14 +227,14 @@ def extract_area(raw_layer: RawLayer) -> tuple[Any, DrawnLayer]:
     """
     import shapely
 
-    shapes, messages = _close_outlines(shapely.force_2d(raw_layer.shapes))
-    layer = _build_layer(replace(raw_layer, shapes=shapes), _AREAS, messages, True)
+    shapes, findings = _close_outlines(shapely.force_2d(raw_layer.shapes))
+    layer = _build_layer(replace(raw_layer, shapes=shapes), _AREAS, findings, True)
     area, crossing = resolve_crossings(layer.shapes)
     return area, replace(layer, warnings=(*layer.warnings, *crossing))
 
 
 def _build_layer(
-    raw_layer: RawLayer, kinds: tuple[str, ...], messages: Iterable[Finding], include_rings: bool
+    raw_layer: RawLayer, kinds: tuple[str, ...], findings: Iterable[Finding], include_rings: bool
 ) -> DrawnLayer:
     import shapely
 
@@ -248,7 +248,7 @@ def _build_layer(
         raw_layer.feature[row] + 1,
         {name: values[row] for name, values in raw_layer.columns.items()},
         raw_layer.crs,
-        (*raw_layer.warnings, *messages, *part_messages, *raw_layer.excluded),
+        (*raw_layer.warnings, *findings, *part_messages, *raw_layer.excluded),
         raw_layer.fields,
     )
 
@@ -474,13 +474,13 @@ def _parts(
         size = shapely.area(shapely.make_valid(parts))
     has_size = kind & (size > 0)
     feature = finite_indices.astype(np.int64)[offset]
-    messages: list[Finding] = []
+    findings: list[Finding] = []
     if infinite := len(shapes) - len(finite_indices):
-        messages.append(Finding("drawing.invalid-shapes", count=infinite))
+        findings.append(Finding("drawing.invalid-shapes", count=infinite))
     if n_other_kinds := int(np.sum(~kind)):
-        messages.append(Finding("drawing.other-shapes", count=n_other_kinds))
+        findings.append(Finding("drawing.other-shapes", count=n_other_kinds))
     if n_short := int(np.sum(kind & ~has_size)):
-        messages.append(
+        findings.append(
             Finding(
                 "drawing.invalid-shapes",
                 count=n_short,
@@ -491,15 +491,15 @@ def _parts(
     if not include_rings:
         is_closed = np.asarray(shapely.is_closed(parts))
         if is_closed.any():
-            messages.append(Finding("lines.closed", lines=int(is_closed.sum())))
+            findings.append(Finding("lines.closed", lines=int(is_closed.sum())))
         parts, feature = parts[~is_closed], feature[~is_closed]
     extra_parts = len(feature) - len(np.unique(feature))
     if extra_parts and "Polygon" not in kinds:
-        messages.append(Finding("drawing.separate-parts", count=extra_parts))
+        findings.append(Finding("drawing.separate-parts", count=extra_parts))
     unique_rows = _unique_rows(parts)
     if duplicates := len(parts) - len(unique_rows):
-        messages.append(Finding("drawing.duplicates", count=duplicates))
-    return parts[unique_rows], feature[unique_rows], messages
+        findings.append(Finding("drawing.duplicates", count=duplicates))
+    return parts[unique_rows], feature[unique_rows], findings
 
 
 def _finite(shapes: ObjectArray) -> BoolArray:

@@ -98,7 +98,7 @@ def select_lines(path: Path, fields: Mapping[str, AnyArray], surfaces: IntArray)
     Returns
     -------
     keep : (n,) array of bool
-    messages : list of Finding
+    findings : list of Finding
         Findings about excluded sheets (paper space), hidden layers, dimensions and bodies.
     """
     count = len(surfaces)
@@ -117,7 +117,7 @@ def select_lines(path: Path, fields: Mapping[str, AnyArray], surfaces: IntArray)
     is_note |= np.array(
         ["AcDbLeader" in class_ or "AcDbMLeader" in class_ for class_ in classes], bool
     )
-    messages: list[Finding] = []
+    findings: list[Finding] = []
     for is_excluded, finding in (
         (
             paper,
@@ -130,15 +130,15 @@ def select_lines(path: Path, fields: Mapping[str, AnyArray], surfaces: IntArray)
         (is_note & ~is_hidden & ~paper, Finding("drawing.dimensions")),
     ):
         if (is_kept & is_excluded).any():
-            messages.append(finding)
+            findings.append(finding)
             is_kept = is_kept & ~is_excluded
     bodies = dict(properties.bodies)
     if number_of_surfaces := int(surfaces[is_kept].sum()):
         bodies["surface"] = number_of_surfaces
     if bodies:
         entities = [f"{number} {name}" for name, number in sorted(bodies.items())]
-        messages.append(Finding("drawing.no-lines", count=sum(bodies.values()), entities=entities))
-    return is_kept, messages
+        findings.append(Finding("drawing.no-lines", count=sum(bodies.values()), entities=entities))
+    return is_kept, findings
 
 
 def unreadable_reason(path: Path) -> Finding | None:

@@ -139,8 +139,8 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
             continue
         geometries, surfaces = shapes_from_wkb(shapes)
         if path.suffix.lower() == ".dxf":
-            is_kept, messages = select_lines(path, columns, surfaces)
-            warnings += messages
+            is_kept, findings = select_lines(path, columns, surfaces)
+            warnings += findings
             geometries, surfaces = geometries[is_kept], surfaces[is_kept]
             columns = {name: values[is_kept] for name, values in columns.items()}
         elif surfaces.any():

@@ -43,7 +43,7 @@ def write_converted(
     target = folder / f"{path.stem}_{code}{path.suffix}"
     folder.mkdir(exist_ok=True)
     stored = stored_registration(loaded_model, options)
-    messages = write_model(
+    findings = write_model(
         loaded_model.data,
         loaded_model.crs,
         target,
@@ -52,4 +52,4 @@ def write_converted(
         progress=progress,
         registration=stored.registration,
     )
-    return target, (*loaded_model.warnings, *stored.findings, *messages)
+    return target, (*loaded_model.warnings, *stored.findings, *findings)

@@ -166,14 +166,14 @@ class CopcFile:
     def _convert_axes(self) -> None:
         """Convert heights to the unit of x and y, as `vomstudio.io.models.opening` does."""
         reference = las_reference(self.path)
-        messages, text = list(reference.warnings), reference.text
+        findings, text = list(reference.warnings), reference.text
         if text is None:
             text, problem = sidecar_crs(self.path, self.top.bounds)
-            messages += [problem] if problem else []
+            findings += [problem] if problem else []
         self._axes = stated_axes(text, reference.height_unit)
         self.refusal_finding = refusal(self._axes, self.top.bounds)
         self.warnings = (
-            *messages,
+            *findings,
             *(unit_findings(self._axes) if self.refusal_finding is None else ()),
         )
         horizontal_factor = self._axes.unit_factor

@@ -186,7 +186,7 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Fi
     Images are searched in the folder of the MTL file and then in `folder`, the folder of the OBJ
     file, but never outside `folder`.
     """
-    messages: list[Finding] = []
+    findings: list[Finding] = []
     try:
         raw = convert_to_utf8(read_small(path, MAX_LIBRARY_BYTES))
         if b"\0" in raw:
@@ -227,7 +227,7 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Fi
             try:
                 r, g, b = (min(max(float(number), 0.0), 1.0) for number in numbers[:3])
             except ValueError:
-                messages.append(
+                findings.append(
                     Finding("material.color-invalid", file=path.name, line=number, color=value)
                 )
                 continue
@@ -250,7 +250,7 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Fi
             )
             if image_by_name is not None:
                 texture = image_by_name
-                messages.append(
+                findings.append(
                     Finding(
                         "texture.by-name",
                         file=path.name,
@@ -260,11 +260,11 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Fi
                     )
                 )
             elif problem:
-                messages.append(texture_finding(name, texture, problem))
+                findings.append(texture_finding(name, texture, problem))
             if texture is not None and any(map(_shifts_image, map_name(value)[1])):
-                messages.append(Finding("texture.shift-unused", material=name, statement=value))
+                findings.append(Finding("texture.shift-unused", material=name, statement=value))
         materials[name] = Material(name, texture, colors.get(name))
-    return materials, messages
+    return materials, findings
 
 
 def _find_image(

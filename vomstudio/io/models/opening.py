@@ -317,31 +317,31 @@ def convert_axes(
     refusal_finding : Finding or None
         Reason why the data cannot be used as a model.
     """
-    messages: list[Finding] = list(loaded_model.warnings)
-    axes = _axes(loaded_model, options, messages)
+    findings: list[Finding] = list(loaded_model.warnings)
+    axes = _axes(loaded_model, options, findings)
     if axes.kind == "none" and loaded_model.units != UNKNOWN_UNITS:
         axes = replace(axes, units=loaded_model.units, unit_m=METRES.get(loaded_model.units[0]))
     if options.to_crs is not None and not axes.unusual_directions:
-        return _reprojected(loaded_model, axes, options, messages), None
+        return _reprojected(loaded_model, axes, options, findings), None
     refusal_finding = refusal(axes, loaded_model.data.bounds)
-    messages += unit_findings(axes) if refusal_finding is None else ()
+    findings += unit_findings(axes) if refusal_finding is None else ()
     has_crs = axes.kind not in ("none", "local") and refusal_finding is None
     if axes.crs is None and has_crs and not axes.unusual_directions:
-        messages.append(unreadable(loaded_model.path, loaded_model.crs or axes.kind))
+        findings.append(unreadable(loaded_model.path, loaded_model.crs or axes.kind))
     data = _scale(loaded_model.data, axes)
     unit_m = 1.0 if axes.kind == "local" and axes.unit_m else axes.unit_m
     converted_data = replace(
         loaded_model,
         data=data,
         crs=axes.crs,
-        warnings=tuple(messages),
+        warnings=tuple(findings),
         units=axes.units,
         unit_m=unit_m,
     )
     return converted_data, refusal_finding
 
 
-def _axes(loaded_model: LoadedModel, options: FrameOptions, messages: list[Finding]) -> StatedAxes:
+def _axes(loaded_model: LoadedModel, options: FrameOptions, findings: list[Finding]) -> StatedAxes:
     """Return the axes according to the options, or else the file, or else its .prj file."""
     text = loaded_model.crs
     if text is None:
@@ -349,16 +349,16 @@ def _axes(loaded_model: LoadedModel, options: FrameOptions, messages: list[Findi
             loaded_model.path, np.asarray(loaded_model.data.bounds, np.float64)
         )
         if problem is not None and options.crs is None:
-            messages.append(problem)
-    axes, findings = choose_axes(
+            findings.append(problem)
+    axes, axis_findings = choose_axes(
         text, options, file=loaded_model.path, height_unit=loaded_model.height_unit
     )
-    messages += findings
+    findings += axis_findings
     return axes
 
 
 def _reprojected(
-    loaded_model: LoadedModel, axes: StatedAxes, options: FrameOptions, messages: list[Finding]
+    loaded_model: LoadedModel, axes: StatedAxes, options: FrameOptions, findings: list[Finding]
 ) -> LoadedModel:
     """Return the model with its coordinates converted to another CRS, in metres."""
     assert options.to_crs is not None
@@ -381,12 +381,12 @@ def _reprojected(
             normals = np.ascontiguousarray(normals, np.float32)
         points = conversion.apply(data.points)
         data = replace(data, points=points, normals=normals, arrangement=None)
-    messages.append(conversion.finding)
+    findings.append(conversion.finding)
     return replace(
         loaded_model,
         data=data,
         crs=conversion.target,
-        warnings=tuple(messages),
+        warnings=tuple(findings),
         units=axes.units,
         unit_m=1.0,
         turned_about=turned_about,

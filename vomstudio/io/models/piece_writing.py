@@ -97,7 +97,7 @@ def write_piece(
         shutil.rmtree(part, ignore_errors=True)
         part.mkdir(parents=True)
         file = part / f"{stem}{'.obj' if needs_obj else '.ply'}"
-        messages = write_model(
+        findings = write_model(
             piece,
             crs,
             file,
@@ -114,7 +114,7 @@ def write_piece(
         ) from error
     finally:
         shutil.rmtree(part, ignore_errors=True)
-    return target / file.name, messages
+    return target / file.name, findings
 
 
 def extract_piece(data: Mesh | PointCloud, mask: BoolArray) -> Mesh | PointCloud:

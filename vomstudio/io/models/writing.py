@@ -108,12 +108,12 @@ def write_model(
         Path(input_path).resolve() == sidecar.resolve() for input_path in input_paths
     )
     check_registration_target(path, registration, force=is_replacing)
-    messages = writer.write(
+    findings = writer.write(
         WriteRequest(data, crs, path, force, progress or SilentProgress(), input_paths, axes)
     )
     if registration is not None:
         write_registration(registration, [path], force=is_replacing)
-    return messages
+    return findings
 
 
 def _require_finite(data: Mesh | PointCloud, path: Path) -> None:

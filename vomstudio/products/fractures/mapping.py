@@ -171,12 +171,12 @@ def map_fractures(
     )
 
 
-def _new_findings(messages: Sequence[Finding], known_findings: Sequence[Finding]) -> list[Finding]:
+def _new_findings(findings: Sequence[Finding], known_findings: Sequence[Finding]) -> list[Finding]:
     """Drop findings about the frame that were already reported for the traces."""
     codes = {item.code for item in known_findings if isinstance(item, Finding)}
     return [
         item
-        for item in messages
+        for item in findings
         if not (isinstance(item, Finding) and item.code in codes and item.code.startswith("frame."))
     ]
 

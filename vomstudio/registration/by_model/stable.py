@@ -79,8 +79,8 @@ def find_inside_polygons(
     Returns
     -------
     inside : (n,) bool
-    messages : tuple of Finding
-        Messages about the frame and the shapes of the layer.
+    findings : tuple of Finding
+        Findings about the frame and the shapes of the layer.
 
     Raises
     ------

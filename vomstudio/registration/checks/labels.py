@@ -12,7 +12,7 @@ _MAX_LISTED = 8
 
 
 def similar_label_findings(labels: Sequence[str]) -> list[Finding]:
-    """Return messages about labels that differ only in case, spaces and leading zeros.
+    """Return findings about labels that differ only in case, spaces and leading zeros.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def similar_label_findings(labels: Sequence[str]) -> list[Finding]:
 
 
 def coincident_point_findings(labels: Sequence[str], world: FloatArray) -> list[Finding]:
-    """Return messages about points with the same coordinates.
+    """Return findings about points with the same coordinates.
 
     Parameters
     ----------

@@ -118,10 +118,10 @@ def scale_colors(colors: AnyArray) -> ByteArray:
     return scaled_colors
 
 
-def drop_invalid(mesh: Mesh, messages: list[Finding], path: Path) -> Mesh | PointCloud:
+def drop_invalid(mesh: Mesh, findings: list[Finding], path: Path) -> Mesh | PointCloud:
     """Remove non-finite vertices and their faces; return a cloud if no faces remain.
 
-    Faces must refer to existing vertices. Findings are appended to `messages`. Raises InputError if
+    Faces must refer to existing vertices. Findings are appended to `findings`. Raises InputError if
     nothing remains.
     """
     vertices, faces = mesh.vertices, mesh.faces
@@ -138,22 +138,22 @@ def drop_invalid(mesh: Mesh, messages: list[Finding], path: Path) -> Mesh | Poin
         uv = None if uv is None else uv[is_finite_vertex]
         colors = None if colors is None else colors[is_finite_vertex]
         fields = {name: values[is_finite_vertex] for name, values in fields.items()}
-        messages.append(Finding("model.points-invalid", count=n_bad))
+        findings.append(Finding("model.points-invalid", count=n_bad))
         if n_faces:
-            messages.append(Finding("model.faces-invalid", count=n_faces))
+            findings.append(Finding("model.faces-invalid", count=n_faces))
     if len(vertices) == 0:
         raise InputError(Finding("model.no-points"), file=path)
     if len(faces) == 0:
-        messages.append(Finding("model.opened-as-cloud"))
+        findings.append(Finding("model.opened-as-cloud"))
         return PointCloud(vertices, colors, None, fields)
     a, b, c = faces[:, 0], faces[:, 1], faces[:, 2]
     n_degenerate = int(np.count_nonzero((a == b) | (b == c) | (c == a)))
     if n_degenerate:
-        messages.append(Finding("model.faces-without-area", count=n_degenerate))
+        findings.append(Finding("model.faces-without-area", count=n_degenerate))
     return Mesh(vertices, np.ascontiguousarray(faces), mesh.materials, offsets, uv, colors, fields)
 
 
-def drop_invalid_points(cloud: PointCloud, messages: list[Finding], path: Path) -> PointCloud:
+def drop_invalid_points(cloud: PointCloud, findings: list[Finding], path: Path) -> PointCloud:
     """Remove points that are not finite. Raises InputError if no points remain."""
     is_finite = np.isfinite(cloud.points)
     if len(is_finite) and is_finite.all():
@@ -162,7 +162,7 @@ def drop_invalid_points(cloud: PointCloud, messages: list[Finding], path: Path) 
     n_bad = int(len(is_finite_point) - np.count_nonzero(is_finite_point))
     if n_bad == len(is_finite_point):
         raise InputError(Finding("model.no-points"), file=path)
-    messages.append(Finding("model.points-invalid", count=n_bad))
+    findings.append(Finding("model.points-invalid", count=n_bad))
     return cloud.select_rows(is_finite_point)
 
 

@@ -59,7 +59,7 @@ def transform_uv(document: Document, uv: FloatArray, texture: dict[str, Any]) ->
 
 
 def materials_of(
-    document: Document, used_indices: list[int], messages: list[Finding]
+    document: Document, used_indices: list[int], findings: list[Finding]
 ) -> tuple[Material, ...]:
     images: dict[object, tuple[Path | None, str | None]] = {}
     result = []
@@ -79,10 +79,10 @@ def materials_of(
                 images[source] = _image(document, source, name)
             texture, problem = images[source]
             if problem:
-                messages.append(texture_finding(name, texture, problem))
+                findings.append(texture_finding(name, texture, problem))
         result.append(Material(name, texture, _diffuse(document, entry)))
     if has_extra:
-        messages.append(Finding("texture.only-colors"))
+        findings.append(Finding("texture.only-colors"))
     return tuple(result)
 
 

@@ -47,9 +47,9 @@ class PlacedPrimitive:
     fields: dict[str, AnyArray] = field(default_factory=dict)
 
 
-def pieces_of(document: Document, messages: list[Finding]) -> Iterator[PlacedPrimitive]:
+def pieces_of(document: Document, findings: list[Finding]) -> Iterator[PlacedPrimitive]:
     instances = []
-    for instance in _placed_meshes(document, messages):
+    for instance in _placed_meshes(document, findings):
         document.budget.take(BYTES_PER_INSTANCE, "nodes")
         instances.append(instance)
     uses: dict[object, int] = {}
@@ -74,7 +74,7 @@ def pieces_of(document: Document, messages: list[Finding]) -> Iterator[PlacedPri
                 continue
             key = document.section("attributes", primitive).get("POSITION")
             is_shared = uses[_key(key)] > 1
-            piece = _piece(document, primitive, matrix, weights, is_shared, messages)
+            piece = _piece(document, primitive, matrix, weights, is_shared, findings)
             total += len(piece.positions)
             if total > MAX_VERTICES:
                 raise InputError(
@@ -84,7 +84,7 @@ def pieces_of(document: Document, messages: list[Finding]) -> Iterator[PlacedPri
                 yield piece
     progress.step(steps)
     if line_count:
-        messages.append(Finding("model.lines-left-out", count=line_count))
+        findings.append(Finding("model.lines-left-out", count=line_count))
 
 
 def _key(index: object) -> object:
@@ -101,7 +101,7 @@ def _primitives(document: Document, mesh: object) -> list[dict[str, Any]]:
 
 
 def _placed_meshes(
-    document: Document, messages: list[Finding]
+    document: Document, findings: list[Finding]
 ) -> Iterator[tuple[object, AnyArray, object]]:
     """Yield each mesh of the scene with its matrix (4, 4) and its morph weights."""
     n = document.count("nodes")
@@ -130,11 +130,11 @@ def _placed_meshes(
         visited.add(index)
         matrix = parent_matrix @ _local_matrix(document, node, index)
         if "skin" in node:
-            messages.append(Finding("model.pose-unused"))
+            findings.append(Finding("model.pose-unused"))
         for name in document.section("extensions", node):
             reason = Finding("model.extension-unsupported", extension=name)
-            if not document.is_understood(name) and reason not in messages:
-                messages.append(reason)
+            if not document.is_understood(name) and reason not in findings:
+                findings.append(reason)
         if "mesh" in node:
             weights = node.get("weights", document.item("meshes", node["mesh"]).get("weights"))
             for place in _instances(document, node, index):
@@ -240,7 +240,7 @@ def _piece(
     matrix: AnyArray,
     weights: object,
     is_shared: bool,
-    messages: list[Finding],
+    findings: list[Finding],
 ) -> PlacedPrimitive:
     attributes = document.section("attributes", primitive)
     if "POSITION" not in attributes:
@@ -249,7 +249,7 @@ def _piece(
     mode = primitive.get("mode", TRIANGLES)
     faces = None
     if mode != POINTS:
-        faces = _faces(document, primitive, mode, len(stored), messages)
+        faces = _faces(document, primitive, mode, len(stored), findings)
     material = primitive.get("material", -1)
     if material != -1:
         document.item("materials", material)
@@ -308,7 +308,7 @@ def _piece(
 
 
 def _faces(
-    document: Document, primitive: dict[str, Any], mode: object, n: int, messages: list[Finding]
+    document: Document, primitive: dict[str, Any], mode: object, n: int, findings: list[Finding]
 ) -> AnyArray:
     corners: AnyArray
     if "indices" in primitive:
@@ -337,6 +337,6 @@ def _faces(
     if len(faces) and faces.max() >= n:
         is_valid: AnyArray = np.asarray((faces < n).all(axis=1))
         invalid_count = int(len(is_valid) - np.count_nonzero(is_valid))
-        messages.append(Finding("model.faces-without-vertices", count=invalid_count))
+        findings.append(Finding("model.faces-without-vertices", count=invalid_count))
         faces = faces[is_valid]
     return faces

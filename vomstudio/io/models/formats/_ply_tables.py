@@ -41,12 +41,12 @@ class Table:
     lists: dict[str, tuple[IntArray, GenericArray]] = field(default_factory=dict)
 
 
-def _missing(element: Element, count: int, messages: list[Finding]) -> None:
+def _missing(element: Element, count: int, findings: list[Finding]) -> None:
     """Append a finding that the file has fewer records than its header states."""
     if element.name == "vertex":
-        messages.append(points_missing(count, element.count))
+        findings.append(points_missing(count, element.count))
         return
-    messages.append(
+    findings.append(
         Finding("model.incomplete", count=count, promised=element.count, element=element.name)
     )
 
@@ -55,7 +55,7 @@ def read_binary(
     buffer: ByteArray,
     header: Header,
     budget: Budget,
-    messages: list[Finding],
+    findings: list[Finding],
     progress: Progress,
 ) -> dict[str, Table]:
     tables: dict[str, Table] = {}
@@ -71,7 +71,7 @@ def read_binary(
             n = min(element.count, (len(buffer) - offset) // min_record_bytes)
             table, offset = _binary_table(buffer, offset, element, n, header.order, budget)
             if table.n < element.count:
-                _missing(element, table.n, messages)
+                _missing(element, table.n, findings)
                 offset = len(buffer)
         else:
             table = Table(0)
@@ -190,7 +190,7 @@ def read_text(
     header: Header,
     path: Path,
     budget: Budget,
-    messages: list[Finding],
+    findings: list[Finding],
     progress: Progress,
 ) -> dict[str, Table]:
     from vomstudio.io.models.formats import _ply_kernels as k
@@ -214,7 +214,7 @@ def read_text(
     offset = header.body
     wrong_count = 0
     first_wrong: int | None = None
-    message_count = len(messages)
+    message_count = len(findings)
     progress.stage(tr("Reading the model"), len(buffer))
     for element in header.elements:
         if not element.count or not element.properties:
@@ -248,15 +248,15 @@ def read_text(
         if row < element.count:
             if is_truncated and offset >= len(buffer) and row:
                 row -= 1  # its last number may have lost digits
-            _missing(element, row, messages)
+            _missing(element, row, findings)
             offset = len(buffer)
-        tables.setdefault(element.name, rows.table(row, messages))
-    if is_truncated and len(messages) == message_count:
-        messages.append(Finding("model.maybe-cut-short", end=tr("a line end")))
+        tables.setdefault(element.name, rows.table(row, findings))
+    if is_truncated and len(findings) == message_count:
+        findings.append(Finding("model.maybe-cut-short", end=tr("a line end")))
     if first_wrong is not None:
         line = 1 + buffer.count(b"\n", 0, first_wrong)
         refuse_decimal_commas(path, bytes(buffer[first_wrong : first_wrong + 60]).split()[0], line)
-        messages.append(Finding("model.values-not-numbers", count=wrong_count, line=line))
+        findings.append(Finding("model.values-not-numbers", count=wrong_count, line=line))
     return tables
 
 
@@ -324,11 +324,11 @@ class _TextRows:
                 self._columns.add(f"{j}", _clip_to_type(column, property_.type))
         self.n += n
 
-    def table(self, n: int, messages: list[Finding]) -> Table:
+    def table(self, n: int, findings: list[Finding]) -> Table:
         """Return the first n rows as a table."""
         n_short = sum(int(np.count_nonzero(rows < n)) for rows in self._short)
         if n_short:
-            messages.append(Finding("model.short-lines", count=n_short))
+            findings.append(Finding("model.short-lines", count=n_short))
         table = Table(n)
         for j, property_ in enumerate(self._properties):
             if property_.count_type:

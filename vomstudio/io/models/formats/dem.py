@@ -88,7 +88,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     require_regular_siblings(path)
     check_raster(path)
     progress.stage(tr("Reading the heights"))
-    messages: list[Finding] = []
+    findings: list[Finding] = []
     try:
         with (
             silence_libtiff(),
@@ -96,10 +96,10 @@ def read(path: Path, progress: Progress) -> LoadedModel:
             utf8_name(path) as safe_path,
             _opened(safe_path) as dataset,
         ):
-            _check_is_dem(dataset, path, messages)
-            crs, stated_crs = _crs_of(dataset, path, messages)
-            step = _step_of(dataset, messages)
-            heights, unit = _heights(dataset, step, path, progress, messages)
+            _check_is_dem(dataset, path, findings)
+            crs, stated_crs = _crs_of(dataset, path, findings)
+            step = _step_of(dataset, findings)
+            heights, unit = _heights(dataset, step, path, progress, findings)
             transform = dataset.transform
     except MemoryError as error:
         raise InputError(Finding("file.exceeds-memory"), file=path) from error
@@ -112,9 +112,9 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         raise InputError(Finding("model.no-points"), file=path)
     mesh = _surface(heights, transform, step)
     del heights
-    model = drop_invalid(mesh, messages, path)
+    model = drop_invalid(mesh, findings, path)
     kind: Literal["mesh", "cloud"] = "mesh" if isinstance(model, Mesh) else "cloud"
-    return LoadedModel(model, kind, crs, tuple(messages), path, height_unit=unit or stated_crs)
+    return LoadedModel(model, kind, crs, tuple(findings), path, height_unit=unit or stated_crs)
 
 
 def _opened(path: Path) -> Any:
@@ -126,7 +126,7 @@ def _opened(path: Path) -> Any:
         return rasterio.open(path, driver="GTiff")
 
 
-def _check_is_dem(dataset: Any, path: Path, messages: list[Finding]) -> None:
+def _check_is_dem(dataset: Any, path: Path, findings: list[Finding]) -> None:
     kind = np.dtype(dataset.dtypes[0])
     colors = {"red", "green", "blue", "palette", "cyan"}
     first = dataset.colorinterp[0].name
@@ -144,10 +144,10 @@ def _check_is_dem(dataset: Any, path: Path, messages: list[Finding]) -> None:
     ):
         raise InputError(Finding("dem.no-place"), file=path)
     if dataset.count > 1:
-        messages.append(Finding("dem.first-band", count=dataset.count))
+        findings.append(Finding("dem.first-band", count=dataset.count))
 
 
-def _crs_of(dataset: Any, path: Path, messages: list[Finding]) -> tuple[str | None, str | None]:
+def _crs_of(dataset: Any, path: Path, findings: list[Finding]) -> tuple[str | None, str | None]:
     """Return the CRS as WKT, and a unit of heights that the file states separately.
 
     A depth image of an oblique view is rejected.
@@ -163,16 +163,16 @@ def _crs_of(dataset: Any, path: Path, messages: list[Finding]) -> tuple[str | No
     reference = decode_keys(keys)
     if stated_axes(text).kind != "local":
         return text, reference.height_unit
-    messages += reference.warnings
+    findings += reference.warnings
     return reference.crs, reference.height_unit
 
 
-def _step_of(dataset: Any, messages: list[Finding]) -> int:
+def _step_of(dataset: Any, findings: list[Finding]) -> int:
     width, height, step = dataset.width, dataset.height, 1
     while -(-width // step) * -(-height // step) > MAX_VERTICES:
         step += 1
     if step > 1:
-        messages.append(
+        findings.append(
             Finding(
                 "dem.reduced",
                 width=width,
@@ -186,7 +186,7 @@ def _step_of(dataset: Any, messages: list[Finding]) -> int:
 
 
 def _heights(
-    dataset: Any, step: int, path: Path, progress: Progress, messages: list[Finding]
+    dataset: Any, step: int, path: Path, progress: Progress, findings: list[Finding]
 ) -> tuple[FloatArray, str | None]:
     """Return every step-th height (NaN for no data) and the unit stated by the band."""
     from rasterio.windows import Window
@@ -195,7 +195,7 @@ def _heights(
     scale, offset = dataset.scales[0], dataset.offsets[0]
     if scale == 0:
         scale = 1.0
-        messages.append(Finding("dem.scale-unused"))
+        findings.append(Finding("dem.scale-unused"))
     if not np.isfinite([scale, offset]).all():
         raise InputError(
             Finding(
@@ -224,18 +224,18 @@ def _heights(
             n = int(np.count_nonzero(is_empty))
             if n:
                 heights[is_empty] = np.nan
-                messages.append(Finding("dem.no-data-value", count=n, value=value))
+                findings.append(Finding("dem.no-data-value", count=n, value=value))
     unit_text = (dataset.units[0] or "").strip()
     unit = unit_of(unit_text)
     if unit_text and unit is None:
-        messages.append(Finding("dem.unit-unknown", unit=unit_text))
+        findings.append(Finding("dem.unit-unknown", unit=unit_text))
     heights *= scale
     heights += offset
     wild = np.abs(heights) > MAX_HEIGHT_M / METRES[unit or "m"]
     n = int(np.count_nonzero(wild))
     if n:
         heights[wild] = np.nan
-        messages.append(Finding("dem.pixels-left-out", count=n))
+        findings.append(Finding("dem.pixels-left-out", count=n))
     return heights, unit
 
 

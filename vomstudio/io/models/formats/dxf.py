@@ -188,7 +188,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         _read_block(block, drawing)
         progress.step(done_count)
     del data
-    messages: list[Finding] = []
+    findings: list[Finding] = []
     if not drawing.corners and not drawing.points:
         entities = _entity_counts(drawing.left_out) or [tr("nothing")]
         raise InputError(Finding("model.no-entities", entities=entities), file=path)
@@ -196,11 +196,11 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     if drawing.corners:
         if drawing.points:
             drawing.left_out["POINT"] += sum(map(len, drawing.points))
-        model = drop_invalid(_mesh(drawing), messages, path)
+        model = drop_invalid(_mesh(drawing), findings, path)
     else:
-        model = drop_invalid_points(_cloud(drawing), messages, path)
+        model = drop_invalid_points(_cloud(drawing), findings, path)
     if drawing.left_out:
-        messages.append(
+        findings.append(
             Finding(
                 "model.entities-left-out",
                 count=sum(drawing.left_out.values()),
@@ -209,7 +209,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         )
     units: Units = UNKNOWN_UNITS if drawing.unit is None else (drawing.unit,) * 3
     kind = "mesh" if isinstance(model, Mesh) else "cloud"
-    return LoadedModel(model, kind, None, tuple(messages), path, units=units)  # type: ignore[arg-type]
+    return LoadedModel(model, kind, None, tuple(findings), path, units=units)  # type: ignore[arg-type]
 
 
 def _entity_counts(entities: Counter[str]) -> list[str]:

@@ -52,12 +52,12 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         from pye57 import libe57
     except ImportError as error:
         raise InputError(Finding("file.package-missing"), file=path) from error
-    messages: list[Finding] = []
+    findings: list[Finding] = []
     try:
         with utf8_name(path) as safe_path:
             image = libe57.ImageFile(str(safe_path), "r")
         try:
-            cloud = _read_scans(libe57, image, path, progress, messages)
+            cloud = _read_scans(libe57, image, path, progress, findings)
             crs = _crs(image)
         finally:
             image.close()
@@ -75,17 +75,17 @@ def read(path: Path, progress: Progress) -> LoadedModel:
             file=path,
         ) from error
     return LoadedModel(
-        drop_invalid_points(cloud, messages, path),
+        drop_invalid_points(cloud, findings, path),
         "cloud",
         crs,
-        tuple(messages),
+        tuple(findings),
         path,
         units=METRIC,
     )
 
 
 def _read_scans(
-    e57: Any, image: Any, path: Path, progress: Progress, messages: list[Finding]
+    e57: Any, image: Any, path: Path, progress: Progress, findings: list[Finding]
 ) -> PointCloud:
     scans = list(image.root()["data3D"]) if image.root().isDefined("data3D") else []
     total = sum(int(scan["points"].childCount()) for scan in scans)
@@ -101,7 +101,7 @@ def _read_scans(
     for number, (scan, known_name) in enumerate(zip(scans, names, strict=True)):
         place = next((axes for axes in (CARTESIAN, SPHERICAL) if set(axes) <= known_name), None)
         if place is None:
-            messages.append(Finding("model.scan-left-out", number=number + 1))
+            findings.append(Finding("model.scan-left-out", number=number + 1))
             continue
         column_names = [
             *place,
@@ -139,11 +139,11 @@ def _read_scans(
     if n == 0:
         raise InputError(Finding("model.no-points"), file=path)
     if n_invalid:
-        messages.append(Finding("model.points-withheld", count=n_invalid))
+        findings.append(Finding("model.points-withheld", count=n_invalid))
     if done_count < total:
-        messages.append(points_missing(done_count, total))
+        findings.append(points_missing(done_count, total))
     if unread:
-        messages.append(Finding("model.fields-left-out", fields=sorted(unread)))
+        findings.append(Finding("model.fields-left-out", fields=sorted(unread)))
     points = columns.take("points", n)
     assert points is not None
     fields: dict[str, AnyArray] = {}

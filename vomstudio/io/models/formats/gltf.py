@@ -55,31 +55,31 @@ def read(path: Path, progress: Progress) -> LoadedModel:
 
 
 def _read(document: Document) -> LoadedModel:
-    messages: list[Finding] = []
+    findings: list[Finding] = []
     for name in document.extensions_to_report():
-        messages.append(Finding("model.extension-unsupported", extension=name))
-    pieces = list(pieces_of(document, messages))
+        findings.append(Finding("model.extension-unsupported", extension=name))
+    pieces = list(pieces_of(document, findings))
     meshes = [piece for piece in pieces if piece.faces is not None]
     if not pieces:
         raise InputError(Finding("model.no-points"), file=document.path)
     if meshes and len(meshes) < len(pieces):
         loose_count = sum(len(piece.positions) for piece in pieces if piece.faces is None)
-        messages.append(Finding("model.loose-points-left-out", count=loose_count))
-    origin, crs, has_reference = _origin(document, messages)
+        findings.append(Finding("model.loose-points-left-out", count=loose_count))
+    origin, crs, has_reference = _origin(document, findings)
     data: Mesh | PointCloud
     if meshes:
         if not has_reference:
-            _warn_if_z_up(meshes, messages)
-        data = drop_invalid(_mesh(document, meshes, origin, messages), messages, document.path)
+            _warn_if_z_up(meshes, findings)
+        data = drop_invalid(_mesh(document, meshes, origin, findings), findings, document.path)
     else:
-        data = drop_invalid_points(_cloud(pieces, origin), messages, document.path)
+        data = drop_invalid_points(_cloud(pieces, origin), findings, document.path)
     kind: Literal["mesh", "cloud"] = "mesh" if isinstance(data, Mesh) else "cloud"
     x, y, z = origin.tolist()
     return LoadedModel(
         data=data,
         kind=kind,
         crs=crs,
-        warnings=tuple(messages),
+        warnings=tuple(findings),
         path=document.path,
         content_hash=document.content_hash,
         turned_about=(x, y, z),
@@ -88,7 +88,7 @@ def _read(document: Document) -> LoadedModel:
     )
 
 
-def _origin(document: Document, messages: list[Finding]) -> tuple[FloatArray, str | None, bool]:
+def _origin(document: Document, findings: list[Finding]) -> tuple[FloatArray, str | None, bool]:
     """Return the origin, the CRS, and whether the file states either of them."""
     path = document.path
     extras = document.section("extras", document.section("asset"))
@@ -96,12 +96,12 @@ def _origin(document: Document, messages: list[Finding]) -> tuple[FloatArray, st
     if "origin" in extras:
         embedded_origin = checked_origin(extras["origin"])
         if embedded_origin is None:
-            messages.append(Finding("model.origin-invalid", file=path.name))
+            findings.append(Finding("model.origin-invalid", file=path.name))
     crs, problem = crs_or_problem(extras.get("crs"), path.name)
     offset = read_offset(path)
-    messages.extend(text for text in (problem, offset.problem) if text)
+    findings.extend(text for text in (problem, offset.problem) if text)
     if embedded_origin is not None and offset.origin not in (None, embedded_origin):
-        messages.append(Finding("model.origin-unused", file=offset_path(path).name))
+        findings.append(Finding("model.origin-unused", file=offset_path(path).name))
     origin = embedded_origin or offset.origin
     crs = crs or offset.crs
     return np.array(origin or (0.0, 0.0, 0.0)), crs, origin is not None or crs is not None
@@ -177,7 +177,7 @@ def _mesh(
     document: Document,
     pieces: list[PlacedPrimitive],
     origin: FloatArray,
-    messages: list[Finding],
+    findings: list[Finding],
 ) -> Mesh:
     used_materials = sorted({piece.material for piece in pieces}, key=lambda m: (m == -1, m))
     pieces = sorted(pieces, key=lambda p: used_materials.index(p.material))
@@ -190,7 +190,7 @@ def _mesh(
         for used_material in used_materials
     ]
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    materials = materials_of(document, used_materials, messages)
+    materials = materials_of(document, used_materials, findings)
     if used_materials == [-1]:
         materials, offsets = (), np.zeros(1, np.int64)
     return Mesh(
@@ -214,7 +214,7 @@ def _cloud(pieces: list[PlacedPrimitive], origin: FloatArray) -> PointCloud:
     )
 
 
-def _warn_if_z_up(pieces: list[PlacedPrimitive], messages: list[Finding]) -> None:
+def _warn_if_z_up(pieces: list[PlacedPrimitive], findings: list[Finding]) -> None:
     """Warn about a model that was probably written with Z up.
 
     Outcrops are viewed from above or from the side and never from below, so a surface that faces
@@ -231,7 +231,7 @@ def _warn_if_z_up(pieces: list[PlacedPrimitive], messages: list[Finding]) -> Non
             total += normals.sum(axis=0)
             area += float(np.sqrt((normals**2).sum(axis=1)).sum())
     if area > 0 and abs(total[2]) > 0.7 * area and abs(total[1]) < 0.3 * area:
-        messages.append(Finding("model.maybe-lying"))
+        findings.append(Finding("model.maybe-lying"))
 
 
 READER = Reader(to_translate("glTF scene"), (".glb", ".gltf"), matches, read)

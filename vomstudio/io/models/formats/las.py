@@ -67,10 +67,10 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     import laspy
     import lazrs
 
-    messages: list[Finding] = []
+    findings: list[Finding] = []
     size = check_header(path)
     try:
-        cloud = _read(path, size, progress, messages)
+        cloud = _read(path, size, progress, findings)
     except (Cancelled, InputError):
         raise
     except (
@@ -96,12 +96,12 @@ def read(path: Path, progress: Progress) -> LoadedModel:
             raise
         raise _damaged(path, error) from error
     reference = las_reference(path)
-    cloud = drop_invalid_points(cloud, messages, path)
+    cloud = drop_invalid_points(cloud, findings, path)
     return LoadedModel(
         cloud,
         "cloud",
         reference.text,
-        (*messages, *reference.warnings),
+        (*findings, *reference.warnings),
         path,
         height_unit=reference.height_unit,
     )
@@ -118,7 +118,7 @@ def _short_message(error: BaseException) -> str:
     return text[:160] or type(error).__name__
 
 
-def _read(path: Path, size: int, progress: Progress, messages: list[Finding]) -> PointCloud:
+def _read(path: Path, size: int, progress: Progress, findings: list[Finding]) -> PointCloud:
     import laspy
 
     stream: Any = replace_chunk_table(path, size)
@@ -127,20 +127,20 @@ def _read(path: Path, size: int, progress: Progress, messages: list[Finding]) ->
         check_layers(path, read_las_header(path))
     record_offset = invalid_extra_record_offset(path)
     if record_offset is not None and stream is None:
-        messages.append(Finding("model.fields-damaged"))
+        findings.append(Finding("model.fields-damaged"))
         stream = io.BufferedReader(FileWithHiddenRecord(path, record_offset))
     if stream is None:
         with (
             open_regular(path) as file,
             laspy.open(file, laz_backend=laspy.LazBackend.LazrsParallel, read_evlrs=False) as r,
         ):
-            return _read_points(r, path, size, POINTS_PER_STEP, progress, messages)
+            return _read_points(r, path, size, POINTS_PER_STEP, progress, findings)
     with laspy.open(stream, laz_backend=laspy.LazBackend.Lazrs, read_evlrs=False) as reader:
-        return _read_points(reader, path, size, POINTS_PER_CAREFUL_STEP, progress, messages)
+        return _read_points(reader, path, size, POINTS_PER_CAREFUL_STEP, progress, findings)
 
 
 def _read_points(
-    reader: Any, path: Path, size: int, max_points: int, progress: Progress, messages: list[Finding]
+    reader: Any, path: Path, size: int, max_points: int, progress: Progress, findings: list[Finding]
 ) -> PointCloud:
     header = reader.header
     stated_count = int(header.point_count)
@@ -201,8 +201,8 @@ def _read_points(
     if done_count == 0:
         raise InputError(Finding("model.no-points"), file=path)
     if done_count < stated_count:
-        messages.append(points_missing(done_count, stated_count))
-    colors = _colors(columns.take("colors", done_count), messages)
+        findings.append(points_missing(done_count, stated_count))
+    colors = _colors(columns.take("colors", done_count), findings)
     fields: dict[str, GenericArray] = {}
     for name in field_names:
         values = columns.take(f"field {name}", done_count)
@@ -219,15 +219,15 @@ def _read_points(
     assert points is not None
     cloud = PointCloud(points, colors, None, fields)
     withheld = columns.take("field withheld", done_count)
-    return cloud if withheld is None else _drop_withheld(cloud, withheld != 0, path, messages)
+    return cloud if withheld is None else _drop_withheld(cloud, withheld != 0, path, findings)
 
 
-def _colors(rgb16: GenericArray | None, messages: list[Finding]) -> ByteArray | None:
+def _colors(rgb16: GenericArray | None, findings: list[Finding]) -> ByteArray | None:
     if rgb16 is None:
         return None
     if rgb16.any():
         return scale_colors(rgb16)
-    messages.append(Finding("model.colors-black"))
+    findings.append(Finding("model.colors-black"))
     return None
 
 
@@ -244,7 +244,7 @@ def _values(chunk: Any, name: str, no_data: dict[str, tuple[float, ...]]) -> Gen
 
 
 def _drop_withheld(
-    cloud: PointCloud, is_withheld: GenericArray, path: Path, messages: list[Finding]
+    cloud: PointCloud, is_withheld: GenericArray, path: Path, findings: list[Finding]
 ) -> PointCloud:
     """Remove the points that are marked as withheld.
 
@@ -257,11 +257,11 @@ def _drop_withheld(
     if count == len(is_withheld):
         raise InputError(Finding("model.all-withheld"), file=path)
     if is_copc(path):
-        messages.append(Finding("model.withheld-hidden"))
+        findings.append(Finding("model.withheld-hidden"))
         rows = replacement_rows(is_withheld)
         assert rows is not None
         return cloud.select_rows(rows)
-    messages.append(Finding("model.points-withheld", count=count))
+    findings.append(Finding("model.points-withheld", count=count))
     return cloud.select_rows(np.logical_not(is_withheld))
 
 

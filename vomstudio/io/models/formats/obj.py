@@ -96,7 +96,7 @@ class _Reading:
     path: Path
     data: ByteArray  # ends with a line end that is not in the file
     progress: Progress
-    messages: list[Finding] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
     joined: list[int] = field(default_factory=list)
 
     def model(self) -> LoadedModel:
@@ -106,7 +106,7 @@ class _Reading:
             raise InputError(self._why_nothing(), file=self.path)
         self._fill_left_over()
         mesh = self._mesh()
-        warnings = tuple(self.messages)
+        warnings = tuple(self.findings)
         if isinstance(mesh, PointCloud):
             return LoadedModel(mesh, "cloud", None, warnings, self.path)
         return LoadedModel(mesh, "mesh", None, warnings, self.path)
@@ -139,7 +139,7 @@ class _Reading:
         if not np.any(data[: min(size, HEAD_BYTES)] == 10) and np.any(data[:HEAD_BYTES] == 13):
             data[data == 13] = 10
         if size and data[size - 1] != 10:
-            self.messages.append(Finding("model.maybe-cut-short", end=tr("a line end")))
+            self.findings.append(Finding("model.maybe-cut-short", end=tr("a line end")))
         # Many times faster than the expression, and few files contain a backslash.
         steps = range(0, size, CHECK_BLOCK_BYTES)
         if not any(
@@ -230,11 +230,11 @@ class _Reading:
 
     def _report_skipped(self, short_faces: int, line_elements: int) -> None:
         if short_faces:
-            self.messages.append(Finding("model.faces-incomplete", count=short_faces))
+            self.findings.append(Finding("model.faces-incomplete", count=short_faces))
         if line_elements:
-            self.messages.append(Finding("model.lines-left-out", count=line_elements))
+            self.findings.append(Finding("model.lines-left-out", count=line_elements))
         if self.n_odd:
-            self.messages.append(Finding("model.text-lines-left-out", count=self.n_odd))
+            self.findings.append(Finding("model.text-lines-left-out", count=self.n_odd))
 
     def _run(self, work: Callable[[int], object], blocks: int, before: int) -> None:
         """Process all blocks in threads; `before` steps of the progress have been completed."""
@@ -275,7 +275,7 @@ class _Reading:
                 targets[target][offset] = value
         if line_numbers:
             self._refuse_decimal_commas(min(line_numbers))
-            self.messages.append(
+            self.findings.append(
                 Finding(
                     "model.values-not-numbers",
                     count=n_without_numbers,
@@ -284,12 +284,12 @@ class _Reading:
             )
         n_invalid, line = self._first(k.R_BAD_CORNERS, k.R_FIRST_BAD_CORNER)
         if n_invalid:
-            self.messages.append(
+            self.findings.append(
                 Finding("model.faces-without-vertices", count=n_invalid, line=line)
             )
         n_invalid, line = self._first(k.R_BAD_UVS, k.R_FIRST_BAD_UV)
         if n_invalid:
-            self.messages.append(Finding("texture.no-coordinates", count=n_invalid, line=line))
+            self.findings.append(Finding("texture.no-coordinates", count=n_invalid, line=line))
 
     def _mesh(self) -> Mesh | PointCloud:
         from vomstudio.io.models.formats import _obj_kernels as k
@@ -328,7 +328,7 @@ class _Reading:
         if not names:
             offsets = np.zeros(1, np.int64)
         mesh = Mesh(vertices, faces, materials, offsets, uv, colors)
-        return drop_invalid(mesh, self.messages, self.path)
+        return drop_invalid(mesh, self.findings, self.path)
 
     def _words(self) -> tuple[list[str], tuple[list[int], list[int]], list[str]]:
         """Return used material names, runs of triangles (start, material), and libraries."""
@@ -357,7 +357,7 @@ class _Reading:
                 starts.append(triangle)
                 ids.append(id_)
         if skipped_count:
-            self.messages.append(Finding("model.text-lines-left-out", count=skipped_count))
+            self.findings.append(Finding("model.text-lines-left-out", count=skipped_count))
         n = len(self.corners)
         if starts[-1] == n and len(starts) > 1:
             starts.pop()
@@ -374,17 +374,17 @@ class _Reading:
         folder = self.path.parent
         materials_by_name: dict[str, Material] = {}
         if len(libraries) > MAX_LIBRARIES:
-            self.messages.append(
+            self.findings.append(
                 Finding("material.too-many-files", count=len(libraries), limit=MAX_LIBRARIES)
             )
         for entry in libraries[:MAX_LIBRARIES]:
             for path in self._library_paths(entry):
-                materials, messages = read_library(path, folder)
+                materials, library_findings = read_library(path, folder)
                 for name, material in materials.items():
                     materials_by_name.setdefault(name, material)
-                self.messages.extend(messages)
+                self.findings.extend(library_findings)
         if not libraries and any(names):
-            self.messages.append(Finding("material.no-file"))
+            self.findings.append(Finding("material.no-file"))
         materials_by_casefold = {
             name.casefold(): material for name, material in materials_by_name.items()
         }
@@ -396,7 +396,7 @@ class _Reading:
                 missing_files.append(name)
             result.append(Material(name, match.texture, match.diffuse) if match else Material(name))
         if missing_files:
-            self.messages.append(Finding("material.missing", names=missing_files))
+            self.findings.append(Finding("material.missing", names=missing_files))
         return tuple(result)
 
     def _library_paths(self, entry: str) -> list[Path]:
@@ -404,7 +404,7 @@ class _Reading:
         path, problem = find_companion(self.path.parent, entry)
         if path is not None:
             if problem:
-                self.messages.append(Finding("material.file-substituted", reason=problem))
+                self.findings.append(Finding("material.file-substituted", reason=problem))
             return [path]
         paths = []
         words = entry.split()
@@ -413,7 +413,7 @@ class _Reading:
             if path is not None:
                 paths.append(path)
             if warning:
-                self.messages.append(
+                self.findings.append(
                     Finding("material.file-unusable", reason=warning if len(words) > 1 else problem)
                 )
         return paths

@@ -63,16 +63,16 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     if not matches(path, data[:4].tobytes()):
         data = np.frombuffer(convert_to_utf8(data.tobytes()), np.uint8)
     header = read_header(data[:MAX_HEADER_BYTES].tobytes(), path)
-    messages: list[Finding] = []
+    findings: list[Finding] = []
     budget = Budget(path, len(data))
     if header.order == "":
-        tables = read_text(bytearray(data), header, path, budget, messages, progress)
+        tables = read_text(bytearray(data), header, path, budget, findings, progress)
     else:
-        tables = read_binary(data, header, budget, messages, progress)
+        tables = read_binary(data, header, budget, findings, progress)
     del data
-    model = _assemble(header, tables, path, messages)
+    model = _assemble(header, tables, path, findings)
     kind: Literal["mesh", "cloud"] = "cloud" if isinstance(model, PointCloud) else "mesh"
-    return LoadedModel(model, kind, None, tuple(messages), path)
+    return LoadedModel(model, kind, None, tuple(findings), path)
 
 
 def _take(table: Table, names: tuple[str, ...], used_names: set[str]) -> list[GenericArray] | None:
@@ -84,7 +84,7 @@ def _take(table: Table, names: tuple[str, ...], used_names: set[str]) -> list[Ge
 
 
 def _assemble(
-    header: Header, tables: Mapping[str, Table], path: Path, messages: list[Finding]
+    header: Header, tables: Mapping[str, Table], path: Path, findings: list[Finding]
 ) -> Mesh | PointCloud:
     vertex = tables.get("vertex")
     if vertex is None:
@@ -117,7 +117,7 @@ def _assemble(
             colors = scale_colors(np.stack(columns, axis=1))
             break
     normals = _take(vertex, NORMAL_NAMES, used_names)
-    face = _faces_and_strips(header, tables, messages)
+    face = _faces_and_strips(header, tables, findings)
     if face is None:
         fields = {n: v for n, v in vertex.plain.items() if n not in used_names}
         return drop_invalid_points(
@@ -127,7 +127,7 @@ def _assemble(
                 None if normals is None else np.stack(normals, axis=1).astype(np.float32),
                 fields,
             ),
-            messages,
+            findings,
             path,
         )
     uv = None
@@ -142,28 +142,28 @@ def _assemble(
         face,
         Mesh(points, np.empty((0, 3), np.int32), (), uv=uv, colors=colors, fields=fields),
         path,
-        messages,
+        findings,
     )
 
 
 def _faces_and_strips(
-    header: Header, tables: Mapping[str, Table], messages: list[Finding]
+    header: Header, tables: Mapping[str, Table], findings: list[Finding]
 ) -> Table | None:
     """Return the faces, including triangle strips, or None if the file has neither.
 
-    A finding about other elements is appended to `messages`.
+    A finding about other elements is appended to `findings`.
     """
     element_names = {
         element.name for element in header.elements if element.count and element.properties
     }
     face = tables["face"] if "face" in element_names else None
     if face is not None and any(name.endswith("red") for name in face.plain):
-        messages.append(Finding("model.face-colors-unused"))
+        findings.append(Finding("model.face-colors-unused"))
     for name in sorted(element_names & STRIP_NAMES):
         lists = tables[name].lists
         key = next((n for n in FACE_NAMES if n in lists), None)
         if key is None:
-            messages.append(Finding("model.no-face-indices"))
+            findings.append(Finding("model.no-face-indices"))
             continue
         triangles = _unroll_strips(*lists[key])
         counts = np.full(len(triangles), 3, np.int64)
@@ -180,7 +180,7 @@ def _faces_and_strips(
             )
     unread = sorted(element_names - STRIP_NAMES - {"vertex", "face"})
     if unread:
-        messages.append(Finding("model.elements-left-out", elements=unread))
+        findings.append(Finding("model.elements-left-out", elements=unread))
     return face
 
 
@@ -213,15 +213,15 @@ def _indices(raw_indices: GenericArray) -> IntArray:
 
 
 def _mesh(
-    header: Header, face: Table, vertex_mesh: Mesh, path: Path, messages: list[Finding]
+    header: Header, face: Table, vertex_mesh: Mesh, path: Path, findings: list[Finding]
 ) -> Mesh | PointCloud:
     """Return the mesh of the faces with their texture coordinates, textures and vertices."""
     uv_counts, uv_numbers = face.lists.get("texcoord", (np.zeros(0, np.int64), np.zeros(0)))
-    faces = _triangles(face, uv_counts, len(uv_numbers), vertex_mesh.vertices, path, messages)
+    faces = _triangles(face, uv_counts, len(uv_numbers), vertex_mesh.vertices, path, findings)
     materials: tuple[Material, ...] = ()
     offsets = np.zeros(1, np.int64)
     if header.textures:
-        faces, materials, offsets = _textured(header, face, faces, path, messages)
+        faces, materials, offsets = _textured(header, face, faces, path, findings)
     mesh = Mesh(
         vertex_mesh.vertices,
         faces.corners,
@@ -233,7 +233,7 @@ def _mesh(
     )
     if faces.have_uv and len(faces.corners):
         mesh = _split_by_face_uv(mesh, faces.uv_corners, uv_numbers)
-    return drop_invalid(mesh, messages, path)
+    return drop_invalid(mesh, findings, path)
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,7 +268,7 @@ def _triangles(
     n_uv_numbers: int,
     vertices: FloatArray,
     path: Path,
-    messages: list[Finding],
+    findings: list[Finding],
 ) -> _Triangles:
     """Triangulate the polygons of a table.
 
@@ -278,7 +278,7 @@ def _triangles(
     key = next((n for n in FACE_NAMES if n in face.lists), None)
     indices: AnyArray
     if key is None:
-        messages.append(Finding("model.no-face-indices"))
+        findings.append(Finding("model.no-face-indices"))
         counts, indices = np.zeros(0, np.int64), np.zeros(0, np.int64)
     else:
         counts, raw = face.lists[key]
@@ -324,9 +324,9 @@ def _triangles(
         triangles = _Triangles(corners[:n], uv_corners[:n], face_of[:n], have_uv)
         polygons = polygons[:p]
     if n_out_of_range:
-        messages.append(Finding("model.faces-without-vertices", count=n_out_of_range))
+        findings.append(Finding("model.faces-without-vertices", count=n_out_of_range))
     if n_short:
-        messages.append(Finding("model.faces-incomplete", count=n_short))
+        findings.append(Finding("model.faces-incomplete", count=n_short))
     if len(polygons):
         from vomstudio.io.models.formats import _polygons
 
@@ -348,10 +348,10 @@ def _only_triangles(triples: AnyArray, n_vertices: int) -> tuple[_Triangles, int
 
 
 def _textured(
-    header: Header, face: Table, faces: _Triangles, path: Path, messages: list[Finding]
+    header: Header, face: Table, faces: _Triangles, path: Path, findings: list[Finding]
 ) -> tuple[_Triangles, tuple[Material, ...], IntArray]:
     """Return the triangles sorted by texture, the materials, and each one's first triangle."""
-    materials = tuple(_texture(name, i, path, messages) for i, name in enumerate(header.textures))
+    materials = tuple(_texture(name, i, path, findings) for i, name in enumerate(header.textures))
     ids = np.zeros(len(faces.corners), np.int64)
     if "texnumber" in face.plain:
         ids = face.plain["texnumber"].astype(np.int64)[faces.face_of]
@@ -360,12 +360,12 @@ def _textured(
             ids != -1
         )  # faces without a texture are written as -1
         if has_unknown_texture.any():
-            messages.append(Finding("texture.unknown-number", count=int(has_unknown_texture.sum())))
+            findings.append(Finding("texture.unknown-number", count=int(has_unknown_texture.sum())))
         if is_untextured.any():
             ids[is_untextured] = len(materials)
             materials = (*materials, Material("no texture"))
     elif len(materials) > 1:
-        messages.append(Finding("texture.no-numbers"))
+        findings.append(Finding("texture.no-numbers"))
     if np.any(np.diff(ids) < 0):
         order = np.argsort(ids, kind="stable")
         ids, faces = ids[order], faces.ordered(order)
@@ -400,14 +400,14 @@ def _split_by_face_uv(mesh: Mesh, uv_corners: Int32Array, uv_numbers: GenericArr
     return replace(mesh, vertices=vertices, faces=faces, uv=uv, colors=colors, fields=fields)
 
 
-def _texture(name: str, index: int, path: Path, messages: list[Finding]) -> Material:
+def _texture(name: str, index: int, path: Path, findings: list[Finding]) -> Material:
     image, problem = find_companion(path.parent, name)
     if image is not None:
         error = check_image(image)
         if error:
             image, problem = None, error
     if problem:
-        messages.append(texture_finding(index + 1, image, problem))
+        findings.append(texture_finding(index + 1, image, problem))
     return Material(name, image)
 
 

@@ -78,26 +78,26 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     if len(data) < _HEADER_BYTES or data[:4].tobytes() != _MAGIC:
         raise InputError(Finding("file.other-format", format="SHP"), file=path)
     (kind,) = struct.unpack_from("<i", data.data, 32)
-    messages: list[Finding] = []
+    findings: list[Finding] = []
     if kind in _SHAPES:
         finding = Finding("model.other-shapes", shapes=tr(_SHAPES[kind]))
         raise InputError(finding, file=path)
     if kind == _MULTI_PATCH:
-        corners = _patch_corners(data, messages)
+        corners = _patch_corners(data, findings)
         if not len(corners):
             raise InputError(Finding("model.no-faces"), file=path)
-        mesh = drop_invalid(Mesh(*join_corners(corners.reshape(-1, 3))), messages, path)
+        mesh = drop_invalid(Mesh(*join_corners(corners.reshape(-1, 3))), findings, path)
         is_mesh = isinstance(mesh, Mesh)
-        return LoadedModel(mesh, "mesh" if is_mesh else "cloud", None, tuple(messages), path)
+        return LoadedModel(mesh, "mesh" if is_mesh else "cloud", None, tuple(findings), path)
     if kind not in (POINT_Z, _MULTI_POINT_Z):
         finding = Finding("model.other-shapes", shapes=tr("an unknown kind ({kind})", kind=kind))
         raise InputError(finding, file=path)
-    points, rows = _points(data, messages)
+    points, rows = _points(data, findings)
     if not len(points):
         raise InputError(Finding("model.no-points"), file=path)
-    fields: Fields = {} if rows is None else _attributes(path, rows, messages)
-    cloud = drop_invalid_points(_cloud(points, fields), messages, path)
-    return LoadedModel(cloud, "cloud", None, tuple(messages), path)
+    fields: Fields = {} if rows is None else _attributes(path, rows, findings)
+    cloud = drop_invalid_points(_cloud(points, fields), findings, path)
+    return LoadedModel(cloud, "cloud", None, tuple(findings), path)
 
 
 def _cloud(points: FloatArray, fields: Fields) -> PointCloud:
@@ -115,7 +115,7 @@ def _cloud(points: FloatArray, fields: Fields) -> PointCloud:
 # --- shapes ------------------------------------------------------------------------------------
 
 
-def _points(data: ByteArray, messages: list[Finding]) -> tuple[FloatArray, IntArray | None]:
+def _points(data: ByteArray, findings: list[Finding]) -> tuple[FloatArray, IntArray | None]:
     """Return points (n, 3) and their table rows, None if a row has several points."""
     body = data[_HEADER_BYTES:]
     if len(body) % POINT_BYTES == 0:
@@ -125,7 +125,7 @@ def _points(data: ByteArray, messages: list[Finding]) -> tuple[FloatArray, IntAr
     positions: list[FloatArray] = []
     rows: list[int] = []
     is_single = True
-    for row, record in enumerate(_records(data, messages)):
+    for row, record in enumerate(_records(data, findings)):
         if record.kind == POINT_Z and len(record.content) >= 28:
             positions.append(np.array([struct.unpack_from("<3d", record.content, 4)]))
             rows.append(row)
@@ -141,24 +141,24 @@ def _points(data: ByteArray, messages: list[Finding]) -> tuple[FloatArray, IntAr
     return points, np.array(rows, np.int64) if is_single else None
 
 
-def _records(data: ByteArray, messages: list[Finding]) -> Iterator[_Record]:
+def _records(data: ByteArray, findings: list[Finding]) -> Iterator[_Record]:
     view, offset, number = data.data, _HEADER_BYTES, 0
     while offset + 12 <= len(data):
         _, words = struct.unpack_from(">2i", view, offset)
         end = offset + 8 + 2 * words
         if words < 2 or end > len(data):
-            messages.append(Finding("model.cut-short", count=number))
+            findings.append(Finding("model.cut-short", count=number))
             return
         (kind,) = struct.unpack_from("<i", view, offset + 8)
         yield _Record(kind, view[offset + 8 : end])
         offset, number = end, number + 1
 
 
-def _patch_corners(data: ByteArray, messages: list[Finding]) -> FloatArray:
+def _patch_corners(data: ByteArray, findings: list[Finding]) -> FloatArray:
     """Return the triangles (n, 3, 3) of multipatches."""
     patches: list[FloatArray] = []
     n_skipped = 0
-    for record in _records(data, messages):
+    for record in _records(data, findings):
         content = record.content
         if record.kind != _MULTI_PATCH or len(content) < 44:
             continue
@@ -178,7 +178,7 @@ def _patch_corners(data: ByteArray, messages: list[Finding]) -> FloatArray:
             n_skipped += triangles is None
             patches += [] if triangles is None else [triangles]
     if n_skipped:
-        messages.append(Finding("model.rings-left-out", count=n_skipped))
+        findings.append(Finding("model.rings-left-out", count=n_skipped))
     return np.concatenate(patches) if patches else np.empty((0, 3, 3))
 
 
@@ -202,14 +202,14 @@ def _part_triangles(points: FloatArray, kind: int) -> FloatArray | None:
 # --- attributes --------------------------------------------------------------------------------
 
 
-def _attributes(path: Path, rows: IntArray, messages: list[Finding]) -> Fields:
+def _attributes(path: Path, rows: IntArray, findings: list[Finding]) -> Fields:
     """Return the numeric columns of the table for the shapes, with one value per point."""
     table = _read_dbf(path)
     if table is None or len(table) < 33:
         return {}
     count, header, width = struct.unpack_from("<IHH", table, 4)
     if width < 1 or len(table) < header + width * (int(rows.max(initial=-1)) + 1):
-        messages.append(Finding("model.attributes-unused"))
+        findings.append(Finding("model.attributes-unused"))
         return {}
     count = min(count, (len(table) - header) // width)
     cells = np.frombuffer(table, np.uint8, count * width, header).reshape(count, width)[rows]
@@ -228,7 +228,7 @@ def _attributes(path: Path, rows: IntArray, messages: list[Finding]) -> Fields:
         else:
             fields[name] = values
     if other_names:
-        messages.append(Finding("model.columns-left-out", columns=other_names))
+        findings.append(Finding("model.columns-left-out", columns=other_names))
     return fields
 
 

@@ -51,9 +51,9 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     no valid triangles.
     """
     data = read_whole(path, progress)
-    messages: list[Finding] = []
+    findings: list[Finding] = []
     corners = (
-        _binary(data, path, messages) if _is_binary(data) else _text(data, path, progress, messages)
+        _binary(data, path, findings) if _is_binary(data) else _text(data, path, progress, findings)
     )
     del data
     if len(corners) == 0:
@@ -63,10 +63,10 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     if offset.origin is not None:
         vertices += offset.origin
     if offset.problem:
-        messages.append(offset.problem)
-    model = drop_invalid(Mesh(vertices, faces), messages, path)
+        findings.append(offset.problem)
+    model = drop_invalid(Mesh(vertices, faces), findings, path)
     kind: Literal["mesh", "cloud"] = "mesh" if isinstance(model, Mesh) else "cloud"
-    return LoadedModel(model, kind, offset.crs, tuple(messages), path)
+    return LoadedModel(model, kind, offset.crs, tuple(findings), path)
 
 
 def _is_binary(data: ByteArray) -> bool:
@@ -83,7 +83,7 @@ def _is_binary(data: ByteArray) -> bool:
 
 
 def _binary(
-    data: ByteArray, path: Path, messages: list[Finding]
+    data: ByteArray, path: Path, findings: list[Finding]
 ) -> npt.NDArray[np.float32 | np.float64]:
     if len(data) < HEADER_BYTES:
         raise InputError(Finding("file.other-format", format="STL"), file=path)
@@ -93,7 +93,7 @@ def _binary(
     if count > MAX_FACES:
         raise InputError(Finding("model.too-many-elements", limit=MAX_FACES), file=path)
     if available_records < stated_records:
-        messages.append(
+        findings.append(
             Finding(
                 "model.incomplete",
                 count=available_records,
@@ -102,15 +102,15 @@ def _binary(
             )
         )
     elif available_records > stated_records:
-        messages.append(Finding("model.trailing-bytes", count=stated_records))
+        findings.append(Finding("model.trailing-bytes", count=stated_records))
     records = data[HEADER_BYTES : HEADER_BYTES + count * RECORD_BYTES].view(RECORD)
     if records["attribute"].any():
-        messages.append(Finding("model.face-colors-unused"))
+        findings.append(Finding("model.face-colors-unused"))
     return np.ascontiguousarray(records["corners"]).reshape(-1, 3)
 
 
 def _text(
-    data: ByteArray, path: Path, progress: Progress, messages: list[Finding]
+    data: ByteArray, path: Path, progress: Progress, findings: list[Finding]
 ) -> npt.NDArray[np.float32 | np.float64]:
     # The keywords separate the loops: a missing or additional corner must not shift the others.
     text = to_utf8(data)
@@ -141,9 +141,9 @@ def _text(
     is_triangle = (counts == 3) & (loop[first] > 0)
     incomplete_count = int(len(first) - np.count_nonzero(is_triangle))
     if incomplete_count:
-        messages.append(Finding("model.faces-incomplete", count=incomplete_count))
+        findings.append(Finding("model.faces-incomplete", count=incomplete_count))
     if b"endsolid" not in text[-4096:].tobytes().lower():
-        messages.append(Finding("model.maybe-cut-short", end="endsolid"))
+        findings.append(Finding("model.maybe-cut-short", end="endsolid"))
     if incomplete_count:
         corners = corners[(first[is_triangle][:, None] + np.arange(3)).reshape(-1)]
     return corners

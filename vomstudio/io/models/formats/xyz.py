@@ -103,15 +103,15 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     if b"\r" in data and b"\n" not in data:
         data = data.replace(b"\r", b"\n")
     require_text(path, data)
-    messages: list[Finding] = []
+    findings: list[Finding] = []
     layout = _layout(data[:HEAD_BYTES], len(data) > HEAD_BYTES, path)
-    columns = _columns(layout, path, messages)
+    columns = _columns(layout, path, findings)
     table = _numbers(data, layout, path, progress)
     _refuse_ragged(table, data, layout, path)
     del data
-    cloud = _cloud(table, columns, layout, path, messages)
-    cloud = drop_invalid_points(cloud, messages, path)
-    return LoadedModel(cloud, "cloud", crs_in_comments(layout.comments).text, tuple(messages), path)
+    cloud = _cloud(table, columns, layout, path, findings)
+    cloud = drop_invalid_points(cloud, findings, path)
+    return LoadedModel(cloud, "cloud", crs_in_comments(layout.comments).text, tuple(findings), path)
 
 
 def _layout(head: bytes, is_truncated: bool, path: Path) -> Layout:
@@ -168,9 +168,9 @@ def _commented_header(lines: list[str], width: int, delimiter: str) -> tuple[lis
     return None, 0
 
 
-def _columns(layout: Layout, path: Path, messages: list[Finding]) -> ColumnUses:
+def _columns(layout: Layout, path: Path, findings: list[Finding]) -> ColumnUses:
     if layout.header is None:
-        return _columns_by_value(layout, path, messages)
+        return _columns_by_value(layout, path, findings)
     text = TextRows(
         layout.header, layout.header_line, layout.width, layout.delimiter, [], None, [], [], [], []
     )
@@ -210,7 +210,7 @@ def _columns(layout: Layout, path: Path, messages: list[Finding]) -> ColumnUses:
     return columns
 
 
-def _columns_by_value(layout: Layout, path: Path, messages: list[Finding]) -> ColumnUses:
+def _columns_by_value(layout: Layout, path: Path, findings: list[Finding]) -> ColumnUses:
     """Assign unnamed columns: x, y, z first, then colours and normals by their values."""
     if layout.width < 3:
         raise InputError(
@@ -238,7 +238,7 @@ def _columns_by_value(layout: Layout, path: Path, messages: list[Finding]) -> Co
             columns.others[column] = f"column {column + 1}"
             column += 1
             continue
-        messages.append(
+        findings.append(
             Finding(
                 "model.columns-as-colors"
                 if columns.rgb[:1] == [column]
@@ -382,7 +382,7 @@ def _cloud(
     columns: ColumnUses,
     layout: Layout,
     path: Path,
-    messages: list[Finding],
+    findings: list[Finding],
 ) -> PointCloud:
     def numeric(i: int) -> AnyArray | None:
         return np.asarray(table[i]) if table[i].dtype.kind in "iuf" else None
@@ -406,7 +406,7 @@ def _cloud(
         column[is_beyond] = np.nan
         is_far |= is_beyond
     if is_far.any():
-        messages.append(Finding("model.points-far-away", count=int(is_far.sum())))
+        findings.append(Finding("model.points-far-away", count=int(is_far.sum())))
     colors, normals = _triple(columns.rgb, numeric), _triple(columns.normals, numeric)
     fields: dict[str, AnyArray] = {}
     words = []
@@ -417,11 +417,11 @@ def _cloud(
         else:
             fields[name] = np.ascontiguousarray(values)
     if columns.rgb and colors is None:
-        messages.append(Finding("model.colors-not-numbers"))
+        findings.append(Finding("model.colors-not-numbers"))
     if columns.normals and normals is None:
-        messages.append(Finding("model.normals-not-numbers"))
+        findings.append(Finding("model.normals-not-numbers"))
     if words:
-        messages.append(Finding("model.columns-left-out", columns=words))
+        findings.append(Finding("model.columns-left-out", columns=words))
     return PointCloud(
         points,
         None if colors is None else scale_colors(colors),

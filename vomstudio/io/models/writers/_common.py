@@ -31,13 +31,13 @@ def positions_of(data: Mesh | PointCloud) -> FloatArray:
 
 
 def field_names(
-    fields: Mapping[str, AnyArray], used_names: Iterable[str], messages: list[Finding]
+    fields: Mapping[str, AnyArray], used_names: Iterable[str], findings: list[Finding]
 ) -> dict[str, str]:
     """Return a unique ASCII name for each field.
 
     None of the names is in `used_names` (case-insensitive).
 
-    A finding is appended to `messages` for each renamed field.
+    A finding is appended to `findings` for each renamed field.
     """
     used_folded_names = {name.casefold() for name in used_names}
     result: dict[str, str] = {}
@@ -54,7 +54,7 @@ def field_names(
         used_folded_names.add(label.casefold())
         result[name] = label
         if label != name:
-            messages.append(Finding("model.field-renamed", field=name, new=label))
+            findings.append(Finding("model.field-renamed", field=name, new=label))
     return result
 
 
@@ -62,14 +62,14 @@ def textures_not_written(names: Iterable[str]) -> Finding:
     return Finding("model.textures-not-written", images=tuple(names))
 
 
-def report_unwritten_faces(data: Mesh | PointCloud, messages: list[Finding]) -> None:
+def report_unwritten_faces(data: Mesh | PointCloud, findings: list[Finding]) -> None:
     """Append a finding about the faces of a mesh that a point format cannot store."""
     if not isinstance(data, Mesh):
         return
-    messages.append(Finding("model.faces-not-written", count=len(data.faces)))
+    findings.append(Finding("model.faces-not-written", count=len(data.faces)))
     images = [material.texture.name for material in data.materials if material.texture is not None]
     if images:
-        messages.append(textures_not_written(images))
+        findings.append(textures_not_written(images))
 
 
 def step_rows(n: int, out: WriteRequest, title: str) -> Iterator[slice]:
@@ -198,7 +198,7 @@ def _unreadable(path: Path, error: InputError | OSError) -> TargetError:
 
 
 def prj_sidecar(
-    out: WriteRequest, messages: list[Finding], esri: bool = False
+    out: WriteRequest, findings: list[Finding], esri: bool = False
 ) -> list[tuple[Path, str]]:
     """Return `NAME.prj` with the CRS for formats that cannot store one, unless it exists.
 
@@ -207,7 +207,7 @@ def prj_sidecar(
     path = out.path.with_suffix(".prj")
     if out.crs is None:
         if path.exists():
-            messages.append(Finding("frame.stale-crs-file", file=path.name))
+            findings.append(Finding("frame.stale-crs-file", file=path.name))
         return []
     text = prj_text(out.crs, esri)
     return [] if is_same_prj(path, text, out.crs) else [(path, text)]

@@ -25,24 +25,24 @@ def write(out: WriteRequest) -> list[Finding]:
     Points have the nearest of the 255 colours of the format. Faces are on one layer per material.
     Coordinates are exact; the CRS is written to NAME.prj.
     """
-    messages: list[Finding] = []
+    findings: list[Finding] = []
     data = out.data
     mesh = data if isinstance(data, Mesh) and len(data.faces) else None
     if data.fields:
-        messages.append(Finding("model.fields-not-written", fields=tuple(data.fields)))
+        findings.append(Finding("model.fields-not-written", fields=tuple(data.fields)))
     if not isinstance(data, Mesh) and data.normals is not None:
-        messages.append(Finding("model.normals-not-written"))
+        findings.append(Finding("model.normals-not-written"))
     if mesh is not None:
         images = [
             material.texture.name for material in mesh.materials if material.texture is not None
         ]
         if images:
-            messages.append(textures_not_written(images))
+            findings.append(textures_not_written(images))
         if mesh.colors is not None:
-            messages.append(Finding("model.colors-not-written"))
+            findings.append(Finding("model.colors-not-written"))
     elif data.colors is not None:
-        messages.append(Finding("model.colors-reduced"))
-    sidecars = prj_sidecar(out, messages)
+        findings.append(Finding("model.colors-reduced"))
+    sidecars = prj_sidecar(out, findings)
     materials = [] if mesh is None else [material.name or "mesh" for material in mesh.materials]
     names = layer_names(materials or ["mesh" if mesh is not None else "points"])
     color_numbers_of_layers = dict.fromkeys(names.values(), 7)
@@ -83,7 +83,7 @@ def write(out: WriteRequest) -> list[Finding]:
                         layer = names[materials[number]] if materials else names["mesh"]
                         drawing.faces(corners[owner[rows] == number], layer)
             drawing.close()
-    return messages
+    return findings
 
 
 WRITER = Writer(to_translate("DXF drawing"), (".dxf",), write)

@@ -41,9 +41,9 @@ def write(out: WriteRequest) -> list[Finding]:
     The origin and the CRS are written to `asset.extras` and NAME.offset.txt; fields are `_NAME`
     attributes in float32.
     """
-    messages: list[Finding] = []
+    findings: list[Finding] = []
     origin = _origin(out.data)
-    scene = _Scene(out, origin, messages)
+    scene = _Scene(out, origin, findings)
     scene.build()
     chunks = scene.chunks(origin)
     text = offset_text(origin.tolist(), out.crs, _axes(out))
@@ -67,7 +67,7 @@ def write(out: WriteRequest) -> list[Finding]:
             for count, part in enumerate(scene.parts):
                 file.write(part)
                 out.progress.step(count + 1)
-    return messages
+    return findings
 
 
 def _axes(out: WriteRequest) -> str:
@@ -84,8 +84,8 @@ def _origin(data: Mesh | PointCloud) -> FloatArray:
 
 
 class _Scene:
-    def __init__(self, out: WriteRequest, origin: FloatArray, messages: list[Finding]) -> None:
-        self.out, self.origin, self.messages = out, origin, messages
+    def __init__(self, out: WriteRequest, origin: FloatArray, findings: list[Finding]) -> None:
+        self.out, self.origin, self.findings = out, origin, findings
         self.parts: list[bytes] = []
         self._at = 0
         self.json: dict[str, Any] = {
@@ -124,10 +124,10 @@ class _Scene:
                 extra_attributes["NORMAL"] = self._accessor(y_up_normals.astype("<f4"), FLOAT)
             self._add(self.out.path.stem, slice(None), extra_attributes, {"mode": 0})
         if self._error > MAX_ROUNDING_M:
-            self.messages.append(Finding("model.positions-rounded", rounding_mm=self._error * 1000))
+            self.findings.append(Finding("model.positions-rounded", rounding_mm=self._error * 1000))
         for name, values in data.fields.items():
             if not _fits_float32(values):
-                self.messages.append(
+                self.findings.append(
                     Finding("model.field-rounded", field=name, precision="float32")
                 )
 
@@ -170,7 +170,7 @@ class _Scene:
             self._add(name, rows, extra_attributes, primitive)
         n_loose_vertices = len(mesh.vertices) - len(np.unique(mesh.faces))
         if n_loose_vertices:
-            self.messages.append(Finding("model.loose-points-left-out", count=n_loose_vertices))
+            self.findings.append(Finding("model.loose-points-left-out", count=n_loose_vertices))
 
     def _add(
         self, name: str, rows: Any, attributes: dict[str, int], primitive: dict[str, Any]

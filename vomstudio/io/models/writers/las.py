@@ -49,9 +49,9 @@ def write(out: WriteRequest) -> list[Finding]:
     """
     import laspy
 
-    messages: list[Finding] = []
+    findings: list[Finding] = []
     data = out.data
-    report_unwritten_faces(data, messages)
+    report_unwritten_faces(data, findings)
     points = positions_of(data)
     axes = [quantise(points[:, k]) for k in range(3)]
     offset, scales = (
@@ -60,10 +60,10 @@ def write(out: WriteRequest) -> list[Finding]:
     )
     rounding = max(axis.rounding for axis in axes)
     if rounding > 1e-9 * max(1.0, float(np.abs(data.bounds).max()) * 1e-6):
-        messages.append(Finding("model.positions-rounded", rounding_mm=scales.max() * 1000))
+        findings.append(Finding("model.positions-rounded", rounding_mm=scales.max() * 1000))
     header = laspy.LasHeader(version="1.4", point_format=7 if data.colors is not None else 6)
     header.scales, header.offsets = scales, offset
-    columns = _columns(data, header, messages)
+    columns = _columns(data, header, findings)
     if out.crs is not None:
         from pyproj import CRS
 
@@ -92,7 +92,7 @@ def write(out: WriteRequest) -> list[Finding]:
             for name, values in columns:
                 record[name] = values[rows]
             writer.write_points(record)
-    return messages
+    return findings
 
 
 class _ErrorRecordingFile(io.FileIO):
@@ -189,7 +189,7 @@ def _round(values: FloatArray, offset: float, scale: float) -> QuantisedAxis:
 
 
 def _columns(
-    data: Mesh | PointCloud, header: Any, messages: list[Finding]
+    data: Mesh | PointCloud, header: Any, findings: list[Finding]
 ) -> list[tuple[str, AnyArray]]:
     import laspy
 
@@ -205,11 +205,11 @@ def _columns(
         else:
             extra_fields[name] = values
     if isinstance(data, PointCloud) and data.normals is not None:
-        messages.append(Finding("model.normals-as-fields"))
+        findings.append(Finding("model.normals-as-fields"))
         for k, axis in enumerate("xyz"):
             extra_fields.setdefault(f"normal_{axis}", data.normals[:, k])
-    short_fields = _short_names(extra_fields, messages)
-    names = field_names(short_fields, header.point_format.dimension_names, messages)
+    short_fields = _short_names(extra_fields, findings)
+    names = field_names(short_fields, header.point_format.dimension_names, findings)
     extra_columns = []
     for name, label in names.items():
         values = short_fields[name]
@@ -229,7 +229,7 @@ def _fits(values: AnyArray, kind: Any) -> bool:
         return bool((values.astype(kind).astype(values.dtype) == values).all())
 
 
-def _short_names(fields: dict[str, AnyArray], messages: list[Finding]) -> dict[str, AnyArray]:
+def _short_names(fields: dict[str, AnyArray], findings: list[Finding]) -> dict[str, AnyArray]:
     """Shorten names to the 32 bytes that the format allows."""
     result: dict[str, AnyArray] = {}
     for name, values in fields.items():
@@ -239,7 +239,7 @@ def _short_names(fields: dict[str, AnyArray], messages: list[Finding]) -> dict[s
         while label in result or (label != name and label in fields):
             label, number = f"{short_name}_{number}", number + 1
         if label != name:
-            messages.append(Finding("model.field-renamed", field=name, new=label))
+            findings.append(Finding("model.field-renamed", field=name, new=label))
         result[label] = values
     return result
 

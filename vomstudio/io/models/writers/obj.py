@@ -31,15 +31,15 @@ def write(out: WriteRequest) -> list[Finding]:
     Coordinates are the shortest decimals that restore the same float64; vertex colours are `v x y z
     r g b` in 0..1; the CRS is written to NAME.prj.
     """
-    messages: list[Finding] = []
+    findings: list[Finding] = []
     data = out.data
     if data.fields:
-        messages.append(Finding("model.fields-not-written", fields=tuple(data.fields)))
+        findings.append(Finding("model.fields-not-written", fields=tuple(data.fields)))
     mesh = data if isinstance(data, Mesh) else None
     if mesh is None and data.normals is not None:  # type: ignore[union-attr]
-        messages.append(Finding("model.normals-not-written"))
+        findings.append(Finding("model.normals-not-written"))
     images = plan_images(mesh, out) if mesh else Images([], [])
-    sidecars = prj_sidecar(out, messages)
+    sidecars = prj_sidecar(out, findings)
     library = out.path.with_suffix(".mtl") if mesh and mesh.materials else None
     paths = [out.path, *(target for _, target in images.copies), *(path for path, _ in sidecars)]
     if library is not None:
@@ -54,7 +54,7 @@ def write(out: WriteRequest) -> list[Finding]:
         if library is not None and mesh is not None:
             _write_library(temporaries[-1], mesh, names, images)
         _write_model(temporaries[0], out, names, None if library is None else library.name)
-    return messages
+    return findings
 
 
 def _material_names(mesh: Mesh) -> list[str]:

@@ -48,7 +48,7 @@ def write(out: WriteRequest) -> list[Finding]:
     faces have `texcoord` and `texnumber`, with the images next to the file; the CRS is written to
     NAME.prj.
     """
-    messages: list[Finding] = []
+    findings: list[Finding] = []
     data = out.data
     mesh = data if isinstance(data, Mesh) else None
     images = plan_images(mesh, out) if mesh else Images([], [])
@@ -56,9 +56,9 @@ def write(out: WriteRequest) -> list[Finding]:
         untextured = [
             material.name or "untextured" for material in mesh.materials if material.texture is None
         ]
-        messages.append(Finding("model.materials-not-written", materials=untextured))
-    sidecars = prj_sidecar(out, messages)
-    columns = _columns(out, messages)
+        findings.append(Finding("model.materials-not-written", materials=untextured))
+    sidecars = prj_sidecar(out, findings)
+    columns = _columns(out, findings)
     paths = [out.path, *(target for _, target in images.copies), *(path for path, _ in sidecars)]
     with atomic_group(paths, out.force, out.inputs) as temporaries:
         copy_images(images, temporaries[1 : 1 + len(images.copies)])
@@ -77,10 +77,10 @@ def write(out: WriteRequest) -> list[Finding]:
                 file.write(block.tobytes())
             if mesh is not None:
                 _write_faces(file, out, mesh, images)
-    return messages
+    return findings
 
 
-def _columns(out: WriteRequest, messages: list[Finding]) -> list[tuple[str, AnyArray]]:
+def _columns(out: WriteRequest, findings: list[Finding]) -> list[tuple[str, AnyArray]]:
     data = out.data
     points = positions_of(data)
     columns: list[tuple[str, AnyArray]] = [(name, points[:, k]) for k, name in enumerate("xyz")]
@@ -89,12 +89,12 @@ def _columns(out: WriteRequest, messages: list[Finding]) -> list[tuple[str, AnyA
         columns += [(name, normals[:, k]) for k, name in enumerate(("nx", "ny", "nz"))]
     if data.colors is not None:
         columns += [(name, data.colors[:, k]) for k, name in enumerate(("red", "green", "blue"))]
-    for name, label in field_names(data.fields, RESERVED, messages).items():
-        columns.append((label, _storable(data.fields[name], name, messages)))
+    for name, label in field_names(data.fields, RESERVED, findings).items():
+        columns.append((label, _storable(data.fields[name], name, findings)))
     return columns
 
 
-def _storable(values: AnyArray, name: str, messages: list[Finding]) -> AnyArray:
+def _storable(values: AnyArray, name: str, findings: list[Finding]) -> AnyArray:
     """Convert values to a type that PLY supports."""
     if values.dtype.kind == "b":
         return values.astype(np.uint8)
@@ -102,7 +102,7 @@ def _storable(values: AnyArray, name: str, messages: list[Finding]) -> AnyArray:
         return values
     doubles = values.astype(np.float64)
     if values.dtype.kind in "iu" and not (doubles.astype(values.dtype) == values).all():
-        messages.append(Finding("model.field-rounded", field=name, precision=tr("53 bits")))
+        findings.append(Finding("model.field-rounded", field=name, precision=tr("53 bits")))
     return doubles
 
 

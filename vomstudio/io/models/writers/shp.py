@@ -26,17 +26,17 @@ def write(out: WriteRequest) -> list[Finding]:
     The CRS is written to NAME.prj. Raises TargetError if there are more points than the format
     supports.
     """
-    messages: list[Finding] = []
+    findings: list[Finding] = []
     data = out.data
-    report_unwritten_faces(data, messages)
+    report_unwritten_faces(data, findings)
     points = positions_of(data)
-    columns = _columns(out, messages)
+    columns = _columns(out, findings)
     if is_too_large(len(points), columns):
         raise TargetError(
             Finding("model.exceeds-format", count=len(points), format="SHP", alternatives="LAZ"),
             file=out.path,
         )
-    sidecars = prj_sidecar(out, messages, esri=True)
+    sidecars = prj_sidecar(out, findings, esri=True)
     parts = [out.path.with_suffix(suffix) for suffix in (".shx", ".dbf", ".cpg")]
     paths = [out.path, *parts, *(path for path, _ in sidecars)]
     with atomic_group(paths, out.force, out.inputs) as (shp, shx, dbf, cpg, *sidecar_files):
@@ -45,10 +45,10 @@ def write(out: WriteRequest) -> list[Finding]:
             temporary.write_text(text, encoding="utf-8")
         blocks = step_rows(len(points), out, tr("Writing points"))
         write_points(shp, shx, dbf, points, columns, blocks)
-    return messages
+    return findings
 
 
-def _columns(out: WriteRequest, messages: list[Finding]) -> list[DbfColumn]:
+def _columns(out: WriteRequest, findings: list[Finding]) -> list[DbfColumn]:
     data = out.data
     values: dict[str, AnyArray] = {}
     if data.colors is not None:
@@ -60,7 +60,7 @@ def _columns(out: WriteRequest, messages: list[Finding]) -> list[DbfColumn]:
     names = short_names([*values, *fields])
     for name in fields:
         if names[name] != name:
-            messages.append(Finding("model.field-renamed", field=name, new=names[name]))
+            findings.append(Finding("model.field-renamed", field=name, new=names[name]))
     values |= fields
     if not values:
         # The format requires at least one attribute.

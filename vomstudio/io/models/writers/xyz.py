@@ -32,18 +32,18 @@ def write(out: WriteRequest) -> list[Finding]:
 
     `.csv` files are separated by commas, other files by spaces; the CRS is written to NAME.prj.
     """
-    messages: list[Finding] = []
+    findings: list[Finding] = []
     data = out.data
-    report_unwritten_faces(data, messages)
+    report_unwritten_faces(data, findings)
     points = positions_of(data)
     columns: list[tuple[str, AnyArray]] = [(name, points[:, k]) for k, name in enumerate("xyz")]
     if data.colors is not None:
         columns += [(name, data.colors[:, k]) for k, name in enumerate("rgb")]
-    for name, label in field_names(data.fields, RESERVED, messages).items():
+    for name, label in field_names(data.fields, RESERVED, findings).items():
         columns.append((label, data.fields[name]))
     if not isinstance(data, Mesh) and data.normals is not None:
         columns += [(name, data.normals[:, k]) for k, name in enumerate(NAMES[6:])]
-    sidecars = prj_sidecar(out, messages)
+    sidecars = prj_sidecar(out, findings)
     separator = "," if out.path.suffix.lower() == ".csv" else " "
     form = separator.join("%r" for _ in columns)
     paths = [out.path, *(path for path, _ in sidecars)]
@@ -54,7 +54,7 @@ def write(out: WriteRequest) -> list[Finding]:
             file.write(separator.join(name for name, _ in columns) + "\n")
             for rows in step_rows(len(points), out, tr("Writing points")):
                 write_lines(file, [_to_plain_list(values[rows]) for _, values in columns], form)
-    return messages
+    return findings
 
 
 def _to_plain_list(values: AnyArray) -> list[Any]:
