@@ -26,7 +26,7 @@ def test_cells_hold_all_points_and_know_the_cells_around_them(per_cell: float) -
     assert np.array_equal(np.sort(grid.rows), np.arange(len(local)))
     assert np.array_equal(local[grid.rows], grid.places)
     assert np.array_equal(grid.places[grid.row_of], local)
-    count = np.diff(grid.begins)
+    count = np.diff(grid.starts)
     assert np.median(np.repeat(count, count)) == pytest.approx(per_cell, rel=0.7)
     starts, near = grid.around()
     # The number of a cell from its three, counted in another way.

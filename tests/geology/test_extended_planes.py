@@ -46,7 +46,7 @@ def test_the_variance_is_that_of_a_regression() -> None:
         expected = math.sqrt(row @ covariance @ row)
         found = belief.position_sd(np.array([[*place, 0.0]]))[0]
         assert found == pytest.approx(expected, rel=2e-3)
-    assert belief.free == pytest.approx(n - 3)
+    assert belief.degrees_of_freedom == pytest.approx(n - 3)
 
 
 @pytest.mark.parametrize("far", first_in_default_tier([0.0, 3.0, 30.0], 1))

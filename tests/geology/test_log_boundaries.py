@@ -29,7 +29,7 @@ def test_parallel_beds_on_a_cliff_have_their_known_thickness() -> None:
         expected = ["a", "b", "c"] if way is line else ["c", "b", "a"]
         assert [each.name for each in found] == expected
         assert all(each.distance_m <= 0.06 for each in found)
-        log = bed_log([each.place for each in found], bed, names=[e.name for e in found])
+        log = bed_log([each.position for each in found], bed, names=[e.name for e in found])
         assert [i.thickness_m.value for i in log.intervals] == pytest.approx([2.0, 3.0])
         assert [i.base for i in log.intervals] == ["a", "b"]
     assert crossings(line, far, 0.2) == []

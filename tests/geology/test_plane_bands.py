@@ -102,7 +102,7 @@ def test_the_band_is_about_the_line_of_the_trace() -> None:
     assert low == pytest.approx(35.0, abs=2.0 * band.half_width95_deg)
     assert high == pytest.approx(90.0, abs=0.5)
     # The line's own error: sigma / (sd of t sqrt(n)), twice F's quantile of 2 and n - 3 degrees.
-    free = band.free
+    free = band.degrees_of_freedom
     sigma = 0.005 / (np.std(np.linspace(-2, 2, 60)) * np.sqrt(60))
     wanted = np.degrees(np.sqrt(free * (0.05 ** (-2.0 / free) - 1.0)) * sigma)
     assert band.half_width95_deg == pytest.approx(wanted, rel=0.5)
@@ -251,7 +251,7 @@ def test_crossing_traces_give_the_plane_with_the_error_it_states() -> None:
 def _inside(bands: list[PlaneBand | None], found: np.ndarray, normal: np.ndarray) -> bool:
     """Whether the true normal is in the joint region that belongs to the stated semi-axes."""
     total = 0.0
-    free = min(band.free for band in bands if band is not None)
+    free = min(band.degrees_of_freedom for band in bands if band is not None)
     for band in bands:
         assert band is not None
         own = band.axes @ found

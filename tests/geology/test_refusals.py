@@ -168,7 +168,7 @@ def test_a_plane_that_was_not_fitted_has_no_roughness() -> None:
     assert UncertainPlane(planes[0].normal, None).roughness == 0.0
     assert mean_plane(planes).roughness == 0.0
     assert uncertain_plane([0, 0, 1], [1, 0, 0], 3.0, 1.0).roughness == 0.0
-    assert UncertainPlane(planes[0].normal, None).free == math.inf
+    assert UncertainPlane(planes[0].normal, None).degrees_of_freedom == math.inf
 
 
 def test_the_mean_of_planes_has_hotellings_region_and_its_degrees_of_freedom() -> None:
@@ -187,7 +187,7 @@ def test_the_mean_of_planes_has_hotellings_region_and_its_degrees_of_freedom() -
         if n <= 3:
             free = 2 * (n - 1)
             scatter = np.trace(scatter) * (np.eye(3) - np.outer(mean.normal, mean.normal))
-        assert mean.free == free
+        assert mean.degrees_of_freedom == free
         wanted = 2.0 * fdtri(2.0, free, 0.95) / free * scatter / n
         assert mean.spread95 == pytest.approx(wanted, rel=1e-6, abs=1e-12)
         assert mean.normal[2] > 0.0

@@ -187,7 +187,7 @@ def test_the_nearest_approach_is_that_of_a_search_along_both_lines() -> None:
         assert 0 <= found.along <= path_length(line) + 1e-9
     crossing = nearest_approach([[0, 0, 0], [4, 0, 0]], [[3, -1, 0], [3, 1, 0]])
     assert (crossing.distance, crossing.along) == pytest.approx((0.0, 3.0))
-    assert crossing.place == pytest.approx([3, 0, 0])
+    assert crossing.midpoint == pytest.approx([3, 0, 0])
     alike = nearest_approach([[0, 0, 0], [4, 0, 0]], [[1, 0, 2], [9, 0, 2]])
     assert alike.distance == pytest.approx(2.0)
     point = nearest_approach([[0, 0, 0], [0, 0, 0], [4, 0, 0]], [[2, 1, 0], [2, 1, 0]])

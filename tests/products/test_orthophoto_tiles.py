@@ -105,13 +105,13 @@ def test_the_share_of_a_picture_that_shows_the_model_is_counted_over_its_tiles(
     output = write_orthophoto(mesh, planned, tmp_path / "a.tif", model="Größe <1>")
     with rasterio.open(output.depth) as file:
         seen = np.isfinite(file.read(1))
-    assert output.coverage == seen.sum() / seen.size == output.facts["coverage"]
+    assert output.coverage == seen.sum() / seen.size == output.metadata["coverage"]
     assert output.coverage == pytest.approx(0.5, abs=0.02)
     text = output.sidecar.read_text("utf-8")
     assert "Größe <1>" in text
-    stated = {name: v for name, v in output.facts.items() if name != "crs" or v is not None}
+    stated = {name: v for name, v in output.metadata.items() if name != "crs" or v is not None}
     assert json.loads(text) == stated
-    assert output.facts["holes_filled_px"] == 0
+    assert output.metadata["holes_filled_px"] == 0
 
 
 @pytest.mark.parametrize("trend", [12.34567, 0.00004, 123.45674])
@@ -134,4 +134,4 @@ def test_points_that_are_all_one_make_a_picture(tmp_path: Path) -> None:
     planned = plan(cloud, view_along_line(0, 90), to_world=SAME, gsd=0.25)
     output = write_orthophoto(cloud, planned, tmp_path / "a.tif")
     assert output.coverage > 0
-    assert output.facts["holes_filled_up_to_m"] == pytest.approx(4 * 0.25)
+    assert output.metadata["holes_filled_up_to_m"] == pytest.approx(4 * 0.25)

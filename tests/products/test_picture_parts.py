@@ -536,7 +536,7 @@ def test_a_map_has_its_pixels_where_its_world_file_and_its_matrix_say(
             assert file.xy(row, column) == pytest.approx(tuple(world))
     assert abs(a) + abs(b) == pytest.approx(0.25)
     assert np.sign(a * e - b * d) == -sign
-    facts: dict[str, Any] = output.facts
+    facts: dict[str, Any] = output.metadata
     assert (facts["width"], facts["height"]) in ((12, 8), (8, 12))
     assert facts["crs"] is None
     assert output.warnings[-1].code == "raster.no-crs"

@@ -356,14 +356,14 @@ def test_a_plane_carries_the_error_and_the_roughness_of_its_points():
     # Three of the points' freedoms went into the plane.
     off = (np.array(ROUGH) - fit.centroid) @ fit.normal
     assert found.roughness == pytest.approx(math.sqrt((off**2).sum() / (len(ROUGH) - 3)))
-    assert found.free == pytest.approx(max(fit.n_effective - 3.0, 1.0))
+    assert found.degrees_of_freedom == pytest.approx(max(fit.n_effective - 3.0, 1.0))
 
 
 def test_an_error_has_a_degree_of_freedom_at_least():
     measured = measure_all({"m1": MODEL}, [bed("t1", vertices=ROUGH)])[0]
     for n, free in ((None, 1.0), (3.2, 1.0), (4.5, 1.5), (13.0, 10.0)):
         other = replace(measured, fit=replace(measured.fit, n_effective=n))
-        assert plane_with_error(other).free == pytest.approx(free)
+        assert plane_with_error(other).degrees_of_freedom == pytest.approx(free)
     four = bed("t1", vertices=((0, 0, 0.1), (1, 0, -0.1), (1, 1, 0.1), (0, 1, -0.1)))
     found = measure_all({"m1": MODEL}, [four])[0]
     assert plane_with_error(found).roughness == pytest.approx(2.0 * found.fit.rms)

@@ -41,7 +41,7 @@ def test_a_turned_and_shifted_model_comes_back() -> None:
     # What two samples with 1 cm of noise each leave between means of some fifty points.
     assert 0.001 < found.fitted.rms_m < 0.02
     assert found.fitted.overlap > 0.9
-    assert found.fitted.free == ()
+    assert found.fitted.free_parameters == ()
     assert found.placed.known.all
 
 
@@ -72,7 +72,7 @@ def test_a_flat_wall_leaves_free_what_it_cannot_hold() -> None:
     assert not found.placed.known.vertical
     assert found.placed.known.north
     assert not found.placed.known.position
-    assert found.fitted.free == (FREE["slide"], FREE["turn"])
+    assert found.fitted.free_parameters == (FREE["slide"], FREE["turn"])
     assert with_code(found.fitted.warnings, "reference.little-relief")
     weakest = found.placed.rotation_error_95_deg.weakest
     assert weakest.error_deg is None
@@ -265,7 +265,7 @@ def test_its_derivatives_are_those_of_its_misses() -> None:
     given = combined(np.full(7, 0.1))
     centre = FAR + [3.0, -2.0, 5.0]
     rows = given.rows(given.start, centre)
-    assert rows.misses == pytest.approx(np.zeros(7), abs=1e-7)
+    assert rows.residuals == pytest.approx(np.zeros(7), abs=1e-7)
     for column in range(7):
         step = np.zeros(7)
         step[column] = 1e-4
@@ -276,7 +276,7 @@ def test_its_derivatives_are_those_of_its_misses() -> None:
             turn @ given.start.rotation,
             grow * turn @ (given.start.translation - centre) + centre + step[4:],
         )
-        change = given.rows(moved, centre).misses - rows.misses
+        change = given.rows(moved, centre).residuals - rows.residuals
         assert change / 1e-4 == pytest.approx(rows.moves[:, column], abs=2e-2)
 
 

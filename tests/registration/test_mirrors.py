@@ -101,7 +101,7 @@ def test_what_is_left_over_is_that_of_least_squares() -> None:
     assert left is not None
     assert found.rms_control_m is not None
     assert left.variance == pytest.approx(9 * found.rms_control_m**2 / 20, rel=1e-6)
-    assert 20 / 3 <= left.free <= 20
+    assert 20 / 3 <= left.degrees_of_freedom <= 20
     assert residual_misfit(model[:3], world[:3])
     assert residual_misfit(model * [1.0, 0.0, 0.0], world) is None
     with pytest.raises(GeometryError):

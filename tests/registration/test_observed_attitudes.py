@@ -39,10 +39,10 @@ def observed(kind: str) -> Observed:
 @pytest.mark.parametrize("kind", ["attitudes", "verticals", "azimuths"])
 def test_misses_follow_a_turn(kind: str) -> None:
     rows = observed(kind).rows(FIT, np.zeros(3))
-    np.testing.assert_allclose(rows.misses, 0.0, atol=1e-9)
+    np.testing.assert_allclose(rows.residuals, 0.0, atol=1e-9)
     for axis in np.eye(3):
         turned = replace(FIT, rotation=Rotation.from_rotvec(1e-5 * axis).as_matrix() @ TURN)
-        change = observed(kind).rows(turned, np.zeros(3)).misses / 1e-5
+        change = observed(kind).rows(turned, np.zeros(3)).residuals / 1e-5
         np.testing.assert_allclose(change, rows.moves[:, :3] @ axis, atol=1e-4)
 
 
@@ -58,7 +58,7 @@ def test_a_wrong_north_is_one_error_of_all() -> None:
             if isinstance(right, Attitudes)
             else replace(right, azimuth=np.radians(read[:, 0]))  # type: ignore[type-var]
         )
-        change = wrong.rows(FIT, np.zeros(3)).misses
+        change = wrong.rows(FIT, np.zeros(3)).residuals
         north = rows.shared[:, 0]
         # By the first shared error, and by nothing else, up to its sign.
         amount = float(change @ north) / float(north @ north)
@@ -78,11 +78,11 @@ def test_what_is_out_of_line_is_one_error_of_all(axis: int) -> None:
     fell = replace(verticals, model=np.einsum("nij,nj->ni", MODEL, felt))
     for right, wrong, first in ((attitudes, read, 1), (verticals, fell, 0)):
         column = right.rows(FIT, np.zeros(3)).shared[:, first + axis]
-        change = wrong.rows(FIT, np.zeros(3)).misses
+        change = wrong.rows(FIT, np.zeros(3)).residuals
         np.testing.assert_allclose(change, -1e-3 * column, atol=2e-6)
 
 
 def test_a_model_upside_down_is_seen_as_such() -> None:
     over = replace(FIT, rotation=np.diag([1.0, -1.0, -1.0]) @ TURN)
     rows = observed("verticals").rows(over, np.zeros(3))
-    np.testing.assert_allclose(np.hypot(rows.misses[::2], rows.misses[1::2]), np.pi)
+    np.testing.assert_allclose(np.hypot(rows.residuals[::2], rows.residuals[1::2]), np.pi)

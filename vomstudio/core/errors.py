@@ -36,8 +36,8 @@ def _from_json(value: object) -> object:
 
 def place_text(file: str | None = None, line: int | None = None, field: str | None = None) -> str:
     """Return the text for a location in a file, or an empty text if the location is unknown."""
-    words = (file, None if line is None else f"line {line}", field)
-    return ", ".join(item for item in words if item)
+    parts = (file, None if line is None else f"line {line}", field)
+    return ", ".join(item for item in parts if item)
 
 
 class _Finding(Protocol):
@@ -91,8 +91,8 @@ class VomError(Exception):
     def __str__(self) -> str:
         if self.file is None and self.field is not None and self._names_argument(self.field):
             return self.message
-        place = place_text(self.file, self.line, self.field)
-        return f"{place}: {self.message}" if place else self.message
+        location = place_text(self.file, self.line, self.field)
+        return f"{location}: {self.message}" if location else self.message
 
     def _names_argument(self, argument: str) -> bool:
         """Return whether the message contains the name of an argument."""

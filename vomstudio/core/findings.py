@@ -101,8 +101,8 @@ class Finding:
         if self.values.get("file") is None or "{file}" in text:
             return sentence
         unstated = {"file", "line", "field"} - placeholders(self.code)
-        place = {name: value for name, value in self._values if name in unstated}
-        return f"{place_text(**place)}: {sentence}"
+        location = {name: value for name, value in self._values if name in unstated}
+        return f"{place_text(**location)}: {sentence}"
 
     def with_file(self, file: str) -> Finding:
         """Return the finding with a file name added if it does not have one yet."""

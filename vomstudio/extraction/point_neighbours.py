@@ -110,14 +110,14 @@ def find_scattered_points(positions: FloatArray) -> tuple[BoolArray, float]:
     starts, neighbours = grid.around()
     m = len(grid.keys)
     means, covariances = np.empty((m, 3)), np.empty((m, 6))
-    cell_moments(grid.places, grid.begins, means, covariances)
+    cell_moments(grid.places, grid.starts, means, covariances)
     count, normals, spreads = np.empty(m, np.int64), np.empty((m, 3)), np.empty((m, 3))
-    block_planes(0, m, grid.begins, means, covariances, starts, neighbours, count, normals, spreads)
+    block_planes(0, m, grid.starts, means, covariances, starts, neighbours, count, normals, spreads)
     is_filled = (count >= _MIN_BLOCK_POINTS) & (
         spreads[:, 0] > _MIN_SCATTERED_VARIATION * spreads.sum(axis=1)
     )
     area = grid.side**2 / _POINTS_PER_CELL ** (2.0 / 3.0)
-    return np.repeat(is_filled, np.diff(grid.begins))[grid.row_of], area
+    return np.repeat(is_filled, np.diff(grid.starts))[grid.row_of], area
 
 
 def estimate_normals(
@@ -240,8 +240,8 @@ def _select_surroundings(grid: CellGrid, is_sparse: BoolArray, cells: IntArray) 
     is_selected = np.zeros(len(is_used), np.bool_)
     is_selected[cells] = True
     is_used[neighbours[np.repeat(is_selected, np.diff(starts))]] = True
-    is_kept = np.repeat(is_used, np.diff(grid.begins))
-    is_kept[grid.begins[:-1]] = True
+    is_kept = np.repeat(is_used, np.diff(grid.starts))
+    is_kept[grid.starts[:-1]] = True
     return np.flatnonzero(is_kept)
 
 
@@ -273,7 +273,7 @@ def _search_cells(
         centres = to_kernel_array(rows[position], np.int64)
         nearest_in_block(
             grid.places,
-            grid.begins,
+            grid.starts,
             starts,
             near_cells,
             grid.keys,

@@ -186,8 +186,8 @@ def fit_shape_change(positions: FloatArray, displacements: FloatArray) -> ShapeC
     numpy.linalg.LinAlgError
         If values are not finite.
     """
-    centre, axes, reach = model_shape(positions)
-    u, v, w = ((positions - centre) @ axes.T).T / reach
+    centre, axes, extent_from_centre = model_shape(positions)
+    u, v, w = ((positions - centre) @ axes.T).T / extent_from_centre
     projections = displacements @ axes.T
     columns = [np.ones(len(u)), u, v]
     relief = float(w.std()) > MIN_RELIEF
@@ -196,7 +196,7 @@ def fit_shape_change(positions: FloatArray, displacements: FloatArray) -> ShapeC
     horizontal_bends = np.linalg.lstsq(np.stack(columns, axis=1), projections[:, :2], rcond=None)[0]
     bend_columns = np.stack([*columns, u**2 + v**2], axis=1)
     vertical_bends = np.linalg.lstsq(bend_columns, projections[:, 2], rcond=None)[0]
-    growth = float(horizontal_bends[1, 0] + horizontal_bends[2, 1]) / 2.0 / reach
+    growth = float(horizontal_bends[1, 0] + horizontal_bends[2, 1]) / 2.0 / extent_from_centre
     turns = (
         np.array(
             [
@@ -205,11 +205,13 @@ def fit_shape_change(positions: FloatArray, displacements: FloatArray) -> ShapeC
                 (horizontal_bends[1, 1] - horizontal_bends[2, 0]) / 2.0,
             ]
         )
-        / reach
+        / extent_from_centre
     )
-    stretch = float(vertical_bends[3]) / reach - growth if relief else 0.0
+    stretch = float(vertical_bends[3]) / extent_from_centre - growth if relief else 0.0
     shift = np.array([*horizontal_bends[0], vertical_bends[0]]) @ axes
-    return ShapeChange(turns @ axes, growth, shift, float(vertical_bends[-1]) / reach**2, stretch)
+    return ShapeChange(
+        turns @ axes, growth, shift, float(vertical_bends[-1]) / extent_from_centre**2, stretch
+    )
 
 
 def fit_bowing(

@@ -90,7 +90,7 @@ def common_axis(
     values, axes = orientation_tensor(means)
     if values[1] < MIN_ARC:
         raise GeometryError(Finding("fold.parallel-means", sets=names))
-    variances, freedom = _mean_variances(members, means, axes[2])
+    variances, degrees_of_freedom = _mean_variances(members, means, axes[2])
     semi_axes, swing = _axis_region(means, axes, variances, min(map(len, members)))
     moved_axis = None
     if turns is not None and any(turns[name].known for name in names):
@@ -99,7 +99,7 @@ def common_axis(
         ]
         moved_axis = _moved_axis(moved_members, tensors, values, axes)
     off_plane_deg = np.degrees(np.abs(np.arcsin(np.clip(means @ axes[2], -1.0, 1.0))))
-    p = _coplanarity_p(means, axes, variances, freedom)
+    p = _coplanarity_p(means, axes, variances, degrees_of_freedom)
     pairs = _pair_intersections(names, members)
 
     def judge(error95_deg: float | None) -> FoldVerdict:
@@ -126,14 +126,14 @@ def _mean_variances(
         for poles, mean in zip(members, means, strict=True)
     ]
     counts = np.array([len(poles) for poles in members])
-    freedom = int((counts - 1).sum())
+    degrees_of_freedom = int((counts - 1).sum())
     natural = np.radians(NATURAL_SCATTER_DEG) ** 2
-    pooled_count = sum(squares) / freedom if freedom else natural
+    pooled_count = sum(squares) / degrees_of_freedom if degrees_of_freedom else natural
     variances = [
         square / (count - 1) if count > 1 else pooled_count
         for square, count in zip(squares, counts, strict=True)
     ]
-    return np.array(variances) / counts, freedom
+    return np.array(variances) / counts, degrees_of_freedom
 
 
 def _axis_region(

@@ -158,16 +158,16 @@ def _opening_deg(cap_fraction: float) -> float:
 
 def _select_contributing(vectors: FloatArray, block: FloatArray, kernel: _Kernel) -> FloatArray:
     """Select the data (n, 3) that contribute anywhere in a block of points (m, 3)."""
-    middle = block.sum(axis=0)
-    length = float(np.linalg.norm(middle))
+    direction = block.sum(axis=0)
+    length = float(np.linalg.norm(direction))
     if length < 1e-9 or kernel.reach_deg >= 90.0:
         return vectors
-    middle /= length
-    widest_value = math.degrees(math.acos(min(max(float((block @ middle).min()), -1.0), 1.0)))
+    direction /= length
+    widest_value = math.degrees(math.acos(min(max(float((block @ direction).min()), -1.0), 1.0)))
     max_distance = widest_value + kernel.reach_deg + 1e-6
     if max_distance >= 90.0:
         return vectors
-    return np.asarray(vectors[np.abs(vectors @ middle) >= math.cos(math.radians(max_distance))])
+    return np.asarray(vectors[np.abs(vectors @ direction) >= math.cos(math.radians(max_distance))])
 
 
 def density_grid(
@@ -283,10 +283,10 @@ def find_maximum(
         equal = positions[densities >= maximum - 1e-9]
         equal = equal * np.where(equal @ best_position < 0.0, -1.0, 1.0)[:, None]
         min_cosine = math.cos(math.radians(min(2.0 * opening, 90.0)))
-        middle = equal[equal @ best_position >= min_cosine].sum(axis=0)
-        middle /= np.linalg.norm(middle)
-        if density(v, middle, method, sigma)[0] >= maximum - 1e-9:
-            best_position = middle
+        direction = equal[equal @ best_position >= min_cosine].sum(axis=0)
+        direction /= np.linalg.norm(direction)
+        if density(v, direction, method, sigma)[0] >= maximum - 1e-9:
+            best_position = direction
     else:
         best_position = _ascend_density(v, best_position, _Kernel.of(method, len(v), sigma))
         maximum = max(maximum, float(density(v, best_position, method, sigma)[0]))
@@ -329,20 +329,20 @@ def _ascend_density(vectors: FloatArray, start: FloatArray, kernel: _Kernel) -> 
     Both smooth kernels are convex functions of position, so the sum of the data, weighted by the
     slopes of their kernels, never decreases.
     """
-    place = start
+    position = start
     # The maximum is as wide as the kernel, so a few kernel radii include all relevant data.
     radius_deg = min(3.0 * kernel.reach_deg, 90.0)
     vectors = vectors[np.abs(vectors @ start) >= math.cos(math.radians(radius_deg)) - 1e-12]
     for _ in range(2000):
-        cosine = vectors @ place
+        cosine = vectors @ position
         if kernel.method == "linear_kamb":
             slope = (np.abs(cosine) >= 1.0 - kernel.cap).astype(np.float64)
         else:
             slope = np.exp(kernel.steep * (np.abs(cosine) - 1.0))
         moved_positions = (slope * np.where(cosine < 0.0, -1.0, 1.0)) @ vectors
         moved_positions /= np.linalg.norm(moved_positions)
-        change = float(np.abs(moved_positions - place).max())
-        place = moved_positions
+        change = float(np.abs(moved_positions - position).max())
+        position = moved_positions
         if change < 1e-12:
             break
-    return np.asarray(place)
+    return np.asarray(position)

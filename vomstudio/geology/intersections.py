@@ -41,7 +41,7 @@ class UncertainPlane:
     spread95 : (3, 3) ndarray or None
         Matrix C. The ellipse x' C^-1 x <= 1 in the tangent plane of the sphere at the normal is the
         joint 95 % region; None if unknown.
-    free : float
+    degrees_of_freedom : float
         Degrees of freedom of the variance estimate.
     roughness : float
         Standard deviation of the points about the plane, m.
@@ -49,7 +49,7 @@ class UncertainPlane:
 
     normal: FloatArray
     spread95: FloatArray | None
-    free: float = math.inf
+    degrees_of_freedom: float = math.inf
     roughness: float = 0.0
 
 
@@ -132,7 +132,7 @@ def deviation95(
         return None
     v = np.asarray(vector, dtype=np.float64)
     width = math.sqrt(max(float(v @ plane.spread95 @ v), 0.0))
-    return width if joint else width * _marginal_factor(plane.free)
+    return width if joint else width * _marginal_factor(plane.degrees_of_freedom)
 
 
 def t95(dof: float) -> float:

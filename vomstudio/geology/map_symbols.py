@@ -49,8 +49,8 @@ def strike_and_dip(
     bar = np.array([position - half_line, position + half_line])
     hook = []
     if overturned:
-        turn = np.linspace(0.0, np.pi, N_HOOK_SEGMENTS + 1)[:, None]
-        hook = [position + 0.5 * TICK_SHARE * (np.cos(turn) * half_line - np.sin(turn) * down)]
+        angles = np.linspace(0.0, np.pi, N_HOOK_SEGMENTS + 1)[:, None]
+        hook = [position + 0.5 * TICK_SHARE * (np.cos(angles) * half_line - np.sin(angles) * down)]
     if dip_deg < MAX_FLAT_DEG:
         return [bar, np.array([position - down, position + down]), *hook]
     start = position - TICK_SHARE * down if dip_deg > MIN_STEEP_DEG else position

@@ -23,7 +23,7 @@ class OrientedPlane:
         Kind of feature, such as "bedding"; "" if unknown.
     normal : (3,) ndarray
         Unit vector in the World frame, pointing up or down.
-    place : (3,) ndarray or None
+    position : (3,) ndarray or None
         Midpoint of the plane in the World frame, m.
     extent_m : float or None
         Length, m.
@@ -34,7 +34,7 @@ class OrientedPlane:
     name: str
     kind: str
     normal: FloatArray
-    place: FloatArray | None
+    position: FloatArray | None
     extent_m: float | None
     error95_deg: float | None
 
@@ -179,15 +179,15 @@ def _mutual_nearest_pairs(
     for kind in {first[i].kind for i in left}:
         sides = [
             [
-                (k, place)
+                (k, position)
                 for k in rows
-                if planes[k].kind == kind and (place := planes[k].place) is not None
+                if planes[k].kind == kind and (position := planes[k].position) is not None
             ]
             for planes, rows in ((first, left), (second, right))
         ]
         if not (sides[0] and sides[1]):
             continue
-        positions = [np.array([place for _, place in side]) for side in sides]
+        positions = [np.array([position for _, position in side]) for side in sides]
         distances, nearest_rows = cKDTree(positions[1]).query(positions[0])
         reverse = cKDTree(positions[0]).query(positions[1])[1]
         for row, (distance, nearest_row) in enumerate(zip(distances, nearest_rows, strict=True)):
@@ -204,8 +204,8 @@ def _match(
     sine = float(np.linalg.norm(np.cross(one.normal, other.normal)))
     angle = float(np.degrees(np.arctan2(sine, abs(float(one.normal @ other.normal)))))
     distance = error = None
-    if one.place is not None and other.place is not None:
-        distance = float(np.linalg.norm(one.place - other.place))
+    if one.position is not None and other.position is not None:
+        distance = float(np.linalg.norm(one.position - other.position))
     if one.error95_deg is not None and other.error95_deg is not None:
         error = float(np.hypot(one.error95_deg, other.error95_deg))
     agree = None if error is None else angle <= error

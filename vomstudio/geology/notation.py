@@ -169,8 +169,8 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
     InputError
         If the text is not a valid plane.
     """
-    meaning = "dipdir/dip" if notation is None else notation
-    if meaning not in PAIR_NOTATIONS:
+    convention = "dipdir/dip" if notation is None else notation
+    if convention not in PAIR_NOTATIONS:
         raise ValueError(f"unknown notation {notation!r}; use one of {PAIR_NOTATIONS}")
     if text.strip().lower() == "horizontal":
         return Plane(0.0, 0.0)
@@ -178,9 +178,9 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
     labels = {token.text for token in tokens if token.kind == "label"}
     if labels:
         if labels == {"strike", "dip"}:
-            tokens, meaning = _take_labelled_angles(text, tokens, "strike", "dip"), "strike/dip"
+            tokens, convention = _take_labelled_angles(text, tokens, "strike", "dip"), "strike/dip"
         elif labels == {"dipdir", "dip"}:
-            tokens, meaning = _take_labelled_angles(text, tokens, "dipdir", "dip"), "dipdir/dip"
+            tokens, convention = _take_labelled_angles(text, tokens, "dipdir", "dip"), "dipdir/dip"
         else:
             raise _notation_error("notation.not-a-plane", text)
     kinds = _kinds(tokens)
@@ -193,9 +193,9 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
     match kinds:
         case ["number", "number"]:
             azimuth, dip = tokens
-            if meaning == "quadrant":
+            if convention == "quadrant":
                 raise _notation_error("notation.no-quadrant", text)
-            return _build_plane(text, azimuth, dip, meaning)
+            return _build_plane(text, azimuth, dip, convention)
         case ["number", "number", "rule"]:
             azimuth, dip, rule = tokens
             hand = "strike/dip" if rule.text == "RHR" else "strike/dip lhr"
@@ -206,7 +206,7 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
             return _build_plane(text, strike, dip, hand)
         case ["number" | "bearing" | "wind", "number", "wind"]:
             strike, dip, side = tokens
-            if meaning == "dipdir/dip" and "dipdir" in labels:
+            if convention == "dipdir/dip" and "dipdir" in labels:
                 raise _notation_error("notation.needless-quadrant", text)
             return _build_plane_with_side(text, strike, dip, side)
         case ["number" | "bearing" | "wind", "wind", "number"]:
@@ -446,9 +446,9 @@ def _tokens(text: str, *, is_azimuth: bool = False) -> list[_Token]:
 def _number(match: re.Match[str]) -> _Token:
     digits = match.group("number")
     value = float(digits.replace(",", "."))
-    for name, fraction in (("minutes", 60.0), ("seconds", 3600.0)):
+    for name, divisor in (("minutes", 60.0), ("seconds", 3600.0)):
         if match.group(name) is not None:
-            value += float(match.group(name).replace(",", ".")) / fraction
+            value += float(match.group(name).replace(",", ".")) / divisor
     comma: tuple[float, float] | None = None
     if "," in digits and not match.group("degree"):
         left, right = digits.split(",")
@@ -579,14 +579,14 @@ def _steepness(text: str, token: _Token, name: str) -> float:
     return value
 
 
-def _build_plane(text: str, azimuth: _Token, dip: _Token, meaning: str) -> Plane:
+def _build_plane(text: str, azimuth: _Token, dip: _Token, convention: str) -> Plane:
     first = _azimuth(text, azimuth)
     # In planes, a minus before the dip can only be a separator: 132 -41.
     free_token = _Token("number", dip.text, dip.value) if dip.value >= 0 else dip
     steep = _steepness(text, free_token, "dip")
-    if meaning == "dipdir/dip":
+    if convention == "dipdir/dip":
         return Plane(first, steep)
-    return Plane.from_strike(first if meaning == "strike/dip" else first + 180.0, steep)
+    return Plane.from_strike(first if convention == "strike/dip" else first + 180.0, steep)
 
 
 def _build_plane_with_side(text: str, strike: _Token, dip: _Token, side: _Token) -> Plane:

@@ -223,8 +223,8 @@ def _wrap180(azimuth_deg: FloatArray) -> FloatArray:
 
     The two equivalent azimuths of a horizontal line then give the same result.
     """
-    half = np.where(azimuth_deg >= 180.0, azimuth_deg - 180.0, azimuth_deg)
-    return np.where(180.0 - half < ANGLE_TOLERANCE_DEG, 0.0, half)
+    wrapped_deg = np.where(azimuth_deg >= 180.0, azimuth_deg - 180.0, azimuth_deg)
+    return np.where(180.0 - wrapped_deg < ANGLE_TOLERANCE_DEG, 0.0, wrapped_deg)
 
 
 # Single lines and planes ---------------------------------------------------------------------
@@ -497,8 +497,10 @@ def rake_of(line: Line, plane: Plane) -> float:
     GeometryError
         If the line is parallel to the normal.
     """
-    strike_component, down = _plane_components(line, plane)
-    return float(_wrap180(np.asarray(wrap360(math.degrees(math.atan2(down, strike_component))))))
+    strike_component, dip_component = _plane_components(line, plane)
+    return float(
+        _wrap180(np.asarray(wrap360(math.degrees(math.atan2(dip_component, strike_component)))))
+    )
 
 
 def line_from_rake(plane: Plane, rake_deg: float) -> Line:
@@ -538,7 +540,10 @@ def slip_from_rake(plane: Plane, slip_rake_deg: float) -> Line:
 def _plane_components(line: Line, plane: Plane) -> tuple[float, float]:
     """Return the components of the line along the strike and down the dip."""
     v = line.vector()
-    projections, down = float(v @ plane.strike_vector()), float(v @ plane.dip_vector())
-    if math.hypot(projections, down) < math.radians(ANGLE_TOLERANCE_DEG):
+    strike_component, dip_component = (
+        float(v @ plane.strike_vector()),
+        float(v @ plane.dip_vector()),
+    )
+    if math.hypot(strike_component, dip_component) < math.radians(ANGLE_TOLERANCE_DEG):
         raise GeometryError(Finding("line.across-plane"))
-    return projections, down
+    return strike_component, dip_component

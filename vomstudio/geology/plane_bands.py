@@ -51,14 +51,14 @@ class PlaneBand:
     turn_rad : float
         Maximum rotation of the normal about the line, from the third axis, radians; pi / 2 if
         unrestricted.
-    free : float
+    degrees_of_freedom : float
         Degrees of freedom of the error estimate.
     """
 
     axes: FloatArray
     widths_rad: tuple[float, float]
     turn_rad: float
-    free: float
+    degrees_of_freedom: float
 
     @property
     def line(self) -> Line:
@@ -99,11 +99,11 @@ class PlaneBand:
     def misfit(self, normals: npt.ArrayLike) -> FloatArray:
         """Return the squared distances (k,) of normals (k, 3) from the best one; 1 at the edge."""
         local_points = np.atleast_2d(np.asarray(normals, np.float64)) @ self.axes.T
-        turn = np.arctan2(local_points[:, 1], local_points[:, 2])
+        angles = np.arctan2(local_points[:, 1], local_points[:, 2])
         tilt_rad = np.arcsin(np.clip(local_points[:, 0], -1.0, 1.0))
-        squares = (np.tan(tilt_rad) / np.tan(self.widths_at_rad(turn))) ** 2
+        squares = (np.tan(tilt_rad) / np.tan(self.widths_at_rad(angles))) ** 2
         if self.turn_rad < np.pi / 2:
-            squares += ((np.abs((turn + np.pi / 2) % np.pi - np.pi / 2)) / self.turn_rad) ** 2
+            squares += ((np.abs((angles + np.pi / 2) % np.pi - np.pi / 2)) / self.turn_rad) ** 2
         return np.asarray(squares)
 
     def contains(self, normals: npt.ArrayLike) -> BoolArray:
@@ -131,16 +131,18 @@ class PlaneBand:
 
         The likelihood is Student's distribution in two dimensions, whose 95 % region is the band.
         """
-        quantile = float(joint_quantile(np.array([self.free]))[0])
-        return np.asarray((1.0 + self.misfit(normals) * quantile) ** (-(self.free + 2.0) / 2.0))
+        quantile = float(joint_quantile(np.array([self.degrees_of_freedom]))[0])
+        return np.asarray(
+            (1.0 + self.misfit(normals) * quantile) ** (-(self.degrees_of_freedom + 2.0) / 2.0)
+        )
 
     def sigma_rad(self, rotation: FloatArray) -> FloatArray:
         """Return the scales (k,) of the error along the line for rotated normals, radians.
 
         `rotation` is the rotation in radians.
         """
-        quantile = float(joint_quantile(np.array([self.free]))[0])
-        scale = self.widths_at_rad(rotation) / np.sqrt(self.free * quantile)
+        quantile = float(joint_quantile(np.array([self.degrees_of_freedom]))[0])
+        scale = self.widths_at_rad(rotation) / np.sqrt(self.degrees_of_freedom * quantile)
         return np.asarray(np.maximum(scale, MIN_SIGMA_RAD))
 
 
@@ -346,7 +348,7 @@ def crossing_plane(one: PlaneBand, other: PlaneBand) -> CrossingPlane:
     # A tilt x of the normal rotates it away from each line d by x . d.
     lines = np.stack([first, second]) @ basis.T
     scales = [_line_error_rad(band, normal) for band in (one, other)]
-    dof = min(one.free, other.free)
+    dof = min(one.degrees_of_freedom, other.degrees_of_freedom)
     inverse = np.linalg.inv(lines)
     covariance = inverse @ np.diag(np.square(scales)) @ inverse.T
     factor = np.sqrt(dof * float(joint_quantile(np.array([dof]))[0]))
@@ -372,12 +374,12 @@ def _line_error_rad(band: PlaneBand, normal: FloatArray) -> float:
 
 def _band_grid(band: PlaneBand) -> tuple[FloatArray, FloatArray]:
     """Return grid normals (k, 3) that extend beyond the edges of the band, and their areas."""
-    turn = (np.arange(N_TURNS) + 0.5) * np.pi / N_TURNS - np.pi / 2
-    fraction = np.linspace(-GRID_RANGE_SIGMA, GRID_RANGE_SIGMA, N_TILTS)
-    sigma = band.sigma_rad(turn)
-    tilt_rad = np.clip(np.outer(sigma, fraction), -1.5, 1.5)
-    step = sigma * (fraction[1] - fraction[0]) * np.pi / N_TURNS
-    normals = band.normals(np.repeat(turn, N_TILTS), tilt_rad.ravel())
+    angles = (np.arange(N_TURNS) + 0.5) * np.pi / N_TURNS - np.pi / 2
+    deviations = np.linspace(-GRID_RANGE_SIGMA, GRID_RANGE_SIGMA, N_TILTS)
+    sigma = band.sigma_rad(angles)
+    tilt_rad = np.clip(np.outer(sigma, deviations), -1.5, 1.5)
+    step = sigma * (deviations[1] - deviations[0]) * np.pi / N_TURNS
+    normals = band.normals(np.repeat(angles, N_TILTS), tilt_rad.ravel())
     return normals, np.repeat(step, N_TILTS) * np.cos(tilt_rad.ravel())
 
 
@@ -397,22 +399,23 @@ def _p_value(band: PlaneBand, prior: SetPrior) -> float:
     # Welch-Satterthwaite degrees of freedom of the sum of variances.
     variance = variance_line + variance_set
     dof = variance**2 / (
-        variance_line**2 / band.free + variance_set**2 / max(2.0 * (prior.n - 1.0), 1.0)
+        variance_line**2 / band.degrees_of_freedom
+        + variance_set**2 / max(2.0 * (prior.n - 1.0), 1.0)
     )
     return f_tail(1.0, dof, misfit**2 / variance)
 
 
 def _mean_plane(normals: FloatArray, weights: FloatArray) -> tuple[Plane, float, float]:
     """Return the mean axis of weighted normals and the semi-axes of their 95 % ellipse."""
-    fraction = weights / weights.sum()
-    tensor = (normals * fraction[:, None]).T @ normals
+    shares = weights / weights.sum()
+    tensor = (normals * shares[:, None]).T @ normals
     _, vectors = np.linalg.eigh(tensor)
     centre = vectors[:, 2]
     # Project onto the tangent plane of the ellipse; limit the weight of normals beyond 80 degrees.
     local_points = normals @ vectors
     cosine = np.maximum(np.abs(local_points[:, 2]), np.cos(np.radians(80.0)))
     tangent = local_points[:, :2] / cosine[:, None]
-    covariance = (tangent * fraction[:, None]).T @ tangent
+    covariance = (tangent * shares[:, None]).T @ tangent
     minor_rad, major_rad = np.sqrt(
         np.maximum(np.linalg.eigvalsh(covariance), 0.0) * -2.0 * np.log(SIGNIFICANCE)
     )

@@ -58,8 +58,8 @@ def compare_proposals(
     -------
     MutualAgreement
     """
-    placed_picks = [plane for plane in picked_planes if plane.place is not None]
-    placed_proposals = [plane for plane in proposed_planes if plane.place is not None]
+    placed_picks = [plane for plane in picked_planes if plane.position is not None]
+    placed_proposals = [plane for plane in proposed_planes if plane.position is not None]
     if not (placed_picks and placed_proposals):
         return MutualAgreement(len(placed_picks), 0, 0, len(placed_proposals), 0, 0, None)
     is_near, agrees, angle = _compare_planes(placed_picks, placed_proposals)
@@ -84,15 +84,15 @@ def _compare_planes(
     def columns(planes: Sequence[OrientedPlane]) -> tuple[np.ndarray, ...]:
         return (
             np.array([plane.normal for plane in planes], np.float64),
-            np.array([plane.place for plane in planes], np.float64),
+            np.array([plane.position for plane in planes], np.float64),
             np.array([plane.extent_m or 0.0 for plane in planes]),
             np.array([plane.error95_deg or 0.0 for plane in planes]),
         )
 
-    normal, place, extent, error = columns(one)
+    normal, position, extent, error = columns(one)
     its_normal, its_place, its_extent, its_error = columns(other)
     angle = np.degrees(np.arccos(np.minimum(np.abs(normal @ its_normal.T), 1.0)))
-    distance = np.linalg.norm(place[:, None] - its_place[None], axis=2)
+    distance = np.linalg.norm(position[:, None] - its_place[None], axis=2)
     max_distance = np.maximum(extent[:, None], its_extent[None]) / 2.0
     allowed_angles = np.maximum(np.hypot(error[:, None], its_error[None]), MIN_TOLERANCE_DEG)
     return distance <= max_distance, angle <= allowed_angles, angle

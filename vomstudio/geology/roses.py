@@ -157,9 +157,11 @@ def count_rose(
     period = 180.0 if is_axial else 360.0
     # Add a small amount, so that 29.999999 instead of 30 is counted in the right bin.
     bin_of_row = np.floor((a % 360.0 + 1e-7) / bin_deg).astype(np.intp) % bins
-    half = bins // 2
+    half_count = bins // 2
     sums = np.bincount(
-        bin_of_row % half if is_axial else bin_of_row, w, minlength=half if is_axial else bins
+        bin_of_row % half_count if is_axial else bin_of_row,
+        w,
+        minlength=half_count if is_axial else bins,
     )
     total = float(w.sum())
     fractions = sums / total if total > 0 else np.zeros(len(sums))

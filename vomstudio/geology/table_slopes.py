@@ -187,11 +187,11 @@ def table_slope(
             int(zone.critical.sum()),
             len(rows),
             float(zone.critical.mean()),
-            fraction,
+            share,
             int(zone.secondary.sum()),
             tuple(ids[i] for i in np.flatnonzero(zone.critical)),
         )
-        for zone, fraction in zip(zones, expected_counts.planes, strict=True)
+        for zone, share in zip(zones, expected_counts.planes, strict=True)
     ]
     planar, flexural, bases = plane_modes
     of, parallel = int(pairs.of[0]), int(pairs.parallel[0])

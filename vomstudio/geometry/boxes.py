@@ -125,8 +125,8 @@ def box_range(
     # Column by column: a reduction along rows of three is four times slower.
     for k, (start, slope) in enumerate(zip(origin.tolist(), direction.tolist(), strict=True)):
         if abs(slope) < 1e-200:
-            misses = (low[:, k] > start) | (high[:, k] < start)
-            enter[misses] = np.inf
+            is_outside = (low[:, k] > start) | (high[:, k] < start)
+            enter[is_outside] = np.inf
         else:
             a, b = (low[:, k] - start) / slope, (high[:, k] - start) / slope
             np.maximum(enter, np.minimum(a, b), out=enter)

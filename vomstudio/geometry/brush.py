@@ -112,32 +112,32 @@ class MeshSurface(VertexSurface):
 
     def within(self, index: int, centre: npt.ArrayLike, radius: float) -> IntArray:
         centre = np.asarray(centre, dtype=np.float64)
-        place = self._places()
+        positions = self._places()
         hit_corners = self.corners(np.array([index]))[0]
         longest_value = float(
             np.linalg.norm(hit_corners - np.roll(hit_corners, 1, axis=0), axis=1).max()
         )
         vertices = _join(self._ids_in_ball(centre, radius + longest_value), self._at(hit_corners))
-        place[vertices] = np.arange(len(vertices), dtype=np.int32)
+        positions[vertices] = np.arange(len(vertices), dtype=np.int32)
         try:
             inner_faces = self._inside(self._faces_at(vertices), index, centre, radius)
             while True:
                 corners = self._mesh.faces[inner_faces]
                 # Faces much longer than the hit face extend beyond the vertices found so far.
-                missing = _distinct(corners[place[corners] < 0])
+                missing = _distinct(corners[positions[corners] < 0])
                 if not len(missing):
                     break
                 new_vertices = self._at(self._vertices[missing])
-                new_vertices = new_vertices[place[new_vertices] < 0]
-                place[new_vertices] = np.arange(
+                new_vertices = new_vertices[positions[new_vertices] < 0]
+                positions[new_vertices] = np.arange(
                     len(vertices), len(vertices) + len(new_vertices), dtype=np.int32
                 )
                 vertices = np.concatenate([vertices, new_vertices])
                 new_faces = self._inside(self._faces_at(new_vertices), index, centre, radius)
                 inner_faces = _join(inner_faces, new_faces)
-            nodes = weld_points(self._vertices[vertices])[place[self._mesh.faces[inner_faces]]]
+            nodes = weld_points(self._vertices[vertices])[positions[self._mesh.faces[inner_faces]]]
         finally:
-            place[vertices] = -1
+            positions[vertices] = -1
         return inner_faces[_reached(nodes, int(np.searchsorted(inner_faces, index)))]
 
     def weighted(self, ids: IntArray) -> tuple[FloatArray, FloatArray | None]:

@@ -136,7 +136,7 @@ class NearestApproach:
 
     Attributes
     ----------
-    place : (3,) ndarray
+    midpoint : (3,) ndarray
         Nearest point on the second polyline.
     distance : float
         Distance between the polylines.
@@ -144,7 +144,7 @@ class NearestApproach:
         Length of the first polyline up to its nearest point.
     """
 
-    place: FloatArray
+    midpoint: FloatArray
     distance: float
     along: float
 

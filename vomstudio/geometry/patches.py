@@ -270,20 +270,20 @@ def equal_cells(u: AnyArray, v: AnyArray, side: int) -> IntArray:
     order = order[np.argsort(slab[order], kind="stable")]
     count = np.bincount(slab, minlength=side)
     slab_of_point = slab[order].astype(np.int64)
-    begin = np.cumsum(count) - count
+    starts = np.cumsum(count) - count
     cell = np.empty(n, np.int64)
     cell[order] = slab_of_point * side + _split_equally(
-        np.arange(n) - begin[slab_of_point], count[slab_of_point], side
+        np.arange(n) - starts[slab_of_point], count[slab_of_point], side
     )
     return cell
 
 
-def _split_equally(place: IntArray, count: Any, parts: int) -> IntArray:
+def _split_equally(position: IntArray, count: Any, parts: int) -> IntArray:
     """Assign ranks below `count` to parts of nearly equal size, larger parts first."""
     size, n_larger = np.divmod(count, parts)
     first = n_larger * (size + 1)
-    index_after = n_larger + (place - first) // np.maximum(size, 1)
-    return np.asarray(np.where(place < first, place // (size + 1), index_after), np.int64)
+    index_after = n_larger + (position - first) // np.maximum(size, 1)
+    return np.asarray(np.where(position < first, position // (size + 1), index_after), np.int64)
 
 
 def outline(points: npt.ArrayLike, normal: npt.ArrayLike) -> tuple[Triple, ...]:
@@ -333,8 +333,8 @@ def face_points(mesh: Mesh, faces: npt.ArrayLike) -> tuple[FloatArray, FloatArra
     corners = np.asarray(mesh.faces[np.asarray(faces, dtype=np.int64)], dtype=np.int64)
     ids, inverse = np.unique(corners, return_inverse=True)
     points = np.asarray(mesh.vertices[ids], dtype=np.float64)
-    fraction = np.repeat(face_areas(mesh, faces) / 3.0, 3)
-    weight = np.bincount(inverse.ravel(), fraction, minlength=len(ids))
+    weights = np.repeat(face_areas(mesh, faces) / 3.0, 3)
+    weight = np.bincount(inverse.ravel(), weights, minlength=len(ids))
     # Vertices of faces with zero area also belong to the patch.
     return points, np.maximum(weight, 1e-12 * max(float(weight.sum()), 1e-300))
 

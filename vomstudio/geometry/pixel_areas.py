@@ -59,8 +59,8 @@ def polygon_area(corners: npt.ArrayLike, width: int, height: int) -> PixelArea:
         x = xa + (rows + top + 0.5 - ya) * (xb - xa) / (yb - ya)
         columns = np.clip(np.ceil(x - 0.5).astype(np.int64) - left, 0, box_width)
         crossings[rows, columns] ^= 1
-    inside = np.bitwise_xor.accumulate(crossings[:, :box_width], axis=1)
-    return PixelArea(left, top, inside.astype(np.bool_))
+    is_inside = np.bitwise_xor.accumulate(crossings[:, :box_width], axis=1)
+    return PixelArea(left, top, is_inside.astype(np.bool_))
 
 
 def stroke_area(polyline: npt.ArrayLike, radius: float, width: int, height: int) -> PixelArea:

@@ -280,14 +280,19 @@ def bow_tilt_rad(
     low, high = np.minimum.reduceat(u, starts), np.maximum.reduceat(u, starts)
     length = np.where(high > low, high - low, 1.0)
     s = (u - np.repeat(low, counts)) / np.repeat(length, counts)
-    bow = 4.0 * s * (1.0 - s)
-    bow -= np.repeat(total(bow) / n, counts)
+    bow_shape = 4.0 * s * (1.0 - s)
+    bow_shape -= np.repeat(total(bow_shape) / n, counts)
     # Groups without a plane have zero variances.
     with np.errstate(all="ignore"):
-        first, second = total(bow * u) / (n * values[:, 0]), total(bow * v) / (n * values[:, 1])
+        first, second = (
+            total(bow_shape * u) / (n * values[:, 0]),
+            total(bow_shape * v) / (n * values[:, 1]),
+        )
         first, second = (np.nan_to_num(x, posinf=0.0, neginf=0.0) for x in (first, second))
-        bow_squares = total(bow * bow) - n * (first**2 * values[:, 0] + second**2 * values[:, 1])
-        fitted_bow = total(bow * r) / bow_squares
+        bow_squares = total(bow_shape * bow_shape) - n * (
+            first**2 * values[:, 0] + second**2 * values[:, 1]
+        )
+        fitted_bow = total(bow_shape * r) / bow_squares
         residual_squares = np.maximum(n * values[:, 2] - fitted_bow**2 * bow_squares, 0.0)
         dof = np.maximum(n - 4.0, 1.0)
         student = np.interp(1.0 / dof, INVERSE_FREEDOM, STUDENT_QUANTILES)

@@ -97,7 +97,9 @@ def figures(
         is_ordered,
         None if leverage is None else leverage * (residual**2)[:, None, None],
     )
-    bow = plane_errors.bow_tilt_rad((u, v, r), starts, counts, values) if is_ordered else 0.0
+    bow_tilt_rad = (
+        plane_errors.bow_tilt_rad((u, v, r), starts, counts, values) if is_ordered else 0.0
+    )
     return {
         "centroid": scale.centroid,
         "normal": normal,
@@ -107,7 +109,7 @@ def figures(
         "rms": rms * unit,
         "residual": residual * unit,
         "extent": (high - low) * unit,
-        "bow_tilt_deg": np.degrees(bow)
+        "bow_tilt_deg": np.degrees(bow_tilt_rad)
         * np.where(np.isnan(error_figures["n_effective"]), np.nan, 1.0),
         "max_coordinate": scale.max_coordinate,
         **_indices(values.T / trace),

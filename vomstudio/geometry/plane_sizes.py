@@ -161,9 +161,9 @@ class PlaneSizes:
         if not size >= self.least * (1.0 - 1e-9):
             return None
         # One point per square of the resolution; the plane has three parameters.
-        free_value = math.pi / 4.0 * (size / self.resolution) ** 2 - 3.0
+        degrees_of_freedom = math.pi / 4.0 * (size / self.resolution) ** 2 - 3.0
         # A uniform disc has a variance of (d / 4)^2 along each diameter.
-        fit = _confidence95_deg((size / 4.0) ** 2, self.noise**2, free_value)
+        fit = _confidence95_deg((size / 4.0) ** 2, self.noise**2, degrees_of_freedom)
         # A strip with the same variance is sqrt(12) d / 4 wide.
         tilt = resolution_tilt_deg(self.resolution, math.sqrt(12.0) * size / 4.0)
         return min(90.0, math.hypot(max(fit, tilt), self.registration_deg))

@@ -79,9 +79,9 @@ def _models() -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
             for x in SHORT_LENGTHS
         ]
         rows += [(x, 0.0, is_smooth, LONG_LENGTH_WEIGHTS[is_smooth]) for x in LONG_LENGTHS]
-    for fraction, mixed_weight in zip(MIXED_WHITE_SHARES, MIXED_WEIGHT, strict=True):
+    for white_share, mixed_weight in zip(MIXED_WHITE_SHARES, MIXED_WEIGHT, strict=True):
         rows += [
-            (x, fraction, False, mixed_weight * (10.0 * x) ** MIXED_WEIGHT_SLOPE)
+            (x, white_share, False, mixed_weight * (10.0 * x) ** MIXED_WEIGHT_SLOPE)
             for x in SHORT_LENGTHS[::2]
         ]
     length, white, smoothness, weight = (np.array(column) for column in zip(*rows, strict=True))
@@ -250,10 +250,10 @@ def _places(u: FloatArray, v: FloatArray, starts: IntArray, counts: IntArray) ->
     """Return the position of each point along its trace, from 0 to 1."""
     step = np.hypot(np.diff(u, prepend=0.0), np.diff(v, prepend=0.0))
     step[starts] = 0.0
-    place = np.cumsum(step)
-    place -= np.repeat(place[starts], counts)
-    length = np.maximum(place[starts + counts - 1], MIN_FLOAT)
-    result: FloatArray = place / np.repeat(length, counts)
+    position = np.cumsum(step)
+    position -= np.repeat(position[starts], counts)
+    length = np.maximum(position[starts + counts - 1], MIN_FLOAT)
+    result: FloatArray = position / np.repeat(length, counts)
     return result
 
 
@@ -329,23 +329,23 @@ def _compare_models(
     power = (spectrum[:2].real ** 2 + spectrum[:2].imag ** 2) / sums[:2]
     loading = power @ models.toeplitz.T + models.white
     remaining_freedom = np.maximum(n - models.mean - loading[0] - loading[1], 1e-3 * n)
-    freedom = np.minimum(
+    model_freedom = np.minimum(
         FREEDOM_FACTOR * remaining_freedom**2 / (remaining_share @ models.square.T), n - 3.0
     )
-    freedom[:, 0] = n - 3.0
-    fraction = degrees_of_freedom / (n - 3.0)
+    model_freedom[:, 0] = n - 3.0
+    freedom_ratio = degrees_of_freedom / (n - 3.0)
     inflation = np.maximum(loading * (degrees_of_freedom[:, None] / remaining_freedom), 1.0)
     # Whittle likelihood with the scale profiled out.
     used_share = remaining_share[:, :N_FREQUENCIES]
     misfit = (
         squares[2, :, :N_FREQUENCIES] * (n - 3.0) + MIN_NOISE_SHARE * used_share
     ) @ models.inverse.T
-    number = used_share.sum(axis=1) * fraction
+    number = used_share.sum(axis=1) * freedom_ratio
     likelihood = -0.5 * (used_share @ models.log.T + number[:, None] * np.log(misfit))
     weight = _normalize(SHARPNESS * (likelihood + models.log_weight))
     plain_weight = _normalize(likelihood) * IS_PURE_MODEL
     is_long = plain_weight[:, IS_LONG_MODEL].sum(axis=1) > 0.5 * plain_weight.sum(axis=1)
-    return inflation, freedom * fraction[:, None], weight, is_long
+    return inflation, model_freedom * freedom_ratio[:, None], weight, is_long
 
 
 def _normalize(logarithms: FloatArray) -> FloatArray:
@@ -355,7 +355,7 @@ def _normalize(logarithms: FloatArray) -> FloatArray:
 
 
 def _mixture_quantile(
-    g: FloatArray, freedom: FloatArray, weight: FloatArray, degrees_of_freedom: FloatArray
+    g: FloatArray, model_freedom: FloatArray, weight: FloatArray, degrees_of_freedom: FloatArray
 ) -> FloatArray:
     """Solve sum_j weight_j P(F_j > q) = 0.05 for q (2, k).
 
@@ -365,11 +365,11 @@ def _mixture_quantile(
     bounds and separately for each element, so that no result depends on the other elements.
     """
     _, k, models = g.shape
-    half = np.broadcast_to(0.5 * freedom, g.shape).reshape(-1, models)
+    shape = np.broadcast_to(0.5 * model_freedom, g.shape).reshape(-1, models)
     weight = np.broadcast_to(weight, g.shape).reshape(-1, models)
-    rate = (degrees_of_freedom[:, None] / (g * freedom)).reshape(-1, models)
+    rate = (degrees_of_freedom[:, None] / (g * model_freedom)).reshape(-1, models)
     # A hundredth of a degree of freedom does not determine the plane.
-    single_quantiles = np.log1p(np.expm1(np.minimum(-LOG_LEVEL / half, 500.0)) / rate)
+    single_quantiles = np.log1p(np.expm1(np.minimum(-LOG_LEVEL / shape, 500.0)) / rate)
     low, high = single_quantiles.min(axis=-1), single_quantiles.max(axis=-1)
     x = np.clip((weight * single_quantiles).sum(axis=-1), low, high)
     solution = np.empty_like(x)
@@ -377,9 +377,9 @@ def _mixture_quantile(
     for _ in range(100):
         exponential = np.exp(x)[:, None]
         base = 1.0 + rate * (exponential - 1.0)
-        tail = weight * np.exp(-half * np.log(base))
+        tail = weight * np.exp(-shape * np.log(base))
         value = tail.sum(axis=-1)
-        slope = (tail * half * rate * exponential / base).sum(axis=-1) / value
+        slope = (tail * shape * rate * exponential / base).sum(axis=-1) / value
         excess = np.log(value) - LOG_LEVEL
         low, high = np.where(excess > 0.0, x, low), np.where(excess > 0.0, high, x)
         step = x + excess / slope
@@ -393,6 +393,6 @@ def _mixture_quantile(
         if not is_active.any():
             break
         rows, x, low, high = rows[is_active], step[is_active], low[is_active], high[is_active]
-        half, weight, rate = half[is_active], weight[is_active], rate[is_active]
+        shape, weight, rate = shape[is_active], weight[is_active], rate[is_active]
     result: FloatArray = np.expm1(solution.reshape(2, k))
     return result

@@ -119,7 +119,7 @@ class VertexSurface:
         resolution = self.resolution_near(points) or 0.0
         plane_normal = _plane_within_wander(points, resolution)
         if plane_normal is not None:
-            neighbours = [self._nearest(place, N_NEIGHBOURS) for place in _sample(line, N_SAMPLES)]
+            neighbours = [self._nearest(point, N_NEIGHBOURS) for point in _sample(line, N_SAMPLES)]
             face = _fit_face(line, np.unique(np.concatenate(neighbours), axis=0), 2.0 * resolution)
             if face is not None and abs(float(face @ plane_normal)) > MIN_FACE_COSINE:
                 return face

@@ -77,11 +77,11 @@ def dip_of_normals(
         In [0, 90].
     undefined : (m,) ndarray of bool
     """
-    lean = np.hypot(normals[:, 0], normals[:, 1])
-    is_flat = lean <= min_tilt
+    horizontal_length = np.hypot(normals[:, 0], normals[:, 1])
+    is_flat = horizontal_length <= min_tilt
     azimuth = wrap360(np.degrees(np.arctan2(normals[:, 0], normals[:, 1])))
     azimuth = np.where(is_flat, 0.0, azimuth)
-    dip = np.where(is_flat, 0.0, np.degrees(np.arctan2(lean, normals[:, 2])))
+    dip = np.where(is_flat, 0.0, np.degrees(np.arctan2(horizontal_length, normals[:, 2])))
     return azimuth, dip, is_flat
 
 

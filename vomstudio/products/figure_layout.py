@@ -66,10 +66,10 @@ def _log_ticks(low: float, high: float) -> Iterator[FloatArray]:
         ticks = ticks[(ticks >= low * (1 - 1e-9)) & (ticks <= high * (1 + 1e-9))]
         if 2 <= len(ticks) <= 12:
             yield ticks
-    inside = powers[(powers >= low * (1 - 1e-9)) & (powers <= high * (1 + 1e-9))]
-    for stride in range(1, max(2, len(inside))):
-        if len(inside[::stride]) >= 2:
-            yield inside[::stride]
+    visible_powers = powers[(powers >= low * (1 - 1e-9)) & (powers <= high * (1 + 1e-9))]
+    for stride in range(1, max(2, len(visible_powers))):
+        if len(visible_powers[::stride]) >= 2:
+            yield visible_powers[::stride]
     from matplotlib.ticker import MaxNLocator
 
     # A short range contains too few round powers.
@@ -178,12 +178,12 @@ def name_symbols(
     figure.draw_without_rendering()
     renderer = FigureCanvasAgg(figure).get_renderer()
     positions = axes.transData.transform(points)
-    half = 0.5 * symbol_pt * figure.dpi / 72.0
-    occupied_boxes = [Bbox([position - half, position + half]) for position in positions]
+    half_px = 0.5 * symbol_pt * figure.dpi / 72.0
+    occupied_boxes = [Bbox([position - half_px, position + half_px]) for position in positions]
     occupied_boxes += [text.get_window_extent(renderer) for text in axes.texts]
     if (legend := axes.get_legend()) is not None:
         occupied_boxes.append(legend.get_window_extent(renderer))
-    inside = axes.get_window_extent(renderer)
+    axes_box = axes.get_window_extent(renderer)
     # Also keep a distance from the symbol itself.
     distances = 0.5 * symbol_pt + 1.5
     for row, name in names.items():
@@ -202,7 +202,7 @@ def name_symbols(
                 parse_math=False,
             )
             box = label.get_window_extent(renderer)
-            is_within = inside.x0 <= box.x0 and box.x1 <= inside.x1
+            is_within = axes_box.x0 <= box.x0 and box.x1 <= axes_box.x1
             if is_within and not any(box.overlaps(occupied_box) for occupied_box in occupied_boxes):
                 occupied_boxes.append(box)
                 break

@@ -77,8 +77,8 @@ def place_of(s: Subject) -> FloatArray | None:
 
 def _place(axis: int) -> Value:
     def value(s: Subject) -> float | None:
-        place = place_of(s)
-        return None if place is None else float(place[axis])
+        position = place_of(s)
+        return None if position is None else float(position[axis])
 
     return value
 

@@ -88,11 +88,11 @@ def split_by_plane(
         points = measurements[feature.id].points if feature.id in measurements else np.empty((0, 3))
         if not len(points):
             continue
-        fraction = float(((points - centre) @ normal > 0).mean())
-        if MAX_SHARE_ON_OTHER_SIDE < fraction < 1.0 - MAX_SHARE_ON_OTHER_SIDE:
+        share = float(((points - centre) @ normal > 0).mean())
+        if MAX_SHARE_ON_OTHER_SIDE < share < 1.0 - MAX_SHARE_ON_OTHER_SIDE:
             crossing += 1
             continue
-        name = upper_name if fraction > 0.5 else lower_name
+        name = upper_name if share > 0.5 else lower_name
         if feature.domain != name:
             new_records[feature.id] = replace(feature, domain=name)
     if not new_records:

@@ -565,7 +565,7 @@ class NextNames:
 def _get(records: Records, id_: str, cls: type[Any]) -> Any:
     record = records.get(id_)
     if not isinstance(record, cls):
-        words = re.sub("(?<=[a-z])(?=[A-Z])", " ", cls.__name__).lower()
-        kind = "feature" if cls is Picked else words
+        type_name = re.sub("(?<=[a-z])(?=[A-Z])", " ", cls.__name__).lower()
+        kind = "feature" if cls is Picked else type_name
         raise DocumentError(Finding("record.missing", kind=kind, id=id_))
     return record

@@ -39,7 +39,7 @@ def turns_of(models: Iterable[Model | None]) -> Turns:
     Models that were placed by the same registration rotate together.
     """
     known_covariances: dict[int, tuple[object, FloatArray | None]] = {}
-    turns = []
+    derivatives = []
     for model in models:
         if id(model) not in known_covariances:
             registration = None if model is None else model.registration
@@ -48,8 +48,8 @@ def turns_of(models: Iterable[Model | None]) -> Turns:
                 None if registration is None else registration.id,
                 rotation,
             )
-        turns.append(known_covariances[id(model)])
-    return shared_rotations(turns)
+        derivatives.append(known_covariances[id(model)])
+    return shared_rotations(derivatives)
 
 
 def normal_covariance(measurement: Measurement, model: Model | None) -> FloatArray | None:

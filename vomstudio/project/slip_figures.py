@@ -21,7 +21,7 @@ def _sense(s: Subject) -> str | None:
 
 def _sense_text(s: Subject) -> str:
     sense = _sense(s)
-    return "" if sense is None else tr({str(code): words for code, words in SENSES}[sense])
+    return "" if sense is None else tr({str(code): text for code, text in SENSES}[sense])
 
 
 def _confidence(s: Subject) -> str | None:
@@ -34,7 +34,7 @@ def _confidence_text(s: Subject) -> str:
     return (
         ""
         if confidence is None
-        else tr({str(code): words for code, words in CONFIDENCES}[confidence])
+        else tr({str(code): text for code, text in CONFIDENCES}[confidence])
     )
 
 

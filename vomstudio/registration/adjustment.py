@@ -88,7 +88,7 @@ class Adjustment:
     rows, sigma, error
         All observations, the one-sigma errors with which they entered the fit, and the one-sigma
         errors estimated from their residuals.
-    begins : (kinds + 1,) tuple of int
+    starts : (kinds + 1,) tuple of int
         First row of each kind, and the end of the last kind.
     assumed : tuple of str
         Groups whose error could not be estimated and was set to a default.
@@ -113,7 +113,7 @@ class Adjustment:
     rows: Rows
     sigma: FloatArray
     error: FloatArray
-    begins: tuple[int, ...]
+    starts: tuple[int, ...]
     assumed: tuple[str, ...]
     misfit_factor: float
     ambiguous: bool
@@ -199,9 +199,9 @@ def _add_scale_error(kinds: Sequence[Observed], result: Adjustment) -> Adjustmen
     The fit itself is unchanged. The covariance of the seven parameters increases by their response
     to the error of the scale, which no observation determines.
     """
-    change, error = np.zeros(len(result.rows.misses)), 0.0
+    change, error = np.zeros(len(result.rows.residuals)), 0.0
     kinds = [kind for kind in kinds if len(kind.labels)]
-    for kind, first, end in zip(kinds, result.begins, result.begins[1:], strict=False):
+    for kind, first, end in zip(kinds, result.starts, result.starts[1:], strict=False):
         if isinstance(kind, Combined | KeptScale) and kind.scale_error > 0:
             # All these observations share one scale error.
             change[first:end] = kind.scale_change
@@ -286,12 +286,12 @@ def _start_similarities(problem: _Problem) -> list[Similarity]:
     if len(start_rotations) == 1:
         start_rotations += [*Rotation.random(_RANDOM_STARTS, random_state=0).as_matrix()]
     candidates = []
-    for turn in start_rotations:
+    for start_rotation in start_rotations:
         if len(model):
-            shift = world.mean(axis=0) - scale * turn @ model.mean(axis=0)
+            shift = world.mean(axis=0) - scale * start_rotation @ model.mean(axis=0)
         else:
-            shift = centre.ravel() - scale * turn @ centre.ravel()
-        start = Similarity(scale, turn, shift)
+            shift = centre.ravel() - scale * start_rotation @ centre.ravel()
+        start = Similarity(scale, start_rotation, shift)
         candidates.append((_cost(problem, start, is_robust=True), start))
     followed = [candidates[0][1]]
     for _, start in sorted(candidates[1:], key=lambda pair: pair[0]):
@@ -368,7 +368,7 @@ def _initial_errors(
 def _cost(problem: _Problem, fit: Similarity, *, is_robust: bool = False) -> float:
     """Return the sum of squares by initial errors, or of Cauchy's function if robust."""
     rows, _, _ = problem.at(fit)
-    squares = (rows.misses / _initial_errors(rows, problem.size * fit.scale, problem.alone)) ** 2
+    squares = (rows.residuals / _initial_errors(rows, problem.size * fit.scale, problem.alone)) ** 2
     return float(
         (_CAUCHY_SCALE**2 * np.log1p(squares / _CAUCHY_SCALE**2) if is_robust else squares).sum()
     )
@@ -377,9 +377,9 @@ def _cost(problem: _Problem, fit: Similarity, *, is_robust: bool = False) -> flo
 # --- one start --------------------------------------------------------------------------------
 def _step(rows: Rows, sigma: FloatArray, size: float, turn_first: FloatArray) -> FloatArray:
     """Return the minimum-norm parameter change (7,) that minimises the squares."""
-    moves, misses, units = weighted_system(rows, sigma, size)
+    moves, residuals, units = weighted_system(rows, sigma, size)
     inverse, null = invert_determined(moves.T @ moves)
-    step = -inverse @ (moves.T @ misses)
+    step = -inverse @ (moves.T @ residuals)
     if null.shape[1]:
         weighted_null_space = turn_first[:, None] * null
         step = step - null @ np.linalg.lstsq(weighted_null_space, turn_first * step, rcond=None)[0]
@@ -415,7 +415,7 @@ def _iterate(
         size = problem.size * fit.scale
         sigma = _initial_errors(rows, size, problem.alone)
         if is_robust:
-            sigma = np.hypot(sigma, rows.misses / _CAUCHY_SCALE)
+            sigma = np.hypot(sigma, rows.residuals / _CAUCHY_SCALE)
         step = _step(rows, sigma, size, _preference(rows))
         length = np.linalg.norm(step[:3])
         if length > 0.7:
@@ -438,14 +438,14 @@ def _evaluate(problem: _Problem, fit: Similarity) -> Adjustment:
     from scipy.stats import chi2
 
     size, separate_variances = problem.size, problem.alone
-    rows, begins, position = problem.at(fit)
+    rows, starts, position = problem.at(fit)
     sigma = _initial_errors(rows, size * fit.scale, separate_variances)
     groups = np.array(rows.groups)
     unstated = [str(group) for group in dict.fromkeys(groups[~np.isfinite(rows.sigma)])]
     redundancy_of: dict[str, float] = {}
     groups_kept_alone: set[str] = set()
     for _ in range(_MAX_ITERATIONS):
-        rows, begins, position = problem.at(fit)
+        rows, starts, position = problem.at(fit)
         previous_sigma = sigma.copy()
         if unstated:
             sigma, redundancy_of = estimate_errors(
@@ -457,20 +457,20 @@ def _evaluate(problem: _Problem, fit: Similarity) -> Adjustment:
             previous_sigma, sigma, rtol=1e-6
         ):
             break
-    rows, begins, position = problem.at(fit)
+    rows, starts, position = problem.at(fit)
     length = size * fit.scale
-    moves, misses, units = weighted_system(rows, sigma, length)
+    moves, residuals, units = weighted_system(rows, sigma, length)
     information = moves.T @ moves
     inverse, null = invert_determined(information)
-    shared_shifts = -(inverse @ (moves.T @ misses) * units)[7:]
-    misses = remove_shared_errors(moves, misses, inverse, len(rows.misses))
-    rows = replace(rows, misses=misses[: len(rows.misses)] * sigma)
-    redundancy = float(len(rows.misses) - (7 - null.shape[1]))
-    drift = estimate_drift(rows, moves, misses)
-    fraction, spread, factor = estimate_covariance(rows, moves, misses, inverse, drift)
+    shared_shifts = -(inverse @ (moves.T @ residuals) * units)[7:]
+    residuals = remove_shared_errors(moves, residuals, inverse, len(rows.residuals))
+    rows = replace(rows, misses=residuals[: len(rows.residuals)] * sigma)
+    redundancy = float(len(rows.residuals) - (7 - null.shape[1]))
+    drift = estimate_drift(rows, moves, residuals)
+    fraction, spread, factor = estimate_covariance(rows, moves, residuals, inverse, drift)
     misfit_factor = 1.0
     if np.isfinite(rows.sigma).any() and redundancy > 0:
-        squares = float((misses**2).sum())
+        squares = float((residuals**2).sum())
         if squares > chi2.ppf(_SIGNIFICANCE, redundancy):
             misfit_factor = float(np.sqrt(squares / redundancy))
     covariance_diagonal = spread * np.outer(units, units) * misfit_factor**2
@@ -485,7 +485,7 @@ def _evaluate(problem: _Problem, fit: Similarity) -> Adjustment:
         rows,
         sigma,
         sigma * fraction,
-        tuple(begins),
+        tuple(starts),
         assumed,
         misfit_factor,
         False,

@@ -193,7 +193,8 @@ def _explain_misfit(
     if fit_of_others.misfit_factor > 1.0 or len(known_blunders) == 1:
         return fit_of_others.misfit_factor <= 1.0
     squares = [
-        float(((item.rows.misses / item.sigma) ** 2).sum()) for item in (fit_of_all, fit_of_others)
+        float(((item.rows.residuals / item.sigma) ** 2).sum())
+        for item in (fit_of_all, fit_of_others)
     ]
     dof = fit_of_all.redundancy - fit_of_others.redundancy, fit_of_others.redundancy
     if min(dof) < 1.0:
@@ -274,8 +275,8 @@ def _far_better(points: Points, fit: Similarity, is_consistent: BoolArray) -> bo
     """Return whether the consistent points fit far better than all points."""
 
     def variance(mask: BoolArray, by: Similarity) -> float:
-        misses = by(points.model[mask]) - points.world[mask]
-        return float((misses**2).sum()) / (3 * int(mask.sum()) - 7)
+        residuals = by(points.model[mask]) - points.world[mask]
+        return float((residuals**2).sum()) / (3 * int(mask.sum()) - 7)
 
     is_row_used = np.ones(len(is_consistent), np.bool_)
     whole_similarity = fit_similarity(points.model, points.world)
@@ -374,17 +375,17 @@ def _test_all(
     rows, sigma = fit_of_all.rows, fit_of_all.sigma
     is_stated = np.isfinite(rows.sigma) & trust_stated
     moves, covariance = weighted_rows(fit_of_all)
-    misses = rows.misses / sigma
+    residuals = rows.residuals / sigma
     redundancy = fit_of_all.redundancy
-    squares = float((misses**2).sum())
+    squares = float((residuals**2).sum())
     remaining = _remaining(kinds, out)
     total = sum(len(kind.labels) for _, kind, _ in remaining)
     candidates: list[tuple[Single, Observed, int, FloatArray]] = []
     statistics: list[tuple[float, int, bool]] = []
-    for place, (index, kind, row_numbers) in enumerate(remaining):
+    for position, (index, kind, row_numbers) in enumerate(remaining):
         if isinstance(kind, KeptScale | PhotoUpright):
             continue
-        first, last_row = fit_of_all.begins[place], fit_of_all.begins[place + 1]
+        first, last_row = fit_of_all.starts[position], fit_of_all.starts[position + 1]
         width = (last_row - first) // len(kind.labels)
         for number, row in enumerate(row_numbers):
             row_slice = slice(first + number * width, first + (number + 1) * width)
@@ -392,13 +393,13 @@ def _test_all(
             if np.linalg.eigvalsh(residual_weight)[0] < 1e-6 or redundancy - width < 1:
                 # The other observations do not determine it.
                 continue
-            deleted_residuals = np.linalg.solve(residual_weight, misses[row_slice])
+            deleted_residuals = np.linalg.solve(residual_weight, residuals[row_slice])
             if np.linalg.norm(deleted_residuals * sigma[row_slice]) < _ROUNDING * max(
                 fit_of_all.size, 1.0
             ):
                 continue
             candidates.append(((index, row), kind, number, deleted_residuals * sigma[row_slice]))
-            statistic = float(misses[row_slice] @ deleted_residuals)
+            statistic = float(residuals[row_slice] @ deleted_residuals)
             statistics.append((statistic, width, bool(is_stated[row_slice].all())))
     if not candidates:
         return []
@@ -488,7 +489,7 @@ def leave_one_out(
     typical_errors = np.where(
         np.isfinite(fit_of_all.rows.sigma), fit_of_all.rows.sigma, _DEFAULT_ERROR_RAD
     )
-    whole_value = float(((fit_of_all.rows.misses / typical_errors) ** 2).sum())
+    whole_value = float(((fit_of_all.rows.residuals / typical_errors) ** 2).sum())
     if fit_of_all.redundancy < 3.0 or whole_value <= _MIN_MISFIT**2 * fit_of_all.redundancy:
         return []
     if fit_of_all.ambiguous:
@@ -525,7 +526,7 @@ def _leave_each_out(
         typical_errors = np.where(
             np.isfinite(fit_of_others.rows.sigma), fit_of_others.rows.sigma, _DEFAULT_ERROR_RAD
         )
-        squares = float(((fit_of_others.rows.misses / typical_errors) ** 2).sum())
+        squares = float(((fit_of_others.rows.residuals / typical_errors) ** 2).sum())
         redundancy = fit_of_others.redundancy
         gain = max(whole_value - squares, 0.0)
         if has_stated_errors:
@@ -534,7 +535,7 @@ def _leave_each_out(
             pooled = (squares + _DEFAULT_ERROR_WEIGHT) / (redundancy + _DEFAULT_ERROR_WEIGHT)
             chance = float(f.sf(gain / 2.0 / pooled, 2, redundancy + _DEFAULT_ERROR_WEIGHT))
         placed_vectors = fit_of_others.fit.rotation @ kind.model[excluded_single[1]]
-        other_error = float(np.degrees(np.sqrt((fit_of_others.rows.misses**2).mean())))
+        other_error = float(np.degrees(np.sqrt((fit_of_others.rows.residuals**2).mean())))
         cosine = float(placed_vectors @ kind.world[excluded_single[1]])
         turned_matrix = Rotation.from_matrix(
             fit_of_others.fit.rotation @ fit_of_all.fit.rotation.T

@@ -56,19 +56,19 @@ def azimuth_findings(labels: Sequence[str], model: FloatArray, world: FloatArray
             (
                 float(
                     _angles_between(
-                        placed_directions[row : row + 1], _turn_azimuth(world[row], turn)
+                        placed_directions[row : row + 1], _turn_azimuth(world[row], offset_deg)
                     )[0]
                 ),
-                turn,
+                offset_deg,
             )
-            for turn in _MISREADINGS_DEG
+            for offset_deg in _MISREADINGS_DEG
         ]
-        min_angle, turn = min(fits)
+        min_angle, offset_deg = min(fits)
         if min_angle < limit / 2:
-            readings_by_turn.setdefault(turn, []).append(labels[row])
+            readings_by_turn.setdefault(offset_deg, []).append(labels[row])
     return [
-        Finding("compass.other-azimuth", labels=names, turn_deg=turn)
-        for turn, names in readings_by_turn.items()
+        Finding("compass.other-azimuth", labels=names, turn_deg=offset_deg)
+        for offset_deg, names in readings_by_turn.items()
     ]
 
 
@@ -111,11 +111,14 @@ def azimuth_that_fits(
         direction explains the difference.
     """
     fits = [
-        (float(_angles_between(placed_directions[None], _turn_azimuth(world, turn))[0]), turn)
-        for turn in _MISREADINGS_DEG
+        (
+            float(_angles_between(placed_directions[None], _turn_azimuth(world, offset_deg))[0]),
+            offset_deg,
+        )
+        for offset_deg in _MISREADINGS_DEG
     ]
-    min_angle, turn = min(fits)
-    return turn if min_angle < limit_deg else None
+    min_angle, offset_deg = min(fits)
+    return offset_deg if min_angle < limit_deg else None
 
 
 def _turn_azimuth(normal: FloatArray, azimuth_deg: float) -> FloatArray:
@@ -177,7 +180,7 @@ def _frame(a: FloatArray, b: FloatArray) -> FloatArray | None:
     length = float(np.linalg.norm(cross_axis))
     if length < _MIN_SINE:
         return None
-    middle = a + b
-    middle = middle / np.linalg.norm(middle)
+    bisector = a + b
+    bisector = bisector / np.linalg.norm(bisector)
     normal = cross_axis / length
-    return np.column_stack([middle, normal, np.cross(middle, normal)])
+    return np.column_stack([bisector, normal, np.cross(bisector, normal)])

@@ -221,8 +221,8 @@ def estimate_norths(
     for name in (COMPASS, YAW):
         estimate = _estimate_north(corrected, centre, size, name)
         if estimate is not None:
-            turn, corrected = estimate
-            norths.append(turn)
+            rotation, corrected = estimate
+            norths.append(rotation)
     return norths, corrected
 
 
@@ -280,22 +280,22 @@ def _first_turn(
         return 0.0
     readings = [kind for kind in kinds if not any(kind is other_kind for other_kind in others)]
     trial_turns = np.arange(0.0, 360.0, _STEP_DEG)
-    misses = [
+    residuals = [
         np.median(
             np.abs(
                 np.concatenate(
                     [
-                        _free_north(kind, turn, name)
+                        _free_north(kind, trial_turn, name)
                         .rows(fit_of_others.fit, fit_of_others.centre)
-                        .misses
+                        .residuals
                         for kind in readings
                     ]
                 )
             )
         )
-        for turn in trial_turns
+        for trial_turn in trial_turns
     ]
-    return float(trial_turns[int(np.argmin(misses))])
+    return float(trial_turns[int(np.argmin(residuals))])
 
 
 def _free_north(kind: Observed, turned_deg: float, name: str) -> Observed:

@@ -54,8 +54,8 @@ def widen_by_likelihood(
     if not linear_half_width > _MAX_LINEAR_RAD:
         return result
     axis = axes[:, -1]
-    turn = max(_turn_to(kinds, result, centre, side * axis) for side in (1.0, -1.0))
-    times = turn / linear_half_width
+    rotation = max(_turn_to(kinds, result, centre, side * axis) for side in (1.0, -1.0))
+    times = rotation / linear_half_width
     if not times > 1.0:
         return result
     widened_axes = np.eye(7)
@@ -74,7 +74,7 @@ def _turn_to(
     step = np.zeros(7)
     step[:3] = _STEP_RAD * axis
     fit = result.fit
-    min_squares = float(((result.rows.misses / result.sigma) ** 2).sum())
+    min_squares = float(((result.rows.residuals / result.sigma) ** 2).sum())
     distance_before = 0.0
     for number in range(_MAX_STEPS):
         fit = apply_step(fit, step, fit(centre)[0])
@@ -103,7 +103,7 @@ def _adjust_others(
         position = fit(centre)[0]
         rows, _ = all_rows(kinds, fit, position)
         system = rows.moves @ basis / result.sigma[:, None]
-        step = -np.linalg.lstsq(system, rows.misses / result.sigma, rcond=None)[0]
+        step = -np.linalg.lstsq(system, rows.residuals / result.sigma, rcond=None)[0]
         fit = apply_step(fit, basis @ step, position)
     rows, _ = all_rows(kinds, fit, fit(centre)[0])
-    return fit, float(((rows.misses / result.sigma) ** 2).sum())
+    return fit, float(((rows.residuals / result.sigma) ** 2).sum())

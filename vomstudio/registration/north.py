@@ -114,7 +114,7 @@ class North:
     ----------
     crs : str or None
         CRS of the model, or None if its frame is local with y towards true north.
-    place : (float, float) or None
+    location : (float, float) or None
         Longitude and latitude, degrees.
     day : date or None
         Day of the readings.
@@ -123,7 +123,7 @@ class North:
     """
 
     crs: str | None = None
-    place: tuple[float, float] | None = None
+    location: tuple[float, float] | None = None
     day: date | None = None
     declination_deg: float | None = None
 
@@ -143,7 +143,7 @@ class North:
         InputError
             Under the conditions of `declination_deg`.
         """
-        day, place = day or self.day, place or self.place
+        day, place = day or self.day, place or self.location
         if north == "grid":
             return NorthCorrection("grid", 0.0, day=day)
         convergence = self.convergence_deg(place)
@@ -179,7 +179,7 @@ class North:
 
     def convergence_deg(self, place: tuple[float, float] | None = None) -> float | None:
         """Return the angle from true to grid north, positive eastwards, or None if unknown."""
-        place = place or self.place
+        place = place or self.location
         from vomstudio.io.gis.crs import convergence_deg, degrees_to_grid
 
         if self.crs is None or place is None:
@@ -246,11 +246,11 @@ def convert_to_grid_north(
         if not np.isfinite(angles[row, 0]):
             continue
         longitude, latitude = table.places[row].tolist()
-        place = (longitude, latitude) if np.isfinite([longitude, latitude]).all() else None
+        location = (longitude, latitude) if np.isfinite([longitude, latitude]).all() else None
         # The field is practically constant within a hundredth of a degree.
-        key = (word, table.days[row], place and tuple(np.round(place, 2)))
+        key = (word, table.days[row], location and tuple(np.round(location, 2)))
         if key not in known_corrections:
-            known_corrections[key] = north.correction(word, table.days[row], place)
+            known_corrections[key] = north.correction(word, table.days[row], location)
         correction = known_corrections[key]
         if correction is None:
             lacking_count += 1
@@ -337,5 +337,5 @@ def place_of(crs: str, world: FloatArray) -> tuple[float, float] | None:
     from vomstudio.io.gis.crs import to_degrees
 
     median = np.median(world, axis=0)
-    place = to_degrees(crs, median[:1], median[1:2])
-    return None if place is None else (float(place[0][0]), float(place[1][0]))
+    location = to_degrees(crs, median[:1], median[1:2])
+    return None if location is None else (float(location[0][0]), float(location[1][0]))

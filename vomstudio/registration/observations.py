@@ -38,10 +38,10 @@ class Rows:
 
     Attributes
     ----------
-    misses : (m,) array
+    residuals : (m,) array
         Predicted minus observed values.
     moves : (m, 7) array
-        Derivatives of `misses` by the seven parameters.
+        Derivatives of `residuals` by the seven parameters.
     sigma : (m,) array
         Stated errors, NaN if not stated.
     groups, parts : (m,) tuple of str
@@ -59,7 +59,7 @@ class Rows:
         World directions of the rows of points, zero for other rows. If None, all are zero.
     """
 
-    misses: FloatArray
+    residuals: FloatArray
     moves: FloatArray
     sigma: FloatArray
     groups: tuple[str, ...]
@@ -153,14 +153,14 @@ class Points:
         n = len(placed_points)
         sigma, axes = self.errors(fit)
         moves = axes @ jacobians(placed_points - centre)
-        misses = np.einsum("nij,nj->ni", axes, placed_points - self.world)
+        residuals = np.einsum("nij,nj->ni", axes, placed_points - self.world)
         parts = ("", "", "")
         if n >= MIN_POINTS_PER_AXIS:
             parts = (" east", " north", " up")
         elif n >= MIN_POINTS_HEIGHTS:
             parts = (" level", " level", " up")
         row_names = tuple(self.name + part for part in parts)
-        rows = _rows(misses.ravel(), moves.reshape(-1, 7), sigma, (self.name,) * 3, row_names)
+        rows = _rows(residuals.ravel(), moves.reshape(-1, 7), sigma, (self.name,) * 3, row_names)
         rows = replace(rows, axes=axes.reshape(-1, 3))
         if n >= MIN_POINTS_HEIGHTS:
             return rows
@@ -261,15 +261,15 @@ class Directions:
             observed = observed * signs[:, None]
         down, cross_tangents = _tangents(observed)
         moves = np.zeros((len(placed_directions), 2, 7))
-        misses = np.zeros((len(placed_directions), 2))
+        residuals = np.zeros((len(placed_directions), 2))
         shared_columns = np.zeros((len(placed_directions), 2, 1))
         for row, tangent in enumerate((down, cross_tangents)):
-            misses[:, row] = _angle(placed_directions, observed, tangent)
+            residuals[:, row] = _angle(placed_directions, observed, tangent)
             # A rotation w moves the direction u by w x u; its component along e is w . (u x e).
             rotation_columns = _cross(placed_directions, tangent)
             moves[:, row, :3] = rotation_columns
             shared_columns[:, row, 0] = rotation_columns[:, 2]
-        rows = _rows(misses.ravel(), moves.reshape(-1, 7), self.sigma, ("directions",))
+        rows = _rows(residuals.ravel(), moves.reshape(-1, 7), self.sigma, ("directions",))
         return _sharing(rows, shared_columns.reshape(-1, 1), self.north_sigma, COMPASS)
 
 
@@ -418,8 +418,8 @@ class Azimuths:
         placed_directions = self.model @ fit.rotation.T
         east, north = placed_directions[:, 0], placed_directions[:, 1]
         horizontal_squares = np.maximum(east**2 + north**2, 1e-12)
-        misses = np.arctan2(east, north) - self.azimuth
-        misses = (misses + np.pi) % (2 * np.pi) - np.pi
+        residuals = np.arctan2(east, north) - self.azimuth
+        residuals = (residuals + np.pi) % (2 * np.pi) - np.pi
         slope = np.column_stack(
             [
                 north / horizontal_squares,
@@ -429,7 +429,7 @@ class Azimuths:
         )
         moves = np.zeros((len(horizontal_squares), 7))
         moves[:, :3] = _cross(placed_directions, slope)
-        rows = _rows(misses, moves, self.sigma, ("azimuths",))
+        rows = _rows(residuals, moves, self.sigma, ("azimuths",))
         # A north error rotates all azimuths about the vertical.
         return _sharing(rows, moves[:, 2:3], self.north_sigma, COMPASS)
 
@@ -469,11 +469,11 @@ class Attitudes:
         rotations = Rotation.from_matrix(between_rotations).as_rotvec()
         # Rotation = axes @ (yaw, pitch, roll).
         inverse = np.swapaxes(self.axes, 1, 2)
-        misses = np.einsum("nij,nj->ni", inverse, rotations)
-        n = len(misses)
+        residuals = np.einsum("nij,nj->ni", inverse, rotations)
+        n = len(residuals)
         moves = np.zeros((n, 3, 7))
         moves[:, :, :3] = inverse
-        rows = _rows(misses.ravel(), moves.reshape(-1, 7), self.sigma, ("yaw", "pitch", "roll"))
+        rows = _rows(residuals.ravel(), moves.reshape(-1, 7), self.sigma, ("yaw", "pitch", "roll"))
         # Express the common rotation caused by a north error as yaw, pitch and roll of each camera.
         rows = _sharing(rows, inverse[:, :, 2].reshape(-1, 1), self.north_sigma, YAW)
         return _sharing(rows, (inverse @ placed_directions).reshape(-1, 3), self.mount_sigma)
@@ -522,20 +522,20 @@ def all_rows(
         First row of each kind, and the end of the last kind.
     """
     rows_by_kind = [kind.rows(fit, position) for kind in kinds if len(kind.labels)]
-    begins = [0]
+    starts = [0]
     for rows in rows_by_kind:
-        begins.append(begins[-1] + len(rows.misses))
+        starts.append(starts[-1] + len(rows.residuals))
     columns: dict[tuple[int, int] | str, int] = {}
     columns_of_kinds = []
     for number, rows in enumerate(rows_by_kind):
         column_keys = [name or (number, k) for k, name in enumerate(rows.shared_names)]
         columns_of_kinds.append([columns.setdefault(key, len(columns)) for key in column_keys])
-    shared_columns, sizes = np.zeros((begins[-1], len(columns))), np.zeros(len(columns))
-    for first, rows, selected_columns in zip(begins, rows_by_kind, columns_of_kinds, strict=False):
-        shared_columns[first : first + len(rows.misses), selected_columns] = rows.shared
+    shared_columns, sizes = np.zeros((starts[-1], len(columns))), np.zeros(len(columns))
+    for first, rows, selected_columns in zip(starts, rows_by_kind, columns_of_kinds, strict=False):
+        shared_columns[first : first + len(rows.residuals), selected_columns] = rows.shared
         sizes[selected_columns] = rows.shared_sigma
     joined_rows = Rows(
-        np.concatenate([rows.misses for rows in rows_by_kind]),
+        np.concatenate([rows.residuals for rows in rows_by_kind]),
         np.concatenate([rows.moves for rows in rows_by_kind]),
         np.concatenate([rows.sigma for rows in rows_by_kind]),
         tuple(name for rows in rows_by_kind for name in rows.groups),
@@ -545,22 +545,22 @@ def all_rows(
         tuple(key if isinstance(key, str) else "" for key in columns),
         np.concatenate(
             [
-                np.ones(len(rows.misses)) if rows.doubt is None else rows.doubt
+                np.ones(len(rows.residuals)) if rows.doubt is None else rows.doubt
                 for rows in rows_by_kind
             ]
         ),
         np.concatenate(
             [
-                np.zeros((len(rows.misses), 3)) if rows.axes is None else rows.axes
+                np.zeros((len(rows.residuals), 3)) if rows.axes is None else rows.axes
                 for rows in rows_by_kind
             ]
         ),
     )
-    return joined_rows, begins
+    return joined_rows, starts
 
 
 def _rows(
-    misses: FloatArray,
+    residuals: FloatArray,
     moves: FloatArray,
     sigma: FloatArray,
     groups: tuple[str, ...],
@@ -571,9 +571,9 @@ def _rows(
     `groups` and `parts` refer to the rows of a single observation. By default, each group consists
     of one part.
     """
-    n = len(misses)
+    n = len(residuals)
     return Rows(
-        np.asarray(misses, np.float64),
+        np.asarray(residuals, np.float64),
         np.asarray(moves, np.float64),
         np.asarray(sigma, np.float64).ravel(),
         groups * (n // len(groups)),
@@ -608,14 +608,14 @@ def _downward_rows(placed_directions: FloatArray, sigma: FloatArray, name: str) 
     factor = np.where(
         horizontal_lengths > 1e-12, angle / np.maximum(horizontal_lengths, 1e-12), 1.0
     )
-    misses = placed_directions[:, :2] * factor[:, None]
-    misses[(horizontal_lengths <= 1e-12) & (placed_directions[:, 2] > 0), 0] = np.pi
+    residuals = placed_directions[:, :2] * factor[:, None]
+    residuals[(horizontal_lengths <= 1e-12) & (placed_directions[:, 2] > 0), 0] = np.pi
     moves = np.zeros((len(placed_directions), 2, 7))
     # Rotations about east and north move a direction along the horizontal axes; rotations about the
     # direction itself do not.
     moves[:, 0, 1] = -1.0
     moves[:, 1, 0] = 1.0
-    return _rows(misses.ravel(), moves.reshape(-1, 7), sigma, (name,))
+    return _rows(residuals.ravel(), moves.reshape(-1, 7), sigma, (name,))
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:

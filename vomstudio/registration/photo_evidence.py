@@ -113,8 +113,10 @@ def read_photo_attitudes(photos: Mapping[str, Path], views: Mapping[str, View]) 
         norths.append(north)
         days.append(None if photo.taken_at is None else photo.taken_at.date())
         longitude, latitude = photo.longitude_deg, photo.latitude_deg
-        place = (np.nan, np.nan) if longitude is None or latitude is None else (longitude, latitude)
-        positions.append(np.array(place))
+        location = (
+            (np.nan, np.nan) if longitude is None or latitude is None else (longitude, latitude)
+        )
+        positions.append(np.array(location))
     if not names and findings:
         return empty_attitude_table(findings)
     if not names:

@@ -124,7 +124,7 @@ def place(
         judged, result, centre, size, is_mirrored=bool(mirrors)
     )
     control = _residuals(points, result.fit)
-    fraction = _residual_share(points, control)
+    residual_share = _residual_share(points, control)
     checked_residuals = _residuals(check, result.fit)
     rotation, rotation95 = _rotation_errors(result, known_determined_parameters)
     scale95 = (
@@ -154,7 +154,7 @@ def place(
             known_determined_parameters,
             points,
             is_named=is_doubted,
-            fraction=fraction,
+            fraction=residual_share,
         ),
         *turn_findings(result.rotation),
         *bowing_findings(

@@ -53,7 +53,7 @@ def weighted_system(
             np.hstack([np.zeros((k, 7)), np.eye(k)]),
         ]
     )
-    return moves, np.concatenate([rows.misses / sigma, np.zeros(k)]), units
+    return moves, np.concatenate([rows.residuals / sigma, np.zeros(k)]), units
 
 
 def invert_determined(information: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -94,10 +94,10 @@ def invert_determined(information: FloatArray) -> tuple[FloatArray, FloatArray]:
         return (axes / values) @ axes.T / np.outer(scale, scale), np.zeros((len(scale), 0))
     null = (axes / scale[:, None])[:, ~is_determined]
     null, _ = np.linalg.qr(null)
-    inside = np.eye(len(information)) - null @ null.T
-    part = inside @ information @ inside
+    projection = np.eye(len(information)) - null @ null.T
+    part = projection @ information @ projection
     # Invert in the determined subspace, free of the other parameters.
-    basis = np.linalg.svd(inside)[0][:, : int(is_determined.sum())]
+    basis = np.linalg.svd(projection)[0][:, : int(is_determined.sum())]
     inverse = basis @ np.linalg.pinv(basis.T @ part @ basis, hermitian=True) @ basis.T
     return inverse, null
 
@@ -150,9 +150,9 @@ def estimate_errors(
     redundancy_of : dict
         Redundancy of each unstated group.
     """
-    moves, misses, _ = weighted_system(rows, sigma, size)
+    moves, residuals, _ = weighted_system(rows, sigma, size)
     inverse, _ = invert_determined(moves.T @ moves)
-    misses = remove_shared_errors(moves, misses, inverse, len(sigma))
+    residuals = remove_shared_errors(moves, residuals, inverse, len(sigma))
     hat = np.einsum("ij,jk,ik->i", moves, inverse, moves)[: len(sigma)]
     groups = np.array(rows.groups)
     is_unknown = ~np.isfinite(rows.sigma)
@@ -162,7 +162,7 @@ def estimate_errors(
         dof = float(mask.sum() - hat[mask].sum())
         redundancy_of[name] = dof
         if dof >= 0.5:
-            squares = float((misses[: len(sigma)][mask] ** 2).sum())
+            squares = float((residuals[: len(sigma)][mask] ** 2).sum())
             variance = float(sigma[mask][0] ** 2) * squares / dof
             doubted_shape = rows.shared.shape[1] and name not in METRES
             min_error = _MIN_ANGLE_ERROR_RAD if doubted_shape else 1e-12 * size
@@ -176,7 +176,7 @@ def estimate_errors(
 
 
 def remove_shared_errors(
-    moves: FloatArray, misses: FloatArray, inverse: FloatArray, m: int
+    moves: FloatArray, residuals: FloatArray, inverse: FloatArray, m: int
 ) -> FloatArray:
     """Return the residuals without the part explained by common errors.
 
@@ -184,7 +184,7 @@ def remove_shared_errors(
     ----------
     moves : ndarray
         Derivatives of the weighted system.
-    misses : ndarray
+    residuals : ndarray
         Residuals of the weighted system.
     inverse : ndarray
         Inverse of the normal matrix.
@@ -196,15 +196,15 @@ def remove_shared_errors(
     ndarray
         Residuals of all rows.
     """
-    k = len(misses) - m
+    k = len(residuals) - m
     if not k:
-        return misses
-    shared_errors = (inverse @ (moves.T @ misses))[-k:]
-    remaining_misses = misses - moves[:, -k:] @ shared_errors
+        return residuals
+    shared_errors = (inverse @ (moves.T @ residuals))[-k:]
+    remaining_misses = residuals - moves[:, -k:] @ shared_errors
     return np.asarray(remaining_misses, np.float64)
 
 
-def estimate_drift(rows: Rows, moves: FloatArray, misses: FloatArray) -> dict[str, float]:
+def estimate_drift(rows: Rows, moves: FloatArray, residuals: FloatArray) -> dict[str, float]:
     """Estimate the correlation of the errors of adjacent rows in each table of positions.
 
     Points and camera positions are in the order of their table, which is assumed to be the order of
@@ -215,7 +215,7 @@ def estimate_drift(rows: Rows, moves: FloatArray, misses: FloatArray) -> dict[st
     rows : Rows
     moves : ndarray
         Derivatives of the weighted system.
-    misses : ndarray
+    residuals : ndarray
         Residuals of the weighted system.
 
     Returns
@@ -229,7 +229,7 @@ def estimate_drift(rows: Rows, moves: FloatArray, misses: FloatArray) -> dict[st
         if len(rows_of_group):
             axis_moves = (
                 _along_axes(rows, rows_of_group, moves),
-                _along_axes(rows, rows_of_group, misses),
+                _along_axes(rows, rows_of_group, residuals),
             )
             correlations[group] = fit_serial_correlation(*axis_moves)
     return {group: rho for group, rho in correlations.items() if rho > 0.0}
@@ -260,7 +260,7 @@ def _correlated_moves(rows: Rows, moves: FloatArray, drift: Mapping[str, float])
 def estimate_covariance(
     rows: Rows,
     moves: FloatArray,
-    misses: FloatArray,
+    residuals: FloatArray,
     inverse: FloatArray,
     drift: Mapping[str, float],
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -281,9 +281,9 @@ def estimate_covariance(
     """
     from scipy.stats import norm, t
 
-    m = len(rows.misses)
-    is_unknown = np.concatenate([~np.isfinite(rows.sigma), np.zeros(len(misses) - m, bool)])
-    names = np.array([*rows.parts, *[""] * (len(misses) - m)])
+    m = len(rows.residuals)
+    is_unknown = np.concatenate([~np.isfinite(rows.sigma), np.zeros(len(residuals) - m, bool)])
+    names = np.array([*rows.parts, *[""] * (len(residuals) - m)])
     parts = [
         np.flatnonzero(is_unknown & (names == name)) for name in dict.fromkeys(names[is_unknown])
     ]
@@ -299,7 +299,7 @@ def estimate_covariance(
     variances = np.ones(len(parts))
     if parts and (dof > 0.1).all():
         system = expected_squares(responses, [len(part) for part in parts])
-        squares = np.array([float((misses[part] ** 2).sum()) for part in parts])
+        squares = np.array([float((residuals[part] ** 2).sum()) for part in parts])
         squares -= [float(np.trace(response @ fixed_covariance)) for response in responses]
         variances = np.linalg.lstsq(system, squares, rcond=None)[0]
         for group_rows in _same_group(rows, parts).values():

@@ -116,8 +116,8 @@ def scatter_of(
         ) <= chi2.ppf(_CONFIDENCE, freedom):
             rho = fit_serial_correlation(weights @ moves, white) if is_ordered else 0.0
             spread = roots @ moves
-            middle = np.einsum("nik,nil->kl", spread, correlate(spread, rho))
-            covariance = inverse @ middle @ inverse / np.outer(units, units)
+            meat = np.einsum("nik,nil->kl", spread, correlate(spread, rho))
+            covariance = inverse @ meat @ inverse / np.outer(units, units)
             sigma = np.sqrt(np.einsum("nii->i", known_covariances) / n)
             return Scatter(sigma, covariance, rho)
     groups = _groups(n)
@@ -312,6 +312,6 @@ def _result(
     *,
     drift: float,
 ) -> Scatter:
-    middle = np.einsum("i,ikl->kl", sigma**2, information)
-    covariance = inverse @ middle @ inverse * np.outer(factor / units, factor / units)
+    meat = np.einsum("i,ikl->kl", sigma**2, information)
+    covariance = inverse @ meat @ inverse * np.outer(factor / units, factor / units)
     return Scatter(np.array(sigma, np.float64), covariance, drift)

@@ -170,22 +170,22 @@ def _next(fit: Similarity, a: FloatArray, b: FloatArray, is_used: BoolArray) -> 
     if not len(outside_rows):
         return np.empty(0, np.int64)
     count = int(is_used.sum())
-    freedom = 3 * count - 7
-    fraction = count / len(a)
+    degrees_of_freedom = 3 * count - 7
+    inlier_share = count / len(a)
     # The used points are those with the smallest residuals, so their scatter must be corrected.
-    cut = chi2.ppf(fraction, 3)
-    variance = float(_squares(fit, a[is_used], b[is_used]).sum()) / freedom
-    variance /= float(chi2.cdf(cut, 5) / fraction)
+    cut = chi2.ppf(inlier_share, 3)
+    variance = float(_squares(fit, a[is_used], b[is_used]).sum()) / degrees_of_freedom
+    variance /= float(chi2.cdf(cut, 5) / inlier_share)
     placed_points = fit(a)
     moves = jacobians(placed_points - placed_points[is_used].mean(axis=0))
     information_rows = moves[is_used].reshape(-1, 7)
     inverse = np.linalg.pinv(information_rows.T @ information_rows)
     outside_moves = moves[outside_rows]
-    misses = (b - placed_points)[outside_rows]
+    residuals = (b - placed_points)[outside_rows]
     spread = np.eye(3) + outside_moves @ inverse @ outside_moves.transpose(0, 2, 1)
-    statistic = (misses * np.linalg.solve(spread, misses[..., None])[..., 0]).sum(axis=1)
+    statistic = (residuals * np.linalg.solve(spread, residuals[..., None])[..., 0]).sum(axis=1)
     order = np.argsort(statistic, kind="stable")[: max(1, count // _STEP_DIVISOR)]
-    limit = 3 * variance * float(f.ppf(_CONFIDENCE, 3, freedom))
+    limit = 3 * variance * float(f.ppf(_CONFIDENCE, 3, degrees_of_freedom))
     first = outside_rows[order[:1]][statistic[order[:1]] <= limit]
     well_fitting = outside_rows[order][statistic[order] <= _GOOD_FIT_SHARE * limit]
     return np.asarray(well_fitting if len(well_fitting) > 1 else first, np.int64)
@@ -263,9 +263,9 @@ def rotation_covariance(positions: npt.ArrayLike, sigma: float | FloatArray) -> 
     weight = np.diag(1 / np.broadcast_to(np.asarray(sigma, np.float64), 3) ** 2)
     # A small rotation w moves p by w x p; a change of scale moves it by p.
     information = np.zeros((4, 4))
-    for place in p:
+    for position in p:
         # The translation is that of the mean.
-        moves = jacobian(place)[:, :4]
+        moves = jacobian(position)[:, :4]
         information += moves.T @ weight @ moves
     values, axes = np.linalg.eigh(information)
     with np.errstate(divide="ignore"):

@@ -164,8 +164,8 @@ def summary_of(registration: Registration) -> Summary:
             _fact("weakest-axis", f"{axis_text} ± {worst_turn_deg:.2g}°", **weakest.values)
         )
     if registration.scale_error is not None:
-        fraction = 100.0 * _Z95 * registration.scale_error
-        facts.append(_fact("scale", f"± {fraction:.2g} %", error95_percent=fraction))
+        percent = 100.0 * _Z95 * registration.scale_error
+        facts.append(_fact("scale", f"± {percent:.2g} %", error95_percent=percent))
     facts += [
         *_north(registration.read_north),
         *_bowing(bowing_of_registration(registration)),
@@ -249,33 +249,33 @@ def _lenses(registration: Registration) -> list[Fact]:
         text = tr("dips at the edge wrong by up to {side:.2g}° relative to the centre", side=side)
         facts.append(_fact("lens-bowing", text, side_deg=side))
     if registration.lens_stretch95:
-        fraction = 100.0 * registration.lens_stretch95
+        percent = 100.0 * registration.lens_stretch95
         facts.append(
-            _fact("lens-stretch", tr("up to {share:.2g} %", share=fraction), percent=fraction)
+            _fact("lens-stretch", tr("up to {share:.2g} %", share=percent), percent=percent)
         )
     return facts
 
 
-def _north(read: ReadNorth | None) -> list[Fact]:
+def _north(north: ReadNorth | None) -> list[Fact]:
     """Return the north reference of azimuths and their common error."""
-    if read is None:
+    if north is None:
         return []
-    counted_text = tr(_NORTHS[read.north])
-    if read.north != "grid":
+    counted_text = tr(_NORTHS[north.north])
+    if north.north != "grid":
         counted_text = tr(
-            "{north}, {turned:+.2f}° added", north=counted_text, turned=read.turned_deg
+            "{north}, {turned:+.2f}° added", north=counted_text, turned=north.turned_deg
         )
     facts = [
-        _fact("azimuths-read-from", counted_text, north=read.north, turned_deg=read.turned_deg)
+        _fact("azimuths-read-from", counted_text, north=north.north, turned_deg=north.turned_deg)
     ]
-    if read.declination_deg is not None:
-        angle = f"{read.declination_deg:+.2f}°"
-        source = tr("stated") if read.stated else tr("IGRF-14, {day}", day=read.day)
-        values = {"stated": read.stated, "day": read.day}
-        angle_deg = read.declination_deg
+    if north.declination_deg is not None:
+        angle = f"{north.declination_deg:+.2f}°"
+        source = tr("stated") if north.stated else tr("IGRF-14, {day}", day=north.day)
+        values = {"stated": north.stated, "day": north.day}
+        angle_deg = north.declination_deg
         facts.append(_fact("declination", f"{angle} ({source})", angle_deg=angle_deg, **values))
-    doubt = tr("± {angle:g}° common to all (1σ)", angle=read.doubt_deg)
-    return [*facts, _fact("north-error", doubt, sigma_deg=read.doubt_deg)]
+    doubt = tr("± {angle:g}° common to all (1σ)", angle=north.doubt_deg)
+    return [*facts, _fact("north-error", doubt, sigma_deg=north.doubt_deg)]
 
 
 def _points(registration: Registration) -> list[Fact]:

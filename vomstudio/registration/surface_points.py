@@ -111,8 +111,8 @@ def surface_points(
     # Osada et al. 2002, ACM Transactions on Graphics 21, 807.
     root, fraction = np.sqrt(rng.random(len(face)))[:, None], rng.random(len(face))[:, None]
     a, b, c = (corner[face] for corner in corners)
-    inside = (1.0 - root) * a + root * (1.0 - fraction) * b + root * fraction * c
-    return np.concatenate([positions[is_first], inside]), len(inside)
+    points = (1.0 - root) * a + root * (1.0 - fraction) * b + root * fraction * c
+    return np.concatenate([positions[is_first], points]), len(points)
 
 
 @dataclass(frozen=True, eq=False)

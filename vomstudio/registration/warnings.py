@@ -86,7 +86,7 @@ def _error_ratio(result: Adjustment, kinds: Sequence[Observed]) -> float | None:
         or result.redundancy < _MIN_REDUNDANCY
     ):
         return None
-    squares = float(((result.rows.misses / stated_rows) ** 2).sum())
+    squares = float(((result.rows.residuals / stated_rows) ** 2).sum())
     if not squares > 0.0 or chi2.cdf(squares, result.redundancy) > _MIN_P_VALUE:
         return None
     return float(np.sqrt(result.redundancy / squares))

@@ -596,7 +596,7 @@ class HeadlessProject:
         placement = prepend_warnings(register(evidence), fitted_model.warnings)
         if not placement.known.all:
             raise GeometryError(
-                Finding("registration.undetermined", parameters=fitted_model.fitted.free)
+                Finding("registration.undetermined", parameters=fitted_model.fitted.free_parameters)
             )
         record = create_registration(
             placement, pairs, model, fitted_model.crs, Path(reference).name

@@ -33,9 +33,9 @@ def redact(text: str, private_words: Iterable[str] = ()) -> str:
     private_words : iterable of str
         Words to remove, such as project names.
     """
-    words = sorted({word for word in private_words if len(word) > 2}, key=len, reverse=True)
+    longest_words = sorted({word for word in private_words if len(word) > 2}, key=len, reverse=True)
     text = _PATH.sub(lambda match: _redact_path(match[0]), text)
-    for word in words:
+    for word in longest_words:
         text = re.sub(rf"(?<!\w){re.escape(word)}(?!\w)", "…", text)
     text = _FILE.sub(lambda match: f"….{match['suffix']}", text)
     return _NUMBER.sub(lambda match: match["version"] or "#", text)

@@ -120,14 +120,14 @@ def find_cell_planes(
     )
     planes = facet_planes(cells, labels)
     is_inside = labels >= 0
-    points = np.bincount(labels[is_inside], np.diff(grid.begins)[is_inside], len(planes.area))
+    points = np.bincount(labels[is_inside], np.diff(grid.starts)[is_inside], len(planes.area))
     is_small = np.append((points < min_points) | (planes.area < min_area), False)
     labels[is_small[labels]] = -1
     n = len(grid.places)
     point_labels, is_open = np.empty(n, np.int32), np.empty(n, np.bool_)
     assign_points(
         grid.places,
-        grid.begins,
+        grid.starts,
         cells.starts,
         cells.near,
         labels,
@@ -142,7 +142,7 @@ def find_cell_planes(
     )
     point_planes = np.empty((n, 3)), np.empty(n), np.empty(n), np.empty(n)
     copy_to_points(
-        grid.begins,
+        grid.starts,
         to_kernel_array(cells.normals, np.float64),
         cells.variation,
         cells.areas,
@@ -189,7 +189,7 @@ def _find_flat_cells(
         if described_cell_elements is None:
             continue
         cells, count = described_cell_elements
-        points = np.diff(grid.begins)
+        points = np.diff(grid.starts)
         typical_variation = approximate_median(np.repeat(cells.variation, points))
         noise = approximate_median(np.repeat(cells.noise, points))
         min_noise = min(min_noise, noise)
@@ -210,14 +210,14 @@ def _cell_elements(
     m = len(grid.keys)
     starts, neighbours = grid.around()
     means, inner_values = np.empty((m, 3)), np.empty((m, 6))
-    cell_moments(grid.places, grid.begins, means, inner_values)
+    cell_moments(grid.places, grid.starts, means, inner_values)
     count, normals, spreads = np.empty(m, np.int64), np.empty((m, 3)), np.empty((m, 3))
 
     def work(block: slice) -> None:
         block_planes(
             block.start,
             block.stop,
-            grid.begins,
+            grid.starts,
             means,
             inner_values,
             starts,
@@ -227,7 +227,7 @@ def _cell_elements(
             spreads,
         )
 
-    points = np.diff(grid.begins)
+    points = np.diff(grid.starts)
     if np.isfinite(max_variation) and m > 2 * _SAMPLE_RUN_CELLS * _SAMPLE_RUNS:
         runs = np.linspace(0, m - _SAMPLE_RUN_CELLS, _SAMPLE_RUNS).astype(np.int64)
         for first in runs.tolist():
@@ -239,7 +239,7 @@ def _cell_elements(
     run_in_blocks(work, m, progress, _BLOCK_CELLS)
     area, variation, noise = np.empty(m), np.empty(m), np.empty(m)
     describe_cells(
-        grid.begins,
+        grid.starts,
         count,
         inner_values,
         spreads,

@@ -153,8 +153,8 @@ def curved_bed(ids: Sequence[str], points: npt.ArrayLike, offsets: npt.ArrayLike
         if not len(rows):
             continue
         index = rows[np.argmin(np.linalg.norm(xyz[rows] - xyz[rows].mean(axis=0), axis=1))]
-        place = xyz[index] - fit.residuals[index] * frame[2]
-        dips.append(LocalDip(str(name), *map(float, place), *map(float, local_dips[index])))
+        position = xyz[index] - fit.residuals[index] * frame[2]
+        dips.append(LocalDip(str(name), *map(float, position), *map(float, local_dips[index])))
     rms = float(np.sqrt(fit.squares / len(xyz)))
     return CurvedBed(degree, p, rms, len(xyz), n_effective, tuple(dips), local_dips)
 

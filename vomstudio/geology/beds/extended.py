@@ -32,23 +32,23 @@ class PlaneEstimate:
 
     Attributes
     ----------
-    middle : (3,) ndarray
+    centroid : (3,) ndarray
         Point at which the position is known best, m.
     axes : (3, 3) ndarray
         Two directions in the plane and its upward normal, as rows.
     centre_variance : float
-        Variance of the position at `middle` along the normal, m2.
+        Variance of the position at `centroid` along the normal, m2.
     tilt_variances : (2,) ndarray
         Variances of the slopes along the two directions in the plane.
-    free : float
+    degrees_of_freedom : float
         Degrees of freedom; infinite if the variances are known.
     """
 
-    middle: FloatArray
+    centroid: FloatArray
     axes: FloatArray
     centre_variance: float
     tilt_variances: FloatArray
-    free: float
+    degrees_of_freedom: float
 
     @property
     def plane(self) -> Plane:
@@ -56,11 +56,11 @@ class PlaneEstimate:
 
     def distances(self, points: FloatArray) -> FloatArray:
         """Return the signed distances (n,) of points (n, 3) in metres, positive above the plane."""
-        return np.asarray((points - self.middle) @ self.axes[2])
+        return np.asarray((points - self.centroid) @ self.axes[2])
 
     def position_sd(self, points: FloatArray) -> FloatArray:
         """Return the standard deviations (n,) of the plane position at points (n, 3), m."""
-        plane_points = (points - self.middle) @ self.axes[:2].T
+        plane_points = (points - self.centroid) @ self.axes[:2].T
         return np.asarray(np.sqrt(self.centre_variance + (plane_points**2) @ self.tilt_variances))
 
     @property
@@ -69,7 +69,11 @@ class PlaneEstimate:
         from scipy.special import ndtri, stdtrit
 
         level = 1.0 - SIGNIFICANCE / 2.0
-        return float(ndtri(level) if np.isinf(self.free) else stdtrit(self.free, level))
+        return float(
+            ndtri(level)
+            if np.isinf(self.degrees_of_freedom)
+            else stdtrit(self.degrees_of_freedom, level)
+        )
 
 
 @dataclass(frozen=True, eq=False)

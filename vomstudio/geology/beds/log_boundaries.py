@@ -20,7 +20,7 @@ class Crossing:
     ----------
     name : str
         Name of the trace.
-    place : (3,) ndarray
+    position : (3,) ndarray
         Point of the trace that is nearest to the line, in the World frame, m.
     distance_m : float
         Distance between this point and the line, m.
@@ -29,7 +29,7 @@ class Crossing:
     """
 
     name: str
-    place: FloatArray
+    position: FloatArray
     distance_m: float
     along_m: float
 
@@ -62,5 +62,7 @@ def crossings(
             continue
         approach = nearest_approach(vertices, trace)
         if approach.distance <= reach_m:
-            crossed_traces.append(Crossing(name, approach.place, approach.distance, approach.along))
+            crossed_traces.append(
+                Crossing(name, approach.midpoint, approach.distance, approach.along)
+            )
     return sorted(crossed_traces, key=lambda crossing: crossing.along_m)

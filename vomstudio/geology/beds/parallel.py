@@ -146,7 +146,7 @@ class _Traces:
         Sums of squares along these axes, products with the normal, and variances of the products.
     judged : (G, 2) ndarray of bool
         Axes along which each trace determines a tilt.
-    free : (G,) ndarray
+    degrees_of_freedom : (G,) ndarray
         Degrees of freedom of the noise; the variances are inflated accordingly.
     independent : (G,) ndarray
         Degrees of freedom that remain after allowing for correlation.
@@ -161,7 +161,7 @@ class _Traces:
     leans: FloatArray
     spread: FloatArray
     judged: BoolArray
-    free: FloatArray
+    degrees_of_freedom: FloatArray
     independent: FloatArray
     free_tilts: float | None = None
 
@@ -301,10 +301,12 @@ def _trace_errors(
     if is_counted.any():
         rows = np.flatnonzero(is_counted)
         index = np.concatenate([np.arange(starts[i], starts[i] + counts[i]) for i in rows])
-        begin = np.concatenate([[0], np.cumsum(counts[rows])[:-1]])
+        first_rows = np.concatenate([[0], np.cumsum(counts[rows])[:-1]])
         # The eigenvector of the larger axis of a trace is the second one returned by eigh.
         u, v, r = rotated_points[index, 1], rotated_points[index, 0], rotated_points[index, 2]
-        q1, q2, n_eff, _ = quantiles(u, v, r, begin, counts[rows], fitted_counts[rows], is_ordered)
+        q1, q2, n_eff, _ = quantiles(
+            u, v, r, first_rows, counts[rows], fitted_counts[rows], is_ordered
+        )
         white = joint_quantile(fitted_counts[rows])
         inflation[rows] = np.maximum(np.stack([q2, q1], axis=1) / white[:, None], 1.0)
         effective[rows] = n_eff
@@ -314,7 +316,7 @@ def _trace_errors(
     inverse = np.linalg.inv(np.einsum("gik,gk,gjk->ij", axes, sums, axes))
     tilts = np.einsum("ij,gjk,gk,glk,lm->gim", inverse, axes, spread, axes, inverse)
     # The noise of a trace with too few points is pooled from all other traces.
-    freedom = np.where(is_counted, fitted_counts, fitted_counts.sum())
+    degrees_of_freedom = np.where(is_counted, fitted_counts, fitted_counts.sum())
     independent_counts = np.maximum(effective - (counts - fitted_counts), 1.0)
     return _Traces(
         tilts,
@@ -324,7 +326,7 @@ def _trace_errors(
         leans,
         spread,
         judged_informative_axes & is_counted[:, None],
-        freedom,
+        degrees_of_freedom,
         independent_counts,
     )
 
@@ -360,7 +362,7 @@ def _distance_errors95(traces: _Traces) -> list[float]:
     ones = np.ones(1)
     return [
         _weighted_t95(ones, np.array([dof])) * float(np.sqrt(variance))
-        for variance, dof in zip(traces.centre_variances, traces.free, strict=True)
+        for variance, dof in zip(traces.centre_variances, traces.degrees_of_freedom, strict=True)
     ]
 
 
@@ -381,11 +383,11 @@ def _tilt_freedom(traces: _Traces) -> float:
     """
     whole_tilt_covariance = traces.tilt_covariance
     if not np.linalg.det(whole_tilt_covariance) > 0.0:
-        return float(traces.free.sum())
+        return float(traces.degrees_of_freedom.sum())
     parts = traces.tilts @ np.linalg.inv(whole_tilt_covariance)
     squares = np.einsum("gij,gji->g", parts, parts) + np.einsum("gii->g", parts) ** 2
     is_used = squares > 0.0
-    return float(6.0 / (squares[is_used] / traces.free[is_used]).sum())
+    return float(6.0 / (squares[is_used] / traces.degrees_of_freedom[is_used]).sum())
 
 
 def _compare_pair(
@@ -396,7 +398,7 @@ def _compare_pair(
     `offset` (3,) is the vector from the first to the second trace, in the plane axes.
     """
     shares_of_tilt = np.einsum("i,gij,j->g", offset[:2], traces.tilts, offset[:2])
-    parts, dof = shares_of_tilt, traces.free
+    parts, dof = shares_of_tilt, traces.degrees_of_freedom
     if traces.free_tilts is not None:
         parts, dof = (
             np.append(0.0 * shares_of_tilt, shares_of_tilt.sum()),

@@ -13,7 +13,7 @@ DEFAULT_SHARE = 0.1
 
 
 def select_repeats(
-    ids: Collection[str], fraction: float = DEFAULT_SHARE, seed: str = ""
+    ids: Collection[str], share: float = DEFAULT_SHARE, seed: str = ""
 ) -> tuple[str, ...]:
     """Select a random share of the picks in random order, but at least one pick.
 
@@ -23,7 +23,7 @@ def select_repeats(
     Parameters
     ----------
     ids : collection of str
-    fraction : float
+    share : float
         Share of the picks, greater than 0 and at most 1.
     seed : str
 
@@ -36,11 +36,11 @@ def select_repeats(
     UsageError
         If the share is out of range.
     """
-    if not 0.0 < fraction <= 1.0:
+    if not 0.0 < share <= 1.0:
         raise UsageError(
-            Finding("option.out-of-range", value=fraction, minimum=0, maximum=1), field="share"
+            Finding("option.out-of-range", value=share, minimum=0, maximum=1), field="share"
         )
-    count = math.ceil(fraction * len(ids) - 1e-9)
+    count = math.ceil(share * len(ids) - 1e-9)
     return tuple(sorted(ids, key=lambda id_: (_draw(seed, id_), id_))[:count])
 
 

@@ -209,7 +209,7 @@ def _build_pick_spread(squares: float, n: int) -> PickSpread | None:
         return None
     degrees_of_freedom = 2 * n
     low, high = (
-        squares / float(chi2.ppf(fraction, degrees_of_freedom)) for fraction in (0.975, 0.025)
+        squares / float(chi2.ppf(probability, degrees_of_freedom)) for probability in (0.975, 0.025)
     )
     sigmas = [float(np.degrees(np.sqrt(v))) for v in (squares / degrees_of_freedom, low, high)]
     factor95 = float(np.sqrt(CHI2_TWO))
@@ -327,10 +327,12 @@ def compare_interpreters(
         remaining = structure.squares()
         for name in interpreters_here:
             interpreter_picks = structure.places[names == name]
-            inside = float(((interpreter_picks - interpreter_picks.mean(axis=0)) ** 2).sum())
-            squares[name] = squares.get(name, 0.0) + inside
+            within_squares_sum = float(
+                ((interpreter_picks - interpreter_picks.mean(axis=0)) ** 2).sum()
+            )
+            squares[name] = squares.get(name, 0.0) + within_squares_sum
             counts[name] = counts.get(name, 0) + len(interpreter_picks) - 1
-            remaining -= inside
+            remaining -= within_squares_sum
         between_squares += max(remaining, 0.0)
         between_n += len(interpreters_here) - 1
     spreads = {

@@ -136,8 +136,8 @@ def table_slip(table: SlipRows) -> TableSlip:
     )
     dihedra = right_dihedra(normals, slips)
     compressed, extended = (
-        DihedraAxis(*_axes(axis[None])[0], fraction)
-        for axis, fraction in (dihedra.most_compressed(), dihedra.most_extended())
+        DihedraAxis(*_axes(axis[None])[0], share)
+        for axis, share in (dihedra.most_compressed(), dihedra.most_extended())
     )
     rows = zip(
         table.ids,

@@ -138,14 +138,16 @@ def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreeP
     if rms is None and not sigma_m:
         return ThreePoints(plane, None, None, None, n, warnings=_line_warnings(sizes, None))
     noise = n > 3 and _spread_is_noise(sizes, n, sigma_m)
-    dip_error, turn = _angle_errors(
+    dip_error, dip_direction_error = _angle_errors(
         plane, axes, _half_angles(sizes, single_quantile * sigma, noise=noise)
     )
     largest_error_deg = math.degrees(_half_angles(sizes, joint * sigma, noise=noise)[1])
     if largest_error_deg >= MAX_DIRECTION_ERROR_DEG or (n == 4 and not sigma_m):
-        turn = None
+        dip_direction_error = None
     warnings = _line_warnings(sizes, largest_error_deg)
-    return ThreePoints(plane, dip_error, turn, largest_error_deg, n, rms, sigma, warnings)
+    return ThreePoints(
+        plane, dip_error, dip_direction_error, largest_error_deg, n, rms, sigma, warnings
+    )
 
 
 def _spread_is_noise(sizes: FloatArray, n: int, sigma_m: float) -> bool:

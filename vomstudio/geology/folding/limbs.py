@@ -193,10 +193,10 @@ def find_limbs(
     if len(poles) < 4:
         return None
     ends = flip_into_arc(poles, axes)
-    middle = ends.sum(axis=0)
-    middle -= axes[2] * (middle @ axes[2])
-    middle /= np.linalg.norm(middle)
-    projections = np.arctan2(ends @ np.cross(axes[2], middle), ends @ middle)
+    direction = ends.sum(axis=0)
+    direction -= axes[2] * (direction @ axes[2])
+    direction /= np.linalg.norm(direction)
+    projections = np.arctan2(ends @ np.cross(axes[2], direction), ends @ direction)
     order = np.argsort(projections)
     angles = projections[order]
     # Cut where the scatter within both groups is smallest.
@@ -224,9 +224,9 @@ def find_limbs(
         _find_doubt([projections[group] for group in groups], separation, scatter_rad),
     )
     if overturned is not None:
-        fractions = [float(np.mean(overturned[group])) for group in groups]
-        is_overturned = fractions[0] > 0.5, fractions[1] > 0.5
-        if any(MAX_MIXED_SHARE < fraction < 1.0 - MAX_MIXED_SHARE for fraction in fractions):
+        shares = [float(np.mean(overturned[group])) for group in groups]
+        is_overturned = shares[0] > 0.5, shares[1] > 0.5
+        if any(MAX_MIXED_SHARE < share < 1.0 - MAX_MIXED_SHARE for share in shares):
             doubt = "mixed"
     first, second = (float(np.var(projections[group], ddof=1)) for group in groups)
     return Limbs(

@@ -273,8 +273,12 @@ def fit_small_circle(poles: FloatArray, axes: FloatArray) -> Cone | None:
 
 
 def _circle(axis: FloatArray, half_angle: float, residuals: FloatArray) -> SmallCircle:
-    half = math.degrees(half_angle)
-    return SmallCircle(Line.from_vector(axis), min(half, 180.0 - half), rms(np.degrees(residuals)))
+    half_angle_deg = math.degrees(half_angle)
+    return SmallCircle(
+        Line.from_vector(axis),
+        min(half_angle_deg, 180.0 - half_angle_deg),
+        rms(np.degrees(residuals)),
+    )
 
 
 def _fit_circle(

@@ -121,9 +121,7 @@ class FacetSlopes(PrintableResult):
     def shares(self, mode: str) -> FloatArray:
         """Return the critical shares (facets,) of one of MODES; NaN without planes."""
         fractions = [getattr(facet, mode).share for facet in self.facets]
-        return np.array(
-            [np.nan if fraction is None else fraction for fraction in fractions], np.float64
-        )
+        return np.array([np.nan if share is None else share for share in fractions], np.float64)
 
 
 def facet_slopes(

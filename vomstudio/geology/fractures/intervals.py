@@ -160,11 +160,11 @@ def line_dispersion(along_m: FloatArray, length_m: float) -> float:
 
 def _dispersion(sums: FloatArray, sizes: FloatArray, variance: float) -> float:
     """Return the dispersion of sums (k,) over parts, given the variance of the total."""
-    fraction = sizes / sizes.sum()
-    expected_variance = variance * (1.0 - float(np.sum(fraction**2)))
+    shares = sizes / sizes.sum()
+    expected_variance = variance * (1.0 - float(np.sum(shares**2)))
     if expected_variance <= 0.0:
         return 1.0
-    return float(np.sum((sums - sums.sum() * fraction) ** 2)) / expected_variance
+    return float(np.sum((sums - sums.sum() * shares) ** 2)) / expected_variance
 
 
 def crossings_per_trace(trace: IntArray) -> FloatArray:

@@ -302,10 +302,10 @@ def fracture_network(
 
 def _coverage_note(lines: ObjectArray, area: Any) -> list[Finding]:
     """Report that a large part of the area may not have been mapped."""
-    fraction = 0.0 if area is None else share_outside_hull(lines, area)
-    if fraction <= MAX_SHARE_BEYOND:
+    outside_share = 0.0 if area is None else share_outside_hull(lines, area)
+    if outside_share <= MAX_SHARE_BEYOND:
         return []
-    return [Finding("fractures.area-beyond-traces", share_percent=100.0 * fraction)]
+    return [Finding("fractures.area-beyond-traces", share_percent=100.0 * outside_share)]
 
 
 def describe_lengths(pieces: TracePieces, area: Any = None) -> TraceLengths:

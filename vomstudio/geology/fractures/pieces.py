@@ -103,9 +103,9 @@ def circle_area(x: float, y: float, radius: float) -> Any:
         )
     step = 2 * np.pi / N_CIRCLE_VERTICES
     outer_radius = radius * np.sqrt(step / np.sin(step))
-    turn = np.arange(N_CIRCLE_VERTICES) * step
+    angles = np.arange(N_CIRCLE_VERTICES) * step
     return shapely.Polygon(
-        np.stack([x + outer_radius * np.cos(turn), y + outer_radius * np.sin(turn)], -1)
+        np.stack([x + outer_radius * np.cos(angles), y + outer_radius * np.sin(angles)], -1)
     )
 
 

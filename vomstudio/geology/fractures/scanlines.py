@@ -256,13 +256,13 @@ def _intervals(
     repeats = float(np.sum(weights**2)) / n
     if coefficient_of_variation is not None and are_regular(gaps, repeats):
         dof = len(gaps) / repeats
-        half = regular_half_width(coefficient_of_variation, dof)
+        half_width = regular_half_width(coefficient_of_variation, dof)
         mean = float(gaps.mean())
         # Each line starts and ends at a random position between two traces.
         dispersion = coefficient_of_variation**2 + lines / (6.0 * n)
         error = regular_half_width(math.sqrt(dispersion * n * repeats) * math.sqrt(dof), dof)
         frequency = max(n - error, 0.0) / size, (n + error) / size
-        return frequency, (mean * math.exp(-half), mean * math.exp(half)), dispersion
+        return frequency, (mean * math.exp(-half_width), mean * math.exp(half_width)), dispersion
     distances_before = np.cumsum(crossings.lengths_m) - crossings.lengths_m
     dispersion = line_dispersion(distances_before[line] + line_distances, size)
     if coefficient_of_variation is not None and len(gaps) >= MIN_DISPERSION_PARTS:

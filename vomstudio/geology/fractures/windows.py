@@ -156,13 +156,13 @@ def fit_window(pieces: TracePieces, area: Any) -> Window:
     # traces.
     x, y = trace_directions(pieces).T
     degree = np.round(np.degrees(np.arctan2(y, x))).astype(int) % 180
-    fraction = np.bincount(degree, weights, minlength=180) / weights.sum()
+    shares = np.bincount(degree, weights, minlength=180) / weights.sum()
     angle = np.radians(np.arange(180))
     rings = shapely.get_parts(shapely.boundary(area))
     start, end, _ = line_segments(rings)
     dx, dy = (end - start).T
     crossed_widths = np.abs(np.cos(angle)[:, None] * dy - np.sin(angle)[:, None] * dx).sum(axis=1)
-    return Window(float(area.area), float(fraction @ crossed_widths) / 2.0)
+    return Window(float(area.area), float(shares @ crossed_widths) / 2.0)
 
 
 def share_outside_hull(lines: Any, area: Any) -> float:
@@ -218,8 +218,12 @@ def intensity_by_size(pieces: TracePieces, area: Any) -> tuple[IntensityAtSize, 
             continue
         boxes = shapely.box(*(centres - radius).T, *(centres + radius).T)
         circle_row, segment = tree.query(boxes)
-        inside = _length_in_circle(start[segment], end[segment], centres[circle_row], float(radius))
-        values = np.bincount(circle_row, inside, minlength=len(centres)) / (math.pi * radius**2)
+        lengths_inside = _length_in_circle(
+            start[segment], end[segment], centres[circle_row], float(radius)
+        )
+        values = np.bincount(circle_row, lengths_inside, minlength=len(centres)) / (
+            math.pi * radius**2
+        )
         intensities.append(
             IntensityAtSize(
                 float(radius),
@@ -276,6 +280,8 @@ def _length_in_circle(
     to_centre = centre - start
     midpoint = np.einsum("ij,ij->i", to_centre, unit)
     squared_distance = np.einsum("ij,ij->i", to_centre, to_centre) - midpoint**2
-    half = np.sqrt(np.maximum(radius**2 - squared_distance, 0.0))
-    inside = np.minimum(midpoint + half, length) - np.maximum(midpoint - half, 0.0)
-    return np.asarray(np.where(half > 0, np.maximum(inside, 0.0), 0.0))
+    half_chord = np.sqrt(np.maximum(radius**2 - squared_distance, 0.0))
+    lengths_inside = np.minimum(midpoint + half_chord, length) - np.maximum(
+        midpoint - half_chord, 0.0
+    )
+    return np.asarray(np.where(half_chord > 0, np.maximum(lengths_inside, 0.0), 0.0))

@@ -31,19 +31,19 @@ def chi2_tail(degrees_of_freedom: int, chi_square: float) -> float:
     """
     if chi_square <= 0.0:
         return 1.0
-    half = chi_square / 2.0
+    half_statistic = chi_square / 2.0
     total, term = 0.0, 0.0
     if degrees_of_freedom % 2:
-        total = math.erfc(math.sqrt(half))
-        term = math.exp(-half) * math.sqrt(half) / math.gamma(1.5)
+        total = math.erfc(math.sqrt(half_statistic))
+        term = math.exp(-half_statistic) * math.sqrt(half_statistic) / math.gamma(1.5)
         for k in range((degrees_of_freedom - 1) // 2):
             total += term
-            term *= half / (k + 1.5)
+            term *= half_statistic / (k + 1.5)
         return min(total, 1.0)
-    term = math.exp(-half)
+    term = math.exp(-half_statistic)
     for k in range(degrees_of_freedom // 2):
         total += term
-        term *= half / (k + 1.0)
+        term *= half_statistic / (k + 1.0)
     return min(total, 1.0)
 
 

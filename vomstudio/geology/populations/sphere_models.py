@@ -234,13 +234,16 @@ def kent_concentrations(resultant: float, square_difference: float) -> tuple[flo
         spread = nodes.mean(sufficient[:, :, None] * sufficient[:, None, :])
         spread -= np.outer(expected_moments, expected_moments)
         step = np.linalg.solve(spread, np.array([-shortfall, square_difference]) - expected_moments)
-        fraction = 1.0
-        while fraction > 1e-6 and not _is_valid_kent(
-            kappa + fraction * step[0], beta + fraction * step[1]
+        step_factor = 1.0
+        while step_factor > 1e-6 and not _is_valid_kent(
+            kappa + step_factor * step[0], beta + step_factor * step[1]
         ):
-            fraction *= 0.5
-        kappa, beta = kappa + fraction * float(step[0]), max(beta + fraction * float(step[1]), 0.0)
-        if float(np.abs(step).max()) <= 1e-10 * kappa or fraction <= 1e-6:
+            step_factor *= 0.5
+        kappa, beta = (
+            kappa + step_factor * float(step[0]),
+            max(beta + step_factor * float(step[1]), 0.0),
+        )
+        if float(np.abs(step).max()) <= 1e-10 * kappa or step_factor <= 1e-6:
             break
     return (kappa, beta) if kappa >= 5.0 else None
 
@@ -268,8 +271,8 @@ def _legendre(low: float, high: float, sigma: float) -> tuple[FloatArray, FloatA
     if math.isfinite(sigma):
         low, high = max(low, -RANGE_SIGMA * sigma), min(high, RANGE_SIGMA * sigma)
     nodes, weights = _gauss()
-    half = (high - low) / 2.0
-    return nodes * half + (high + low) / 2.0, weights * half
+    half_width = (high - low) / 2.0
+    return nodes * half_width + (high + low) / 2.0, weights * half_width
 
 
 def _nodes(

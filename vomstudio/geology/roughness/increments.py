@@ -374,11 +374,11 @@ def _fit_exponent(
 
 def _split_exponents(lengths: FloatArray, squares: FloatArray) -> tuple[float, float, float]:
     """Return the exponents over all distances, and over their shorter and longer halves."""
-    half = len(lengths) // 2
+    half_count = len(lengths) // 2
     parts = (
         (lengths, squares),
-        (lengths[: half + 1], squares[: half + 1]),
-        (lengths[half:], squares[half:]),
+        (lengths[: half_count + 1], squares[: half_count + 1]),
+        (lengths[half_count:], squares[half_count:]),
     )
     overall, short_exponent, long_exponent = (_slope(*part) / 2.0 for part in parts)
     return overall, short_exponent, long_exponent

@@ -171,23 +171,23 @@ def _planar_parts(
 
 
 def _grow_plane(
-    columns: FloatArray, z: FloatArray, inside: BoolArray, noise: float
+    columns: FloatArray, z: FloatArray, is_start: BoolArray, noise: float
 ) -> tuple[FloatArray, float, BoolArray] | None:
     """Extend the plane of some cells to all cells within its scatter."""
     plane: FloatArray = np.zeros(3)
     scatter = 0.0
     for _ in range(MAX_ITERATIONS // 2):
-        if inside.sum() < 30:
+        if is_start.sum() < 30:
             return None
-        plane = np.asarray(np.linalg.lstsq(columns[inside], z[inside], rcond=None)[0])
+        plane = np.asarray(np.linalg.lstsq(columns[is_start], z[is_start], rcond=None)[0])
         residuals = z - columns @ plane
         # Exact values scatter due to rounding.
-        scatter = max(_scatter(residuals[inside]), noise, 1e-9 * float(np.abs(z).max()))
+        scatter = max(_scatter(residuals[is_start]), noise, 1e-9 * float(np.abs(z).max()))
         is_inside = np.abs(residuals) <= MAX_DEVIATION_SIGMA * scatter
-        if np.array_equal(is_inside, inside):
+        if np.array_equal(is_inside, is_start):
             break
-        inside = is_inside
-    return plane, scatter, inside
+        is_start = is_inside
+    return plane, scatter, is_start
 
 
 def _scatter(residuals: FloatArray) -> float:
@@ -202,14 +202,14 @@ def _robust_plane(row: IntArray, column: IntArray, values: FloatArray) -> tuple[
     weight = np.ones(len(z))
     plane = np.zeros(3)
     scatter = 0.0
-    for turn in range(MAX_ITERATIONS):
+    for iteration in range(MAX_ITERATIONS):
         root = np.sqrt(weight)
         plane = np.linalg.lstsq(sample * root[:, None], z * root, rcond=None)[0]
         residuals = np.abs(z - sample @ plane)
         scatter = MAD_FACTOR * float(np.median(residuals))
         if scatter == 0.0:
             break
-        if turn < MAX_ITERATIONS // 2:
+        if iteration < MAX_ITERATIONS // 2:
             weight = 1.0 / np.maximum(residuals, 0.05 * scatter)
         else:
             weight = np.maximum(1.0 - (residuals / (_BIWEIGHT_CONSTANT * scatter)) ** 2, 0.0) ** 2

@@ -208,12 +208,12 @@ def _starts_with_added_cluster(
     poles: FloatArray, mixture: Mixture
 ) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:
     """Yield start values with one more cluster, from the background or from a wide cluster."""
-    half = 0.5 * mixture.weights[-1]
+    half_weight = 0.5 * mixture.weights[-1]
     for axis in _dense_places(poles, mixture.posterior):
         yield (
             np.concatenate([mixture.axes, _frame(axis)[None]]),
             np.concatenate([mixture.concentrations, [[SEED_CONCENTRATION, SEED_CONCENTRATION]]]),
-            np.concatenate([mixture.weights[:-1], [half, half]]),
+            np.concatenate([mixture.weights[:-1], [half_weight, half_weight]]),
         )
     for j in np.argsort(mixture.concentrations[:, 0], kind="stable")[:N_STARTS]:
         mean, widening, _ = mixture.axes[j]
@@ -318,8 +318,8 @@ def _run_em(
             spread = values[1::-1]
             concentrations[j] = _concentration(np.full(2, spread.mean()) if is_round[j] else spread)
     memberships = posterior[:, :-1]
-    fraction = memberships / np.maximum(memberships.sum(axis=1, keepdims=True), 1e-300)
-    overlap = -float(np.sum(memberships * np.log(np.maximum(fraction, 1e-300))))
+    shares = memberships / np.maximum(memberships.sum(axis=1, keepdims=True), 1e-300)
+    overlap = -float(np.sum(memberships * np.log(np.maximum(shares, 1e-300))))
     dof = PARAMETERS_PER_CLUSTER * len(axes) + ELONGATION_PARAMETERS * int((~is_round).sum())
     icl = dof * math.log(max(n, 2)) - 2.0 * likelihood + 2.0 * OVERLAP_WEIGHT * overlap
     return Mixture(axes, concentrations, weights, posterior, likelihood, icl)

@@ -60,7 +60,7 @@ def find_pairs_without_gap(
             positions = (positions + math.pi / 2.0) % math.pi - math.pi / 2.0
             third = np.floor(positions / angle * 3.0)
             is_between = (third >= 0) & (third <= 2)
-            n, middle = int(is_between.sum()), int(np.sum(third == 1))
-            if n >= MIN_POLES_BETWEEN and binom.cdf(middle, n, 1.0 / 3.0) >= SIGNIFICANCE:
+            n, middle_count = int(is_between.sum()), int(np.sum(third == 1))
+            if n >= MIN_POLES_BETWEEN and binom.cdf(middle_count, n, 1.0 / 3.0) >= SIGNIFICANCE:
                 pairs.append((i, j))
     return pairs

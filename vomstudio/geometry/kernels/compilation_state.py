@@ -32,8 +32,8 @@ def _name() -> str:
     digest = hashlib.blake2b(digest_size=16)
     for word in (*compiler(), platform.platform(), platform.node()):
         digest.update(f"{word}\n".encode())
-    for folder, inside, names in os.walk(_PACKAGE):
-        inside[:] = sorted(name for name in inside if name != "__pycache__")
+    for folder, folder_names, names in os.walk(_PACKAGE):
+        folder_names[:] = sorted(name for name in folder_names if name != "__pycache__")
         for name in sorted(names):
             if name.endswith(".py"):
                 # As text: a thousand paths as objects take four times as long.

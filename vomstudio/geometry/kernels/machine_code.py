@@ -133,8 +133,8 @@ def _missing_symbols(code: bytes) -> list[str]:
         if kind != 2:  # the symbol table
             continue
         words_at = sections[link][4]
-        for place in range(position, position + length, 24):
-            word, _, _, section = struct.unpack_from("<IBBH", code, place)
+        for offset in range(position, position + length, 24):
+            word, _, _, section = struct.unpack_from("<IBBH", code, offset)
             if word and section == 0:
                 start = words_at + word
                 names.append(code[start : code.index(b"\0", start)].decode())
@@ -299,11 +299,11 @@ def _environment() -> tuple[str, ...]:
     import llvmlite
     import llvmlite.binding as llvm
 
-    words = compiler()
-    if not words[0]:
+    compiler_facts = compiler()
+    if not compiler_facts[0]:
         raise _UncacheableKernelError
     return (
-        *words,
+        *compiler_facts,
         llvmlite.__version__,
         llvm.get_process_triple(),
         llvm.get_host_cpu_name(),

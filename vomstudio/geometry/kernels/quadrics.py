@@ -31,9 +31,9 @@ def _solved(rows):  # type: ignore[no-untyped-def]
             for j in range(k, 7):
                 rows[k, j], rows[pivot, j] = rows[pivot, j], rows[k, j]
         for i in range(k + 1, 6):
-            fraction = rows[i, k] / rows[k, k]
+            factor = rows[i, k] / rows[k, k]
             for j in range(k, 7):
-                rows[i, j] -= fraction * rows[k, j]
+                rows[i, j] -= factor * rows[k, j]
     for k in range(5, -1, -1):
         pivot_row = rows[k, 6]
         for j in range(k + 1, 6):

@@ -40,7 +40,7 @@ class CellGrid:
         Rows of the input points, one per distinct position, sorted by cell.
     places : (n, 3) ndarray
         Coordinates of these points.
-    begins : (cells + 1,) ndarray of int
+    starts : (cells + 1,) ndarray of int
         First point of each cell.
     keys : (cells,) ndarray of int
         Sorted numbers of the cells, i + row j + layer k, counted from 1.
@@ -52,7 +52,7 @@ class CellGrid:
 
     rows: IntArray
     places: FloatArray
-    begins: IntArray
+    starts: IntArray
     keys: IntArray
     row: int
     layer: int
@@ -75,12 +75,12 @@ class CellGrid:
     def count_around(self) -> IntArray:
         """Return the number of points in each cell and its neighbours (cells,)."""
         starts, neighbours = self._around
-        count = np.diff(self.begins)
+        count = np.diff(self.starts)
         return np.asarray(np.diff(np.append(0, np.cumsum(count[neighbours]))[starts]) + count)
 
     def cells_of(self, places: IntArray) -> IntArray:
         """Return the cell of each of the given positions."""
-        return np.asarray(np.searchsorted(self.begins, places, side="right") - 1)
+        return np.asarray(np.searchsorted(self.starts, places, side="right") - 1)
 
 
 def create_cell_grid(local_points: FloatArray, points_per_cell: float) -> CellGrid:
@@ -104,8 +104,8 @@ def create_cell_grid(local_points: FloatArray, points_per_cell: float) -> CellGr
     find_bounds(local_points, np.full(3, np.inf), high)
     side = _side(local_points, high, points_per_cell)
     grid = _sort_into_cells(local_points, high, side)
-    is_crowded = int(np.diff(grid.begins).max()) > MAX_POINTS_FOR_TWINS
-    if not is_crowded and not has_twins(grid.places, grid.begins):
+    is_crowded = int(np.diff(grid.starts).max()) > MAX_POINTS_FOR_TWINS
+    if not is_crowded and not has_twins(grid.places, grid.starts):
         return grid
     place_of_point = weld_points(local_points)
     first = np.full(int(place_of_point.max()) + 1, -1, np.int64)
@@ -118,7 +118,7 @@ def create_cell_grid(local_points: FloatArray, points_per_cell: float) -> CellGr
     return CellGrid(
         first[grid_of_distinct.rows],
         grid_of_distinct.places,
-        grid_of_distinct.begins,
+        grid_of_distinct.starts,
         grid_of_distinct.keys,
         grid_of_distinct.row,
         grid_of_distinct.layer,
@@ -178,7 +178,7 @@ def _sort_into_cells(local_points: FloatArray, high: FloatArray, side: float) ->
         names, inverse = np.unique(numbers, return_inverse=True)
         numbers = (inverse[order] << bits) | order
     rows, row_of, keys = np.empty(n, np.int64), np.empty(n, np.int64), buffer
-    positions, begins = np.empty((n, 3)), np.empty(n + 1, np.int64)
-    count = sort_points_by_cell(numbers, bits, local_points, rows, row_of, positions, keys, begins)
+    positions, starts = np.empty((n, 3)), np.empty(n + 1, np.int64)
+    count = sort_points_by_cell(numbers, bits, local_points, rows, row_of, positions, keys, starts)
     keys = keys[:count].copy() if bits + length < 63 else names
-    return CellGrid(rows, positions, begins[: count + 1].copy(), keys, row, layer, row_of, side)
+    return CellGrid(rows, positions, starts[: count + 1].copy(), keys, row, layer, row_of, side)

@@ -84,12 +84,12 @@ class PointGrid:
         self._points = to_kernel_array(local_points[order], np.float64)
         rows, columns = np.divmod(keys[order], self.counts[0])
         self._columns = to_kernel_array(columns, np.int32)
-        names, begins = np.unique(rows, return_index=True)
+        names, starts = np.unique(rows, return_index=True)
         size = 1 << (2 * len(names) + 1).bit_length()
         self._names, self._ends = np.full(size, -1, np.int64), np.zeros((size, 2), np.int64)
         tabulate(
             to_kernel_array(names, np.int64),
-            to_kernel_array([*begins, len(rows)], np.int64),
+            to_kernel_array([*starts, len(rows)], np.int64),
             self._names,
             self._ends,
         )

@@ -88,9 +88,9 @@ def neighbours_across_gaps(
     ):
         return no_rows, no_rows, no_rows
     face, side = free_sides // 3, free_sides % 3
-    begin, end = corners[face, side], corners[face, (side + 1) % 3]
-    length = np.linalg.norm(end - begin, axis=1)
-    centre = (begin + end) / 2.0
+    start, end = corners[face, side], corners[face, (side + 1) % 3]
+    length = np.linalg.norm(end - start, axis=1)
+    centre = (start + end) / 2.0
     count = min(MAX_CANDIDATES, len(free_sides))
     distances, neighbour_rows = cKDTree(centre).query(centre, k=count)
     is_neighbour = distances <= MAX_GAP_RATIO * (length[:, None] + length[neighbour_rows])

@@ -147,18 +147,18 @@ def _find_enclosed(corners: npt.ArrayLike, ring: npt.ArrayLike) -> _EnclosedTria
     faces, projected_faces = faces[is_near], projected_faces[is_near]
     if not len(faces):
         return None
-    fraction = _shares(projected_faces[:, :, :2], polygon, low, high)
-    has_share = fraction > 0.0
-    faces, projected_faces, fraction = (
+    shares = _shares(projected_faces[:, :, :2], polygon, low, high)
+    has_share = shares > 0.0
+    faces, projected_faces, shares = (
         faces[has_share],
         projected_faces[has_share],
-        fraction[has_share],
+        shares[has_share],
     )
     is_connected = _find_connected_faces(faces, _find_faces_under(projected_faces, outline))
     if is_connected is None:
         return None
     return _EnclosedTriangles(
-        faces[is_connected], projected_faces[is_connected, :, :2], fraction[is_connected], polygon
+        faces[is_connected], projected_faces[is_connected, :, :2], shares[is_connected], polygon
     )
 
 
@@ -197,7 +197,7 @@ def _shares(
     border = _border_cells(polygon, start, step, count)
     centre = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in count), indexing="ij"), axis=-1)
     positions = (start + step * centre).reshape(-1, 2)
-    inside = shapely.contains_xy(polygon, positions[:, 0], positions[:, 1]).reshape(count)
+    is_inside = shapely.contains_xy(polygon, positions[:, 0], positions[:, 1]).reshape(count)
     first = np.clip(((plane_corners.min(axis=1) - start) / step).astype(int), 0, count - 1)
     last_cell = np.clip(((plane_corners.max(axis=1) - start) / step).astype(int), 0, count - 1)
     # A summed-area table gives the number of border cells in the box of each triangle.
@@ -205,10 +205,10 @@ def _shares(
     sums[1:, 1:] = border.cumsum(axis=0).cumsum(axis=1)
     (x0, y0), (x1, y1) = first.T, last_cell.T + 1
     is_crossed = sums[x1, y1] - sums[x0, y1] - sums[x1, y0] + sums[x0, y0] > 0
-    fraction = np.where(is_crossed, 0.0, inside[x0, y0].astype(np.float64))
+    shares = np.where(is_crossed, 0.0, is_inside[x0, y0].astype(np.float64))
     if is_crossed.any():
-        fraction[is_crossed] = _cut_shares(plane_corners[is_crossed], polygon)
-    return fraction
+        shares[is_crossed] = _cut_shares(plane_corners[is_crossed], polygon)
+    return shares
 
 
 def _border_cells(
@@ -237,15 +237,13 @@ def _cut_shares(plane_corners: FloatArray, polygon: shapely.Polygon) -> FloatArr
 
     centre = plane_corners.mean(axis=1)
     # Triangles seen edge-on have no area, so their centre decides.
-    fraction: FloatArray = shapely.contains_xy(polygon, centre[:, 0], centre[:, 1]).astype(
-        np.float64
-    )
+    shares: FloatArray = shapely.contains_xy(polygon, centre[:, 0], centre[:, 1]).astype(np.float64)
     is_broad, area = _is_broad(plane_corners), _flat_areas(plane_corners)
     triangles = shapely.polygons(plane_corners[is_broad])
-    fraction[is_broad] = np.clip(
+    shares[is_broad] = np.clip(
         shapely.area(shapely.intersection(triangles, polygon)) / area[is_broad], 0, 1
     )
-    return fraction
+    return shares
 
 
 def _flat_areas(plane_corners: FloatArray) -> FloatArray:
@@ -268,13 +266,13 @@ def _find_faces_under(projected_faces: FloatArray, outline: FloatArray) -> IntAr
     low = [np.minimum(np.minimum(a, b), c) for a, b, c in corners]
     high = [np.maximum(np.maximum(a, b), c) for a, b, c in corners]
     rows_found = []
-    for place in outline[:: max(1, len(outline) // N_SEEDS)]:
-        x, y = float(place[0]), float(place[1])
+    for point in outline[:: max(1, len(outline) // N_SEEDS)]:
+        x, y = float(point[0]), float(point[1])
         covers = (low[0] <= x) & (high[0] >= x) & (low[1] <= y) & (high[1] >= y)
         rows = np.flatnonzero(covers)
         if not len(rows):
             continue
-        distances = np.abs(_depth(projected_faces[rows], place[:2]) - place[2])
+        distances = np.abs(_depth(projected_faces[rows], point[:2]) - point[2])
         rows_found.append(int(rows[int(np.argmin(distances))]))
     return np.array(sorted(set(rows_found)), np.int64)
 

@@ -242,9 +242,9 @@ def _boxes(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
         lows[leaves - 1 : leaves - 1 + count] = np.minimum.reduceat(low, starts)
         highs[leaves - 1 : leaves - 1 + count] = np.maximum.reduceat(high, starts)
     while leaves > 1:
-        half = leaves // 2
+        half_count = leaves // 2
         child = slice(leaves - 1, 2 * leaves - 1)
-        lows[half - 1 : leaves - 1] = lows[child].reshape(half, 2, 3).min(axis=1)
-        highs[half - 1 : leaves - 1] = highs[child].reshape(half, 2, 3).max(axis=1)
-        leaves = half
+        lows[half_count - 1 : leaves - 1] = lows[child].reshape(half_count, 2, 3).min(axis=1)
+        highs[half_count - 1 : leaves - 1] = highs[child].reshape(half_count, 2, 3).max(axis=1)
+        leaves = half_count
     return lows, highs

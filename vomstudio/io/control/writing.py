@@ -65,8 +65,8 @@ def write_pairs(path: Path, pairs: Pairs) -> Path | None:
     The return value and the errors are those of `write_control`.
     """
     has_sigma = bool(np.isfinite(pairs.sigma).any())
-    head = ["label", "model_x", "model_y", "model_z", "x", "y", "z", "use"]
-    head += ["sigma_x", "sigma_y", "sigma_z"] if has_sigma else []
+    header = ["label", "model_x", "model_y", "model_z", "x", "y", "z", "use"]
+    header += ["sigma_x", "sigma_y", "sigma_z"] if has_sigma else []
     rows = []
     for k, label in enumerate(pairs.labels):
         positions = [*pairs.model[k].tolist(), *pairs.world[k].tolist()]
@@ -79,7 +79,7 @@ def write_pairs(path: Path, pairs: Pairs) -> Path | None:
             row += ["" if np.isnan(v) else _digits(v) for v in pairs.sigma[k].tolist()]
         rows.append(row)
     comment = WORLD_COMMENT if pairs.crs is None else f"# CRS: {pairs.crs}\n"
-    return _write(path, head, rows, comment)
+    return _write(path, header, rows, comment)
 
 
 def write_compass(path: Path, table: CompassTable) -> Path | None:
@@ -87,8 +87,8 @@ def write_compass(path: Path, table: CompassTable) -> Path | None:
 
     The return value and the errors are those of `write_control`.
     """
-    head = ["id", "element", "dip_direction_deg", "dip_deg", "trend_deg", "plunge_deg"]
-    head += ["model_x", "model_y", "model_z", "sigma_deg"]
+    header = ["id", "element", "dip_direction_deg", "dip_deg", "trend_deg", "plunge_deg"]
+    header += ["model_x", "model_y", "model_z", "sigma_deg"]
     rows = []
     for k, label in enumerate(table.labels):
         angles = [_digits(table.azimuth_deg[k]), _digits(table.inclination_deg[k])]
@@ -104,7 +104,7 @@ def write_compass(path: Path, table: CompassTable) -> Path | None:
                 "" if np.isnan(sigma) else _digits(sigma),
             ]
         )
-    return _write(path, head, rows)
+    return _write(path, header, rows)
 
 
 def write_marks(path: Path, marks: Iterable[Mark]) -> Path | None:

@@ -270,7 +270,7 @@ def _read(
         raise InputError(Finding("file.missing"), file=path)
     given_layer, layer = layer, layer or _find_layer(path, kinds, progress)
     names = {name.casefold() for name in (*attributes, *ENTITY_COLUMNS, "layer")}
-    read = next(
+    raw_layer = next(
         iter(
             read_layers(
                 path,
@@ -284,8 +284,8 @@ def _read(
         VectorLayer("", None),
     )
     # A table without geometry is not a layer of shapes.
-    shapes, surfaces = shapes_from_wkb(read.shapes)
-    columns = dict(read.columns or {})
+    shapes, surfaces = shapes_from_wkb(raw_layer.shapes)
+    columns = dict(raw_layer.columns or {})
     excluded_findings: list[Finding] = []
     is_kept = np.ones(len(shapes), np.bool_)
     if path.suffix.lower() == ".dxf":
@@ -297,7 +297,7 @@ def _read(
     if not is_kept.all():
         shapes = shapes[is_kept]
         columns = {name: values[is_kept] for name, values in columns.items()}
-    shapes, is_placed = _convert_to_world(path, shapes, read.crs, options, model)
+    shapes, is_placed = _convert_to_world(path, shapes, raw_layer.crs, options, model)
     feature = np.arange(len(shapes), dtype=np.int64)
     return RawLayer(
         path,
@@ -307,7 +307,7 @@ def _read(
         is_placed.crs,
         is_placed.findings,
         tuple(excluded_findings),
-        read.fields,
+        raw_layer.fields,
     )
 
 

@@ -102,12 +102,12 @@ def map_scale(crs: str, bounds: FloatArray) -> MapScale | None:
         return None
     scales = np.concatenate([largest_scales, smallest_scales])
     worst_scale = float(scales[np.argmax(np.abs(scales - 1.0))])
-    middle = float(longitude[-1]), float(latitude[-1])
+    centre = float(longitude[-1]), float(latitude[-1])
     return MapScale(
         scale=worst_scale,
         anisotropy=float((largest_scales / smallest_scales).max() - 1.0),
         is_in_area=_is_in_area(horizontal_crs.area_of_use, longitude, latitude),
-        suggested_crs=utm_zone(*middle),
+        suggested_crs=utm_zone(*centre),
     )
 
 

@@ -121,11 +121,11 @@ def read_boundaries(
         If the table cannot be read, and as for `points_to_world`.
     """
     text = _table(table)
-    read = log_reading.extract_boundaries(text)
+    boundaries = log_reading.extract_boundaries(text)
     placed_points = points_to_world(
-        read.points, file=text.path, comments=text.comments, options=options
+        boundaries.points, file=text.path, comments=text.comments, options=options
     )
-    return replace(read, points=placed_points.points, findings=placed_points.findings)
+    return replace(boundaries, points=placed_points.points, findings=placed_points.findings)
 
 
 def read_pairs(

@@ -64,8 +64,8 @@ def search_systems(
     preferred_names : collection of str
         Codes of systems that precede the others, such as the CRS of the project.
     """
-    words = text.casefold().replace(",", " ").split()
-    if not words:
+    search_words = text.casefold().replace(",", " ").split()
+    if not search_words:
         return []
 
     def rank(named_cr: NamedCrs) -> tuple[bool, bool, bool, int]:
@@ -73,7 +73,7 @@ def search_systems(
         is_wgs84 = named_cr.name.startswith(_DEFAULT_DATUM)
         return (
             named_cr.code not in preferred_names,
-            number not in words,
+            number not in search_words,
             not is_wgs84,
             len(named_cr.name),
         )
@@ -81,11 +81,11 @@ def search_systems(
     name_matches, area_matches = [], []
     for item in projected_systems():
         name = f"{item.code} {item.name}".casefold()
-        if all(word in name for word in words):
+        if all(word in name for word in search_words):
             name_matches.append(item)
         else:
             description = f"{name} {item.area.casefold()}"
-            if all(word in description for word in words):
+            if all(word in description for word in search_words):
                 area_matches.append(item)
     return (sorted(name_matches, key=rank) + sorted(area_matches, key=lambda each: len(each.name)))[
         :max_count

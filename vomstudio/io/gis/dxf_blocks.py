@@ -52,8 +52,8 @@ class _Drawing:
             elif piece.kind == b"ENDBLK":
                 block = b""
             elif piece.kind == b"INSERT":
-                name, width, down = self._parse_insert(piece)
-                self._inserts[block].append((name, max(width, 1.0) * max(down, 1.0)))
+                name, width, height = self._parse_insert(piece)
+                self._inserts[block].append((name, max(width, 1.0) * max(height, 1.0)))
             elif piece.kind not in _NON_ENTITIES:
                 self._entities[block] += 1
 
@@ -61,11 +61,11 @@ class _Drawing:
     def _parse_insert(piece: DxfPiece) -> tuple[bytes, float, float]:
         """Return the name of an inserted block and the number of columns and rows of its grid."""
         values = dict(piece.groups())
-        width, down = (
+        width, height = (
             float(text) if (text := value_text(values.get(code, 1))).isdigit() else 1.0
             for code in (70, 71)
         )
-        return value_text(values.get(2, b"")).upper(), width, down
+        return value_text(values.get(2, b"")).upper(), width, height
 
     def count_expanded(self) -> float:
         """Return the number of expanded entities, which is infinite if a block contains itself."""

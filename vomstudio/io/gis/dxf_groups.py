@@ -95,11 +95,11 @@ def value_text(value: Value) -> bytes:
 
 def text_pieces(data: bytes) -> Iterator[DxfPiece]:
     """Yield the parts of a text DXF file."""
-    kind, begin = b"", 0
+    kind, start = b"", 0
     for match in chain(_ENTITY_START.finditer(data), (None,)):
-        yield DxfPiece(kind, data, begin, len(data) if match is None else match.start())
+        yield DxfPiece(kind, data, start, len(data) if match is None else match.start())
         if match is not None:
-            kind, begin = match[1].upper(), match.end()
+            kind, start = match[1].upper(), match.end()
 
 
 _SIZES = (

@@ -109,8 +109,8 @@ def _add_control_points(data: bytes) -> bytes | None:
     for piece in text_pieces(data):
         if piece.kind != b"SPLINE" or (groups := _control_groups(piece)) is None:
             continue
-        begin, end = piece.span
-        parts += [data[done_count:begin], groups]
+        start, end = piece.span
+        parts += [data[done_count:start], groups]
         done_count = end
     return b"".join([*parts, data[done_count:]]) if parts else None
 
@@ -145,8 +145,8 @@ def _control_groups(piece: DxfPiece) -> bytes | None:
         (74, 0),
     ]
     new_groups += [(40, repr(float(knot)).encode()) for knot in knots]
-    for place in control:
-        new_groups += [(10 * (k + 1), repr(float(value)).encode()) for k, value in enumerate(place)]
+    for point in control:
+        new_groups += [(10 * (k + 1), repr(float(value)).encode()) for k, value in enumerate(point)]
     lines = [
         str(code).encode() + b"\n" + (v if isinstance(v, bytes) else str(v).encode())
         for code, v in new_groups

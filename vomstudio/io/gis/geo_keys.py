@@ -118,18 +118,18 @@ def _local_system(keys: Keys, rows: Sequence[tuple[int, int, int, int]]) -> str 
     """Return a local CRS with the stated unit of length, or None if no unit is stated."""
     code = _value(rows, _UNIT)
     name, size = _UNITS.get(code, ""), METRES.get(_UNITS.get(code, ""), 0.0)
-    for key, offset, _, place in rows:
+    for key, offset, _, position in rows:
         if code == _USER_DEFINED and key == _UNIT_SIZE and offset == 34736:
-            name, size = "unit of the file", _double(keys.doubles, place)
+            name, size = "unit of the file", _double(keys.doubles, position)
     if not (isfinite(size) and size > 0):
         return None
     return f'LOCAL_CS["Without a place",UNIT["{name}",{size!r}]]'
 
 
-def _double(doubles: bytes, place: int) -> float:
-    if len(doubles) < 8 * place + 8:
+def _double(doubles: bytes, position: int) -> float:
+    if len(doubles) < 8 * position + 8:
         return 0.0
-    return float(struct.unpack_from("<d", doubles, 8 * place)[0])
+    return float(struct.unpack_from("<d", doubles, 8 * position)[0])
 
 
 def _decode_by_gdal(keys: Keys, rows: Sequence[tuple[int, int, int, int]]) -> str | None:
@@ -189,5 +189,5 @@ def _picture(directory: bytes, doubles: bytes, texts: bytes) -> bytes:
         tags[tag] = struct.pack("<HHII", tag, kind, n, offset + len(body))
         body += content + b"\0" * (len(content) % 2)
     tags[273] = struct.pack("<HHII", 273, long_type, 1, offset + len(body))
-    head = struct.pack("<2sHIH", b"II", 42, 8, count)
-    return head + b"".join(tags[tag] for tag in sorted(tags)) + bytes(4) + body + b"\0\0"
+    header = struct.pack("<2sHIH", b"II", 42, 8, count)
+    return header + b"".join(tags[tag] for tag in sorted(tags)) + bytes(4) + body + b"\0\0"

@@ -80,8 +80,8 @@ def qgs(title: str, source: str, layers: Sequence[MapLayer], crs: str | None) ->
     # The map and its GeoPackage can be moved together.
     ElementTree.SubElement(paths, "Absolute", type="bool").text = "false"
     ElementTree.indent(root)
-    head = "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
-    return head + replace_control_characters(ElementTree.tostring(root, encoding="unicode"))
+    header = "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
+    return header + replace_control_characters(ElementTree.tostring(root, encoding="unicode"))
 
 
 def _add_empty_properties(node: ElementTree.Element) -> None:

@@ -91,8 +91,8 @@ def qml(style: Style) -> str:
     root.extend(elements(style))
     ElementTree.SubElement(root, "layerGeometryType").text = _GEOMETRY_TYPE[style.geometry]
     ElementTree.indent(root)
-    head = "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
-    return head + replace_control_characters(ElementTree.tostring(root, encoding="unicode"))
+    header = "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
+    return header + replace_control_characters(ElementTree.tostring(root, encoding="unicode"))
 
 
 def elements(style: Style) -> list[ElementTree.Element]:

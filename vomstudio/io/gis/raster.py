@@ -259,15 +259,15 @@ def write_tile(dataset: Any, column: int, row: int, values: np.ndarray[Any, Any]
     values : (h, w, 4) or (h, w) array
     """
     height, width = values.shape[:2]
-    place = (column, row, width, height)
+    window = (column, row, width, height)
     if values.ndim == 3:
         bands = np.ascontiguousarray(np.moveaxis(values, 2, 0))
     else:
         bands = np.ascontiguousarray(values[None])
     if (tiles := _checksums.get(id(dataset))) is not None:
-        tiles[place] = zlib.crc32(bands.astype(dataset.dtypes[0], copy=False).tobytes())
+        tiles[window] = zlib.crc32(bands.astype(dataset.dtypes[0], copy=False).tobytes())
     with silence_libtiff():
-        dataset.write(bands, window=_window(*place))
+        dataset.write(bands, window=_window(*window))
 
 
 def world_file(transform: Affine) -> str:

@@ -182,10 +182,10 @@ def _content(kind: int, shape: AnyArray) -> bytes:
         if float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1])) > 0:
             shape = shape[::-1]
     low, high = shape.min(axis=0), shape.max(axis=0)
-    head = struct.pack("<i4d3i", kind, low[0], low[1], high[0], high[1], 1, len(shape), 0)
+    header = struct.pack("<i4d3i", kind, low[0], low[1], high[0], high[1], 1, len(shape), 0)
     plane_bytes = np.ascontiguousarray(shape[:, :2], "<f8").tobytes()
     return (
-        head
+        header
         + plane_bytes
         + struct.pack("<2d", low[2], high[2])
         + np.ascontiguousarray(shape[:, 2], "<f8").tobytes()
@@ -210,16 +210,16 @@ def _table_header(n: int, columns: Sequence[DbfColumn]) -> bytes:
     today = datetime.date.today()
     size = 32 + 32 * len(columns) + 1
     row = 1 + sum(column.width for column in columns)
-    head = struct.pack("<4BIHH20x", 3, today.year - 1900, today.month, today.day, n, size, row)
+    header = struct.pack("<4BIHH20x", 3, today.year - 1900, today.month, today.day, n, size, row)
     for column in columns:
-        head += struct.pack(
+        header += struct.pack(
             "<11sc4xBB14x",
             column.name.encode("ascii"),
             column.kind.encode(),
             column.width,
             column.decimals,
         )
-    return head + b"\r"
+    return header + b"\r"
 
 
 def _write_rows(table: BinaryIO, columns: Sequence[DbfColumn], rows: slice) -> None:

@@ -83,11 +83,11 @@ class SvgImage:
         ratio : float
             Width of the picture divided by its height.
         """
-        width_vector, down = (
+        width_vector, height_vector = (
             self.corners[1] - self.corners[0],
             self.corners[3] - self.corners[0],
         )
-        width, high = float(np.hypot(*width_vector)), float(np.hypot(*down))
+        width, high = float(np.hypot(*width_vector)), float(np.hypot(*height_vector))
         if self.fit == "none" or not (width > 0 and high > 0):
             return self.corners
         limit = max if self.fit == "slice" else min
@@ -95,14 +95,14 @@ class SvgImage:
         offset = (
             self.corners[0]
             + self.align[0] * (1 - x) * width_vector
-            + self.align[1] * (1 - y) * down
+            + self.align[1] * (1 - y) * height_vector
         )
         return np.array(
             [
                 offset,
                 offset + x * width_vector,
-                offset + x * width_vector + y * down,
-                offset + y * down,
+                offset + x * width_vector + y * height_vector,
+                offset + y * height_vector,
             ]
         )
 
@@ -221,18 +221,18 @@ def _simplify_svg(data: bytes, path: Path) -> bytes:
     for its namespaces.
     """
     data = re.sub(rb"""(["'])data:[^"']*""", rb"\1data:", data)
-    head = _DOCTYPE.search(data[:65_536])
-    if head is None or not head.group(1):
+    doctype = _DOCTYPE.search(data[:65_536])
+    if doctype is None or not doctype.group(1):
         return data
-    entities = _ENTITY.findall(head.group(1))
-    if len(entities) > _MAX_ENTITIES or _ENTITY.sub(b"", head.group(1)).strip():
+    entities = _ENTITY.findall(doctype.group(1))
+    if len(entities) > _MAX_ENTITIES or _ENTITY.sub(b"", doctype.group(1)).strip():
         return data
-    body = data[head.end() :]
+    body = data[doctype.end() :]
     for name, double_names, single_names in entities:
         body = body.replace(b"&" + name + b";", double_names or single_names)
         if len(body) > _MAX_BYTES:
             raise InputError(Finding("file.too-large", limit_mb=_MAX_BYTES >> 20), file=path)
-    return data[: head.start()] + body
+    return data[: doctype.start()] + body
 
 
 @dataclass(frozen=True, eq=False)
@@ -336,8 +336,8 @@ class _ElementWalk:
         properties = {
             name: str(element.get(name)) for name in _STYLE_PROPERTIES if element.get(name)
         }
-        words = str(element.get("class") or "").split()
-        names = {tag, f"#{element.get('id')}", *(f".{word}" for word in words)}
+        classes = str(element.get("class") or "").split()
+        names = {tag, f"#{element.get('id')}", *(f".{word}" for word in classes)}
         rules = [rule for name in names for rule in self._rules.get(name, ())]
         for _, rule_properties in sorted(rules, key=lambda rule: rule[0]):
             properties |= rule_properties
@@ -418,12 +418,12 @@ def _viewport(
 def _aspect(element: Any) -> tuple[str, tuple[float, float]]:
     """Return the fit (none, meet or slice) and the alignment inside the frame."""
     text = str(element.get("preserveAspectRatio") or "xMidYMid")
-    fraction = {"Min": 0.0, "Mid": 0.5, "Max": 1.0}
+    alignments = {"Min": 0.0, "Mid": 0.5, "Max": 1.0}
     match = re.search(r"x(Min|Mid|Max)Y(Min|Mid|Max)", text)
     fit = next((word for word in ("none", "slice") if word in text), "meet")
     return fit, (0.5, 0.5) if match is None else (
-        fraction[match.group(1)],
-        fraction[match.group(2)],
+        alignments[match.group(1)],
+        alignments[match.group(2)],
     )
 
 

@@ -243,8 +243,8 @@ def _arc(
     if rx == 0 or ry == 0 or offset == end:
         return [end]
     axis = complex(math.cos(math.radians(rotation_deg)), math.sin(math.radians(rotation_deg)))
-    half = (offset - end) / 2 / axis
-    x, y = half.real, half.imag
+    half_chord = (offset - end) / 2 / axis
+    x, y = half_chord.real, half_chord.imag
     scale = (x / rx) ** 2 + (y / ry) ** 2
     if scale > 1:
         rx, ry = rx * math.sqrt(scale), ry * math.sqrt(scale)
@@ -253,7 +253,8 @@ def _arc(
     middle = complex(root * rx * y / ry, -root * ry * x / rx)
     centre = middle * axis + (offset + end) / 2
     first, last = (
-        math.atan2((v - middle).imag / ry, (v - middle).real / rx) for v in (half, -half)
+        math.atan2((v - middle).imag / ry, (v - middle).real / rx)
+        for v in (half_chord, -half_chord)
     )
     sweep_rad = (last - first) % (2 * math.pi)
     if not sweep:
@@ -300,8 +301,11 @@ def transform_points(points: FloatArray, matrix: FloatArray) -> FloatArray:
 
 def parse_lengths(element: Any, names: tuple[str, ...], view: tuple[float, float]) -> list[float]:
     """Return the values of attributes in user units, or 0 if missing."""
-    down = ("y", "height", "y1", "y2", "cy", "ry")
-    return [parse_length(element.get(name), view[1] if name in down else view[0]) for name in names]
+    vertical_attributes = ("y", "height", "y1", "y2", "cy", "ry")
+    return [
+        parse_length(element.get(name), view[1] if name in vertical_attributes else view[0])
+        for name in names
+    ]
 
 
 def parse_length(text: str | None, whole_value: float = 100.0) -> float:

@@ -68,20 +68,20 @@ def _remove_surfaces(data: bytes, offset: int, depth: int) -> tuple[bytes | None
     order = "<" if data[offset] else ">"
     (code,) = struct.unpack_from(f"{order}I", data, offset + 1)
     kind, dimensions = _kind(code)
-    begin, offset = offset, offset + (9 if code & _HAS_SRID else 5)
+    start, offset = offset, offset + (9 if code & _HAS_SRID else 5)
     if kind == _POINT:
-        return data[begin : offset + 8 * dimensions], offset + 8 * dimensions, 0
+        return data[start : offset + 8 * dimensions], offset + 8 * dimensions, 0
     (count,) = struct.unpack_from(f"{order}I", data, offset)
     offset += 4
     if kind == _LINE:
         end = offset + 8 * dimensions * count
-        return data[begin:end], end, 0
+        return data[start:end], end, 0
     if kind in (_POLYGON, 17):
         for _ in range(count):
             (points,) = struct.unpack_from(f"{order}I", data, offset)
             offset += 4 + 8 * dimensions * points
         is_surface = kind != _POLYGON
-        return None if is_surface else data[begin:offset], offset, int(is_surface)
+        return None if is_surface else data[start:offset], offset, int(is_surface)
     if kind not in (*_MULTI, *_SURFACES):
         raise ValueError(f"unknown type {kind}")
     members, surfaces = [], 0
@@ -91,8 +91,8 @@ def _remove_surfaces(data: bytes, offset: int, depth: int) -> tuple[bytes | None
         surfaces += inner
     if kind in _SURFACES:
         return None, offset, 1
-    head = data[begin : begin + (9 if code & _HAS_SRID else 5)]
-    return head + struct.pack(f"{order}I", len(members)) + b"".join(members), offset, surfaces
+    header = data[start : start + (9 if code & _HAS_SRID else 5)]
+    return header + struct.pack(f"{order}I", len(members)) + b"".join(members), offset, surfaces
 
 
 def _kind(code: int) -> tuple[int, int]:

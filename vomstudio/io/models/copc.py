@@ -117,11 +117,11 @@ class CopcFile:
         info = self.top.records.get(("copc", 1), b"")
         if len(info) < _INFO_BYTES or self.top.layer_count == 0:
             raise self._damaged(tr("the first record is truncated"))
-        x, y, z, half, spacing, offset, size = struct.unpack_from("<5d2Q", info)
-        if not np.isfinite([x, y, z, half, spacing]).all() or half <= 0 or spacing <= 0:
+        x, y, z, half_size, spacing, offset, size = struct.unpack_from("<5d2Q", info)
+        if not np.isfinite([x, y, z, half_size, spacing]).all() or half_size <= 0 or spacing <= 0:
             raise self._damaged(tr("the bounding cube is not valid"))
-        self._corner = np.array([x, y, z]) - half
-        self._side, self._spacing = 2.0 * half, spacing
+        self._corner = np.array([x, y, z]) - half_size
+        self._side, self._spacing = 2.0 * half_size, spacing
         self._layout: RecordLayout = layout_of(self.top, self.path)
         self._choice: Choice | None = None
         self._pages: list[tuple[int, int, Key]] = [(offset, size, (0, 0, 0, 0))]

@@ -57,11 +57,11 @@ def companions(model: Path) -> list[Path]:
     elif model.suffix.lower() in (".tif", ".tiff"):
         paths.append(model.with_suffix(".tfw"))
         paths += [model.with_name(model.name + suffix) for suffix in (".aux.xml", ".msk")]
-    inside = model.parent.resolve()
+    model_folder = model.parent.resolve()
     return [
         path
         for path in dict.fromkeys(paths)
-        if path.is_file() and path.resolve().is_relative_to(inside)
+        if path.is_file() and path.resolve().is_relative_to(model_folder)
     ]
 
 

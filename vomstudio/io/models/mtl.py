@@ -273,8 +273,8 @@ def _find_image(
     """Return the image of a map statement, a warning about it, and whether it is missing."""
     problem: str | None = None
     for name in dict.fromkeys((unquote(value), map_name(value)[0])):
-        for place in dict.fromkeys((library_folder, folder)):
-            path, warning = find_companion(place, name)
+        for search_folder in dict.fromkeys((library_folder, folder)):
+            path, warning = find_companion(search_folder, name)
             if path is not None:
                 error = check_image(path)
                 return (None, error, False) if error else (path, warning, False)
@@ -313,8 +313,8 @@ def _image_by_material_name(
     return None if check_image(picture) else picture
 
 
-def _begins_with(name: str, beginning: str) -> bool:
+def _begins_with(name: str, prefix: str) -> bool:
     """Return whether a name equals another one or continues it after a separator."""
-    if not beginning or not name.casefold().startswith(beginning.casefold()):
+    if not prefix or not name.casefold().startswith(prefix.casefold()):
         return False
-    return not name[len(beginning) : len(beginning) + 1].isalnum()
+    return not name[len(prefix) : len(prefix) + 1].isalnum()

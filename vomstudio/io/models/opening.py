@@ -193,10 +193,10 @@ def _point_spacing(points: FloatArray) -> float:
     rough_spacing = _rough_spacing(points)
     if not np.isfinite(rough_spacing) or rough_spacing <= 0:
         return float("nan")
-    half = 15.0 * rough_spacing
+    half_width = 15.0 * rough_spacing
     distances_of_windows: list[FloatArray] = []
-    for local_points in _windows(points, half):
-        inner_points = local_points[(np.abs(local_points) <= 0.6 * half).all(axis=1)]
+    for local_points in _windows(points, half_width):
+        inner_points = local_points[(np.abs(local_points) <= 0.6 * half_width).all(axis=1)]
         distance, _ = cKDTree(local_points).query(inner_points, k=min(4, len(local_points)))
         distances_of_windows.append(_first_positive(distance))
     distances = np.concatenate(distances_of_windows) if distances_of_windows else np.empty(0)
@@ -204,18 +204,18 @@ def _point_spacing(points: FloatArray) -> float:
     return float(distances.mean()) if len(distances) else float(rough_spacing)
 
 
-def _windows(points: FloatArray, half: float) -> Iterator[FloatArray]:
+def _windows(points: FloatArray, half_width: float) -> Iterator[FloatArray]:
     """Yield the points in boxes around some points of the cloud, relative to these points.
 
-    `half` is half the side length of a box. Boxes with a single point are skipped.
+    `half_width` is half the side length of a box. Boxes with a single point are skipped.
     """
     # A contiguous copy can be scanned several times faster for every window.
     x = np.ascontiguousarray(points[:, 0])
     for row in np.linspace(0, len(points) - 1, WINDOW_COUNT).astype(np.int64):
         centre = points[row]
-        candidates = np.flatnonzero((x >= centre[0] - half) & (x <= centre[0] + half))
+        candidates = np.flatnonzero((x >= centre[0] - half_width) & (x <= centre[0] + half_width))
         local_points = points[candidates] - centre
-        local_points = local_points[(np.abs(local_points[:, 1:]) <= half).all(axis=1)]
+        local_points = local_points[(np.abs(local_points[:, 1:]) <= half_width).all(axis=1)]
         if len(local_points) > 1:
             yield local_points
 
@@ -258,10 +258,10 @@ def _resolution_in_windows(points: FloatArray, spacing: float) -> float:
     if not np.isfinite(spacing) or spacing <= 0:
         return float("nan")
     # Some thousand points, of which the inner ones have all their neighbours.
-    half = 30.0 * spacing
+    half_width = 30.0 * spacing
     resolutions = []
-    for local_points in _windows(points, half):
-        inner_points = local_points[(np.abs(local_points) <= 0.4 * half).all(axis=1)]
+    for local_points in _windows(points, half_width):
+        inner_points = local_points[(np.abs(local_points) <= 0.4 * half_width).all(axis=1)]
         inner_points = inner_points[
             :: max(1, len(inner_points) // (MAX_SAMPLED_LOCATIONS // WINDOW_COUNT))
         ]

@@ -85,7 +85,7 @@ def write_piece(
         number += 1
         target = folder / f"{stem}-{number}"
     part = target.with_name(target.name + ".part")
-    facts: dict[str, Any] = {
+    metadata: dict[str, Any] = {
         "piece_of": source.name,
         "content_hash": content_hash,
         "element": "face" if isinstance(data, Mesh) else "point",
@@ -105,7 +105,7 @@ def write_piece(
             axes=UNPLACED_AXES if crs is None else WORLD,
             registration=registration,
         )
-        text = json.dumps(facts, indent=1, ensure_ascii=False) + "\n"
+        text = json.dumps(metadata, indent=1, ensure_ascii=False) + "\n"
         (part / f"{stem}.piece.json").write_text(text, "utf-8")
         part.rename(target)
     except OSError as error:

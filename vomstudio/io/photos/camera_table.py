@@ -110,13 +110,13 @@ def search_cameras(text: str) -> list[CameraModel]:
     text : str
         All models match an empty text.
     """
-    words = text.casefold().split()
+    search_words = text.casefold().split()
     matches = [
         model
         for model in camera_models()
-        if all(word in " ".join((model.make, *model.names)).casefold() for word in words)
+        if all(word in " ".join((model.make, *model.names)).casefold() for word in search_words)
     ]
-    if words:
+    if search_words:
         return sorted(matches, key=lambda model: (len(model.common_label), model.common_label))
     return sorted(matches, key=lambda model: model.common_label.casefold())
 

@@ -27,8 +27,8 @@ def is_mask(path: Path, root: Path) -> bool:
     """Return whether a picture is a mask according to its name or folder."""
     if path.suffix.lower() not in MASK_SUFFIXES:
         return False
-    inside = path.relative_to(root).parts[:-1]
-    return bool(_MASK.search(path.stem)) or any(p.casefold() in _FOLDER_NAMES for p in inside)
+    parent_names = path.relative_to(root).parts[:-1]
+    return bool(_MASK.search(path.stem)) or any(p.casefold() in _FOLDER_NAMES for p in parent_names)
 
 
 class MaskFinder:

@@ -72,8 +72,8 @@ def rotate_upright(pixels: AnyArray, orientation: int) -> AnyArray:
         7: lambda p: p.swapaxes(0, 1)[::-1, ::-1],
         8: lambda p: p.swapaxes(0, 1)[::-1],
     }
-    turn = transforms[orientation if orientation in range(1, 9) else 1]
-    return np.ascontiguousarray(turn(pixels))
+    transpose = transforms[orientation if orientation in range(1, 9) else 1]
+    return np.ascontiguousarray(transpose(pixels))
 
 
 def pixels_upright(pixels: npt.ArrayLike, orientation: int, width: int, height: int) -> FloatArray:

@@ -116,9 +116,9 @@ def flatten(packet: bytes | str | None) -> dict[str, str]:
     return tags
 
 
-def _between(data: bytes, begin: bytes, end: bytes) -> bytes:
-    """Return the part from the first `begin` to the next `end`, in one pass."""
-    first = data.find(begin)
+def _between(data: bytes, start: bytes, end: bytes) -> bytes:
+    """Return the part from the first `start` to the next `end`, in one pass."""
+    first = data.find(start)
     last = data.find(end, first) if first >= 0 else -1
     return data[first : last + len(end)] if last >= 0 else b""
 

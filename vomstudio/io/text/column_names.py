@@ -43,11 +43,11 @@ def doubtful_cell(names: Sequence[str], line: int | None, delimiter: str) -> str
     Such a header may be a row of data. Pass None as `line` for a table that is not from a file.
     """
     values = [parse_number(name, decimal_comma=delimiter in ";\t") for name in names]
-    words = [name for name, value in zip(names, values, strict=True) if value is None]
+    text_names = [name for name, value in zip(names, values, strict=True) if value is None]
     if (
         line is None
-        or not words
+        or not text_names
         or not any(value is not None and value == value for value in values)
     ):
         return None
-    return shorten(words[0], 40)
+    return shorten(text_names[0], 40)

@@ -227,15 +227,15 @@ class NamedTable:
         column = self._find(("use", "role", "type"))
         if column is None:
             return np.zeros(len(self.table), bool)
-        words = [cell.casefold() for cell in self.table.cells(column)]
-        for row, word in enumerate(words):
+        texts = [cell.casefold() for cell in self.table.cells(column)]
+        for row, word in enumerate(texts):
             if word not in _CONTROL | _CHECK:
                 raise self.at(
                     row,
                     Finding("table.unknown-word", cell=shorten(word), words=("control", "check")),
                     "use",
                 )
-        return np.array([word in _CHECK for word in words], bool)
+        return np.array([word in _CHECK for word in texts], bool)
 
     def require_unique(self, labels: Sequence[str]) -> None:
         """Raise InputError if a label is repeated."""
@@ -272,8 +272,8 @@ def _add_header(table: TextTable, order: Sequence[str]) -> TextTable:
         cells = [c.strip() for c in comment.replace(";", ",").replace("\t", ",").split(",")]
         if len(cells) == 1:
             cells = comment.split()
-        words = sum(parse_number(cell, decimal_comma=True) is None for cell in cells)
-        is_header = any(cell.isalpha() for cell in cells) and 2 * words > len(cells)
+        text_count = sum(parse_number(cell, decimal_comma=True) is None for cell in cells)
+        is_header = any(cell.isalpha() for cell in cells) and 2 * text_count > len(cells)
         if len(cells) == table.width and is_header:
             return replace(table, names=tuple(cells))
     if not order or table.width < len(order):
@@ -295,11 +295,11 @@ def _refuse_decimal_commas(table: TextTable, order: Sequence[str]) -> None:
     In this case, there are twice as many numerical cells as numerical columns, and all are
     integers.
     """
-    words = sum(name in _TEXT_COLUMNS for name in order)
-    numbers = table.width - words
-    if table.delimiter != "," or numbers % 2 or numbers < 2 * (len(order) - words):
+    text_count = sum(name in _TEXT_COLUMNS for name in order)
+    numbers = table.width - text_count
+    if table.delimiter != "," or numbers % 2 or numbers < 2 * (len(order) - text_count):
         return
-    rows = [row[words:] for row in table.rows]
+    rows = [row[text_count:] for row in table.rows]
     if not all(_INTEGER.fullmatch(cell) for row in rows for cell in row):
         return
     decimals = [cell for row in rows for cell in row[1::2]]

@@ -82,14 +82,14 @@ class OrientationColumns:
         columns: dict[str, int] = {}
         self._repeated: dict[str, list[str]] = {}
         for i, name in enumerate(self.table.names or ()):
-            for meaning, aliases in ALIASES.items():
+            for quantity, aliases in ALIASES.items():
                 if normalise_name(name) not in aliases:
                     continue
-                if meaning in columns:
-                    first = self.table.label(columns[meaning])
-                    self._repeated.setdefault(meaning, [first]).append(name)
+                if quantity in columns:
+                    first = self.table.label(columns[quantity])
+                    self._repeated.setdefault(quantity, [first]).append(name)
                 else:
-                    columns[meaning] = i
+                    columns[quantity] = i
         if "set" not in columns:
             for i, name in enumerate(self.table.names or ()):
                 if normalise_name(name) == "domain":
@@ -129,10 +129,10 @@ class OrientationColumns:
                 column = i
         if column is None:
             return np.zeros(len(self.table), bool)
-        words = [cell.casefold() for cell in self.table.cells(column)]
+        texts = [cell.casefold() for cell in self.table.cells(column)]
         is_line = [
             _LINE_CODE.fullmatch(word) is not None or any(part in word for part in LINE_WORDS)
-            for word in words
+            for word in texts
         ]
         return np.array(is_line, bool)
 
@@ -142,8 +142,8 @@ class OrientationColumns:
         if column is None:
             return None
         cells = self.table.labels(column)
-        words = tuple(cells[i] for i in rows)
-        return words if any(words) else None
+        texts = tuple(cells[i] for i in rows)
+        return texts if any(texts) else None
 
     def overturned(self, rows: IntArray) -> tuple[bool | None, ...] | None:
         """Return whether each of the selected beds is overturned.

@@ -384,9 +384,9 @@ class _TableReader:
     def _read_poles_or_text(self, attitude: int | None) -> None:
         trend, plunge = self.columns.take("pole trend"), self.columns.take("pole plunge")
         if trend is not None and plunge is not None:
-            down = self.columns.inclinations(plunge, 0.0)
-            self.dip_direction = wrap360(self.columns.azimuths(trend, down == 90.0) + 180.0)
-            self.dip = 90.0 - down
+            inclinations = self.columns.inclinations(plunge, 0.0)
+            self.dip_direction = wrap360(self.columns.azimuths(trend, inclinations == 90.0) + 180.0)
+            self.dip = 90.0 - inclinations
             self.conventions.append(
                 tr(
                     "planes as trend/plunge of their poles ({columns})",
@@ -394,8 +394,8 @@ class _TableReader:
                 )
             )
         elif attitude is not None:
-            meaning = {"strike": "strike/dip", "dipdir": "dipdir/dip"}.get(self.azimuth or "")
-            self._read_text([attitude], meaning)
+            convention = {"strike": "strike/dip", "dipdir": "dipdir/dip"}.get(self.azimuth or "")
+            self._read_text([attitude], convention)
             pair = "strike/dip" if self.azimuth == "strike" else "dip direction/dip"
             self.conventions.append(
                 tr(
@@ -408,11 +408,13 @@ class _TableReader:
     def _read_text(self, columns: list[int], notation: str | None) -> None:
         cells = [self.table.cells(column) for column in columns]
         wrapped_rows: list[int] = []
-        for i, words in enumerate(zip(*cells, strict=True)):
-            if not all(words[:2]) or any(word.casefold() in ("nan", "na") for word in words[:2]):
+        for i, row_cells in enumerate(zip(*cells, strict=True)):
+            if not all(row_cells[:2]) or any(
+                word.casefold() in ("nan", "na") for word in row_cells[:2]
+            ):
                 continue
             try:
-                plane = parse_plane_cells(words, notation)
+                plane = parse_plane_cells(row_cells, notation)
             except VomError as error:
                 raise InputError(
                     error,
@@ -421,7 +423,7 @@ class _TableReader:
                     field=self.table.label(columns[0]),
                 ) from error
             self.dip_direction[i], self.dip[i] = plane.dip_direction_deg, plane.dip_deg
-            if (azimuth := _plain_number(words[0])) is not None and azimuth > 360.0:
+            if (azimuth := _plain_number(row_cells[0])) is not None and azimuth > 360.0:
                 wrapped_rows.append(int(self.table.line_numbers[i]))
         self.columns.report_wrapped(columns[0], wrapped_rows)
 
@@ -509,12 +511,12 @@ def _plain_number(cell: str) -> float | None:
     return float(cell.replace(",", ".")) if re.fullmatch(r"\d+([.,]\d*)?", cell) else None
 
 
-def parse_plane_cells(words: tuple[str, ...], notation: str | None) -> Plane:
+def parse_plane_cells(cells: tuple[str, ...], notation: str | None) -> Plane:
     """Parse a plane from one cell, or from cells with strike, dip and an optional quadrant."""
-    if len(words) == 1:
-        return parse_plane(words[0], notation)
-    strike = words[0]
+    if len(cells) == 1:
+        return parse_plane(cells[0], notation)
+    strike = cells[0]
     azimuth = _plain_number(strike)
     if azimuth is not None and azimuth <= 720.0:
         strike = f"{wrap360(azimuth):.10g}"
-    return parse_plane(" ".join([strike, *words[1:]]), notation)
+    return parse_plane(" ".join([strike, *cells[1:]]), notation)

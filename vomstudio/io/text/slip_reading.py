@@ -214,18 +214,18 @@ def _require_columns(table: TextTable, columns: dict[str, int]) -> None:
         raise table.header_error(finding, None)
 
 
-def _are_numbered(words: Sequence[str]) -> bool:
+def _are_numbered(texts: Sequence[str]) -> bool:
     """Return whether all senses that are stated are codes of T-TECTO."""
-    codes = {word.strip() for word in words if word.strip()}
+    codes = {word.strip() for word in texts if word.strip()}
     return bool(codes) and codes <= _NUMBERED_SENSES.keys()
 
 
-def _is_r_right_lateral(words: Sequence[str]) -> bool:
+def _is_r_right_lateral(texts: Sequence[str]) -> bool:
     """Return whether R by itself means right-lateral.
 
     It does so if there is also T (the thrust of FaultKin) or L, and no other letter means dextral.
     """
-    codes = {normalise_name(word) for word in words}
+    codes = {normalise_name(word) for word in texts}
     known_words = {"i", "s", "d", "rl", "rd", "rs", "dextral", "right", "right_lateral"}
     return "r" in codes and bool(codes & {"t", "l", "tr", "tl"}) and not codes & known_words
 

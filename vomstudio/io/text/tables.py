@@ -134,8 +134,8 @@ class TextTable:
         if fast is not None:
             return fast
         result = np.empty((len(self), len(columns)))
-        for place, column in enumerate(columns):
-            result[:, place] = self._parse_numbers(column)
+        for position, column in enumerate(columns):
+            result[:, position] = self._parse_numbers(column)
         return result
 
     def _fast_numbers(self, columns: Sequence[int]) -> FloatArray | None:
@@ -475,19 +475,19 @@ def _refuse_large_coordinates(table: TextTable, columns: list[int], points: Floa
     """Raise InputError if coordinates are too large for metres and their squares may overflow."""
     is_too_large = np.isfinite(points) & (np.abs(points) > MAX_COORDINATE_M)
     if is_too_large.any():
-        row, place = np.argwhere(is_too_large)[0]
+        row, column = np.argwhere(is_too_large)[0]
         raise InputError(
-            Finding("coordinate.out-of-range", value=points[row, place]),
+            Finding("coordinate.out-of-range", value=points[row, column]),
             file=table.path,
             line=int(table.line_numbers[row]),
-            field=table.label(columns[place]),
+            field=table.label(columns[column]),
         )
 
 
 def _segments(table: TextTable) -> list[str]:
     """Return the segment number of each row, from 1, according to the separators."""
-    place = np.searchsorted(np.asarray(table.separators), table.line_numbers)
-    _, number = np.unique(place, return_inverse=True)
+    segment = np.searchsorted(np.asarray(table.separators), table.line_numbers)
+    _, number = np.unique(segment, return_inverse=True)
     return [str(n + 1) for n in number]
 
 

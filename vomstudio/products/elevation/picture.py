@@ -62,8 +62,8 @@ def read_picture(raster: Path, maximum: int = MAX_SIDE_PX) -> ElevationPicture:
             rasterio.Env(GDAL_CACHEMAX=RASTER_CACHE_BYTES),
             rasterio.open(raster, driver="GTiff") as file,
         ):
-            fraction = max(file.width, file.height, maximum) / maximum
-            size = tuple(max(1, round(side / fraction)) for side in (file.height, file.width))
+            reduction = max(file.width, file.height, maximum) / maximum
+            size = tuple(max(1, round(side / reduction)) for side in (file.height, file.width))
             read = file.read(1, out_shape=size, resampling=Resampling.average)
             step = float(file.transform.a) * file.width / size[1]
     except (OSError, rasterio.errors.RasterioError) as error:

@@ -162,7 +162,7 @@ def write_elevation(
         path_by_name.get("contours"),
         warnings,
     )
-    facts = _facts(result, plan, world, north_known) | {
+    metadata = _facts(result, plan, world, north_known) | {
         "model": model,
         "content_hash": content_hash,
     }
@@ -195,7 +195,8 @@ def write_elevation(
             part_of_target["contours"].unlink()
             write_contours(part_of_target["contours"], lines, crs)
         part_of_target["sidecar"].write_text(
-            json.dumps(facts | {"warnings": plain(warnings)}, indent=1, ensure_ascii=False) + "\n",
+            json.dumps(metadata | {"warnings": plain(warnings)}, indent=1, ensure_ascii=False)
+            + "\n",
             "utf-8",
         )
     return result

@@ -309,9 +309,9 @@ def _fill_box(ax: Axes) -> None:
 
 
 def _draw_bar(
-    paper: Axes, ax: Axes, place: tuple[float, float, float, float], style: NetStyle
+    paper: Axes, ax: Axes, bounds: tuple[float, float, float, float], style: NetStyle
 ) -> None:
-    x_left, bottom, wide, _ = place
+    x_left, bottom, wide, _ = bounds
     low, high = ax.get_xlim()
     bar = round_length(0.35 * (high - low))
     length = wide * bar / (high - low)
@@ -334,12 +334,12 @@ def _draw_bar(
 
 def _draw_directions(
     paper: Axes,
-    place: tuple[float, float, float, float],
+    bounds: tuple[float, float, float, float],
     mapped_network: MappedNetwork,
     style: NetStyle,
 ) -> None:
     """Draw the upward arrow and, on a face, the directions of its ends."""
-    x_left, bottom, wide, tall = place
+    x_left, bottom, wide, tall = bounds
     top = bottom + tall
     left_name, right_name, up = _orientation(mapped_network)
     bold: dict[str, Any] = {
@@ -397,8 +397,8 @@ def _draw_rose(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str:
         if y_axis == "up"
         else tr("Strike, n = {count:,} pieces", count=count)
     )
-    fraction = tr("% of {length:,.0f} m in {step:g}°", length=rose.total, step=BIN_DEG)
-    return f"{text}\n{fraction}"
+    caption = tr("% of {length:,.0f} m in {step:g}°", length=rose.total, step=BIN_DEG)
+    return f"{text}\n{caption}"
 
 
 def triangle_place(i: float, y: float, x: float) -> tuple[float, float]:
@@ -544,10 +544,10 @@ def _draw_lengths(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> s
     return title
 
 
-def _add_legend(ax: Axes, place: Literal["lower left", "upper right"], style: NetStyle) -> None:
+def _add_legend(ax: Axes, location: Literal["lower left", "upper right"], style: NetStyle) -> None:
     legend = ax.legend(
         *ax.get_legend_handles_labels(),
-        loc=place,
+        loc=location,
         fontsize=0.85 * style.font_pt,
         frameon=False,
         labelcolor=style.ink,

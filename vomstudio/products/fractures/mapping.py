@@ -129,8 +129,8 @@ def map_fractures(
         raw = read_raw_areas(
             Path(options.area), progress=progress, model=ModelFrame(drawn_layer.crs)
         )
-        polygon, read = extract_area(placed_layer.window(raw, "area"))
-        warnings += _new_findings(read.warnings, warnings)
+        polygon, area_layer = extract_area(placed_layer.window(raw, "area"))
+        warnings += _new_findings(area_layer.warnings, warnings)
         sampling_region = SamplingRegion(polygon)
     elif area is not None:
         polygon, crossings = resolve_crossings(
@@ -141,9 +141,9 @@ def map_fractures(
         raw = read_raw_lines(
             Path(options.scanline), progress=progress, model=ModelFrame(drawn_layer.crs)
         )
-        read = extract_lines(placed_layer.window(raw, "scanline"))
-        warnings += _new_findings(read.warnings, warnings)
-        sampling_region = SamplingRegion(scanlines=read.shapes)
+        area_layer = extract_lines(placed_layer.window(raw, "scanline"))
+        warnings += _new_findings(area_layer.warnings, warnings)
+        sampling_region = SamplingRegion(scanlines=area_layer.shapes)
     elif scanlines is not None:
         shapes = placed_layer.window(raw_shapes(scanlines, "scanline"), "scanline").shapes
         sampling_region = SamplingRegion(scanlines=shapes)

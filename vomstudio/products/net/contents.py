@@ -109,8 +109,8 @@ class NetSet:
 
     def vectors(self) -> FloatArray:
         """Return the unit vectors (n, 3) of the lines or of the poles of the planes."""
-        turn = planes_to_poles if self.kind == "plane" else lines_to_vectors
-        return turn(self.azimuth_deg, self.angle_deg).reshape(-1, 3)
+        to_vectors = planes_to_poles if self.kind == "plane" else lines_to_vectors
+        return to_vectors(self.azimuth_deg, self.angle_deg).reshape(-1, 3)
 
     def __len__(self) -> int:
         return len(np.atleast_1d(self.azimuth_deg))
@@ -238,8 +238,10 @@ class NetCircle:
         axis = self.axis.vector()
         first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
         first /= np.linalg.norm(first)
-        half = self.half_angle_deg
-        return nets.cone_curve(axis, first, np.cross(axis, first), half, half, 361)
+        half_angle_deg = self.half_angle_deg
+        return nets.cone_curve(
+            axis, first, np.cross(axis, first), half_angle_deg, half_angle_deg, 361
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -163,7 +163,7 @@ class NetDrawing:
                 vectors,
                 s.slips,
                 color=style.ink,
-                half=_SLIP_HALF_LENGTH,
+                half_length=_SLIP_HALF_LENGTH,
                 width_pt=1.2 * style.line_pt,
                 zorder=layer("poles"),
             )

@@ -100,8 +100,8 @@ def write_figure(
         FigureCanvasAgg(figure)
         figure.set_facecolor(paper)
         drawn_figure = draw(figure)
-        for words in figure.findobj(Text):
-            words.set_text(replace_control_characters(words.get_text()))
+        for text in figure.findobj(Text):
+            text.set_text(replace_control_characters(text.get_text()))
         figure.savefig(target, format=format, dpi=dpi, facecolor=paper, **_SAVE_OPTIONS[format])
     return drawn_figure
 

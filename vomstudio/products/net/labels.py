@@ -26,7 +26,7 @@ class Sheet(Protocol):
 
 
 def find_label_place(
-    sheet: Sheet, mark: FloatArray, text: str, crowd: FloatArray, marks: Sequence[FloatArray]
+    sheet: Sheet, mark: FloatArray, text: str, obstacles: FloatArray, marks: Sequence[FloatArray]
 ) -> tuple[float, float] | None:
     """Find a position for a label near its mark.
 
@@ -38,7 +38,7 @@ def find_label_place(
     (float, float) or None
         Left end and middle height of the label; None if it does not fit.
     """
-    width, half = text_width(text, sheet.font), 0.62 * sheet.font
+    width, half_height = text_width(text, sheet.font), 0.62 * sheet.font
     best_place, cost = None, math.inf
     for reach in (1.0, 1.7, 2.6, 4.0):
         distances = reach * 1.1 * sheet.font
@@ -47,7 +47,7 @@ def find_label_place(
             dx, dy = math.cos(angle), math.sin(angle)
             x = float(mark[0]) + distances * dx - width * (0.5 - 0.5 * dx)
             y = float(mark[1]) + distances * dy
-            box = (x - 2, y - half, x + width + 2, y + half)
+            box = (x - 2, y - half_height, x + width + 2, y + half_height)
             if box[0] < 2 or box[2] > sheet.width - 2:
                 continue
             if box[1] < 2 or box[3] > sheet.height - 2:
@@ -58,14 +58,16 @@ def find_label_place(
             if min(gaps) < _gap(box, mark):  # it would be read as another mark's
                 continue
             hits = sum(_holds(box, mark, 0.6 * sheet.font) for mark in marks)
-            inside = ((crowd > [box[0], box[1]]) & (crowd < [box[2], box[3]])).all(axis=1).sum()
+            covered_count = (
+                ((obstacles > [box[0], box[1]]) & (obstacles < [box[2], box[3]])).all(axis=1).sum()
+            )
             corner = max(
                 math.hypot(cx - sheet.cx, cy - sheet.cy) for cx in box[::2] for cy in box[1::2]
             )
-            is_across = corner > sheet.radius > _gap(box, (sheet.cx, sheet.cy)) - half
+            is_across = corner > sheet.radius > _gap(box, (sheet.cx, sheet.cy)) - half_height
             # Prefer a place inside, but one outside to one that the rim and its ticks cross.
             rim = 15.0 if is_across else 3.0 if corner > sheet.radius else 0.0
-            place_cost = 30.0 * hits + float(inside) + rim + 1.5 * reach
+            place_cost = 30.0 * hits + float(covered_count) + rim + 1.5 * reach
             if place_cost < cost:
                 best_place, cost = (x, y), place_cost
     return best_place

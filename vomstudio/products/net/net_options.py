@@ -54,10 +54,10 @@ def parse_cone(text: str) -> NetCircle:
     ------
     UsageError
     """
-    trend, plunge, half = _three(text, "--cone")
-    if not 0.0 < half <= 90.0:
-        raise _out_of_range("half-angle", half, 0, 90, "--cone")
-    return NetCircle(_line(trend, plunge, "--cone"), half, tr("Cone {cone}", cone=text))
+    trend, plunge, half_angle = _three(text, "--cone")
+    if not 0.0 < half_angle <= 90.0:
+        raise _out_of_range("half-angle", half_angle, 0, 90, "--cone")
+    return NetCircle(_line(trend, plunge, "--cone"), half_angle, tr("Cone {cone}", cone=text))
 
 
 def parse_slip(text: str) -> tuple[NetCircle, NetMark]:

@@ -116,12 +116,12 @@ class NetPage:
         notes, widest_width = self.foot, _MAX_LEGEND_LETTERS * self.font
 
         self.foot = _lines(notes, self.font, widest_width)
-        words = _lines(self.averages, self.font, widest_width)
+        lines = _lines(self.averages, self.font, widest_width)
         if self.bar is not None:
             texts = [text for text in (self.bar.name, self.bar.subject, self.bar.unit) if text]
             self.bar_words = _lines(texts, self.font, widest_width)
         gap = tick + 1.5 * self.font
-        column = self._column_width(words)
+        column = self._column_width(lines)
         is_beside = min(
             self.height - head - tick - self.pad,
             self.width - 2 * self.pad - tick - gap - column,
@@ -146,8 +146,8 @@ class NetPage:
             rows = self._stack(self.legend_width)
             self.rows = rows[:maximum]
             available_space -= 1.15 * self.row * len(self.rows)
-            self.words = _cut(words, max(int(available_space / self.row), 0))
-            self.whole = len(self.rows) == len(rows) and self.words == words
+            self.words = _cut(lines, max(int(available_space / self.row), 0))
+            self.whole = len(self.rows) == len(rows) and self.words == lines
         else:
             self.foot, self.rows, self.words = low_foot, rows, low_words
             self.whole = self.words == _lines(self.averages, self.font, low_width)
@@ -165,17 +165,17 @@ class NetPage:
         `head` is the height above the net, and `widest_value` the maximum diameter of the net.
         """
         rows = self._flow(self.width - 2 * self.pad)
-        words = _lines(self.averages, self.font, self.width - 2 * self.pad)
+        lines = _lines(self.averages, self.font, self.width - 2 * self.pad)
         min_width = min((0.55 if self.net.compact else 0.4) * self.height, widest_value)
-        low = (len(rows) + len(words) + len(foot)) * self.row + self.pad
+        low = (len(rows) + len(lines) + len(foot)) * self.row + self.pad
         # Assign space to the net first, then to the legend, then to the averages.
-        while (len(rows) > 1 or words) and self.height - head - low < min_width:
-            if words:
-                words = _cut(words, len(words) - 1)
+        while (len(rows) > 1 or lines) and self.height - head - low < min_width:
+            if lines:
+                lines = _cut(lines, len(lines) - 1)
             else:
                 rows.pop()
-            low = (len(rows) + len(words) + len(foot)) * self.row + self.pad
-        return rows, words, low
+            low = (len(rows) + len(lines) + len(foot)) * self.row + self.pad
+        return rows, lines, low
 
     def _column_width(self, words: list[str]) -> float:
         """Return the width of a legend beside the net, in which long texts are wrapped."""
@@ -255,8 +255,8 @@ class NetPage:
 
         width = text_width(text, self.font * size, weight)
         x_left = {"left": x, "center": x - width / 2, "right": x - width}[align]
-        half = 0.5 * self.font * size
-        self.text_boxes.append((x_left, y - half, x_left + width, y + half))
+        half_height = 0.5 * self.font * size
+        self.text_boxes.append((x_left, y - half_height, x_left + width, y + half_height))
         artist = self.axes.text(
             x,
             y,
@@ -301,7 +301,7 @@ class NetPage:
             labels.append((net.fold.beta, text))
         labels += [(mark.line, mark.label) for mark in net.marks]
         curves = [*outlines, *(part for ellipse in net.ellipses for part in ellipse.outline())]
-        crowd = np.vstack(
+        obstacles = np.vstack(
             [
                 self.to_page(np.vstack([np.zeros((0, 3)), *curves]), flip=False),
                 *(self.to_page(set_.vectors()) for set_ in net.sets if net.poles and len(set_)),
@@ -312,9 +312,9 @@ class NetPage:
         if reserved_box is not None:
             self.text_boxes.append(reserved_box)
         for mark, (_, text) in zip(marks, labels, strict=True):
-            place = find_label_place(self, mark, text, crowd, marks)
-            if place is not None:
-                self.text(*place, text, color=style.ink, halo=True)
+            position = find_label_place(self, mark, text, obstacles, marks)
+            if position is not None:
+                self.text(*position, text, color=style.ink, halo=True)
                 self._join(mark)
         self.text_boxes = [box for box in self.text_boxes if box is not reserved_box]
 
@@ -428,10 +428,10 @@ def _lines(texts: Sequence[str], font_pt: float, width: float) -> list[str]:
     return [line for text in texts for line in wrap_text(text, font_pt, width)]
 
 
-def _cut(words: list[str], max_lines: int) -> list[str]:
+def _cut(lines: list[str], max_lines: int) -> list[str]:
     """Limit the number of lines of averages; the last one reports omitted lines."""
-    if len(words) <= max_lines:
-        return words
+    if len(lines) <= max_lines:
+        return lines
     return (
-        [*words[: max_lines - 1], tr("…: more mean values than fit here")] if max_lines > 1 else []
+        [*lines[: max_lines - 1], tr("…: more mean values than fit here")] if max_lines > 1 else []
     )

@@ -145,12 +145,12 @@ class RoseArtists:
             ):
                 continue
             rose = self.contents.roses[name]
-            inside = self._bar(rose, x, y) if isinstance(rose, AngleHistogram) else None
+            features = self._bar(rose, x, y) if isinstance(rose, AngleHistogram) else None
             if isinstance(rose, Rose):
-                inside = self._petal(rose, x, y)
-            if inside is None:
+                features = self._petal(rose, x, y)
+            if features is None:
                 return ()
-            low, period = inside
+            low, period = features
             angles = (counted_set.angles_deg + 1e-7 - low) % period
             if isinstance(rose, AngleHistogram) and low + rose.bin_deg >= 90.0:
                 angles = np.where(counted_set.angles_deg >= low, 0.0, np.nan)
@@ -160,20 +160,20 @@ class RoseArtists:
 
     def _petal(self, rose: Rose, x: float, y: float) -> tuple[float, float] | None:
         """Return the lower edge of the petal at a position, and the period of the angles."""
-        place = int((math.degrees(math.atan2(x, y)) % 360.0) // rose.bin_deg) % len(rose.shares)
+        bin_index = int((math.degrees(math.atan2(x, y)) % 360.0) // rose.bin_deg) % len(rose.shares)
         max_distance = petal_radius(rose.shares, self.rings[-1], self.contents.is_area_scaled)[
-            place
+            bin_index
         ]
         if math.hypot(x, y) > float(max_distance):
             return None
-        return place * rose.bin_deg, 180.0 if rose.axial else 360.0
+        return bin_index * rose.bin_deg, 180.0 if rose.axial else 360.0
 
     def _bar(self, histogram: AngleHistogram, x: float, y: float) -> tuple[float, float] | None:
-        place = math.floor((x - LEFT) / (RIGHT - LEFT) * 90.0 / histogram.bin_deg)
-        if not 0 <= place < len(histogram.shares):
+        bin_index = math.floor((x - LEFT) / (RIGHT - LEFT) * 90.0 / histogram.bin_deg)
+        if not 0 <= bin_index < len(histogram.shares):
             return None
-        top = BOTTOM + (TOP - BOTTOM) * float(histogram.shares[place]) / self.rings[-1]
-        return (place * histogram.bin_deg, 360.0) if BOTTOM <= y <= top else None
+        top = BOTTOM + (TOP - BOTTOM) * float(histogram.shares[bin_index]) / self.rings[-1]
+        return (bin_index * histogram.bin_deg, 360.0) if BOTTOM <= y <= top else None
 
 
 def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) -> RoseArtists:
@@ -267,8 +267,10 @@ def _draw_panel(
     ax.set_ylim(-_PANEL_BOTTOM, _PANEL_TOP)
     ax.set_axis_off()
     rose, counted_set = contents.roses[name], contents.counted.get(name)
-    place = list(contents.roses).index(name)
-    default_color = OKABE_ITO[place % len(OKABE_ITO)] if counted_set is None else counted_set.color
+    panel_index = list(contents.roses).index(name)
+    default_color = (
+        OKABE_ITO[panel_index % len(OKABE_ITO)] if counted_set is None else counted_set.color
+    )
     color = style.color(contents.colors.get(name, default_color))
     if isinstance(rose, AngleHistogram):
         draw_histogram(ax, rose, rings, color, style)
@@ -279,27 +281,27 @@ def _draw_panel(
 
 def _caption(contents: RoseContents) -> str:
     title, step = tr(TITLES[contents.of]), f"{contents.bin_deg:g}"
-    fraction = (
+    share_text = (
         tr("% of the total number")
         if contents.weight is None
         else tr("% of the total {quantity}", quantity=_quantity(contents.weight))
     )
     if contents.of in HISTOGRAM_ANGLES:
         return tr(
-            "{title}; bins of {step}°; heights: {share}", title=title, step=step, share=fraction
+            "{title}; bins of {step}°; heights: {share}", title=title, step=step, share=share_text
         )
     if contents.is_area_scaled:
         return tr(
             "{title}; bins of {step}°; rings: {share}; petal areas to scale",
             title=title,
             step=step,
-            share=fraction,
+            share=share_text,
         )
     return tr(
         "{title}; bins of {step}°; rings: {share}; petal lengths to scale",
         title=title,
         step=step,
-        share=fraction,
+        share=share_text,
     )
 
 

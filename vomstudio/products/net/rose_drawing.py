@@ -21,9 +21,9 @@ LEFT, RIGHT = -0.82, 1.1
 """Left and right limits of a histogram in its panel."""
 
 
-def petal_radius(fraction: FloatArray, outermost: float, is_area_scaled: bool) -> FloatArray:
+def petal_radius(share: FloatArray, outermost: float, is_area_scaled: bool) -> FloatArray:
     """Return the radii (k,) that represent shares; the outermost ring has radius 1."""
-    return np.sqrt(fraction / outermost) if is_area_scaled else np.asarray(fraction / outermost)
+    return np.sqrt(share / outermost) if is_area_scaled else np.asarray(share / outermost)
 
 
 def draw_rose(
@@ -91,12 +91,12 @@ def draw_rose(
         color=style.ink,
     )
     place = _clearest(rose)
-    for fraction, radius in zip(rings, radii, strict=True):
+    for share, radius in zip(rings, radii, strict=True):
         x, y = _ray(place, (float(radius), float(radius)))
         label = ax.text(
             x[0],
             y[0],
-            f"{100 * fraction:g} %",
+            f"{100 * share:g} %",
             ha="center",
             va="center",
             fontsize=0.9 * style.font_pt,
@@ -130,9 +130,9 @@ def draw_histogram(
     panel_pt = 72.0 * ax.get_position().width * figure.get_figwidth()
     margin_pt = panel_pt * (LEFT - 0.06 - low) / (high - low)
     fitting = min(0.9 * style.font_pt, margin_pt / _LABEL_LETTERS)
-    for fraction in (0.0, *rings):
-        y = BOTTOM + height * fraction / top
-        is_last = fraction == 0.0
+    for share in (0.0, *rings):
+        y = BOTTOM + height * share / top
+        is_last = share == 0.0
         ax.plot(
             [LEFT, RIGHT],
             [y, y],
@@ -140,8 +140,8 @@ def draw_histogram(
             linewidth=(1.25 if is_last else 0.5) * style.line_pt,
             zorder=layer("rim" if is_last else "density"),
         )
-        if fraction:
-            label = f"{100 * fraction:g} %"
+        if share:
+            label = f"{100 * share:g} %"
             ax.text(
                 LEFT - 0.04,
                 y,
@@ -156,12 +156,12 @@ def draw_histogram(
         ax.plot([x, x], [BOTTOM, BOTTOM - 0.05], color=style.ink, linewidth=style.line_pt)
         ax.text(x, BOTTOM - 0.08, f"{angle}°", ha="center", va="top", **small_style)
     width = histogram.bin_deg * bar_width
-    for i, fraction in enumerate(histogram.shares):
-        if fraction > 0:
+    for i, share in enumerate(histogram.shares):
+        if share > 0:
             bar = Rectangle(
                 (LEFT + i * width, BOTTOM),
                 width,
-                height * float(fraction) / top,
+                height * float(share) / top,
                 facecolor=mix_colors(color, style.net, 0.25),
                 edgecolor=style.outline(mix_colors(color, style.ink, 0.3)),
                 linewidth=0.7 * style.line_pt,

@@ -52,14 +52,14 @@ def draw_emphasis(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
         if set_.kind == "plane" and circles:
             steps = 181 if planes <= AUTO_CIRCLES else 31
             arcs = nets.great_circles(set_.azimuth_deg[rows], set_.angle_deg[rows], steps)
-            for ink, width, place in ((style.ink, 3.4, "casings"), (color, 2.0, "chosen circles")):
+            for ink, width, gid in ((style.ink, 3.4, "casings"), (color, 2.0, "chosen circles")):
                 artists.append(
                     plot_curves(
                         ax,
                         arcs,
                         colors=ink,
                         linewidths=width * style.line_pt,
-                        zorder=layer(place),
+                        zorder=layer(gid),
                     )
                 )
         if net.poles:
@@ -90,8 +90,8 @@ def draw_emphasis(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
 def _draw_live(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
     """Draw the feature being picked: a ring with a cross, the great circle, and the cone."""
     live_net = net.live
-    place = None if live_net is None else live_net.place
-    if live_net is None or place is None:
+    position = None if live_net is None else live_net.place
+    if live_net is None or position is None:
         return []
     artists: list[Artist] = []
     color = style.color(LIVE_COLOR)
@@ -120,7 +120,7 @@ def _draw_live(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
         artists.append(
             plot_vectors(
                 ax,
-                place.vector()[None],
+                position.vector()[None],
                 marker=marker,
                 markersize=2.2 * style.marker_pt,
                 linestyle="none",

@@ -91,8 +91,8 @@ def find_maxima(net: NetContents) -> tuple[NetMark, ...]:
     for contoured_set, vectors in groups:
         if len(vectors) < _MIN_FEATURES:
             continue
-        place, top = find_maximum(vectors, method, contouring.sigma)
-        line = Line.from_vector(place)
+        direction, top = find_maximum(vectors, method, contouring.sigma)
+        line = Line.from_vector(direction)
         unit = "% / 1 %" if method == "schmidt" else "σ"
         label = tr(
             "max {line}, {top:.1f} {unit}", line=format_line(line, net.decimals), top=top, unit=unit

@@ -130,8 +130,8 @@ def _ground(axes: Axes, top: float, style: NetStyle) -> None:
     axes.fill_between(border - 2.0, 3.0, border, color=style.soft, alpha=0.15, linewidth=0)
     axes.plot(border - 2.0, border, color=style.soft, linewidth=style.line_pt)
     soft: dict[str, Any] = {"color": style.soft, "fontsize": 0.9 * style.font_pt, "zorder": 3}
-    words = {"facecolor": style.paper, "edgecolor": "none", "pad": 1.0}
-    axes.text(1.15, top / 1.3, tr("sheet (oblate)"), va="top", bbox=words, **soft)
+    box_style = {"facecolor": style.paper, "edgecolor": "none", "pad": 1.0}
+    axes.text(1.15, top / 1.3, tr("sheet (oblate)"), va="top", bbox=box_style, **soft)
     axes.text(1.15, 3.6, tr("equant"), va="bottom", **soft)
     axes.text(top / 1.6, top / 1.6, tr("rod (prolate)"), ha="right", va="bottom", **soft)
     axes.text(top / 1.6, top / 60, tr("impossible: λ2 < λ3"), ha="right", va="top", **soft)

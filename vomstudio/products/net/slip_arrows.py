@@ -25,7 +25,7 @@ def draw_slip_arrows(
     color: str,
     width_pt: float,
     zorder: float,
-    half: float = 0.07,
+    half_length: float = 0.07,
 ) -> BoolArray:
     """Draw slip arrows at striae.
 
@@ -37,7 +37,7 @@ def draw_slip_arrows(
     slips : (n, 3) array
         Slip vectors of the hanging wall; NaN if unknown.
     color, width_pt, zorder
-    half : float
+    half_length : float
         Half the length of an arrow, in radii of the net.
 
     Returns
@@ -53,9 +53,9 @@ def draw_slip_arrows(
     is_moving = length > _UPRIGHT
     step = forward[is_moving] / length[is_moving, None]
     side = np.stack([-step[:, 1], step[:, 0]], axis=1)
-    tip = position[is_moving] + half * step
+    tip = position[is_moving] + half_length * step
     neck = tip - _HEAD * step
-    shafts = np.stack([position[is_moving] - half * step, neck], axis=1)
+    shafts = np.stack([position[is_moving] - half_length * step, neck], axis=1)
     heads = np.stack([tip, neck + _WING * side, neck - _WING * side], axis=1)
     arrow_style: dict[str, Any] = {
         "transform": plane_transform(ax),

@@ -112,8 +112,8 @@ def _faults(ax: Any, table: SlipRows, normals: FloatArray, slips: FloatArray) ->
 def _axes(ax: Any, normals: FloatArray, slips: FloatArray, slip: TableSlip) -> None:
     size = _FINE_GRID if len(normals) <= _FEW_FAULTS else _GRID
     steps, positions = nets.hemisphere_grid(size)
-    fraction = compressed_share(positions.reshape(-1, 3), normals, slips).reshape(size, size)
-    ax.contourf(steps, steps, fraction, levels=list(_LEVELS), colors=list(_SHADES), zorder=1)
+    shares = compressed_share(positions.reshape(-1, 3), normals, slips).reshape(size, size)
+    ax.contourf(steps, steps, shares, levels=list(_LEVELS), colors=list(_SHADES), zorder=1)
     marker_pt = float(np.interp(len(normals), [30, 500], [3.4, 1.6]))
     for vectors, color, marker in (
         (p_axes(normals, slips), _P, "o"),

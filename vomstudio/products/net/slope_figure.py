@@ -240,9 +240,9 @@ def _shade(ax: Any, face: SlopeFace, panel: _Panel) -> None:
     """Shade the critical zone, where the margin is positive, on a fine grid of the net."""
     steps, positions = nets.hemisphere_grid(_GRID)
     margins = panel.margins(positions.reshape(-1, 3) @ face.axes().T)
-    inside = np.minimum(margins.zone, margins.lateral).reshape(_GRID, _GRID)
-    if (inside > 0.0).any():
-        ax.contourf(steps, steps, inside, levels=[0.0, 9.0], colors=[_ZONE], zorder=1)
+    margin = np.minimum(margins.zone, margins.lateral).reshape(_GRID, _GRID)
+    if (margin > 0.0).any():
+        ax.contourf(steps, steps, margin, levels=[0.0, 9.0], colors=[_ZONE], zorder=1)
 
 
 def _legend(figure: Figure, panels: list[_Panel]) -> None:

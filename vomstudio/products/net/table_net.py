@@ -128,8 +128,8 @@ def error_ellipses(table: OrientationRows) -> tuple[NetEllipse, ...]:
     except UsageError:
         totals = [""] * len(cells[0])
     ellipses = []
-    for row, (*words, total) in enumerate(zip(*cells, totals, strict=True)):
-        major_deg, minor_deg, rake = (_number(word) for word in words)
+    for row, (*names, total) in enumerate(zip(*cells, totals, strict=True)):
+        major_deg, minor_deg, rake = (_number(word) for word in names)
         if table.is_plane[row] and math.isfinite(major_deg + minor_deg + rake):
             plane = Plane(float(table.dip_direction_deg[row]), float(table.dip_deg[row]))
             known_number = _number(total)

@@ -113,8 +113,8 @@ def sample_texture(  # type: ignore[no-untyped-def]
         x, y = x0 + u * ax + v * bx, y0 + u * ay + v * by
         red, green, blue = 0.0, 0.0, 0.0
         for coarser in range(2):
-            fraction = (blend if coarser else 1.0 - blend) / n
-            if fraction == 0.0:
+            weight = (blend if coarser else 1.0 - blend) / n
+            if weight == 0.0:
                 continue
             o = finest_level + coarser
             w, h, start = sizes[o, 0], sizes[o, 1], offsets[o]
@@ -134,8 +134,8 @@ def sample_texture(  # type: ignore[no-untyped-def]
                 right, next_row = min(left + 1, w - 1), min(top + 1, h - 1)
                 p00, p10 = start + 3 * (top * w + left), start + 3 * (top * w + right)
                 p01, p11 = start + 3 * (next_row * w + left), start + 3 * (next_row * w + right)
-                w00, w10 = fraction * (1 - fx) * (1 - fy), fraction * fx * (1 - fy)
-                w01, w11 = fraction * (1 - fx) * fy, fraction * fx * fy
+                w00, w10 = weight * (1 - fx) * (1 - fy), weight * fx * (1 - fy)
+                w01, w11 = weight * (1 - fx) * fy, weight * fx * fy
                 red += w00 * texels[p00] + w10 * texels[p10] + w01 * texels[p01] + w11 * texels[p11]
                 p00, p10, p01, p11 = p00 + 1, p10 + 1, p01 + 1, p11 + 1
                 green += (

@@ -144,12 +144,12 @@ def read_sidecar(path: str | Path) -> Sidecar:
     """
     path = Path(path)
     try:
-        facts = read_json(path, SIDECAR_BYTES)
-        matrix = np.array(facts["pixel_to_world"], np.float64).reshape(4, 4)
-        a, b, c, d, e, f = (float(v) for v in facts["geotransform"])
-        width, height = int(facts["width"]), int(facts["height"])
-        oblique = facts["plane_coordinates"] is not None
-        crs, known_text = _text(facts.get("crs")), _text(facts.get("content_hash"))
+        metadata = read_json(path, SIDECAR_BYTES)
+        matrix = np.array(metadata["pixel_to_world"], np.float64).reshape(4, 4)
+        a, b, c, d, e, f = (float(v) for v in metadata["geotransform"])
+        width, height = int(metadata["width"]), int(metadata["height"])
+        oblique = metadata["plane_coordinates"] is not None
+        crs, known_text = _text(metadata.get("crs")), _text(metadata.get("content_hash"))
     except OSError as error:
         raise InputError(
             Finding("file.unreadable", reason=error.strerror), file=path, field="--sidecar"
@@ -171,9 +171,9 @@ def read_sidecar(path: str | Path) -> Sidecar:
         transform,
         crs,
         oblique,
-        str(facts.get("picture_id") or picture_id(facts)),
+        str(metadata.get("picture_id") or picture_id(metadata)),
         known_text,
-        str(facts.get("image") or path.name),
+        str(metadata.get("image") or path.name),
     )
 
 
@@ -267,11 +267,11 @@ def project_lines(
     projected_lines: list[BackLine] = []
     skipped_lines: list[BackLine] = []
     names = _unique([line.name for line in lines])
-    for place, depth, name, line in zip(pixels, parts, names, lines, strict=True):
+    for line_pixels, depth, name, line in zip(pixels, parts, names, lines, strict=True):
         is_met = np.isfinite(depth)
-        position = np.column_stack([place[is_met], depth[is_met]])
+        position = np.column_stack([line_pixels[is_met], depth[is_met]])
         points = position @ sidecar.matrix[:3, :3].T + sidecar.matrix[:3, 3]
-        projected_line = BackLine(name, line.layer, line.words, place, is_met, points)
+        projected_line = BackLine(name, line.layer, line.words, line_pixels, is_met, points)
         (projected_lines if len(points) > 1 else skipped_lines).append(projected_line)
     if not projected_lines:
         raise InputError(Finding("drawing.off-surface"))
@@ -319,10 +319,10 @@ def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> FloatA
 
 def _is_like(box: FloatArray, sidecar: Sidecar) -> bool:
     """Return whether a picture or page (4, 2) has the shape of the orthophoto."""
-    width, down = (float(np.hypot(*(box[k] - box[0]))) for k in (1, 3))
+    width, height = (float(np.hypot(*(box[k] - box[0]))) for k in (1, 3))
     limit = ASPECT_TOLERANCE + 1 / min(sidecar.width, sidecar.height)
     ratio = sidecar.width / sidecar.height
-    return down > 0 and abs(width / down / ratio - 1) <= limit
+    return height > 0 and abs(width / height / ratio - 1) <= limit
 
 
 def _gis_lines(
@@ -357,7 +357,7 @@ def _inside_share(lines: Sequence[ReadLine], sidecar: Sidecar) -> float:
 
 
 def _transform_layers(
-    read: ReadLines, sidecar: Sidecar, path: Path
+    read_lines: ReadLines, sidecar: Sidecar, path: Path
 ) -> tuple[list[ReadLine], list[Finding]]:
     """Transform lines to the coordinates of the GeoTIFF, and report omitted layers.
 
@@ -367,14 +367,14 @@ def _transform_layers(
         If no line remains.
     """
     geojson = path.suffix.lower() in (".geojson", ".json")
-    systems = dict.fromkeys((line.layer, line.crs) for line in read.lines)
+    systems = dict.fromkeys((line.layer, line.crs) for line in read_lines.lines)
     used_lines: list[ReadLine] = []
     other_names: list[str] = []
     reasons: list[InputError] = []
     for layer, crs in systems:
-        lines = [line for line in read.lines if (line.layer, line.crs) == (layer, crs)]
+        lines = [line for line in read_lines.lines if (line.layer, line.crs) == (layer, crs)]
         try:
-            _check_marks((read.described.get(layer, ""), crs or ""), sidecar, path)
+            _check_marks((read_lines.described.get(layer, ""), crs or ""), sidecar, path)
             used_lines += _transform_layer(lines, crs, geojson, sidecar, path)
         except InputError as error:
             other_names.append(layer)
@@ -423,8 +423,10 @@ def _transform_layer(
     all_points = np.concatenate([line.points for line in lines])
     if unnamed and (np.abs(all_points) > [360.0, 90.0]).any():
         return lines
-    turn = Transformer.from_crs(drawing_crs, own_crs, always_xy=True)
-    return [replace(line, points=np.stack(turn.transform(*line.points.T), 1)) for line in lines]
+    transformer = Transformer.from_crs(drawing_crs, own_crs, always_xy=True)
+    return [
+        replace(line, points=np.stack(transformer.transform(*line.points.T), 1)) for line in lines
+    ]
 
 
 def _check_marks(texts: Sequence[str], sidecar: Sidecar, path: Path) -> None:

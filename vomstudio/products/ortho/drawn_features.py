@@ -37,9 +37,9 @@ def drawing_targets(image: str | Path) -> dict[str, Path]:
     return {form: path.with_name(f"{path.stem}_drawing.{form}") for form in FORMATS}
 
 
-def picture_id(facts: Mapping[str, Any]) -> str:
+def picture_id(metadata: Mapping[str, Any]) -> str:
     """Return the id of a picture: 16 characters of the SHA-256 of its size and geometry."""
-    content = json.dumps([facts["width"], facts["height"], facts["pixel_to_world"]])
+    content = json.dumps([metadata["width"], metadata["height"], metadata["pixel_to_world"]])
     return hashlib.sha256(content.encode()).hexdigest()[:16]
 
 

@@ -80,10 +80,10 @@ def drawn_figures(
     drawn_picture: DrawnPicture, plan: OrthophotoPlan, crs: str | None
 ) -> OrthophotoFigures:
     """Return the figures of a drawn picture; `crs` is the World CRS, "EPSG:n" or WKT."""
-    facts = picture_facts(plan, crs if plan.frame.is_vertical else None)
-    facts |= {
+    metadata = picture_facts(plan, crs if plan.frame.is_vertical else None)
+    metadata |= {
         "coverage": float(np.isfinite(drawn_picture.depth).mean()),
         "holes_filled_px": drawn_picture.filled,
         "holes_filled_up_to_m": drawn_picture.hole_m,
     }
-    return figures_of(facts)
+    return figures_of(metadata)

@@ -278,10 +278,10 @@ def project_item(
     distances = (item.points - origin) @ target_direction
     points = item.points - origin
     if direction is not None:
-        fraction = float(direction @ target_direction)
-        if abs(fraction) < 1e-6:
+        cosine = float(direction @ target_direction)
+        if abs(cosine) < 1e-6:
             return None
-        points = points - (distances / fraction)[:, None] * direction
+        points = points - (distances / cosine)[:, None] * direction
     projected_points = np.stack([points @ right, points @ up], axis=1)
     if item.normal is None or item.dip_deg is None:
         return ProjectedItem(item, projected_points, distances, None)

@@ -210,8 +210,8 @@ def texel_sizes(mesh: Mesh, vertices: FloatArray) -> dict[Path, tuple[float, flo
         if not len(size):
             continue
         order = np.argsort(size)
-        fraction = np.cumsum(area[order]) / area.sum()
-        index = np.minimum(np.searchsorted(fraction, (0.01, 0.5)), len(size) - 1)
+        cumulative_share = np.cumsum(area[order]) / area.sum()
+        index = np.minimum(np.searchsorted(cumulative_share, (0.01, 0.5)), len(size) - 1)
         low, middle = size[order][index].tolist()
         statistics[path] = (low, middle, float(area.sum()))
     return statistics

@@ -67,7 +67,7 @@ class OrthophotoFiles:
     drawing: dict[str, Path]
     coverage: float
     warnings: tuple[Finding, ...]
-    facts: dict[str, Any]
+    metadata: dict[str, Any]
 
 
 def orthophoto_outputs(image: str | Path) -> tuple[Path, Path, Path]:
@@ -148,8 +148,8 @@ def write_orthophoto(
     if features is not None:
         warnings += _feature_findings(drawing, outside_count)
     transform = _transform(plan)
-    facts = picture_facts(plan, crs if is_map else None)
-    shown_crs = crs if is_map else view_plane_crs(plan.view.metric, picture_id(facts))
+    metadata = picture_facts(plan, crs if is_map else None)
+    shown_crs = crs if is_map else view_plane_crs(plan.view.metric, picture_id(metadata))
     raster = Raster(grid.width, grid.height, "rgba", transform, shown_crs, _tags(plan))
     progress.stage(tr("Preparing the model"))
     source = _mask_domain(drawn or create_source(data, plan), plan, only)
@@ -165,14 +165,14 @@ def write_orthophoto(
         progress.stage(tr("Writing the orthophoto"))
         _refuse_empty(covered, plan)
         warnings += source.warnings()
-        facts |= {
+        metadata |= {
             "image": image.name,
             "depth": depth.name,
             "world_file": world.name,
             **_drawn_facts(covered / (grid.width * grid.height), filled, source),
             "model": model,
             "content_hash": content_hash,
-            **_place_facts(plan, crs, facts),
+            **_place_facts(plan, crs, metadata),
             "drawing": {form: target.name for form, target in drawings.items()} or None,
             "software": f"VOM Studio {__version__}",
         }
@@ -181,33 +181,35 @@ def write_orthophoto(
         if drawings:
             progress.stage(tr("Writing the drawing"))
             parts = {form: paths[target] for form, target in drawings.items()}
-            write_drawings(parts, drawing, shown_crs, facts["picture_id"], raster_turn(plan))
-            facts["drawn"] = len(drawing.shapes)
-        facts["warnings"] = plain(warnings)
-        paths[sidecar].write_text(_sidecar_text(facts), "utf-8")
+            write_drawings(parts, drawing, shown_crs, metadata["picture_id"], raster_turn(plan))
+            metadata["drawn"] = len(drawing.shapes)
+        metadata["warnings"] = plain(warnings)
+        paths[sidecar].write_text(_sidecar_text(metadata), "utf-8")
         paths[world].write_text(world_file(transform), "ascii")
         for page in pages:
             progress.stage(tr("Drawing the sheet"))
             write_sheet(paths[page], drawing, plan.view, format_of(page), legend=legend)
-    sheet, coverage = next(iter(pages), None), facts["coverage"]
+    sheet, coverage = next(iter(pages), None), metadata["coverage"]
     return OrthophotoFiles(
-        image, sidecar, depth, world, sheet, drawings, coverage, tuple(warnings), facts
+        image, sidecar, depth, world, sheet, drawings, coverage, tuple(warnings), metadata
     )
 
 
-def _sidecar_text(facts: dict[str, Any]) -> str:
+def _sidecar_text(metadata: dict[str, Any]) -> str:
     """Format the sidecar; an oblique picture has the CRS of World only, not one of its own."""
-    stated_facts = {key: value for key, value in facts.items() if key != "crs" or value is not None}
+    stated_facts = {
+        key: value for key, value in metadata.items() if key != "crs" or value is not None
+    }
     return json.dumps(stated_facts, indent=1, ensure_ascii=False) + "\n"
 
 
 def _drawn_facts(coverage: float, filled_count: int, source: TileSource) -> dict[str, Any]:
-    facts = {
+    metadata = {
         "coverage": coverage,
         "holes_filled_px": filled_count,
         "holes_filled_up_to_m": getattr(source, "hole_m", None),
     }
-    return facts | ({"domain": source.territory.facts} if isinstance(source, OneDomain) else {})
+    return metadata | ({"domain": source.territory.facts} if isinstance(source, OneDomain) else {})
 
 
 def _mask_domain(source: TileSource, plan: OrthophotoPlan, only: Territory | None) -> TileSource:
@@ -228,13 +230,13 @@ def _feature_findings(drawing: Drawing, n_outside: int) -> list[Finding]:
     return [Finding("interpretation.partly-in-view", count=n_outside)] if n_outside else []
 
 
-def _place_facts(plan: OrthophotoPlan, crs: str | None, facts: dict[str, Any]) -> dict[str, Any]:
+def _place_facts(plan: OrthophotoPlan, crs: str | None, metadata: dict[str, Any]) -> dict[str, Any]:
     """Return the facts about the position of the picture in the World frame.
 
     crs : CRS of the World frame, regardless of that of the picture
     """
     north = world_north(crs, is_known=plan.view.north_known)
-    return {"world_crs": crs, "north": north, "picture_id": picture_id(facts)}
+    return {"world_crs": crs, "north": north, "picture_id": picture_id(metadata)}
 
 
 def _check_targets(targets: Iterable[Path], own_paths: Iterable[Path], force: bool) -> None:
@@ -310,8 +312,8 @@ class _Reduced:
         mean = padded_tile.reshape(
             padded_tile.shape[0] // f, f, padded_tile.shape[1] // f, f, 4
         ).mean(axis=(1, 3))
-        fraction = np.maximum(mean[..., 3:] / 255, 1e-6)
-        mean[..., :3] = np.where(mean[..., 3:] > 0, mean[..., :3] / fraction, 0)
+        alpha = np.maximum(mean[..., 3:] / 255, 1e-6)
+        mean[..., :3] = np.where(mean[..., 3:] > 0, mean[..., :3] / alpha, 0)
         position = self.out[row // f :, column // f :]
         position[: mean.shape[0], : mean.shape[1]] = np.clip(np.rint(mean), 0, 255)
 

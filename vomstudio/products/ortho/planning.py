@@ -152,10 +152,10 @@ def lay_grid(
     notes: list[Finding] = []
     if region is not None:
         centre = frame.to_view(np.array([region.centre]), reference)[0]
-        half = 0.5 * np.array([region.width, region.height])
+        half_size = 0.5 * np.array([region.width, region.height])
         low[:2], high[:2] = (
-            np.maximum(low[:2], centre[:2] - half),
-            np.minimum(high[:2], centre[:2] + half),
+            np.maximum(low[:2], centre[:2] - half_size),
+            np.minimum(high[:2], centre[:2] + half_size),
         )
         if (low[:2] > high[:2]).any():
             raise InputError(Finding("view.part-empty"))
@@ -239,8 +239,10 @@ def default_gsd(
 
         sizes = sorted((size, area) for _, size, area in texel_sizes(data, data.vertices).values())
         if sizes:
-            fraction = np.cumsum([area for _, area in sizes])
-            gsd = sizes[int(np.searchsorted(fraction, 0.5 * fraction[-1]))][0] * scale
+            cumulative_share = np.cumsum([area for _, area in sizes])
+            gsd = (
+                sizes[int(np.searchsorted(cumulative_share, 0.5 * cumulative_share[-1]))][0] * scale
+            )
             code = "gsd.texture"
     if not math.isfinite(gsd):
         gsd = point_spacing(data) * scale

@@ -307,29 +307,29 @@ def collect_result(
         str(files.world_file),
         sheet,
         {form: str(path) for form, path in files.drawing.items()} or None,
-        figures_of(files.facts),
+        figures_of(files.metadata),
         planned_picture.fold,
         (*warnings, *planned_picture.warnings, *files.warnings),
     )
 
 
-def figures_of(facts: Mapping[str, Any]) -> OrthophotoFigures:
+def figures_of(metadata: Mapping[str, Any]) -> OrthophotoFigures:
     """Extract the figures from the facts in the sidecar of a picture."""
     return OrthophotoFigures(
-        facts["width"],
-        facts["height"],
-        facts["gsd_m"],
-        facts["trend_deg"],
-        facts["plunge_deg"],
-        np.array(facts["right"]),
-        np.array(facts["down"]),
-        np.array(facts["direction"]),
-        facts["sense"],
-        Finding.from_dict(facts["sense_reason"]),
-        facts["coverage"],
-        np.array(facts["reference_point"]),
-        np.array(facts["pixel_to_world"]),
-        facts["crs"],
-        facts["holes_filled_px"],
-        facts["holes_filled_up_to_m"],
+        metadata["width"],
+        metadata["height"],
+        metadata["gsd_m"],
+        metadata["trend_deg"],
+        metadata["plunge_deg"],
+        np.array(metadata["right"]),
+        np.array(metadata["down"]),
+        np.array(metadata["direction"]),
+        metadata["sense"],
+        Finding.from_dict(metadata["sense_reason"]),
+        metadata["coverage"],
+        np.array(metadata["reference_point"]),
+        np.array(metadata["pixel_to_world"]),
+        metadata["crs"],
+        metadata["holes_filled_px"],
+        metadata["holes_filled_up_to_m"],
     )

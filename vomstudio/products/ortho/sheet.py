@@ -88,8 +88,8 @@ def write_sheet(
     scale = paper_scale(drawing.bounds)
     width, height = (1000.0 * (high - low) / scale).tolist()
     page = max(width, _MIN_WIDTH_MM)
-    words = _words(view, page)
-    text_height = _WORDS_MM + _ROW_MM * len(words)
+    texts = _words(view, page)
+    text_height = _WORDS_MM + _ROW_MM * len(texts)
     key = Legend(entries_of(drawing.shapes) if legend else [], page, _FONT_PT)
     size = (page + 2 * MARGIN_MM, height + _TOP_MM + text_height + key.height_mm + 6.0)
     x_left, y_bottom = 0.5 * (size[0] - width), size[1] - _TOP_MM - height
@@ -112,7 +112,7 @@ def write_sheet(
         _draw_bar(page_axes, drawing, scale, (x_left, y_bottom, width))
         side = min(x_left, 0.5 * (size[0] - page))
         key.draw(page_axes, side, y_bottom - text_height)
-        for k, line in enumerate(words):
+        for k, line in enumerate(texts):
             page_axes.text(
                 side,
                 y_bottom - _WORDS_MM - _ROW_MM * k,
@@ -259,10 +259,10 @@ def _draw_ends(
     ax.text(centre + 2.0, text_top + 3.0, end_labels(view)[2], va="center", **text_style)
 
 
-def _draw_bar(ax: Axes, drawing: Drawing, scale: int, place: tuple[float, float, float]) -> None:
+def _draw_bar(ax: Axes, drawing: Drawing, scale: int, position: tuple[float, float, float]) -> None:
     from matplotlib.patches import Rectangle
 
-    x_left, y_bottom, _ = place
+    x_left, y_bottom, _ = position
     low, high = drawing.bounds
     length = round_length(0.25 * float(high[0] - low[0]))
     width, y = 1000.0 * length / scale, y_bottom - _BAR_MM

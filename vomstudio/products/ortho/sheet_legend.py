@@ -41,11 +41,11 @@ class Legend:
     def draw(self, ax: Axes, left: float, top: float) -> None:
         """Draw the legend on the axes of the page; `left` and `top` are its position in mm."""
         top -= _ABOVE_MM
-        for k, (entry, words) in enumerate(zip(self._entries, self._words, strict=True)):
+        for k, (entry, texts) in enumerate(zip(self._entries, self._words, strict=True)):
             column, row = divmod(k, self._rows)
             x, y = left + column * self._wide, top - (row + 0.5) * _ROW_MM
             _draw_glyphs(ax, entry, x, y)
-            self._write(ax, x + self._slots * (_GLYPH_MM + _GAP_MM), y, words)
+            self._write(ax, x + self._slots * (_GLYPH_MM + _GAP_MM), y, texts)
         if self._remark:
             self._write(ax, left, top - (self._rows + 0.5) * _ROW_MM, self._remark)
 

@@ -236,14 +236,14 @@ def svg_text(drawing: Drawing) -> str:
         f'<g id="page" class="{PROGRAM_CLASS}">'
         f'<rect width="{page[0]:.3f}" height="{page[1]:.3f}" fill="white"/></g>',
     ]
-    place = f'transform="matrix({matrix[0]!r} 0 0 {matrix[1]!r} {matrix[2]!r} {matrix[3]!r})"'
+    transform = f'transform="matrix({matrix[0]!r} 0 0 {matrix[1]!r} {matrix[2]!r} {matrix[3]!r})"'
     if drawing.picture is not None:
         out.append(
             f'<image id="picture" x="{x_left:.6f}" y="{y_top:.6f}" width="{width:.6f}" '
             f'height="{height:.6f}" preserveAspectRatio="none" '
             f'xlink:href="data:image/png;base64,{_png(drawing.picture)}"/>'
         )
-    out.append(f'<g id="plane" {place} stroke-width="{0.35 / mm:.6g}" fill="none">')
+    out.append(f'<g id="plane" {transform} stroke-width="{0.35 / mm:.6g}" fill="none">')
     ids: set[str] = set()
     for layer in drawing.layers:
         name = _escaped(layer)
@@ -447,11 +447,11 @@ def _labels(drawing: Drawing, matrix: tuple[float, float, float, float], scale: 
         position_attributes = (
             f'x="{x:.3f}" y="{y + 0.35 * _LABEL_MM:.3f}" font-size="{_LABEL_MM}"{anchor}'
         )
-        words = _escaped(label.shape.label)
+        text = _escaped(label.shape.label)
         # Draw a separate halo, because not all programs support paint-order.
         halo = 'fill="white" stroke="white" stroke-width="0.6" stroke-linejoin="round"'
-        elements.append(f"<text {position_attributes} {halo}>{words}</text>")
-        elements.append(f'<text {position_attributes} fill="{label.color}">{words}</text>')
+        elements.append(f"<text {position_attributes} {halo}>{text}</text>")
+        elements.append(f'<text {position_attributes} fill="{label.color}">{text}</text>')
     return [*elements, "</g>"]
 
 
@@ -648,12 +648,14 @@ def _text_places(drawing: Drawing, scale: float) -> list[tuple[DrawingShape, Flo
     for shape in drawing.shapes:
         if not shape.label:
             continue
-        half = 0.5 * _LETTER_WIDTH * height * len(shape.label)
+        half_width = 0.5 * _LETTER_WIDTH * height * len(shape.label)
         label = label_by_shape.get(id(shape))
         if label is None:
-            centre = shape.points[len(shape.points) // 2] + np.array([half + height, 0.0])
+            centre = shape.points[len(shape.points) // 2] + np.array([half_width + height, 0.0])
         else:
-            centre = np.array([label.x - half if label.right else label.x + half, label.y])
+            centre = np.array(
+                [label.x - half_width if label.right else label.x + half_width, label.y]
+            )
         positions.append((shape, np.append(centre, 0.0)))
     return positions
 

@@ -64,15 +64,15 @@ def check_photos(
     surface, normals = _sample_surface(outcrop, shift)
     # The photos also show the surroundings of the outcrop.
     low, high = surface.min(axis=0) - 0.2, surface.max(axis=0) + 0.2
-    inside = points[((points > low) & (points < high)).all(axis=1)]
+    inner_points = points[((points > low) & (points < high)).all(axis=1)]
     distance, nearest_rows = cKDTree(surface).query(
-        inside[:: max(1, len(inside) // _SAMPLE_POINTS)]
+        inner_points[:: max(1, len(inner_points) // _SAMPLE_POINTS)]
     )
-    sample = inside[:: max(1, len(inside) // _SAMPLE_POINTS)]
+    sample = inner_points[:: max(1, len(inner_points) // _SAMPLE_POINTS)]
     # Only the distance perpendicular to the surface counts, not that to the next point along it.
     offset = np.abs(((sample - surface[nearest_rows]) * normals[nearest_rows]).sum(axis=1))
     offset = np.where(distance < 0.25, offset, distance)
-    tree = cKDTree(inside)
+    tree = cKDTree(inner_points)
     visible_surface = surface[_are_visible(true, surface, normals)]
     reached, _ = tree.query(visible_surface)
     return (
@@ -80,7 +80,7 @@ def check_photos(
         _length(MODEL_OFFSET, float(np.median(offset))),
         _length(MODEL_OFFSET_90, float(np.percentile(offset, 90))),
         _length(OUTCROP_OFFSET, float(np.median(reached))),
-        *_plane_checks(inside, tree, picks, truth, shift, gsd, rotation),
+        *_plane_checks(inner_points, tree, picks, truth, shift, gsd, rotation),
     )
 
 
@@ -109,12 +109,12 @@ def _length(name: str, value: float) -> Check:
 def _camera_check(estimated_cameras: Cameras, true: Cameras) -> Check:
     """Compare camera centres by their median distance."""
     positions = {view.name: view.centre + true.origin for view in true.views}
-    misses = [
+    distances = [
         float(np.linalg.norm(view.centre + estimated_cameras.origin - positions[view.name]))
         for view in estimated_cameras.views
         if view.name in positions
     ]
-    return _length(CAMERA_CENTRES, float(np.median(misses)))
+    return _length(CAMERA_CENTRES, float(np.median(distances)))
 
 
 def _sample_surface(mesh: Mesh, shift: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -42,7 +42,7 @@ def format_html(
     checks: Sequence[Check], notes: Sequence[Finding], images: Mapping[str, str], seconds: float
 ) -> str:
     """Format the report as HTML; `images` maps file names to captions."""
-    head, *body = [_heads(), *map(_cells, checks)]
+    header, *body = [_heads(), *map(_cells, checks)]
     rows = "\n".join(
         f'<tr class="{"" if check.within else "out"}">'
         + "".join(f"<td>{escape(cell)}</td>" for cell in cells)
@@ -71,7 +71,7 @@ td {{ font-variant-numeric: tabular-nums; }} tr.out td {{ background: #fbe9d0; }
 img {{ max-width: 100%; }} figure {{ margin: 1.5em 0; }}
 </style></head><body><h1>{title}</h1>{paragraphs}
 {pictures}
-<table><tr>{"".join(f"<th>{escape(cell)}</th>" for cell in head)}</tr>
+<table><tr>{"".join(f"<th>{escape(cell)}</th>" for cell in header)}</tr>
 {rows}</table>
 <p>VOM Studio {__version__}, {seconds:.1f} s. {units}</p></body></html>
 """

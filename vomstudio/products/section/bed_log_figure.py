@@ -95,9 +95,9 @@ def lay_out_page(log: BedLog) -> LogPage:
     rows[has_name] = _spread(
         [centre for centre, n in zip(centres, has_name, strict=True) if n], _ROW_MM
     )
-    half = 0.5 * _ROW_MM
-    low = min(0.0, float(np.nanmin(rows, initial=0.0)) - half)
-    high = max(column, float(np.nanmax(rows, initial=0.0)) + half)
+    half_row = 0.5 * _ROW_MM
+    low = min(0.0, float(np.nanmin(rows, initial=0.0)) - half_row)
+    high = max(column, float(np.nanmax(rows, initial=0.0)) + half_row)
     columns = 2 if any(i.notes for i in log.intervals) else 0
     columns = columns or int(any(i.lithology for i in log.intervals))
     return LogPage(
@@ -228,10 +228,10 @@ def _draw_bricks(
     for k in range(math.ceil((high - low) / course)):
         floor, roof = low + k * course, min(low + (k + 1) * course, high)
         lines.append([(0.0, floor), (width, floor)])
-        lean = 0.6 * (roof - floor) if slanting else 0.0
+        slant = 0.6 * (roof - floor) if slanting else 0.0
         x = 0.5 * length if k % 2 else length
         while x < width + length:
-            lines.append([(x - lean, floor), (x + lean, roof)])
+            lines.append([(x - slant, floor), (x + slant, roof)])
             x += length
     brick_lines = LineCollection(lines, colors=style.soft, linewidths=0.5 * style.line_pt, zorder=2)
     ax.add_collection(brick_lines, autolim=False)
@@ -247,21 +247,21 @@ def _write_bed(
     style: NetStyle,
 ) -> None:
     width = _COLUMN_MM * (DEFAULT_WIDTH if appearance.width is None else appearance.width)
-    begin = _COLUMN_MM + 2.0
+    x_start = _COLUMN_MM + 2.0
     ax.plot(
-        [width + 0.8, begin, _THICKNESS_MM - _LEFT_MM - 1.0],
+        [width + 0.8, x_start, _THICKNESS_MM - _LEFT_MM - 1.0],
         [middle, middle, row],
         color=style.soft,
         linewidth=0.4 * style.line_pt,
         zorder=0,
     )
     thick = interval.thickness_m
-    words = (
+    lines = (
         (_THICKNESS_MM, format_with_error(thick.value, thick.error95)),
         (_LITHOLOGY_MM, _shorten(interval.lithology.replace("_", " "), _MAX_LITHOLOGY_LENGTH)),
         (_NOTES_MM, _shorten(interval.notes, _MAX_NOTES_LENGTH)),
     )
-    for position, text in words:
+    for position, text in lines:
         ax.text(
             position - _LEFT_MM,
             row,
@@ -395,8 +395,8 @@ def _spread(targets: Sequence[float], distance: float) -> FloatArray:
     The solution is found by pooling adjacent violators.
     """
     blocks: list[tuple[float, int]] = []
-    for i, place in enumerate(targets):
-        total, count = place - i * distance, 1
+    for i, target in enumerate(targets):
+        total, count = target - i * distance, 1
         while blocks and blocks[-1][0] / blocks[-1][1] >= total / count:
             previous_total, previous_count = blocks.pop()
             total, count = total + previous_total, count + previous_count

@@ -56,15 +56,15 @@ def project_along_bends(
         best_distances[nearer], panel_of[nearer] = np.abs(projected_feature.away[nearer]), k
         distances[nearer] = projected_feature.away[nearer]
         unfolded_points[nearer] = projected_feature.points[nearer] + [panel.start, panel.level]
-    inside = np.flatnonzero(panel_of >= 0)
-    if len(inside) == len(points) and (panel_of == panel_of[0]).all():
+    inner_rows = np.flatnonzero(panel_of >= 0)
+    if len(inner_rows) == len(points) and (panel_of == panel_of[0]).all():
         return (ProjectedItem(item, unfolded_points[is_vertex], distances[is_vertex], None),)
-    steps = np.linalg.norm(np.diff(points[inside], axis=0), axis=1)
-    step_lengths = np.linalg.norm(np.diff(unfolded_points[inside], axis=0), axis=1)
+    steps = np.linalg.norm(np.diff(points[inner_rows], axis=0), axis=1)
+    step_lengths = np.linalg.norm(np.diff(unfolded_points[inner_rows], axis=0), axis=1)
     broken_rows = np.flatnonzero(step_lengths > _MAX_STRETCH * steps + 1e-12) + 1
     piece = replace(item, form="line", filled=False) if item.form == "ring" else item
     parts = []
-    for run in np.split(inside, broken_rows):
+    for run in np.split(inner_rows, broken_rows):
         if len(run) < 2:
             continue
         # Keep vertices, both ends, and the points at which the line changes pieces.

@@ -118,9 +118,9 @@ def _cut_mesh(mesh: Mesh, panel: Panel) -> FloatArray:
         corners[:, 0] == corners[:, 1], 2, np.where(corners[:, 0] == corners[:, 2], 1, 0)
     )
     rows = np.arange(len(faces))
-    tip = faces[rows, single_corner]
+    apex = faces[rows, single_corner]
     ends = [
-        _crossing(mesh.vertices, tip, faces[rows, (single_corner + k) % 3], side, panel)
+        _crossing(mesh.vertices, apex, faces[rows, (single_corner + k) % 3], side, panel)
         for k in (1, 2)
     ]
     pieces = np.stack(ends, axis=1)
@@ -259,19 +259,19 @@ def _link_points(points: FloatArray, spacing: float) -> list[FloatArray]:
     _, cell_of = np.unique(cells, axis=0, return_inverse=True)
     cell_of = cell_of.ravel()
     counts = np.bincount(cell_of)
-    middle = np.stack([np.bincount(cell_of, points[:, k]) / counts for k in (0, 1)], axis=1)
-    pairs = cKDTree(middle).query_pairs(MAX_LINK_SPACINGS * spacing, output_type="ndarray")
+    centres = np.stack([np.bincount(cell_of, points[:, k]) / counts for k in (0, 1)], axis=1)
+    pairs = cKDTree(centres).query_pairs(MAX_LINK_SPACINGS * spacing, output_type="ndarray")
     if not len(pairs):
         return []
-    lengths = np.linalg.norm(middle[pairs[:, 0]] - middle[pairs[:, 1]], axis=1)
-    n = len(middle)
+    lengths = np.linalg.norm(centres[pairs[:, 0]] - centres[pairs[:, 1]], axis=1)
+    n = len(centres)
     tree = minimum_spanning_tree(coo_matrix((lengths, tuple(pairs.T)), (n, n)).tocsr())
     count, label = connected_components(tree, directed=False)
     lines = []
     for k in range(count):
         rows = np.flatnonzero(label == k)
         if len(rows) >= MIN_POINTS:
-            line = middle[rows][_longest_path(tree[rows][:, rows])]
+            line = centres[rows][_longest_path(tree[rows][:, rows])]
             lines.append(line if line[0, 0] <= line[-1, 0] else line[::-1])
     return sorted(lines, key=lambda line: float(line[0, 0]))
 

@@ -189,7 +189,7 @@ def extend(
     return ExtendedPlane(
         plane.dip_direction_deg,
         plane.dip_deg,
-        (float(belief.middle[0]), float(belief.middle[1]), float(belief.middle[2])),
+        (float(belief.centroid[0]), float(belief.centroid[1]), float(belief.centroid[2])),
         major_deg,
         minor_deg,
         thickness_m,
@@ -225,8 +225,8 @@ def band_edges(
         Upper and lower bounding lines, one segment per intersected triangle.
     """
     distances = estimate.distances(mesh.vertices) - repeats.offset(number)
-    half = _error95(mesh.vertices, estimate, repeats, number)
-    return _level_pieces(mesh, distances - half), _level_pieces(mesh, distances + half)
+    half_width = _error95(mesh.vertices, estimate, repeats, number)
+    return _level_pieces(mesh, distances - half_width), _level_pieces(mesh, distances + half_width)
 
 
 def _level_pieces(mesh: Mesh, values: FloatArray) -> FloatArray:
@@ -239,12 +239,12 @@ def _level_pieces(mesh: Mesh, values: FloatArray) -> FloatArray:
         corners[:, 0] == corners[:, 1], 2, np.where(corners[:, 0] == corners[:, 2], 1, 0)
     )
     rows = np.arange(len(faces))
-    tip = faces[rows, single_corner]
+    apex = faces[rows, single_corner]
     ends = []
     for k in (1, 2):
         other_corner = faces[rows, (single_corner + k) % 3]
-        fraction = values[tip] / (values[tip] - values[other_corner])
-        a, b = mesh.vertices[tip], mesh.vertices[other_corner]
+        fraction = values[apex] / (values[apex] - values[other_corner])
+        a, b = mesh.vertices[apex], mesh.vertices[other_corner]
         ends.append(a + fraction[:, None] * (b - a))
     return np.stack(ends, axis=1)
 
@@ -258,7 +258,7 @@ def _cut_near_plane(
 ) -> Cut:
     """Cut only the part of the model near the plane, which is fast even for many planes."""
     offset = repeats.offset(number)
-    origin = estimate.middle + offset * estimate.axes[2]
+    origin = estimate.centroid + offset * estimate.axes[2]
     curtain: Curtain = curtain_of_plane(estimate.plane, origin)
     if isinstance(data, Mesh):
         distances = estimate.distances(data.vertices) - offset
@@ -322,7 +322,7 @@ def _half_angles(estimate: PlaneEstimate) -> tuple[float, float]:
     from vomstudio.geometry.plane_errors import joint_quantile
     from vomstudio.geometry.rotation_errors import CHI2_TWO
 
-    dof = estimate.free
+    dof = estimate.degrees_of_freedom
     limit = CHI2_TWO
     if np.isfinite(dof):
         limit = float(joint_quantile(np.array([dof]))[0]) * dof

@@ -84,12 +84,12 @@ class Boundary:
     """Boundary of a log.
 
     key : id of a trace, or POINT and the number of a point of the line
-    place : (x, y, z) in the World frame
+    position : (x, y, z) in the World frame
     """
 
     key: str
     name: str
-    place: tuple[float, float, float]
+    position: tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,13 +133,13 @@ def answer(question: LogQuestion) -> LogAnswer:
         sigma = pick_scatter_m([replace(q.line, fit=None), *met_traces])
     # Intervals refer to their boundaries by name, so the names must be unique.
     labels = unique_names([boundary.name for boundary in boundaries])
-    words = [q.words.get(boundary.key, RockWords()) for boundary in boundaries]
+    descriptions = [q.words.get(boundary.key, RockWords()) for boundary in boundaries]
     log = bed_log(
-        [boundary.place for boundary in boundaries],
+        [boundary.position for boundary in boundaries],
         bed.plane,
         names=labels,
-        lithologies=[word.lithology for word in words],
-        notes=[word.notes for word in words],
+        lithologies=[word.lithology for word in descriptions],
+        notes=[word.notes for word in descriptions],
         sigma_m=sigma,
         bed_error_deg=bed.error95_deg,
         overturned=q.options.overturned,
@@ -185,7 +185,7 @@ def _boundaries(q: LogQuestion, max_distance: float) -> list[Boundary]:
     if q.of in (TRACES, BOTH):
         traces = {id_: m.points for id_, m in q.traces.items() if id_ != q.line_id}
         for crossing in crossings(points, traces, max_distance):
-            x, y, z = crossing.place.tolist()
+            x, y, z = crossing.position.tolist()
             name = q.names[crossing.name]
             boundaries.append((crossing.along_m, Boundary(crossing.name, name, (x, y, z))))
     if len(boundaries) < 2:

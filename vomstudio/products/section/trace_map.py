@@ -137,5 +137,5 @@ def _shapes(shapes: Sequence[Any]) -> Any:
     return array
 
 
-def _words(words: Sequence[str]) -> Any:
-    return np.array(list(words), dtype=object)
+def _words(texts: Sequence[str]) -> Any:
+    return np.array(list(texts), dtype=object)

@@ -288,10 +288,10 @@ def write_section(
     with atomic_group(targets, force) as parts:
         if suffix == ".csv":
             axes = Axes(is_metric, north_known)
-            head = _head(curtain, crs, model, figures, axes)
-            parts[0].write_text(head + _lines_table(section_cut, axes), "utf-8")
+            header = _head(curtain, crs, model, figures, axes)
+            parts[0].write_text(header + _lines_table(section_cut, axes), "utf-8")
             if flats:
-                parts[1].write_text(head + _features_table(flats, axes), "utf-8")
+                parts[1].write_text(header + _features_table(flats, axes), "utf-8")
         else:
             drawing = section_drawing(
                 section_cut,
@@ -490,7 +490,7 @@ def _features_table(flats: tuple[ProjectedItem, ...], axes: Axes) -> str:
     out.writerow(table_columns(names, is_metric=axes.metric))
     for projected_feature in flats:
         item = projected_feature.item
-        words = [
+        texts = [
             escape_formula(word) for word in (item.layer, item.id, item.name, item.kind, item.set)
         ]
         angles = [
@@ -507,6 +507,6 @@ def _features_table(flats: tuple[ProjectedItem, ...], axes: Axes) -> str:
             zip(projected_feature.points.tolist(), projected_feature.away.tolist(), strict=True)
         ):
             out.writerow(
-                [*words, k + 1, f"{s:.6f}", f"{t:.6f}", f"{distances:.6f}", *angles, *last_cells]
+                [*texts, k + 1, f"{s:.6f}", f"{t:.6f}", f"{distances:.6f}", *angles, *last_cells]
             )
     return file.getvalue()

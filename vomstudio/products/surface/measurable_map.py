@@ -176,9 +176,7 @@ def measurable_map(
 
 def share_findings(measurability: MeasurableMap) -> tuple[Finding, ...]:
     """Report the shares of the surface on which the plane could be measured."""
-    fractions = {
-        f"{name}_percent": 100.0 * fraction for name, fraction in measurability.shares.items()
-    }
+    fractions = {f"{name}_percent": 100.0 * share for name, share in measurability.shares.items()}
     return (
         Finding("measurable.shares", **fractions),
         Finding(

@@ -122,8 +122,7 @@ def slope_fields(slopes: FacetSlopes, labels: IntegerArray) -> dict[str, Float32
     fields = {}
     for mode, name in _FIELDS.items():
         share_of = {
-            facet.id: fraction
-            for facet, fraction in zip(slopes.facets, slopes.shares(mode), strict=True)
+            facet.id: share for facet, share in zip(slopes.facets, slopes.shares(mode), strict=True)
         }
         unique_labels, label_of = np.unique(labels, return_inverse=True)
         values = np.array(
@@ -158,9 +157,9 @@ def write_facet_slopes(path: str | Path, slopes: FacetSlopes, *, force: bool = F
         ]
         cells.append("" if facet.area_m2 is None else f"{facet.area_m2:.6g}")
         for mode in MODES:
-            fraction = getattr(facet, mode)
-            cells += [str(fraction.critical), str(fraction.of)]
-            cells.append("" if fraction.share is None else f"{fraction.share:.6f}")
+            share = getattr(facet, mode)
+            cells += [str(share.critical), str(share.of)]
+            cells.append("" if share.share is None else f"{share.share:.6f}")
         out.writerow(cells)
     write_bytes(path, file.getvalue().encode("utf-8"), force=force)
 
@@ -179,8 +178,8 @@ def write_faces(path: str | Path, faces: Sequence[FacetFace]) -> None:
         plane = face.plane
         area = "" if face.area_m2 is None else repr(face.area_m2)
         overhang_text = "" if face.overhangs is None else str(face.overhangs)
-        words = [repr(plane.dip_direction_deg), repr(plane.dip_deg), area, overhang_text]
-        out.writerow([escape_formula(face.id), *words])
+        texts = [repr(plane.dip_direction_deg), repr(plane.dip_deg), area, overhang_text]
+        out.writerow([escape_formula(face.id), *texts])
     write_bytes(path, file.getvalue().encode("utf-8"), force=True)
 
 

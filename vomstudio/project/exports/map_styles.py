@@ -75,12 +75,12 @@ def _strike_and_dip(layer: Layer, color: str) -> list[SymbolLayer]:
     """
     line_style = _quality(layer, "outlineStyle")
     strike, dip_direction = '"dip_direction_deg" - 90', '"dip_direction_deg"'
-    half = 0.5 * TICK_MM
+    half_tick = 0.5 * TICK_MM
     is_flat_or_steep = f"{_FLAT} OR {_STEEP}"
     tick = {
         "size": f"CASE WHEN {_FLAT} THEN {BAR_MM} WHEN {_STEEP} THEN {2 * TICK_MM} "
         f"ELSE {TICK_MM} END",
-        "offset": f"CASE WHEN {is_flat_or_steep} THEN '0,0' ELSE '0,{-half}' END",
+        "offset": f"CASE WHEN {is_flat_or_steep} THEN '0,0' ELSE '0,{-half_tick}' END",
     }
     pieces = [
         qml.stroke(
@@ -91,7 +91,7 @@ def _strike_and_dip(layer: Layer, color: str) -> list[SymbolLayer]:
             WIDTH_MM,
             color,
             angle=dip_direction,
-            offset=f"0,{-half}",
+            offset=f"0,{-half_tick}",
             expression_by_property={**line_style, **tick},
         ),
     ]
@@ -106,9 +106,9 @@ def _strike_and_dip(layer: Layer, color: str) -> list[SymbolLayer]:
 def _arrow(layer: Layer, color: str) -> list[SymbolLayer]:
     """Return the symbol layers of an arrow along the trend; a horizontal line has two heads."""
     line_style = _quality(layer, "outlineStyle")
-    head = qml.mark("arrowhead", 1.8, color, offset=f"0,{-BAR_MM}")
+    arrowhead = qml.mark("arrowhead", 1.8, color, offset=f"0,{-BAR_MM}")
     overrides = {"angle": '"trend_deg" - 90'}
-    values = {**head.values, "offset": f"{BAR_MM},0", "outline_width": f"{WIDTH_MM:g}"}
+    values = {**arrowhead.values, "offset": f"{BAR_MM},0", "outline_width": f"{WIDTH_MM:g}"}
     opposite = {**values, "offset": "0,0"}
     return [
         qml.stroke(
@@ -119,9 +119,11 @@ def _arrow(layer: Layer, color: str) -> list[SymbolLayer]:
             offset=f"0,{-0.5 * BAR_MM}",
             expression_by_property=line_style,
         ),
-        SymbolLayer(head.kind, values, overrides),
+        SymbolLayer(arrowhead.kind, values, overrides),
         SymbolLayer(
-            head.kind, opposite, {"angle": '"trend_deg" + 90', "enabled": 'abs("plunge_deg") < 0.5'}
+            arrowhead.kind,
+            opposite,
+            {"angle": '"trend_deg" + 90', "enabled": 'abs("plunge_deg") < 0.5'},
         ),
     ]
 

@@ -393,7 +393,7 @@ def _table(path: Path, findings: list[Finding]) -> Iterator[_Row]:
                 yield _Row(kind, points, row, crs)
         elif {"x", "y", "z"} <= row.keys() and layer in ("", "stations"):
             try:
-                place = [float(row[axis]) for axis in "xyz"]
+                position = [float(row[axis]) for axis in "xyz"]
             except ValueError:
-                place = [np.nan] * 3
-            yield _Row("stations", np.array([place]), row, crs)
+                position = [np.nan] * 3
+            yield _Row("stations", np.array([position]), row, crs)

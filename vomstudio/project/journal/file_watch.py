@@ -209,10 +209,10 @@ def close_without_checkpoint(db: sqlite3.Connection, path: Path, *, is_known_log
 
 def open_error(error: sqlite3.Error, path: Path) -> InputError | TargetError:
     """Return the error for a journal that cannot be opened."""
-    words = str(error)
-    if "not a database" in words or "malformed" in words:
+    message = str(error)
+    if "not a database" in message or "malformed" in message:
         return InputError(Finding("journal.damaged", reason=error), file=path)
-    if "locked" in words:
+    if "locked" in message:
         return InputError(Finding("journal.in-use"), file=path)
     return TargetError(
         Finding("journal.not-opened", reason=failure_reason(path.parent, error)),

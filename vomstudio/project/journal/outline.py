@@ -41,10 +41,10 @@ def _line(row: JournalRow) -> str:
 
 def _label(label: str) -> str:
     """Replace each sequence of words that are not in `_WORDS` by "…"."""
-    words = [
+    labels = [
         w if w.lower() in _WORDS or re.fullmatch(r"\d{1,3}", w) else "…" for w in label.split()
     ]
-    return re.sub(r"…(?: …)+", "…", " ".join(words))
+    return re.sub(r"…(?: …)+", "…", " ".join(labels))
 
 
 def _draft(state: Mapping[str, Any] | None) -> str:

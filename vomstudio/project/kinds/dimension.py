@@ -157,7 +157,7 @@ def _thickness(
     figures = {"thickness_m": abs(offset_across)}
     tilt = deviation95(plane, step - offset_across * plane.normal, joint=False)
     if tilt is not None:
-        roughness = t95(plane.free) * float(np.sqrt(2.0)) * plane.roughness
+        roughness = t95(plane.degrees_of_freedom) * float(np.sqrt(2.0)) * plane.roughness
         figures["thickness_error95_m"] = float(np.hypot(tilt, roughness))
     plane_model = model_of(context.records, get_feature(context.records, feature.plane_id))
     registration_error = thickness_error(

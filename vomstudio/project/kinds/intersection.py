@@ -200,16 +200,16 @@ def _ends(
             centres.append(np.mean(positions, axis=0))
     if not extents or not centres:
         return np.zeros((0, 3))
-    half = 0.5 * max(extents)
+    half_length = 0.5 * max(extents)
     centre = np.mean(centres, axis=0)
     if len(centres) == 2:
         rows = np.array([means[0].normal, means[1].normal])
         gaps = np.einsum("ij,ij->i", rows, np.array(centres) - centre)
         step = np.linalg.lstsq(rows, gaps, rcond=None)[0]
         separation = float(np.linalg.norm(centres[1] - centres[0]))
-        if np.linalg.norm(step) <= half + separation:
+        if np.linalg.norm(step) <= half_length + separation:
             centre = centre + step
-    return np.array([centre - half * direction, centre + half * direction])
+    return np.array([centre - half_length * direction, centre + half_length * direction])
 
 
 def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:

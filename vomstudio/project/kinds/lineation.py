@@ -206,8 +206,8 @@ def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
     if slip is not None and base is not None and base.plane is not None:
         line = _add_arrowhead(points, base.plane, slip)
     if len(points) < 2:
-        middle = centre(subject.measured)
-        return Sketch(line, middle, sign=middle)
+        position = centre(subject.measured)
+        return Sketch(line, position, sign=position)
     return Sketch(line, midpoint(line[: len(feature.vertices)]), sign=midpoint(points))
 
 

@@ -53,12 +53,12 @@ def _text(kind: Kind, subjects: list[Subject], table: ProjectTable) -> str:
         *kind.figures,
         *(figure for figure in kind.layer.figures if figure.name not in names),
     ]
-    head = [
+    header = [
         f"VOM Studio {__version__}, {kind.layer.name}",
         f"CRS: {table.crs or 'none declared, coordinates as given'}",
         f"units: {table.axes.description}",
     ]
-    lines = [comment_line(line).rstrip("\n") for line in head]
+    lines = [comment_line(line).rstrip("\n") for line in header]
     lines.append(",".join([*(figure.name for figure in figures), WKT]))
     for subject in subjects:
         shape = kind.layer.shape(subject)

@@ -76,5 +76,5 @@ def grid_cells(
             colors.append(colour)
     names = ("id", "name", "cell", "found", "model", "notes")
     columns = zip(*rows, strict=True) if rows else ((),) * len(names)
-    table = {name: np.array(words, object) for name, words in zip(names, columns, strict=True)}
+    table = {name: np.array(cells, object) for name, cells in zip(names, columns, strict=True)}
     return shapes, table, colors

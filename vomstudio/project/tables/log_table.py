@@ -64,7 +64,7 @@ def write_log(
     out.writerow(table_columns(COLUMNS, is_metric=is_metric))
     for interval in log.intervals:
         error = interval.thickness_m.error95
-        words = [
+        texts = [
             interval.lithology,
             *(interval.strabospot.get(f, "") for f in FIELDS),
             interval.notes,
@@ -78,7 +78,7 @@ def write_log(
                 f"{interval.top_m:.4f}",
                 f"{interval.thickness_m.value:.4f}",
                 "" if error is None else f"{error:.4f}",
-                *map(escape_formula, words),
+                *map(escape_formula, texts),
             ]
         )
     write_bytes(path, file.getvalue().encode("utf-8"), force=force)

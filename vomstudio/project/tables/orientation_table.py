@@ -203,7 +203,7 @@ def write_orientation_csv(
     """
     if north is None:
         north = "y axis of the coordinates as given" if crs is None else f"grid north of {crs}"
-    head = [
+    header = [
         f"VOM Studio {__version__}, orientation table",
         f"CRS: {crs or 'none declared, coordinates as given'}",
         f"north: {north}",
@@ -212,7 +212,7 @@ def write_orientation_csv(
         *([] if limits is None else [f"profile: {limits.description}"]),
         *notes,
     ]
-    lines = [comment_line(text).rstrip("\n") for text in head]
+    lines = [comment_line(text).rstrip("\n") for text in header]
     names = (*COLUMNS, *extra_columns)
     lines.append(",".join(names))
     remaining = iter(rows)

@@ -54,7 +54,7 @@ class FittedToReference:
         Robust RMS of their residuals, metres.
     blocks, block_m : int, float
         Number and size of the blocks of the jackknife.
-    free : tuple of str
+    free_parameters : tuple of str
         Names of the parameters that the surfaces do not determine.
     """
 
@@ -65,7 +65,7 @@ class FittedToReference:
     rms_m: float
     blocks: int
     block_m: float
-    free: tuple[str, ...]
+    free_parameters: tuple[str, ...]
     warnings: tuple[Finding, ...] = field(metadata=HIDDEN_IN_JSON)
 
 
@@ -130,9 +130,11 @@ def fit_to_reference(
         positions = ModelPlanes(model, radius / fit.scale)
         refinement = refine(positions, target_planes, fit, scale=scale, progress=progress)
         fit = refinement.fit
-    fraction = len(refinement.miss) / max(positions.count, 1)
-    if fraction < _MIN_OVERLAP:
-        raise GeometryError(Finding("reference.little-overlap", share_percent=100.0 * fraction))
+    matched_share = len(refinement.miss) / max(positions.count, 1)
+    if matched_share < _MIN_OVERLAP:
+        raise GeometryError(
+            Finding("reference.little-overlap", share_percent=100.0 * matched_share)
+        )
     spread = jackknife_error(refinement, radius)
     whitening = spread.whitening
     if not scale:
@@ -152,12 +154,12 @@ def fit_to_reference(
         ),
         len(refinement.miss),
         radius,
-        fraction,
+        matched_share,
         refinement.sigma,
         spread.blocks,
         spread.side_m,
         free_parameters,
-        tuple(_findings(refinement, spread, fraction, free_parameters)),
+        tuple(_findings(refinement, spread, matched_share, free_parameters)),
     )
 
 
@@ -184,24 +186,27 @@ def _free_parameters(refinement: Refinement, scale: bool) -> tuple[str, ...]:
     axes = np.linalg.svd((refinement.determined.T @ refinement.information)[:, numbers])[2]
     null = axes[refinement.determined.shape[1] :]
     components = np.linalg.norm(null, axis=0)
-    words = []
+    names = []
     if components[3:6].max() > _MIN_COMPONENT:
-        words.append(tr(FREE["slide"]))
+        names.append(tr(FREE["slide"]))
     if components[:3].max() > _MIN_COMPONENT:
-        words.append(tr(FREE["turn"]))
+        names.append(tr(FREE["turn"]))
     if scale and components[6] > _MIN_COMPONENT:
-        words.append(tr(FREE["scale"]))
-    return tuple(words)
+        names.append(tr(FREE["scale"]))
+    return tuple(names)
 
 
 def _findings(
-    refinement: Refinement, spread: JackknifeError, fraction: float, free_names: tuple[str, ...]
+    refinement: Refinement,
+    spread: JackknifeError,
+    matched_share: float,
+    free_names: tuple[str, ...],
 ) -> list[Finding]:
     findings = []
     if free_names:
         findings.append(Finding("reference.little-relief", free=list(free_names)))
-    if fraction < _PARTIAL_OVERLAP:
-        findings.append(Finding("reference.partial", share_percent=100.0 * fraction))
+    if matched_share < _PARTIAL_OVERLAP:
+        findings.append(Finding("reference.partial", share_percent=100.0 * matched_share))
     # Rounding errors are also correlated.
     if spread.alike and refinement.sigma > _ROUNDING * refinement.size:
         findings.append(Finding("reference.bent", side_m=spread.side_m))

@@ -202,9 +202,9 @@ def _linearise(
     if not scale:
         full_jacobian[:, :, 3] = 0.0
     moves = np.einsum("nx,nxk->nk", normal, full_jacobian)
-    fraction = np.minimum((misclosures / (_TUKEY * sigma)) ** 2, 1.0)
-    pull = misclosures * (1.0 - fraction) ** 2
-    slope = (1.0 - fraction) * (1.0 - 5.0 * fraction)
+    scaled_squares = np.minimum((misclosures / (_TUKEY * sigma)) ** 2, 1.0)
+    pull = misclosures * (1.0 - scaled_squares) ** 2
+    slope = (1.0 - scaled_squares) * (1.0 - 5.0 * scaled_squares)
     # Information that the noise of the normals alone contributes.
     weight = slope * matches.tilt[is_near]
     noise = np.einsum("n,nxk,nxl->kl", weight, full_jacobian, full_jacobian, optimize=True)

@@ -114,12 +114,12 @@ def _neighbours_alike(refinement: Refinement, block_of_place: IntArray) -> bool:
     size = len(count)
     if size < 10:
         return False
-    middle = np.column_stack(
+    centres = np.column_stack(
         [np.bincount(block_of_place, refinement.places[:, axis]) / count for axis in range(3)]
     )
     mean = np.bincount(block_of_place, refinement.pull) / np.sqrt(count)
     mean = mean - mean.mean()
-    neighbours = cKDTree(middle).query(middle, k=min(5, size))[1][:, 1:]
+    neighbours = cKDTree(centres).query(centres, k=min(5, size))[1][:, 1:]
     weights = np.zeros((size, size))
     weights[np.repeat(np.arange(size), neighbours.shape[1]), neighbours.ravel()] = 1.0
     weights = (weights + weights.T) / 2
@@ -140,14 +140,16 @@ def _covariance(refinement: Refinement, block_of_place: IntArray) -> FloatArray:
     d = moves.shape[1]
     blocks = int(block_of_place.max()) + 1
     order = np.argsort(block_of_place, kind="stable")
-    begins = np.searchsorted(block_of_place[order], np.arange(blocks))
+    starts = np.searchsorted(block_of_place[order], np.arange(blocks))
     subset_moves = (moves * refinement.slope[:, None])[order]
-    inside = np.add.reduceat(subset_moves[:, :, None] * moves[order][:, None, :], begins, axis=0)
-    pulls = np.add.reduceat((moves * refinement.pull[:, None])[order], begins, axis=0)
+    subset_sums = np.add.reduceat(
+        subset_moves[:, :, None] * moves[order][:, None, :], starts, axis=0
+    )
+    pulls = np.add.reduceat((moves * refinement.pull[:, None])[order], starts, axis=0)
     # In these directions the total information is 1; without a block, that of the block is missing.
     subset_moments, subset_rotations = np.zeros((blocks, d)), np.zeros((blocks, d, d))
     for block in range(blocks):
-        values, axes = np.linalg.eigh((inside[block] + inside[block].T) / 2)
+        values, axes = np.linalg.eigh((subset_sums[block] + subset_sums[block].T) / 2)
         subset_rotations[block] = (axes / np.clip(1.0 - values, 1e-2, None)) @ axes.T
         subset_moments[block] = subset_rotations[block] @ pulls[block]
     inverse_response = np.linalg.inv(refinement.response)
@@ -155,9 +157,9 @@ def _covariance(refinement: Refinement, block_of_place: IntArray) -> FloatArray:
     factor = np.ones(d)
     for k in range(d):
         rows = subset_rotations[:, k, :]
-        variances = np.einsum("bi,bij,bj->b", rows, inside, rows)
-        cross_products = np.einsum("bi,bij->bj", rows, inside)
+        variances = np.einsum("bi,bij,bj->b", rows, subset_sums, rows)
+        cross_products = np.einsum("bi,bij->bj", rows, subset_sums)
         scatter = np.diag(variances) - cross_products @ cross_products.T
-        free_value = float(np.trace(scatter)) ** 2 / max(float((scatter**2).sum()), 1e-300)
-        factor[k] = t.ppf(0.975, max(free_value, _MIN_FREEDOM)) / norm.ppf(0.975)
+        degrees_of_freedom = float(np.trace(scatter)) ** 2 / max(float((scatter**2).sum()), 1e-300)
+        factor[k] = t.ppf(0.975, max(degrees_of_freedom, _MIN_FREEDOM)) / norm.ppf(0.975)
     return np.asarray(covariance * np.outer(factor, factor), np.float64)

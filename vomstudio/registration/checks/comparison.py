@@ -21,12 +21,12 @@ class Misfit:
     ----------
     variance : float
         Variance of one coordinate, m².
-    free : float
+    degrees_of_freedom : float
         Effective redundancy, lower if one axis has larger residuals (Satterthwaite 1946).
     """
 
     variance: float
-    free: float
+    degrees_of_freedom: float
 
 
 def residual_misfit(model: FloatArray, world: FloatArray, extra_unknowns: int = 0) -> Misfit | None:
@@ -43,8 +43,8 @@ def residual_misfit(model: FloatArray, world: FloatArray, extra_unknowns: int = 
     Misfit or None
         Misfit, or None without redundancy or if the fit fails.
     """
-    freedom = 3 * len(model) - _UNKNOWNS - extra_unknowns
-    if freedom < 1:
+    degrees_of_freedom = 3 * len(model) - _UNKNOWNS - extra_unknowns
+    if degrees_of_freedom < 1:
         return None
     local_points = world - world.mean(axis=0)
     try:
@@ -55,8 +55,10 @@ def residual_misfit(model: FloatArray, world: FloatArray, extra_unknowns: int = 
     squares = float(axes.sum())
     min_squares = _ROUNDING * float((local_points**2).sum())
     if squares <= min_squares:
-        return Misfit(max(min_squares, 1e-300) / freedom, float(freedom))
-    return Misfit(squares / freedom, freedom / 3.0 * squares**2 / float((axes**2).sum()))
+        return Misfit(max(min_squares, 1e-300) / degrees_of_freedom, float(degrees_of_freedom))
+    return Misfit(
+        squares / degrees_of_freedom, degrees_of_freedom / 3.0 * squares**2 / float((axes**2).sum())
+    )
 
 
 def fits_far_better(
@@ -80,5 +82,5 @@ def fits_far_better(
         return False
     # The upper tail preserves the digits of small probabilities.
     return reference.variance > other_misfit.variance * float(
-        f.isf(significance, reference.free, other_misfit.free)
+        f.isf(significance, reference.degrees_of_freedom, other_misfit.degrees_of_freedom)
     )

@@ -54,8 +54,8 @@ def coincident_point_findings(labels: Sequence[str], world: FloatArray) -> list[
     list of Finding
     """
     positions: dict[tuple[float, ...], list[str]] = {}
-    for label, place in zip(labels, world.tolist(), strict=True):
-        positions.setdefault(tuple(place), []).append(label)
+    for label, position in zip(labels, world.tolist(), strict=True):
+        positions.setdefault(tuple(position), []).append(label)
     return [
         Finding("control.same-coordinates", labels=group)
         for group in positions.values()

@@ -101,14 +101,14 @@ def tipping_findings(
     points : Points or None
     """
     axis = np.array([0.0, 0.0, 1.0]) if up is None else up / np.linalg.norm(up)
-    tip = float(np.degrees(np.arccos(np.clip((rotation @ axis)[2], -1.0, 1.0))))
+    tilt = float(np.degrees(np.arccos(np.clip((rotation @ axis)[2], -1.0, 1.0))))
     if up is not None:
-        if tip <= _MAX_TIP_DEG:
+        if tilt <= _MAX_TIP_DEG:
             return []
-        return [Finding("registration.upside-down", tip_deg=tip)]
-    if tip <= _MAX_TIP_UNKNOWN_UP_DEG or points is None or _exclude_mirror(points):
+        return [Finding("registration.upside-down", tip_deg=tilt)]
+    if tilt <= _MAX_TIP_UNKNOWN_UP_DEG or points is None or _exclude_mirror(points):
         return []
-    return [Finding("registration.upside-down-or-mirror", tip_deg=tip)]
+    return [Finding("registration.upside-down-or-mirror", tip_deg=tilt)]
 
 
 def _exclude_mirror(points: Points) -> bool:

@@ -96,18 +96,18 @@ def _best_division(
 ) -> MixedValues | None:
     best_division: tuple[float, BoolArray, float] | None = None
     for fit in fits:
-        misses = fit(model) - world
-        squares = (misses**2).sum(axis=1)
+        residuals = fit(model) - world
+        squares = (residuals**2).sum(axis=1)
         if changed_coordinates is not None:
-            changed_squares = ((misses + world - changed_coordinates) ** 2).sum(axis=1)
+            changed_squares = ((residuals + world - changed_coordinates) ** 2).sum(axis=1)
             cost, mask, offset = (
                 float(np.minimum(squares, changed_squares).sum()),
                 changed_squares < squares,
                 0.0,
             )
         else:
-            horizontal_squares = (misses[:, :2] ** 2).sum(axis=1)
-            offsets = misses[:, 2]
+            horizontal_squares = (residuals[:, :2] ** 2).sum(axis=1)
+            offsets = residuals[:, 2]
             changed_squares_by_offset = (
                 horizontal_squares + (offsets[None, :] - offsets[:, None]) ** 2
             )

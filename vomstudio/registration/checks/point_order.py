@@ -78,12 +78,12 @@ def row_order_findings(
     order, misfit = find_row_order(model, world), residual_misfit(model, world)
     if order is None or misfit is None:
         return []
-    words = {
+    subjects = {
         "after_m": float(np.sqrt(3.0 * order.misfit.variance)),
         "before_m": float(np.sqrt(3.0 * misfit.variance)),
         "first": labels[int(order.rows[0])],
         "second": labels[int(order.others[0])],
     }
     if photos:
-        return [Finding("control.other-order", **words, photos=True)]
-    return [Finding("control.other-order", **words)]
+        return [Finding("control.other-order", **subjects, photos=True)]
+    return [Finding("control.other-order", **subjects)]

@@ -213,12 +213,12 @@ def statistics(distances: FloatArray, lod95: FloatArray | None) -> dict[str, Any
         raise GeometryError(Finding("comparison.no-overlap"))
     median = float(np.median(valid_distances))
     lod: float | None = None
-    fraction: float | None = None
+    share: float | None = None
     if lod95 is not None:
         is_known = is_finite & np.isfinite(lod95)
         if is_known.any():
             lod = float(np.median(lod95[is_known]))
-            fraction = float((np.abs(distances[is_known]) > lod95[is_known]).mean())
+            share = float((np.abs(distances[is_known]) > lod95[is_known]).mean())
     return {
         "n": len(valid_distances),
         "beyond": len(distances) - len(valid_distances),
@@ -228,7 +228,7 @@ def statistics(distances: FloatArray, lod95: FloatArray | None) -> dict[str, Any
         "mad_m": float(np.median(np.abs(valid_distances - median))),
         "rms_m": float(np.sqrt((valid_distances**2).mean())),
         "lod95_m": lod,
-        "significant_share": fraction,
+        "significant_share": share,
     }
 
 

@@ -218,10 +218,10 @@ def _other_conventions() -> Iterator[_PixelConvention]:
         yield _PixelConvention(turned_text, turn, start)
     exchanged_text = tr("column and row are swapped and counted from the lower right corner")
     yield _PixelConvention(exchanged_text, ((0, -1), (-1, 0)), (1, 1))
-    middle = tr("they are counted from the photo centre, with rows upward")
-    yield _PixelConvention(middle, ((1, 0), (0, -1)), (0.5, 0.5))
-    middle = tr("they are counted from the photo centre, with rows downward")
-    yield _PixelConvention(middle, ((1, 0), (0, 1)), (0.5, 0.5))
+    description = tr("they are counted from the photo centre, with rows upward")
+    yield _PixelConvention(description, ((1, 0), (0, -1)), (0.5, 0.5))
+    description = tr("they are counted from the photo centre, with rows downward")
+    yield _PixelConvention(description, ((1, 0), (0, 1)), (0.5, 0.5))
 
 
 def require_pixels_of_photos(
@@ -252,7 +252,7 @@ def require_pixels_of_photos(
     if ray_px <= _MAX_RAY_PX and not point_px > _MAX_POINT_PX:
         return
     best_conversion: tuple[float, float, str] | None = None
-    for words, size, change in _conversions(photos, targets):
+    for description, size, change in _conversions(photos, targets):
         if _share_inside(photos, change) < _MIN_SHARE_INSIDE:
             continue
         # Convert to pixels of the marked copies.
@@ -273,7 +273,7 @@ def require_pixels_of_photos(
             best_conversion = (
                 changed_ray_px + float(np.nan_to_num(changed_point_px)),
                 max(changed_ray_px, np.nan_to_num(changed_point_px)),
-                words,
+                description,
             )
     if best_conversion is not None:
         raise GeometryError(
@@ -329,10 +329,10 @@ def _conversions(
         return (ray_px + float(np.nan_to_num(point_px))) * math.exp(-logarithm)
 
     step = float(_LOG_SIZES[1] - _LOG_SIZES[0])
-    misses = [miss(float(value)) for value in _LOG_SIZES]
-    if not np.isfinite(misses).any():
+    distances = [miss(float(value)) for value in _LOG_SIZES]
+    if not np.isfinite(distances).any():
         return
-    best_log_size = float(_LOG_SIZES[int(np.argmin(misses))])
+    best_log_size = float(_LOG_SIZES[int(np.argmin(distances))])
     while step > 1e-3:
         step /= 2.0
         best_log_size = min((best_log_size, best_log_size - step, best_log_size + step), key=miss)
@@ -359,8 +359,8 @@ def _conversions(
 def _share_inside(
     photos: Sequence[_PhotoMarks], change: Callable[[FloatArray, View], FloatArray]
 ) -> float:
-    inside = [photo.view.contains(change(photo.pixels, photo.view)) for photo in photos]
-    return float(np.concatenate(inside).mean())
+    is_inside = [photo.view.contains(change(photo.pixels, photo.view)) for photo in photos]
+    return float(np.concatenate(is_inside).mean())
 
 
 def _misses(

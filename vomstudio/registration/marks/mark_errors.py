@@ -157,10 +157,10 @@ def _scatter_px(located_pairs: Sequence[tuple[Marks, FloatArray]]) -> float:
         for marks, distance_px in located_pairs:
             near_marks = np.flatnonzero(distance_px <= _LIMIT_SIGMAS * scatter)
             if len(near_marks) >= 2 and len(near_marks) < len(distance_px):
-                place = triangulate(*marks.select(near_marks))
+                point = triangulate(*marks.select(near_marks))
             else:
-                near_marks, place = np.arange(len(distance_px)), triangulate(*marks)
-            lengths.append(_unfitted(len(near_marks)) * mark_distances(marks, place))
+                near_marks, point = np.arange(len(distance_px)), triangulate(*marks)
+            lengths.append(_unfitted(len(near_marks)) * mark_distances(marks, point))
         previous_scatter, scatter = (
             scatter,
             float(np.median(np.concatenate(lengths))) / _MEDIAN_LENGTH,

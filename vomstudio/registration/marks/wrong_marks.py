@@ -79,17 +79,17 @@ def find_agreeing(label: str, marks: Marks, limit_px: float) -> tuple[IntArray, 
     all_rows = np.arange(len(marks.views))
     if len(all_rows) < 3 or meet(marks, limit_px):
         return all_rows, []
-    place = robust_place(marks)
-    is_near = mark_distances(marks, place) <= limit_px
+    point = robust_place(marks)
+    is_near = mark_distances(marks, point) <= limit_px
     if is_near.sum() >= _MIN_AGREEING:
-        place = triangulate(*marks.select(np.flatnonzero(is_near)))
-        is_near = mark_distances(marks, place) <= limit_px
+        point = triangulate(*marks.select(np.flatnonzero(is_near)))
+        is_near = mark_distances(marks, point) <= limit_px
     if is_near.sum() >= _MIN_AGREEING and 2 * is_near.sum() > len(all_rows):
         rows = np.flatnonzero(is_near)
-        place = triangulate(*marks.select(rows))
-        return rows, [_wrong(label, marks, int(row), place) for row in np.flatnonzero(~is_near)]
-    worst_row, place = _worst(marks)
-    wrong_marks = [_wrong(label, marks, worst_row, place)]
+        point = triangulate(*marks.select(rows))
+        return rows, [_wrong(label, marks, int(row), point) for row in np.flatnonzero(~is_near)]
+    worst_row, point = _worst(marks)
+    wrong_marks = [_wrong(label, marks, worst_row, point)]
     return (
         all_rows if wrong_marks[0].expected is None else np.delete(all_rows, worst_row)
     ), wrong_marks
@@ -148,8 +148,8 @@ def meet(marks: Marks, limit_px: float) -> bool:
     -------
     bool
     """
-    place = triangulate(*marks)
-    return bool(np.isfinite(place).all() and mark_distances(marks, place).max() <= limit_px)
+    point = triangulate(*marks)
+    return bool(np.isfinite(point).all() and mark_distances(marks, point).max() <= limit_px)
 
 
 def _worst(marks: Marks) -> tuple[int, FloatArray]:
@@ -161,9 +161,9 @@ def _worst(marks: Marks) -> tuple[int, FloatArray]:
     remaining_scatters, positions = [], []
     for row in rows:
         other_marks = marks.select(np.delete(rows, row))
-        place = triangulate(*other_marks)
-        positions.append(place)
-        remaining_scatters.append(float(mark_distances(other_marks, place).max()))
+        point = triangulate(*other_marks)
+        positions.append(point)
+        remaining_scatters.append(float(mark_distances(other_marks, point).max()))
     best_row = int(np.argmin(remaining_scatters))
     second = float(np.partition(remaining_scatters, 1)[1])
     is_clear = math.isfinite(remaining_scatters[best_row]) and second >= _CLEAR * max(

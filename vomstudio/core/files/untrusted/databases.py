@@ -286,8 +286,15 @@ def _is_rtree(tokens: tuple[str, ...]) -> bool:
 
 def _is_standard_view(tokens: tuple[str, ...]) -> bool:
     """Return whether a view only selects columns of standard tables, in a single statement."""
-    words = [token if token.startswith("'") else _unquote(token) for token in tokens]
-    if words[1:3] != ["as", "select"] or words.count("from") != 1 or words.count("select") != 1:
+    unquoted_tokens = [token if token.startswith("'") else _unquote(token) for token in tokens]
+    if (
+        unquoted_tokens[1:3] != ["as", "select"]
+        or unquoted_tokens.count("from") != 1
+        or unquoted_tokens.count("select") != 1
+    ):
         return False
-    index = words.index("from")
-    return set(words[2:index]) <= _VIEW_WORDS and " ".join(words[index + 1 :]) in _VIEW_SOURCES
+    index = unquoted_tokens.index("from")
+    return (
+        set(unquoted_tokens[2:index]) <= _VIEW_WORDS
+        and " ".join(unquoted_tokens[index + 1 :]) in _VIEW_SOURCES
+    )

@@ -208,14 +208,14 @@ def _check_scans(file: BinaryIO, start: int) -> None:
     """Raise HeaderError if a JPEG has too many scans after offset `start`."""
     offset, scans = start, 1
     for _ in range(_MAX_PARTS):
-        place, marker = _next_segment(file, offset)
+        position, marker = _next_segment(file, offset)
         if marker == _END:
             return
         scans += marker == _SCAN
         if scans > _MAX_SCANS:
             raise HeaderError(tr("it has an implausible number of scans"))
-        file.seek(place + 2)
-        offset = place + 2 + max(2, int.from_bytes(file.read(2), "big"))
+        file.seek(position + 2)
+        offset = position + 2 + max(2, int.from_bytes(file.read(2), "big"))
     raise HeaderError(_too_many_parts())
 
 
@@ -338,10 +338,10 @@ def _check_tags(file: BinaryIO) -> None:
     for number, entries in enumerate(_all_directories(file)):
         if number > _MAX_DIRECTORIES:
             raise HeaderError(_too_many_parts())
-        for kind, count, _, place in entries:
+        for kind, count, _, value_field in entries:
             needed_size = count * _SIZES.get(kind, 1)
             # Some cameras write tags that extend beyond the end of the file; readers ignore them.
-            if needed_size > size - min(place, size):
+            if needed_size > size - min(value_field, size):
                 continue
             claimed_count += needed_size
             if claimed_count > 2 * size + (1 << 16) or (
@@ -420,10 +420,10 @@ def _entries(
         (kind, count, tag, value)
         for tag, kind, count, value in struct.iter_unpack(order + entry, whole_rows)
     ]
-    place = file.read(8 if is_big_tiff else 4)
-    if len(entries) < number or len(place) < (8 if is_big_tiff else 4):
+    value_field = file.read(8 if is_big_tiff else 4)
+    if len(entries) < number or len(value_field) < (8 if is_big_tiff else 4):
         return entries, 0
-    return entries, struct.unpack(order + ("Q" if is_big_tiff else "I"), place)[0]
+    return entries, struct.unpack(order + ("Q" if is_big_tiff else "I"), value_field)[0]
 
 
 def _numbers(

@@ -101,12 +101,14 @@ def marks_of(path: Path) -> list[Mark]:
     marks = []
     for marker in frames.iter("marker") if frames is not None else ():
         label = _require_known(path, marker, "marker_id", labels)
-        for place in marker.findall("location"):
-            pinned = place.get("pinned", place.get("valid", "true"))
+        for location in marker.findall("location"):
+            pinned = location.get("pinned", location.get("valid", "true"))
             if pinned.casefold() in ("false", "0"):
                 continue
-            photo = _require_known(path, place, "camera_id", names)
-            marks.append(Mark(label, photo, _number(path, place, "x"), _number(path, place, "y")))
+            photo = _require_known(path, location, "camera_id", names)
+            marks.append(
+                Mark(label, photo, _number(path, location, "x"), _number(path, location, "y"))
+            )
     if not marks:
         raise InputError(Finding("control.no-marks"), file=path)
     return marks
@@ -114,8 +116,8 @@ def marks_of(path: Path) -> list[Mark]:
 
 def _stated_crs(path: Path, root: Element) -> str | None:
     """Return the CRS of the chunk with the markers, as WKT or code. Raises InputError."""
-    for place in _chunk(path, root).findall("reference"):
-        if crs_text := (place.text or "").strip():
+    for reference in _chunk(path, root).findall("reference"):
+        if crs_text := (reference.text or "").strip():
             return str(crs_text)
     return None
 

@@ -208,9 +208,9 @@ class Document:
         if not isinstance(uri, str):
             raise self.error(tr("'uri' is not text"), field)
         if uri.startswith("data:"):
-            head, _, body = uri.partition(",")
+            header, _, body = uri.partition(",")
             try:
-                if head.endswith(";base64"):
+                if header.endswith(";base64"):
                     return base64.b64decode(unquote_to_bytes(body), validate=True)
                 return unquote_to_bytes(body)
             except (binascii.Error, ValueError):
@@ -354,7 +354,7 @@ class Document:
         return values
 
 
-def numbers(document: Document, values: object, n: int, place: str) -> FloatArray:
+def numbers(document: Document, values: object, n: int, location: str) -> FloatArray:
     if isinstance(values, list) and len(values) == n:
         try:
             array = np.array(values, np.float64)
@@ -362,4 +362,4 @@ def numbers(document: Document, values: object, n: int, place: str) -> FloatArra
             array = np.full(n, np.nan)
         if array.shape == (n,) and np.isfinite(array).all():
             return array
-    raise document.error(tr("it must have {count} numbers", count=n), place)
+    raise document.error(tr("it must have {count} numbers", count=n), location)

@@ -212,15 +212,15 @@ def _morphed_positions(
 
 
 def _local_matrix(document: Document, node: dict[str, Any], index: int) -> AnyArray:
-    place = f"nodes[{index}]"
+    location = f"nodes[{index}]"
     if "matrix" in node:
-        return numbers(document, node["matrix"], 16, place).reshape(4, 4).T
+        return numbers(document, node["matrix"], 16, location).reshape(4, 4).T
     matrix = np.eye(4)
     if "rotation" in node:
-        x, y, z, w = numbers(document, node["rotation"], 4, place)
+        x, y, z, w = numbers(document, node["rotation"], 4, location)
         length = np.sqrt(x * x + y * y + z * z + w * w)
         if not length > 0:
-            raise document.error(tr("the rotation is not valid"), place)
+            raise document.error(tr("the rotation is not valid"), location)
         x, y, z, w = np.array([x, y, z, w]) / length
         matrix[:3, :3] = [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
@@ -228,9 +228,9 @@ def _local_matrix(document: Document, node: dict[str, Any], index: int) -> AnyAr
             [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
         ]
     if "scale" in node:
-        matrix[:3, :3] *= numbers(document, node["scale"], 3, place)
+        matrix[:3, :3] *= numbers(document, node["scale"], 3, location)
     if "translation" in node:
-        matrix[:3, 3] = numbers(document, node["translation"], 3, place)
+        matrix[:3, 3] = numbers(document, node["translation"], 3, location)
     return matrix
 
 

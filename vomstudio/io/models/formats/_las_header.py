@@ -367,12 +367,12 @@ def _layers(laszip: bytes) -> int:
 def is_valid_chunk(chunk: bytes, points: int, top: LasHeader) -> bool:
     """Return whether a chunk of a layered format has its stated length and number of points."""
     start = top.record_bytes
-    head = start + 4 + 4 * top.layer_count
-    if top.layer_count == 0 or len(chunk) < head:
+    header_end = start + 4 + 4 * top.layer_count
+    if top.layer_count == 0 or len(chunk) < header_end:
         return False
     (count,) = struct.unpack_from("<I", chunk, start)
     sizes = struct.unpack_from(f"<{top.layer_count}I", chunk, start + 4)
-    return int(count) == points and head + sum(sizes) == len(chunk)
+    return int(count) == points and header_end + sum(sizes) == len(chunk)
 
 
 POINTS_PER_DECOMPRESSION = 100_000

@@ -68,7 +68,7 @@ def rows(data, offset, max_rows, starts, values, unparsed):  # type: ignore[no-u
     newline. Returns the next byte, row and value.
     """
     end = data.shape[0]
-    n_left = 0
+    remaining_count = 0
     row = 0
     filled_count = 0
     while offset < end and row < max_rows:
@@ -77,7 +77,7 @@ def rows(data, offset, max_rows, starts, values, unparsed):  # type: ignore[no-u
             stop += 1
         if filled_count + (stop - offset) // 2 + 1 > values.shape[0]:
             break
-        if n_left + (stop - offset) // 2 + 1 > unparsed.shape[0]:
+        if remaining_count + (stop - offset) // 2 + 1 > unparsed.shape[0]:
             break
         first = filled_count
         i = offset
@@ -86,14 +86,14 @@ def rows(data, offset, max_rows, starts, values, unparsed):  # type: ignore[no-u
                 i += 1
             if i >= stop:
                 break
-            begin = i
+            start = i
             value, state, i = number(data, i, stop)
             if state != READY:
                 value = np.nan
-                unparsed[n_left, 0] = filled_count
-                unparsed[n_left, 1] = begin
-                unparsed[n_left, 2] = i
-                n_left += 1
+                unparsed[remaining_count, 0] = filled_count
+                unparsed[remaining_count, 1] = start
+                unparsed[remaining_count, 2] = i
+                remaining_count += 1
             values[filled_count] = value
             filled_count += 1
         offset = stop + 1
@@ -101,8 +101,8 @@ def rows(data, offset, max_rows, starts, values, unparsed):  # type: ignore[no-u
             starts[row] = first
             row += 1
             starts[row] = filled_count
-    if n_left < unparsed.shape[0]:
-        unparsed[n_left, 0] = -1
+    if remaining_count < unparsed.shape[0]:
+        unparsed[remaining_count, 0] = -1
     return offset, row, filled_count
 
 

@@ -235,12 +235,12 @@ def read_text(
             max_rows = min(record_count - rows.n, len(starts) - 1)
             offset, row, n = k.rows(data, offset, max_rows, starts, values, unparsed)
             ends = np.flatnonzero(unparsed[:, 0] < 0)
-            for column, begin, stop in unparsed[: ends[0] if len(ends) else capacity].tolist():
-                value, is_number = _value(bytes(buffer[begin:stop]))
+            for column, start, stop in unparsed[: ends[0] if len(ends) else capacity].tolist():
+                value, is_number = _value(bytes(buffer[start:stop]))
                 values[column] = value
                 if not is_number:
                     wrong_count += 1
-                    first_wrong = begin if first_wrong is None else first_wrong
+                    first_wrong = start if first_wrong is None else first_wrong
             budget.take(16 * n, element.name)
             rows.add(values[:n], starts[: row + 1])
             progress.step(offset)

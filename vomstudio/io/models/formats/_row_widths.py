@@ -53,11 +53,11 @@ def _cells(lines: ByteArray, delimiter: str) -> IntArray:
         ends = np.append(ends, len(lines))
     starts = np.concatenate([[0], ends[:-1] + 1])
     is_blank = _BLANKS[lines]
-    words = np.flatnonzero(~is_blank & np.concatenate([[True], is_blank[:-1]]))
-    first = np.searchsorted(words, starts)
-    count = np.searchsorted(words, ends) - first
+    cell_starts = np.flatnonzero(~is_blank & np.concatenate([[True], is_blank[:-1]]))
+    first = np.searchsorted(cell_starts, starts)
+    count = np.searchsorted(cell_starts, ends) - first
     rows = count > 0
-    rows[rows] &= lines[words[first[rows]]] != ord("#")
+    rows[rows] &= lines[cell_starts[first[rows]]] != ord("#")
     if delimiter == " ":
         return np.where(rows, count, 0)
     parts = np.flatnonzero(lines == ord(delimiter))

@@ -278,9 +278,9 @@ def _triangles(number: AnyArray, heights: AnyArray) -> AnyArray:
         ((sw < 0) & (nw >= 0) & (ne >= 0) & (se >= 0), 0, (nw, se, ne)),
         ((se < 0) & (nw >= 0) & (ne >= 0) & (sw >= 0), 0, (nw, sw, ne)),
     ]
-    for half_index, half, corners_of in halves:
+    for half_index, triangle_half, corners_of in halves:
         for k, corner in enumerate(corners_of):
-            np.copyto(triangles[:, half, k], corner, where=half_index)
+            np.copyto(triangles[:, triangle_half, k], corner, where=half_index)
     faces = triangles.reshape(-1, 3)
     return faces[faces[:, 0] >= 0]
 

@@ -63,9 +63,9 @@ class _Block:
 
     def groups(self, entity: int) -> Iterator[tuple[int, bytes]]:
         """Yield the groups of one entity after the first group."""
-        begin = int(self.starts[entity]) + 1
+        start = int(self.starts[entity]) + 1
         end = int(self.starts[entity + 1]) if entity + 1 < len(self.starts) else len(self.codes)
-        return zip(self.codes[begin:end].tolist(), self.values[begin:end], strict=True)
+        return zip(self.codes[start:end].tolist(), self.values[start:end], strict=True)
 
     def numbers(
         self, entities: IntArray, codes: tuple[int, ...], default: float = np.nan

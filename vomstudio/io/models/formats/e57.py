@@ -99,26 +99,30 @@ def _read_scans(
     # A constant value takes no bits in the file, whatever the number of points.
     budget = Budget(path, path.stat().st_size)
     for number, (scan, known_name) in enumerate(zip(scans, names, strict=True)):
-        place = next((axes for axes in (CARTESIAN, SPHERICAL) if set(axes) <= known_name), None)
-        if place is None:
+        coordinate_names = next(
+            (axes for axes in (CARTESIAN, SPHERICAL) if set(axes) <= known_name), None
+        )
+        if coordinate_names is None:
             findings.append(Finding("model.scan-left-out", number=number + 1))
             continue
         column_names = [
-            *place,
+            *coordinate_names,
             *(c for c in COLORS if is_colored),
             *(["intensity"] if bright else []),
         ]
-        flags = [name for name in INVALID if name in known_name and name[:4] == place[0][:4]]
+        flags = [
+            name for name in INVALID if name in known_name and name[:4] == coordinate_names[0][:4]
+        ]
         unread |= (
             known_name - set(column_names) - set(flags) - {"rowIndex", "columnIndex", "intensity"}
         )
         rotation, shift = _pose(scan)
         limits = _color_limits(scan)
         for part in _blocks(e57, image, scan, [*column_names, *flags]):
-            got = len(part[place[0]])
+            got = len(part[coordinate_names[0]])
             budget.take(8 * got * len(column_names), "points")
-            xyz = np.column_stack([part[name] for name in place])
-            if place is SPHERICAL:
+            xyz = np.column_stack([part[name] for name in coordinate_names])
+            if coordinate_names is SPHERICAL:
                 xyz = _cartesian(xyz)
             xyz = xyz @ rotation.T + shift
             is_kept = np.ones(got, bool)

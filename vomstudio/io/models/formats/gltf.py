@@ -223,8 +223,8 @@ def _warn_if_z_up(pieces: list[PlacedPrimitive], findings: list[Finding]) -> Non
     total, area = np.zeros(3), 0.0
     for piece in pieces:
         faces = np.empty((0, 3), np.int64) if piece.faces is None else piece.faces
-        for begin in range(0, len(faces), BLOCK_ROWS):
-            corners = faces[begin : begin + BLOCK_ROWS]
+        for start in range(0, len(faces), BLOCK_ROWS):
+            corners = faces[start : start + BLOCK_ROWS]
             a, b, c = (piece.positions[corners[:, k]] for k in range(3))
             normals = np.cross(b - a, c - a)
             normals = normals[np.isfinite(normals).all(axis=1)]

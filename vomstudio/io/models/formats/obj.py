@@ -123,10 +123,10 @@ class _Reading:
 
     def _refuse_decimal_commas(self, offset: int) -> None:
         ends = self.data[:offset] == 10
-        begin = len(ends) - int(np.argmax(ends[::-1])) if ends.any() else 0
+        start = len(ends) - int(np.argmax(ends[::-1])) if ends.any() else 0
         stop = self.data[offset : offset + 1000] == 10
         end = offset + (int(np.argmax(stop)) if stop.any() else len(stop))
-        refuse_decimal_commas(self.path, self.data[begin:end].tobytes(), self._line(offset))
+        refuse_decimal_commas(self.path, self.data[start:end].tobytes(), self._line(offset))
 
     def _normalize_line_ends(self) -> None:
         """Convert line ends to newlines and join continued lines, in place."""

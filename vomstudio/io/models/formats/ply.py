@@ -299,8 +299,8 @@ def _triangles(
         face_of = np.empty(capacity, np.int32)
         polygons = np.empty((int(np.count_nonzero(counts > 3)), 2), np.int64)
         n = p = n_out_of_range = n_short = offset = uv_at = 0
-        for begin in range(0, len(counts), BLOCK_ROWS):
-            part = slice(begin, begin + BLOCK_ROWS)
+        for start in range(0, len(counts), BLOCK_ROWS):
+            part = slice(start, start + BLOCK_ROWS)
             part_counts = np.ascontiguousarray(counts[part])
             part_uv_counts = np.ascontiguousarray(uv_counts[part] if have_uv else uv_counts[:0])
             end = offset + int(part_counts.sum())
@@ -314,7 +314,7 @@ def _triangles(
                 face_of[n:],
                 polygons[p:],
             )
-            face_of[n : n + triangle_count] += begin
+            face_of[n : n + triangle_count] += start
             polygons[p : p + polygon_count, 0] += n
             face_uv = uv_corners[n : n + triangle_count]
             face_uv[face_uv >= 0] += uv_at // 2

@@ -144,9 +144,9 @@ def _points(data: ByteArray, findings: list[Finding]) -> tuple[FloatArray, IntAr
 def _records(data: ByteArray, findings: list[Finding]) -> Iterator[_Record]:
     view, offset, number = data.data, _HEADER_BYTES, 0
     while offset + 12 <= len(data):
-        _, words = struct.unpack_from(">2i", view, offset)
-        end = offset + 8 + 2 * words
-        if words < 2 or end > len(data):
+        _, word_count = struct.unpack_from(">2i", view, offset)
+        end = offset + 8 + 2 * word_count
+        if word_count < 2 or end > len(data):
             findings.append(Finding("model.cut-short", count=number))
             return
         (kind,) = struct.unpack_from("<i", view, offset + 8)
@@ -173,8 +173,8 @@ def _patch_corners(data: ByteArray, findings: list[Finding]) -> FloatArray:
             [plane_coordinates, np.frombuffer(content, "<f8", n, offset + 16 * n + 16)]
         )
         ends = np.append(starts[1:], n)
-        for begin, end, kind in zip(starts.tolist(), ends.tolist(), kinds.tolist(), strict=True):
-            triangles = _part_triangles(points[begin:end], kind)
+        for start, end, kind in zip(starts.tolist(), ends.tolist(), kinds.tolist(), strict=True):
+            triangles = _part_triangles(points[start:end], kind)
             n_skipped += triangles is None
             patches += [] if triangles is None else [triangles]
     if n_skipped:

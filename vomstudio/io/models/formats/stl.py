@@ -116,21 +116,21 @@ def _text(
     text = to_utf8(data)
     progress.stage(tr("Reading the triangles"), len(text))
     numbers, loops, facets, is_checked = [], [], 0, False
-    for begin, block in _blocks(text):
+    for start, block in _blocks(text):
         matches = list(_VERTEX.finditer(block))
         starts = np.array([match.start() for match in matches], np.int64)
         loop_starts = np.array([m.start() for m in _LOOP.finditer(block)], np.int64)
-        words = [match.groups() for match in matches]
-        values = _numbers(words) if words else np.empty((0, 3))
+        number_texts = [match.groups() for match in matches]
+        values = _numbers(number_texts) if number_texts else np.empty((0, 3))
         invalid = np.flatnonzero(np.isnan(values).any(axis=1))
         if len(invalid) and not is_checked:
-            is_checked, position = True, begin + int(starts[invalid[0]])
+            is_checked, position = True, start + int(starts[invalid[0]])
             line = 1 + int(np.count_nonzero(text[:position] == ord("\n")))
-            refuse_decimal_commas(path, b" ".join(words[invalid[0]]), line)
+            refuse_decimal_commas(path, b" ".join(number_texts[invalid[0]]), line)
         numbers.append(values)
         loops.append((facets + np.searchsorted(loop_starts, starts)).astype(np.int32))
         facets += len(loop_starts)
-        progress.step(begin + len(block))
+        progress.step(start + len(block))
     corners, loop = np.concatenate(numbers), np.concatenate(loops)
     del numbers, loops
     if not len(corners):
@@ -151,10 +151,10 @@ def _text(
 
 def _blocks(text: ByteArray) -> Iterator[tuple[int, bytes]]:
     """Yield start and bytes of each block; all but the last end before a vertex keyword."""
-    begin, size = 0, BLOCK_BYTES
-    while begin < len(text):
-        block = text[begin : begin + size].tobytes()
-        if begin + size < len(text):
+    start, size = 0, BLOCK_BYTES
+    while start < len(text):
+        block = text[start : start + size].tobytes()
+        if start + size < len(text):
             last_row = 0
             for match in _VERTEX.finditer(block, max(0, len(block) - LOOK_BACK_BYTES)):
                 last_row = match.start()
@@ -163,23 +163,23 @@ def _blocks(text: ByteArray) -> Iterator[tuple[int, bytes]]:
                 size *= 2
                 continue
             block = block[:last_row]
-        yield begin, block
-        begin, size = begin + len(block), BLOCK_BYTES
+        yield start, block
+        start, size = start + len(block), BLOCK_BYTES
 
 
-def _numbers(words: Sequence[tuple[bytes, ...]]) -> FloatArray:
+def _numbers(number_texts: Sequence[tuple[bytes, ...]]) -> FloatArray:
     """Return coordinates (n, 3), NaN for words that are not numbers.
 
     A fixed width would truncate longer words, and the remainder of
     1.00000000000000000000000000000000e5 is also a number.
     """
-    max_length = max(len(word) for row in words for word in row)
+    max_length = max(len(word) for row in number_texts for word in row)
     if max_length <= MAX_FAST_WORD_LENGTH:
         try:
-            return np.array(words, dtype=f"S{max_length}").astype(np.float64)
+            return np.array(number_texts, dtype=f"S{max_length}").astype(np.float64)
         except ValueError:
             pass
-    values = [python_number(word) for row in words for word in row]
+    values = [python_number(word) for row in number_texts for word in row]
     return np.array([np.nan if value is None else value for value in values]).reshape(-1, 3)
 
 

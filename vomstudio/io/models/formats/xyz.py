@@ -388,7 +388,7 @@ def _cloud(
         return np.asarray(table[i]) if table[i].dtype.kind in "iuf" else None
 
     points = np.empty((len(table[0]), 3))
-    for place, i in enumerate(columns.xyz):
+    for axis, i in enumerate(columns.xyz):
         values = numeric(i)
         if values is None:
             read_points(path)
@@ -397,7 +397,7 @@ def _cloud(
                 file=path,
                 field=layout.header[i] if layout.header else f"column {i + 1}",
             )
-        points[:, place] = values
+        points[:, axis] = values
         # Freed immediately because it is as large as the result.
         del values, table[i]
     is_far = np.zeros(len(points), bool)

@@ -49,8 +49,8 @@ def read_bundler(path: Path) -> list[Candidate]:
         If a line is not valid, or the list of photos is missing.
     """
     text, _ = read_text(path, _MAX_LINES, accepted_names=("bundler",))
-    head = _rows(text, 2)
-    count = int(_numbers(path, head, 0, 2)[0])
+    first_rows = _rows(text, 2)
+    count = int(_numbers(path, first_rows, 0, 2)[0])
     # The points follow the cameras.
     lines = _rows(text, 5 * min(count, MAX_OBJECTS) + 2)
     poses = {}

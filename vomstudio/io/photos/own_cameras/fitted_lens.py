@@ -39,13 +39,13 @@ def fit_lens(
     """
     from scipy.optimize import least_squares
 
-    half = np.array([width, height]) / focal / 2.0
+    half_extent = np.array([width, height]) / focal / 2.0
     x, y = np.meshgrid(np.linspace(-1.0, 1.0, _GRID), np.linspace(-1.0, 1.0, _GRID))
     # Distortion may move points beyond the ideal edge into the photo.
-    ideal = 1.2 * half * np.column_stack([x.ravel(), y.ravel()])
+    ideal = 1.2 * half_extent * np.column_stack([x.ravel(), y.ravel()])
     ideal_pixels = project(ideal)
-    inside = ((ideal_pixels >= 0.0) & (ideal_pixels <= (width, height))).all(axis=1)
-    ideal, ideal_pixels = ideal[inside], ideal_pixels[inside]
+    is_inside = ((ideal_pixels >= 0.0) & (ideal_pixels <= (width, height))).all(axis=1)
+    ideal, ideal_pixels = ideal[is_inside], ideal_pixels[is_inside]
     if len(ideal) < _MIN_PLACES:
         return Intrinsics.pinhole(width, height, focal, width / 2.0, height / 2.0), np.inf
     rays = np.column_stack([ideal, np.ones(len(ideal))])

@@ -92,8 +92,8 @@ def _check_error_px(path: Path, orientation: Element, view: View) -> float:
     points = np.array([_numbers(path, row, "Ter", 3) for row in rows])
     # The points are at the depths of the scene; some lie beyond the edge of the photo.
     lens = view.intrinsics
-    inside = ((pixels >= 0.0) & (pixels <= (lens.width, lens.height))).all(axis=1)
-    error = np.abs(view.project(points) - pixels)[inside]
+    is_inside = ((pixels >= 0.0) & (pixels <= (lens.width, lens.height))).all(axis=1)
+    error = np.abs(view.project(points) - pixels)[is_inside]
     return float(np.nan_to_num(error, nan=np.inf).max()) if len(error) else 0.0
 
 
@@ -156,7 +156,7 @@ def _distortion(path: Path, model: Element) -> Distortion | None:
 
 
 def _polynomial(path: Path, radial: Element, model: Element) -> Distortion:
-    middle = _numbers(path, radial, "CDist", 2)
+    distortion_centre = _numbers(path, radial, "CDist", 2)
     coefficients = [float(_values(path, element, 1)[0]) for element in radial.findall("CoeffDist")]
     p1, p2, b1, b2 = (
         float(_values(path, element, 1)[0]) if (element := model.find(name)) is not None else 0.0
@@ -164,7 +164,7 @@ def _polynomial(path: Path, radial: Element, model: Element) -> Distortion:
     )
 
     def distort(pixels: FloatArray) -> FloatArray:
-        x, y = (pixels - middle).T
+        x, y = (pixels - distortion_centre).T
         r2 = x * x + y * y
         factor = np.zeros(len(r2))
         for power, coefficient in enumerate(coefficients, 1):

@@ -35,7 +35,7 @@ def oriented_planes(
                 name=feature.name,
                 kind=feature.type_id if isinstance(feature, Typed) else figures.kind,
                 normal=figures.plane.normal(),
-                place=points.mean(axis=0) if len(points) else None,
+                position=points.mean(axis=0) if len(points) else None,
                 extent_m=catalogue.EXTENT.value(subject),
                 error95_deg=catalogue.TOTAL.value(subject),
             )

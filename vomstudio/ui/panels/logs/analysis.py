@@ -68,7 +68,7 @@ def write_boundaries(result: LogAnswer, path: Path) -> None:
     names = unique_names([b.name for b in result.boundaries])
     for name, boundary in zip(names, result.boundaries, strict=True):
         description = descriptions.get(boundary.key, RockWords())
-        coordinates = format_numbers(boundary.place).split(",")
+        coordinates = format_numbers(boundary.position).split(",")
         writer.writerow(
             [
                 escape_formula(name),

@@ -172,7 +172,7 @@ class CompassDialog(QDialog):
 
     def _show_placeholders(self, compass: Compass, inputs: North) -> None:
         """Show the default values of empty fields as placeholders."""
-        place = inputs.place
+        place = inputs.location
         self.place.setPlaceholderText(
             tr("latitude, longitude, such as 46.52, 11.35")
             if place is None
