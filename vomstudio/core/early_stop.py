@@ -14,7 +14,7 @@ _SENTENCE = b"vomstudio: Cancelled.\n"
 _EXIT_CODE = 130
 
 
-def stop(number: int, frame: object) -> None:
+def stop(signal_number: int, frame: object) -> None:
     """End the process if a signal arrives while modules are still being imported."""
     try:
         os.write(2, _SENTENCE)
@@ -31,10 +31,10 @@ def handle_signals() -> None:
     """
     is_worker = sys.argv[1:2] == ["--worker"]
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-        number = getattr(_signal, name, None)
-        if number is None or _signal.getsignal(number) not in (
+        signal_number = getattr(_signal, name, None)
+        if signal_number is None or _signal.getsignal(signal_number) not in (
             _signal.SIG_DFL,
             _signal.default_int_handler,
         ):
             continue
-        _signal.signal(number, _signal.SIG_IGN if is_worker else stop)
+        _signal.signal(signal_number, _signal.SIG_IGN if is_worker else stop)

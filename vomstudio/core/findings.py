@@ -201,8 +201,8 @@ def _display_value(value: Any) -> Any:
     if isinstance(value, tuple):
         if len(value) <= MAX_SHOWN:
             return ", ".join(map(str, value))
-        first = ", ".join(map(str, value[:MAX_SHOWN]))
-        return tr("{names} and {count} more", names=first, count=len(value) - MAX_SHOWN)
+        shown_values = ", ".join(map(str, value[:MAX_SHOWN]))
+        return tr("{names} and {count} more", names=shown_values, count=len(value) - MAX_SHOWN)
     if isinstance(value, str):
         # Messages of libraries may have several lines.
         return " ".join(value.split()) if "\n" in value else value

@@ -137,9 +137,9 @@ class InlineExecutor:
         progress: Progress,
         needed_bytes: int = 0,
     ) -> Iterator[tuple[int, Result]]:
-        for number, item in enumerate(items):
-            progress.step(number)
-            yield number, work(item)
+        for index, item in enumerate(items):
+            progress.step(index)
+            yield index, work(item)
 
     def close(self) -> None:
         pass

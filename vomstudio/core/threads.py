@@ -140,11 +140,11 @@ def map_unordered(
             finished_tasks, _ = wait_for(running_tasks, CHECK_PERIOD_S, FIRST_COMPLETED)
             check()
             for future in finished_tasks:
-                number = running_tasks.pop(future)
+                index = running_tasks.pop(future)
                 result = future.result()
                 for n, item in islice(numbered, 1):
                     running_tasks[pool.submit(function, item)] = n
-                yield number, result
+                yield index, result
     finally:
         pool.shutdown(wait=wait, cancel_futures=True)
 

@@ -57,8 +57,8 @@ class BandFigures(PrintableResult):
     @property
     def likely(self) -> BandSet | None:
         """Set with a probability above one half, or None."""
-        first = self.sets[0] if self.sets else None
-        return first if first is not None and first.probability > 0.5 else None
+        first_set = self.sets[0] if self.sets else None
+        return first_set if first_set is not None and first_set.probability > 0.5 else None
 
 
 def describe_band(band: PlaneBand, priors: Sequence[SetPrior] = ()) -> BandFigures:
@@ -110,8 +110,8 @@ def fit_prior(name: str, normals: npt.ArrayLike) -> SetPrior | None:
     if n < MIN_PLANES:
         return None
     v = unit_vectors(v)
-    first = orientation_tensor(v)[1][0]
-    aligned_directions = v * np.where(v @ first < 0.0, -1.0, 1.0)[:, None]
+    first_axis = orientation_tensor(v)[1][0]
+    aligned_directions = v * np.where(v @ first_axis < 0.0, -1.0, 1.0)[:, None]
     total = aligned_directions.sum(axis=0)
     resultant = float(np.linalg.norm(total))
     kappa = (n - 1.0) / max(n - resultant, (n - 1.0) / MAX_KAPPA)

@@ -368,6 +368,6 @@ def cone(vector: npt.ArrayLike, half_angle_deg: float) -> tuple[float, float, Fl
 
 def _tangent_basis(v: FloatArray) -> FloatArray:
     """Return two unit vectors (2, 3) perpendicular to v and to each other."""
-    first = np.cross(v, np.eye(3)[int(np.argmin(np.abs(v)))])
-    first = first / np.linalg.norm(first)
-    return np.array([first, np.cross(v, first)])
+    first_tangent = np.cross(v, np.eye(3)[int(np.argmin(np.abs(v)))])
+    first_tangent = first_tangent / np.linalg.norm(first_tangent)
+    return np.array([first_tangent, np.cross(v, first_tangent)])

@@ -278,8 +278,10 @@ def _semi_axes(values: FloatArray, n: int) -> tuple[float, float] | None:
         return None
     variance = values[2] * values[:2] / ((n - 2) * (values[:2] - values[2]) ** 2 + 1e-300)
     widening = 1.0 + 1.0 / (n - 2)
-    first, second = np.degrees(np.arctan(widening * np.sqrt(variance * 2.0 * f95(n - 2))))
-    return float(second), float(first)
+    first_semi_axis_deg, second_semi_axis_deg = np.degrees(
+        np.arctan(widening * np.sqrt(variance * 2.0 * f95(n - 2)))
+    )
+    return float(second_semi_axis_deg), float(first_semi_axis_deg)
 
 
 def _check_single_planes(

@@ -289,10 +289,10 @@ def parse_line(text: str) -> Line:
     tokens = _tokens(text)
     labels = {token.text for token in tokens if token.kind == "label"}
     if labels:
-        first = "azimuth" if "azimuth" in labels else "trend"
-        if labels != {first, "plunge"}:
+        azimuth_label = "azimuth" if "azimuth" in labels else "trend"
+        if labels != {azimuth_label, "plunge"}:
             raise _notation_error("notation.not-a-line", text)
-        tokens = _take_labelled_angles(text, tokens, first, "plunge")
+        tokens = _take_labelled_angles(text, tokens, azimuth_label, "plunge")
     if _kinds(tokens) == ["number"]:
         tokens = _split_comma(tokens)
     if any(token.signed for token in tokens[:1]) and "arrow" not in _kinds(tokens):
@@ -580,13 +580,15 @@ def _steepness(text: str, token: _Token, name: str) -> float:
 
 
 def _build_plane(text: str, azimuth: _Token, dip: _Token, convention: str) -> Plane:
-    first = _azimuth(text, azimuth)
+    azimuth_deg = _azimuth(text, azimuth)
     # In planes, a minus before the dip can only be a separator: 132 -41.
     free_token = _Token("number", dip.text, dip.value) if dip.value >= 0 else dip
     steep = _steepness(text, free_token, "dip")
     if convention == "dipdir/dip":
-        return Plane(first, steep)
-    return Plane.from_strike(first if convention == "strike/dip" else first + 180.0, steep)
+        return Plane(azimuth_deg, steep)
+    return Plane.from_strike(
+        azimuth_deg if convention == "strike/dip" else azimuth_deg + 180.0, steep
+    )
 
 
 def _build_plane_with_side(text: str, strike: _Token, dip: _Token, side: _Token) -> Plane:

@@ -338,15 +338,17 @@ def crossing_plane(one: PlaneBand, other: PlaneBand) -> CrossingPlane:
     GeometryError
         If the lines are nearly parallel.
     """
-    first, second = one.axes[0], other.axes[0]
-    angle = float(np.degrees(np.arcsin(min(float(np.linalg.norm(np.cross(first, second))), 1.0))))
+    first_axis, second_axis = one.axes[0], other.axes[0]
+    angle = float(
+        np.degrees(np.arcsin(min(float(np.linalg.norm(np.cross(first_axis, second_axis))), 1.0)))
+    )
     if angle < MIN_CROSSING_DEG:
         raise GeometryError(Finding("plane.parallel-traces", angle_deg=angle))
-    normal = np.cross(first, second)
+    normal = np.cross(first_axis, second_axis)
     normal /= np.linalg.norm(normal)
-    basis = np.stack([first, np.cross(normal, first)])
+    basis = np.stack([first_axis, np.cross(normal, first_axis)])
     # A tilt x of the normal rotates it away from each line d by x . d.
-    lines = np.stack([first, second]) @ basis.T
+    lines = np.stack([first_axis, second_axis]) @ basis.T
     scales = [_line_error_rad(band, normal) for band in (one, other)]
     dof = min(one.degrees_of_freedom, other.degrees_of_freedom)
     inverse = np.linalg.inv(lines)

@@ -69,8 +69,8 @@ def pairwise_intersections(poles: npt.ArrayLike, least_deg: float = 1.0) -> Floa
     (m, 3) ndarray
     """
     p = np.asarray(poles, dtype=np.float64)
-    first, second = np.triu_indices(len(p), 1)
-    lines = np.cross(p[first], p[second])
+    first_rows, second_rows = np.triu_indices(len(p), 1)
+    lines = np.cross(p[first_rows], p[second_rows])
     length = np.linalg.norm(lines, axis=1)
     is_valid = length > float(np.sin(np.radians(least_deg)))
     lines = lines[is_valid] / length[is_valid, None]

@@ -469,17 +469,17 @@ def intersections(
         Row indices of the two planes.
     """
     n = normals.shape[1]
-    first = 0
-    while first < n - 1:
+    start = 0
+    while start < n - 1:
         # Process several first planes together if few planes follow them.
-        last = first + 1
-        n_pairs = len(normals) * (n - 1 - first)
+        last = start + 1
+        n_pairs = len(normals) * (n - 1 - start)
         while last < n - 1 and n_pairs < PAIRS_PER_BLOCK:
             n_pairs += len(normals) * (n - 1 - last)
             last += 1
-        a = np.concatenate([np.full(n - 1 - i, i) for i in range(first, last)])
-        b = np.concatenate([np.arange(i + 1, n) for i in range(first, last)])
-        first = last
+        a = np.concatenate([np.full(n - 1 - i, i) for i in range(start, last)])
+        b = np.concatenate([np.arange(i + 1, n) for i in range(start, last)])
+        start = last
         if sets is not None:
             is_different = (sets[a] != sets[b]) | (sets[a] < 0)
             a, b = a[is_different], b[is_different]

@@ -239,13 +239,13 @@ def confidence_ellipse(
     """
     a = np.asarray(axis, dtype=np.float64)
     a = a / np.linalg.norm(a)
-    first = np.asarray(major, dtype=np.float64)
-    first = first - a * (first @ a)
-    length = float(np.linalg.norm(first))
+    major_axis = np.asarray(major, dtype=np.float64)
+    major_axis = major_axis - a * (major_axis @ a)
+    length = float(np.linalg.norm(major_axis))
     if not math.isfinite(length) or length < 1e-9:
         raise GeometryError(Finding("net.ellipse-direction"))
-    first = first / length
-    return cone_curve(a, first, np.cross(a, first), max_angle_deg, min_angle_deg, n)
+    major_axis = major_axis / length
+    return cone_curve(a, major_axis, np.cross(a, major_axis), max_angle_deg, min_angle_deg, n)
 
 
 def pole_ellipse(

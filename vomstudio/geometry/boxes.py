@@ -94,8 +94,8 @@ class ClipBox(Result):
         """
         low, high = np.array([self.low]) - max_distance, np.array([self.high]) + max_distance
         enter, leave = box_range(low, high, origin, direction)
-        first, last_distance = max(float(enter[0]), 0.0), float(leave[0])
-        return (first, last_distance) if last_distance >= first else None
+        first_distance, last_distance = max(float(enter[0]), 0.0), float(leave[0])
+        return (first_distance, last_distance) if last_distance >= first_distance else None
 
 
 def _triple(values: FloatArray) -> tuple[float, float, float]:

@@ -233,9 +233,9 @@ class MeshSurface(VertexSurface):
         """Return the sorted ids of the faces that have any of these vertices."""
         if self._faces_of is not None:
             faces, starts = self._faces_of
-            first = starts[vertices].astype(np.int64)
-            size = starts[vertices + 1] - first
-            shift = np.repeat(first - (np.cumsum(size) - size), size)
+            first_rows = starts[vertices].astype(np.int64)
+            size = starts[vertices + 1] - first_rows
+            shift = np.repeat(first_rows - (np.cumsum(size) - size), size)
             return _distinct(faces[np.arange(int(size.sum())) + shift])
         is_marked = np.zeros(len(self._vertices), np.bool_)
         is_marked[vertices] = True

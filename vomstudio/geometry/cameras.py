@@ -199,11 +199,11 @@ class Intrinsics:
         r = np.linspace(0.0, edge, 2000)
         real = self._radius(r)
         radii: FloatArray = np.hypot(distorted_points[:, 0], distorted_points[:, 1])
-        first = np.interp(radii, real, r)
+        first_guess = np.interp(radii, real, r)
         with np.errstate(divide="ignore", invalid="ignore"):
             normalized_points = np.where(
                 radii[:, None] > 1e-12,
-                distorted_points / radii[:, None] * first[:, None],
+                distorted_points / radii[:, None] * first_guess[:, None],
                 distorted_points,
             )
         step = 1e-6

@@ -44,6 +44,6 @@ def weld_points(points: FloatArray) -> IntArray:
     """
     keys = position_keys(points)
     order = np.argsort(keys)
-    number = np.empty(len(keys), np.int64)
-    number[order] = np.cumsum(np.append(False, np.diff(keys[order]) != 0))
-    return number
+    point_ids = np.empty(len(keys), np.int64)
+    point_ids[order] = np.cumsum(np.append(False, np.diff(keys[order]) != 0))
+    return point_ids

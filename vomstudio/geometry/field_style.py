@@ -48,11 +48,13 @@ class FieldStyle(Result):
         """Read a style. Raises ValueError if it is invalid."""
         try:
             ends = [None if values[k] is None else float(values[k]) for k in ("low", "high")]
-            first, last_percentile = (float(v) for v in values["percentiles"])
+            first_percentile, last_percentile = (float(v) for v in values["percentiles"])
             palette = values["palette"]
             if palette is not None and palette not in sum(PALETTES.values(), ()):
                 raise ValueError(f"palette {palette!r}")
-            return cls(str(values["name"]), ends[0], ends[1], (first, last_percentile), palette)
+            return cls(
+                str(values["name"]), ends[0], ends[1], (first_percentile, last_percentile), palette
+            )
         except (KeyError, TypeError, ValueError) as error:
             raise ValueError(f"not the style of a field: {values!r}") from error
 

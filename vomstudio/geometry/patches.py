@@ -93,15 +93,15 @@ def moments(
     if n > MAX_SORTED_POINTS:
         return _many_moments(to_read_only_array(positions, np.float64), weight)
     weight = weight * (n / weight.sum())
-    first = positions[0]
-    local_points = positions - first
+    origin = positions[0]
+    local_points = positions - origin
     mean = (weight[:, None] * local_points).sum(axis=0) / n
     local_points = local_points - mean
     scatter = (weight[:, None] * local_points).T @ local_points
     r, v, u = (local_points @ np.linalg.eigh(scatter / n)[1]).T
     return Moments(
         n,
-        _triple(first + mean),
+        _triple(origin + mean),
         (_triple(scatter[0]), _triple(scatter[1]), _triple(scatter[2])),
         _effective_count(u, v, r),
     )
@@ -281,9 +281,11 @@ def equal_cells(u: AnyArray, v: AnyArray, side: int) -> IntArray:
 def _split_equally(position: IntArray, count: Any, parts: int) -> IntArray:
     """Assign ranks below `count` to parts of nearly equal size, larger parts first."""
     size, n_larger = np.divmod(count, parts)
-    first = n_larger * (size + 1)
-    index_after = n_larger + (position - first) // np.maximum(size, 1)
-    return np.asarray(np.where(position < first, position // (size + 1), index_after), np.int64)
+    first_size = n_larger * (size + 1)
+    index_after = n_larger + (position - first_size) // np.maximum(size, 1)
+    return np.asarray(
+        np.where(position < first_size, position // (size + 1), index_after), np.int64
+    )
 
 
 def outline(points: npt.ArrayLike, normal: npt.ArrayLike) -> tuple[Triple, ...]:
@@ -413,8 +415,8 @@ def runs_to_ids(runs: tuple[tuple[int, int], ...]) -> IntArray:
     """
     if not runs:
         return np.zeros(0, np.int64)
-    first, count = np.array(runs, dtype=np.int64).T
-    shift = np.repeat(first - (np.cumsum(count) - count), count)
+    first_ids, count = np.array(runs, dtype=np.int64).T
+    shift = np.repeat(first_ids - (np.cumsum(count) - count), count)
     return np.asarray(np.arange(int(count.sum()), dtype=np.int64) + shift)
 
 

@@ -51,11 +51,11 @@ def polygon_area(corners: npt.ArrayLike, width: int, height: int) -> PixelArea:
     crossings = np.zeros((box_height, box_width + 1), np.uint8)
     for (xa, ya), (xb, yb) in zip(points, np.roll(points, -1, axis=0), strict=True):
         low, up = min(ya, yb), max(ya, yb)
-        first = max(0, int(np.ceil(low - 0.5)) - top)
+        first_row = max(0, int(np.ceil(low - 0.5)) - top)
         last_row = min(box_height, int(np.ceil(up - 0.5)) - top)
-        if last_row <= first:
+        if last_row <= first_row:
             continue
-        rows = np.arange(first, last_row)
+        rows = np.arange(first_row, last_row)
         x = xa + (rows + top + 0.5 - ya) * (xb - xa) / (yb - ya)
         columns = np.clip(np.ceil(x - 0.5).astype(np.int64) - left, 0, box_width)
         crossings[rows, columns] ^= 1

@@ -284,13 +284,15 @@ def bow_tilt_rad(
     bow_shape -= np.repeat(total(bow_shape) / n, counts)
     # Groups without a plane have zero variances.
     with np.errstate(all="ignore"):
-        first, second = (
+        first_mean, second_mean = (
             total(bow_shape * u) / (n * values[:, 0]),
             total(bow_shape * v) / (n * values[:, 1]),
         )
-        first, second = (np.nan_to_num(x, posinf=0.0, neginf=0.0) for x in (first, second))
+        first_mean, second_mean = (
+            np.nan_to_num(x, posinf=0.0, neginf=0.0) for x in (first_mean, second_mean)
+        )
         bow_squares = total(bow_shape * bow_shape) - n * (
-            first**2 * values[:, 0] + second**2 * values[:, 1]
+            first_mean**2 * values[:, 0] + second_mean**2 * values[:, 1]
         )
         fitted_bow = total(bow_shape * r) / bow_squares
         residual_squares = np.maximum(n * values[:, 2] - fitted_bow**2 * bow_squares, 0.0)
@@ -302,4 +304,4 @@ def bow_tilt_rad(
     bow_size = np.where(is_determined, np.fmin(bow_size, max_bow), bow_size)
     # Points that lie exactly in a plane were computed, not measured.
     bow_size = np.where(values[:, 2] == 0.0, 0.0, bow_size)
-    return np.asarray(np.arctan(bow_size * np.hypot(first, second)))
+    return np.asarray(np.arctan(bow_size * np.hypot(first_mean, second_mean)))

@@ -152,11 +152,11 @@ def _centre_and_scale(
 
     # Subtract the first point first: this difference is exact or nearly so, and the mean of the
     # differences is small.
-    first = xyz[starts]
-    local_points = [xyz[:, i] - spread(first[:, i]) for i in range(3)]
+    first_points = xyz[starts]
+    local_points = [xyz[:, i] - spread(first_points[:, i]) for i in range(3)]
     mean = [np.add.reduceat(x, starts) / n for x in local_points]
     local_points = [x - spread(c) for x, c in zip(local_points, mean, strict=True)]
-    centroid = first + np.stack(mean, axis=1)
+    centroid = first_points + np.stack(mean, axis=1)
     max_coordinate = np.maximum.reduceat(np.abs(xyz).max(axis=1), starts)
 
     # Divide by a common length, so that squares of tiny and huge coordinates do not overflow.

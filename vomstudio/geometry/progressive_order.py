@@ -118,8 +118,8 @@ def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> Pro
         check()
         order = np.argsort(levels, kind="stable")
         keys = keys.take(order)
-        number = np.int32 if row_bits < 32 else np.int64
-        rows: IntegerArray = (keys & np.uint64((1 << row_bits) - 1)).astype(number)
+        row_dtype = np.int32 if row_bits < 32 else np.int64
+        rows: IntegerArray = (keys & np.uint64((1 << row_bits) - 1)).astype(row_dtype)
         starts, level_of, parents = _cut_into_nodes(keys, np.bincount(levels, minlength=1))
         bounds = np.empty((len(parents), 2, 3))
 
@@ -210,10 +210,10 @@ def _levels(
     shared_levels = np.zeros(count, np.uint8)
 
     def compare(part: slice) -> None:
-        first = max(part.start, 1)
-        differences = codes[first : part.stop] ^ codes[first - 1 : part.stop - 1]
+        start = max(part.start, 1)
+        differences = codes[start : part.stop] ^ codes[start - 1 : part.stop - 1]
         for level in range(1, depth + 1):
-            shared_levels[first : part.stop] += differences < np.uint64(1 << 3 * (depth - level))
+            shared_levels[start : part.stop] += differences < np.uint64(1 << 3 * (depth - level))
 
     item(compare, count)
     # Number of cubes that contain a point, from the outermost level inwards.

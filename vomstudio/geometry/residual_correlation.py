@@ -214,8 +214,8 @@ def inflate(
     is_long = np.zeros(len(degrees_of_freedom), bool)
     positions = _places(u, v, starts, counts)
     order = np.argsort(counts, kind="stable")
-    sizes, first = np.unique(counts[order], return_index=True)
-    for size, rows in zip(sizes.tolist(), np.split(order, first[1:]), strict=True):
+    sizes, first_rows = np.unique(counts[order], return_index=True)
+    for size, rows in zip(sizes.tolist(), np.split(order, first_rows[1:]), strict=True):
         # A trace with few distinct points, or exactly in its plane, cannot be compared with models.
         rows = rows[(degrees_of_freedom[rows] > 1.0)]
         if size < MIN_POINTS or not len(rows):
@@ -340,8 +340,8 @@ def _compare_models(
     misfit = (
         squares[2, :, :N_FREQUENCIES] * (n - 3.0) + MIN_NOISE_SHARE * used_share
     ) @ models.inverse.T
-    number = used_share.sum(axis=1) * freedom_ratio
-    likelihood = -0.5 * (used_share @ models.log.T + number[:, None] * np.log(misfit))
+    model_counts = used_share.sum(axis=1) * freedom_ratio
+    likelihood = -0.5 * (used_share @ models.log.T + model_counts[:, None] * np.log(misfit))
     weight = _normalize(SHARPNESS * (likelihood + models.log_weight))
     plain_weight = _normalize(likelihood) * IS_PURE_MODEL
     is_long = plain_weight[:, IS_LONG_MODEL].sum(axis=1) > 0.5 * plain_weight.sum(axis=1)

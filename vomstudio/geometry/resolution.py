@@ -157,8 +157,8 @@ def neighbour_statistics(neighbour_points: FloatArray) -> tuple[FloatArray, Floa
         NaN if all points coincide.
     noise : (q,) ndarray
     """
-    first = neighbour_points[:, :1]
-    offsets = neighbour_points - first
+    nearest_points = neighbour_points[:, :1]
+    offsets = neighbour_points - nearest_points
     square = np.einsum("qkx,qkx->qk", offsets, offsets)
     distinct_counts = np.full(len(neighbour_points), neighbour_points.shape[1], np.float64)
     for row in np.flatnonzero((square[:, 1:] == 0.0).any(axis=1)):

@@ -51,11 +51,11 @@ def find_undivided(
     if _sampled_share(vertices, faces, bend) < MIN_SHARE:
         return None
     used_corners, inverse = np.unique(faces, return_inverse=True)
-    number = weld_points(np.asarray(vertices[used_corners], np.float64))
+    point_ids = weld_points(np.asarray(vertices[used_corners], np.float64))
     origin = np.asarray(vertices[used_corners[0]], np.float64)
-    positions = np.empty((int(number.max()) + 1, 3))
-    positions[number] = vertices[used_corners] - origin
-    face_numbers = number[inverse.reshape(-1, 3)]
+    positions = np.empty((int(point_ids.max()) + 1, 3))
+    positions[point_ids] = vertices[used_corners] - origin
+    face_numbers = point_ids[inverse.reshape(-1, 3)]
     normals, areas = _normals(positions[face_numbers])
     is_valid = (areas > 0.0) & np.isfinite(areas)
     face_numbers, normals, areas = face_numbers[is_valid], normals[is_valid], areas[is_valid]

@@ -37,8 +37,8 @@ class Axes:
         """Names of the axes with their unit, for column headers."""
         names = ("E", "N", "Z") if self.north else ("x", "y", "z")
         unit = "m" if self.metric else tr("units")
-        first, second, third = (f"{name} ({unit})" for name in names)
-        return first, second, third
+        first_title, second_title, third_title = (f"{name} ({unit})" for name in names)
+        return first_title, second_title, third_title
 
     @property
     def description(self) -> str:
@@ -217,6 +217,6 @@ def _format_rounded(value: float, digits: int) -> str:
     if not math.isfinite(value) or value == 0.0:
         return f"{value:.0f}"
     # The first digit of 0.9996 moves by one place when it is rounded.
-    first = math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}"))))
-    decimals = max(0, digits - 1 - first)
+    exponent = math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}"))))
+    decimals = max(0, digits - 1 - exponent)
     return f"{value:.{decimals}f}"

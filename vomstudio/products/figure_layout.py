@@ -59,8 +59,8 @@ def set_log_ticks(axis: Axis, font_pt: float) -> None:
 
 def _log_ticks(low: float, high: float) -> Iterator[FloatArray]:
     """Yield sets of at least two round ticks within a range, the densest first."""
-    first, last_power = math.floor(math.log10(low)), math.ceil(math.log10(high))
-    powers = np.power(10.0, np.arange(first, last_power + 1, dtype=np.float64))
+    first_power, last_power = math.floor(math.log10(low)), math.ceil(math.log10(high))
+    powers = np.power(10.0, np.arange(first_power, last_power + 1, dtype=np.float64))
     for steps in ((1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0), (1.0, 2.0, 5.0), (1.0, 3.0)):
         ticks: FloatArray = np.sort(np.outer(powers, steps).ravel())
         ticks = ticks[(ticks >= low * (1 - 1e-9)) & (ticks <= high * (1 + 1e-9))]

@@ -68,10 +68,13 @@ def _renumbered_beds(line: Logged, vertices: tuple[Point, ...]) -> list[tuple[st
     beds = []
     for boundary, lithology, notes in line.beds:
         if boundary.startswith(POINT):
-            number = _number(boundary)
-            if not 0 <= number < len(line.vertices) or line.vertices[number] not in vertices:
+            boundary_number = _number(boundary)
+            if (
+                not 0 <= boundary_number < len(line.vertices)
+                or line.vertices[boundary_number] not in vertices
+            ):
                 continue
-            boundary = f"{POINT}{vertices.index(line.vertices[number])}"
+            boundary = f"{POINT}{vertices.index(line.vertices[boundary_number])}"
         beds.append((boundary, lithology, notes))
     return beds
 
@@ -84,8 +87,10 @@ def bed_lines(feature: Any, records: Mapping[str, Record]) -> list[str]:
     for boundary, lithology, notes in feature.beds:
         subject = ", ".join(filter(None, (lithology, notes)))
         if boundary.startswith(POINT):
-            number = _number(boundary) + 1
-            lines.append(tr("bed from point {number}: {what}", number=number, what=subject))
+            boundary_number = _number(boundary) + 1
+            lines.append(
+                tr("bed from point {number}: {what}", number=boundary_number, what=subject)
+            )
         elif (trace := get_feature(records, boundary)) is not None:
             lines.append(tr("bed from {trace}: {what}", trace=trace.name, what=subject))
     return lines

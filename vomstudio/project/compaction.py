@@ -158,7 +158,7 @@ def write_compacted_journal(
             of_seq = None if row.of is None else numbers[row.of]
             original = originals.get(row.seq)
             if original is None and row.kind == "do":
-                number = compacted.append(
+                seq = compacted.append(
                     "do",
                     label=row.label,
                     before=row.before,
@@ -166,11 +166,11 @@ def write_compacted_journal(
                     settings=settings,
                 )
             else:
-                number = compacted.copy_row(
+                seq = compacted.copy_row(
                     row.kind, of_seq, row.label, row.before, row.after, original
                 )
             if row.kind in ("do", "draft"):
-                numbers[row.seq] = number
+                numbers[row.seq] = seq
         if journal is not None:
             compacted.copy_views(journal)
     except NotWritten as error:

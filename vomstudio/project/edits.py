@@ -234,10 +234,10 @@ def add_features(records: Records, features: Sequence[Feature]) -> Edit:
         new_records[feature.id] = feature
     if not new_records:
         raise DocumentError(Finding("edit.empty"))
-    first = next(iter(new_records.values()))
+    first_record = next(iter(new_records.values()))
     subject = f"{len(new_records)} features"
-    if len(new_records) == 1 and isinstance(first, Feature):
-        subject = f"{kind_of(first).noun(first)} {first.name}"
+    if len(new_records) == 1 and isinstance(first_record, Feature):
+        subject = f"{kind_of(first_record).noun(first_record)} {first_record.name}"
     return change(records, f"Add {subject}", new_records)
 
 

@@ -150,6 +150,6 @@ def number(value: float | None, digits: int = 3) -> str:
     if value == 0 or abs(value) >= 1e6:
         return f"{value:.{digits}g}"
     # 0.0999 is rounded to a number whose first digit is one decimal place higher.
-    first = floor(log10(abs(float(f"{value:.{digits - 1}e}"))))
-    decimals = max(0, digits - 1 - first)
+    exponent = floor(log10(abs(float(f"{value:.{digits - 1}e}"))))
+    decimals = max(0, digits - 1 - exponent)
     return f"{value:.{decimals}f}"

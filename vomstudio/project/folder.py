@@ -450,10 +450,10 @@ def create_untitled(settings: Callable[[], Mapping[str, Any]] = dict) -> Project
     """Create a project without a name in the folder of untitled projects."""
     stamp = time.strftime("%Y%m%d-%H%M%S")
     folder = untitled_folder() / f"{stamp}{PROJECT_SUFFIX}"
-    number = 1
+    suffix = 1
     while folder.exists():
-        number += 1
-        folder = untitled_folder() / f"{stamp}-{number}{PROJECT_SUFFIX}"
+        suffix += 1
+        folder = untitled_folder() / f"{stamp}-{suffix}{PROJECT_SUFFIX}"
     return ProjectFolder.create(folder, settings=settings)
 
 

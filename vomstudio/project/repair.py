@@ -59,7 +59,7 @@ def repair(folder: Path, session: Session, journal: SqliteJournal) -> Repaired:
 
 
 def _free_name(folder: Path) -> Path:
-    number = 1
-    while (path := folder / f"journal-damaged-{number}.sqlite").exists():
-        number += 1
+    suffix = 1
+    while (path := folder / f"journal-damaged-{suffix}.sqlite").exists():
+        suffix += 1
     return path

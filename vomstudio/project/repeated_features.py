@@ -64,27 +64,30 @@ def link_repeat(records: Records, id_: str, first_id: str, interpreter: str = ""
     DocumentError
         If a feature does not exist, or if the two features are not of the same kind.
     """
-    repeated_feature, first = get(records, id_, Repeatable), get(records, first_id, Repeatable)
+    repeated_feature, first_feature = (
+        get(records, id_, Repeatable),
+        get(records, first_id, Repeatable),
+    )
     if (
         repeated_feature is None
-        or first is None
-        or repeated_feature.id == first.id
-        or type(repeated_feature) is not type(first)
+        or first_feature is None
+        or repeated_feature.id == first_feature.id
+        or type(repeated_feature) is not type(first_feature)
     ):
         raise DocumentError(Finding("repeat.other-kind"))
-    if is_repeat(first, records):
-        raise DocumentError(Finding("repeat.of-repeat", feature=first.name))
-    name = f"{first.name} {tr('again')}"
+    if is_repeat(first_feature, records):
+        raise DocumentError(Finding("repeat.of-repeat", feature=first_feature.name))
+    name = f"{first_feature.name} {tr('again')}"
     used_names = {record.name for record in records.values() if isinstance(record, Feature)}
     k = 2
     while name in used_names:
-        name, k = f"{first.name} {tr('again')} {k}", k + 1
-    values: dict[str, Any] = {"repeat_of": first.id, "interpreter": interpreter or None}
+        name, k = f"{first_feature.name} {tr('again')} {k}", k + 1
+    values: dict[str, Any] = {"repeat_of": first_feature.id, "interpreter": interpreter or None}
     for field in ("type_id", "set_name", "domain"):
-        if hasattr(first, field):
-            values[field] = getattr(first, field)
+        if hasattr(first_feature, field):
+            values[field] = getattr(first_feature, field)
     repeat: Any = replace(repeated_feature, name=name, **values)
-    return change(records, f"Repeat {first.name}", {id_: repeat})
+    return change(records, f"Repeat {first_feature.name}", {id_: repeat})
 
 
 def set_interpreter(records: Records, ids: Iterable[str], interpreter: str) -> Edit:

@@ -51,8 +51,8 @@ class Session:
             self._write(change(self._records, RESTORE_TYPES_LABEL, types), "do")
 
     def _begin(self) -> None:
-        first = change({}, "New project", {kind.id: kind for kind in DEFAULT_TYPES})
-        self._write(first, "do")
+        first_edit = change({}, "New project", {kind.id: kind for kind in DEFAULT_TYPES})
+        self._write(first_edit, "do")
         self._journal.append("save")
         self._saved, self._saved_top = dict(self._records), self.top
 

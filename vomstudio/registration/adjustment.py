@@ -201,10 +201,10 @@ def _add_scale_error(kinds: Sequence[Observed], result: Adjustment) -> Adjustmen
     """
     change, error = np.zeros(len(result.rows.residuals)), 0.0
     kinds = [kind for kind in kinds if len(kind.labels)]
-    for kind, first, end in zip(kinds, result.starts, result.starts[1:], strict=False):
+    for kind, start, end in zip(kinds, result.starts, result.starts[1:], strict=False):
         if isinstance(kind, Combined | KeptScale) and kind.scale_error > 0:
             # All these observations share one scale error.
-            change[first:end] = kind.scale_change
+            change[start:end] = kind.scale_change
             error = max(error, kind.scale_error)
     if not error > 0:
         return result

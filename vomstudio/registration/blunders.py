@@ -385,10 +385,10 @@ def _test_all(
     for position, (index, kind, row_numbers) in enumerate(remaining):
         if isinstance(kind, KeptScale | PhotoUpright):
             continue
-        first, last_row = fit_of_all.starts[position], fit_of_all.starts[position + 1]
-        width = (last_row - first) // len(kind.labels)
+        first_row, last_row = fit_of_all.starts[position], fit_of_all.starts[position + 1]
+        width = (last_row - first_row) // len(kind.labels)
         for number, row in enumerate(row_numbers):
-            row_slice = slice(first + number * width, first + (number + 1) * width)
+            row_slice = slice(first_row + number * width, first_row + (number + 1) * width)
             residual_weight = np.eye(width) - moves[row_slice] @ covariance @ moves[row_slice].T
             if np.linalg.eigvalsh(residual_weight)[0] < 1e-6 or redundancy - width < 1:
                 # The other observations do not determine it.
@@ -420,9 +420,9 @@ def _test_all(
             float(p),
             float(s),
             total,
-            _describe(kind, kind.labels[number], misclosure),
+            _describe(kind, kind.labels[index], misclosure),
         )
-        for (tested_single, kind, number, misclosure), p, s in zip(
+        for (tested_single, kind, index, misclosure), p, s in zip(
             candidates, chance, strength, strict=True
         )
     ]

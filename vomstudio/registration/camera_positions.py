@@ -113,10 +113,10 @@ def _source(
             crs = code
     if positions.degrees:
         if crs is None:
-            first = positions.places[0]
+            first_place = positions.places[0]
             zone = ""
-            if check_on_earth(float(first[0]), float(first[1])) is None:
-                zone = utm_zone(float(first[0]), float(first[1]))
+            if check_on_earth(float(first_place[0]), float(first_place[1])) is None:
+                zone = utm_zone(float(first_place[0]), float(first_place[1]))
             raise UsageError(
                 Finding("cameras.in-degrees", zone=zone or "EPSG:32633"),
                 field="--crs",

@@ -167,8 +167,8 @@ def rotations_by_pairs(
         model_frame = _frame(model[i], model[k])
         if model_frame is None:
             continue
-        for first, second in product(signs, repeat=2):
-            world_frame = _frame(first * world[i], second * world[k])
+        for first_sign, second_sign in product(signs, repeat=2):
+            world_frame = _frame(first_sign * world[i], second_sign * world[k])
             if world_frame is not None:
                 rotations.append(world_frame @ model_frame.T)
     return rotations

@@ -147,8 +147,8 @@ def azimuth_lines(segments: Sequence[Segment], north_doubt_deg: float = 0.0) -> 
             field="--bearing",
         )
     labels = [
-        line.label or tr("azimuth {number}", number=number)
-        for number, line in enumerate(segments, 1)
+        line.label or tr("azimuth {number}", number=line_number)
+        for line_number, line in enumerate(segments, 1)
     ]
     angles = np.radians([line.value for line in segments])
     sigma = [_READING_DEG if line.sigma is None else line.sigma for line in segments]

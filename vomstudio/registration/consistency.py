@@ -143,9 +143,9 @@ def disagreement_findings(
     ]
     if len(single_fits) != 2 or any(item.free.shape[1] for item in single_fits):
         return []
-    first, second = (item.fit for item in single_fits)
-    rotation = Rotation.from_matrix(first.rotation @ second.rotation.T).as_rotvec()
-    grow = float(np.log(first.scale / second.scale))
+    first_fit, second_fit = (item.fit for item in single_fits)
+    rotation = Rotation.from_matrix(first_fit.rotation @ second_fit.rotation.T).as_rotvec()
+    grow = float(np.log(first_fit.scale / second_fit.scale))
     offset = np.array([*rotation, grow])
     errors = _rotation_scale_covariance(single_fits[0]) + _rotation_scale_covariance(single_fits[1])
     if float(chi2.sf(offset @ np.linalg.solve(errors, offset), 4)) > _SIGNIFICANCE:

@@ -55,7 +55,7 @@ def lengths_of(
     UsageError
         If a point of a scale bar is missing, or both ends of a length coincide.
     """
-    labels, first, second, length, sigma = [], [], [], [], []
+    labels, first_labels, second_labels, length, sigma = [], [], [], [], []
     positions = {} if pairs is None else dict(zip(pairs.labels, pairs.model, strict=True))
     is_clicked = {} if pairs is None else dict(zip(pairs.labels, pairs.is_clicked, strict=True))
     clicks = list[int]()
@@ -76,25 +76,25 @@ def lengths_of(
             continue
         labels.append(f"{bar.first} - {bar.second}")
         clicks.append(int(is_clicked[bar.first]) + int(is_clicked[bar.second]))
-        first.append(positions[bar.first])
-        second.append(positions[bar.second])
+        first_labels.append(positions[bar.first])
+        second_labels.append(positions[bar.second])
         length.append(bar.length_m)
         sigma.append(np.nan if bar.sigma_m is None else bar.sigma_m)
-    for number, line in enumerate(segments, 1):
-        labels.append(line.label or tr("length {number}", number=number))
-        first.append(np.asarray(line.first))
-        second.append(np.asarray(line.second))
+    for line_number, line in enumerate(segments, 1):
+        labels.append(line.label or tr("length {number}", number=line_number))
+        first_labels.append(np.asarray(line.first))
+        second_labels.append(np.asarray(line.second))
         length.append(line.value)
         clicks.append(0 if line.sigma is None else 2)
         sigma.append(_DEFAULT_ERROR * line.value if line.sigma is None else line.sigma)
     if not labels:
         return []
-    ends = np.array(first, np.float64), np.array(second, np.float64)
+    ends = np.array(first_labels, np.float64), np.array(second_labels, np.float64)
     is_short = ~(np.linalg.norm(ends[1] - ends[0], axis=1) > 0)
     if is_short.any():
-        number = int(np.argmax(is_short))
+        line_number = int(np.argmax(is_short))
         used_bars = [bar for bar in bars if not bar.check]
-        position = used_bars[number] if number < len(used_bars) else None
+        position = used_bars[line_number] if line_number < len(used_bars) else None
         raise UsageError(
             Finding("line.one-place"),
             file=None if position is None else position.file,
@@ -197,12 +197,12 @@ def length_findings(
         )
         for bar in bars
     ]
-    for number, line in enumerate(segments, 1):
-        label = line.label or tr("length {number}", number=number)
+    for line_number, line in enumerate(segments, 1):
+        label = line.label or tr("length {number}", number=line_number)
         ends = np.asarray(line.first), np.asarray(line.second)
         lengths.append((label, *ends, line.value, line.sigma, False))
-    for label, first, second, stated_length, length_sigma, check in lengths:
-        length_by_points = scale * float(np.linalg.norm(second - first))
+    for label, first_label, second_label, stated_length, length_sigma, check in lengths:
+        length_by_points = scale * float(np.linalg.norm(second_label - first_label))
         length_sigma = _DEFAULT_ERROR * length_by_points if length_sigma is None else length_sigma
         error = times(len(lengths)) * float(
             np.sqrt((scale_error * length_by_points) ** 2 + 2.0 * sigma**2 + length_sigma**2)

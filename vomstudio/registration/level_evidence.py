@@ -84,8 +84,8 @@ def level_lines_of(lines: Sequence[KnownDirection]) -> LevelLines:
         _DEFAULT_LEVEL_ERROR_DEG if line.sigma_deg is None else line.sigma_deg for line in lines
     ]
     names = [
-        line.label or tr("level line {number}", number=number)
-        for number, line in enumerate(lines, 1)
+        line.label or tr("level line {number}", number=line_number)
+        for line_number, line in enumerate(lines, 1)
     ]
     return LevelLines(
         names, _unit_vectors(lines, "--level"), np.radians(sigma), float(np.radians(MIN_APART_DEG))
@@ -112,8 +112,8 @@ def plumb_lines_of(lines: Sequence[KnownDirection]) -> PlumbLines:
         _DEFAULT_PLUMB_ERROR_DEG if line.sigma_deg is None else line.sigma_deg for line in lines
     ]
     names = [
-        line.label or tr("plumb line {number}", number=number)
-        for number, line in enumerate(lines, 1)
+        line.label or tr("plumb line {number}", number=line_number)
+        for line_number, line in enumerate(lines, 1)
     ]
     sigmas_by_axis = np.repeat(np.radians(sigma)[:, None], 2, axis=1)
     return PlumbLines(names, _unit_vectors(lines, "--plumb"), sigmas_by_axis)

@@ -76,13 +76,13 @@ def _turn_to(
     fit = result.fit
     min_squares = float(((result.rows.residuals / result.sigma) ** 2).sum())
     distance_before = 0.0
-    for number in range(_MAX_STEPS):
+    for iteration in range(_MAX_STEPS):
         fit = apply_step(fit, step, fit(centre)[0])
         fit, squares = _adjust_others(kinds, fit, result, centre, axis)
         distance_after = float(np.sqrt(max(squares - min_squares, 0.0)))
         if distance_after > _Z95:
             fraction = (_Z95 - distance_before) / (distance_after - distance_before)
-            return float((number + np.clip(fraction, 0.0, 1.0)) * _STEP_RAD)
+            return float((iteration + np.clip(fraction, 0.0, 1.0)) * _STEP_RAD)
         distance_before = distance_after
     return float(np.pi)
 

@@ -527,12 +527,12 @@ def all_rows(
         starts.append(starts[-1] + len(rows.residuals))
     columns: dict[tuple[int, int] | str, int] = {}
     columns_of_kinds = []
-    for number, rows in enumerate(rows_by_kind):
-        column_keys = [name or (number, k) for k, name in enumerate(rows.shared_names)]
+    for kind_index, rows in enumerate(rows_by_kind):
+        column_keys = [name or (kind_index, k) for k, name in enumerate(rows.shared_names)]
         columns_of_kinds.append([columns.setdefault(key, len(columns)) for key in column_keys])
     shared_columns, sizes = np.zeros((starts[-1], len(columns))), np.zeros(len(columns))
-    for first, rows, selected_columns in zip(starts, rows_by_kind, columns_of_kinds, strict=False):
-        shared_columns[first : first + len(rows.residuals), selected_columns] = rows.shared
+    for start, rows, selected_columns in zip(starts, rows_by_kind, columns_of_kinds, strict=False):
+        shared_columns[start : start + len(rows.residuals), selected_columns] = rows.shared
         sizes[selected_columns] = rows.shared_sigma
     joined_rows = Rows(
         np.concatenate([rows.residuals for rows in rows_by_kind]),

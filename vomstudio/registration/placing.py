@@ -218,18 +218,18 @@ def place_robustly(
     GeometryError
         See `place`.
     """
-    first = place(kinds, check, extent, up=up, is_doubted=is_doubted)
-    if not first.blunders:
-        return first
-    labels = [blunder.label for blunder in first.blunders]
+    first_placement = place(kinds, check, extent, up=up, is_doubted=is_doubted)
+    if not first_placement.blunders:
+        return first_placement
+    labels = [blunder.label for blunder in first_placement.blunders]
     inlier_kinds, inlier_check = exclude_labels(kinds, check, labels)
     placement = place(inlier_kinds, inlier_check, extent, up=up, is_doubted=is_doubted)
     finding = Finding(
-        "registration.left-out", labels=[blunder.text() for blunder in first.blunders]
+        "registration.left-out", labels=[blunder.text() for blunder in first_placement.blunders]
     )
     return replace(
         placement,
-        blunders=(*first.blunders, *placement.blunders),
+        blunders=(*first_placement.blunders, *placement.blunders),
         warnings=(finding, *placement.warnings),
     )
 

@@ -325,6 +325,6 @@ def estimate_covariance(
 def _same_group(rows: Rows, parts: Sequence[IntArray]) -> dict[str, FloatArray]:
     """Return the parts of each group."""
     groups: dict[str, list[int]] = {}
-    for number, part in enumerate(parts):
-        groups.setdefault(rows.groups[part[0]], []).append(number)
+    for index, part in enumerate(parts):
+        groups.setdefault(rows.groups[part[0]], []).append(index)
     return {name: np.array(numbers) for name, numbers in groups.items()}

@@ -186,9 +186,9 @@ def _next(fit: Similarity, a: FloatArray, b: FloatArray, is_used: BoolArray) -> 
     statistic = (residuals * np.linalg.solve(spread, residuals[..., None])[..., 0]).sum(axis=1)
     order = np.argsort(statistic, kind="stable")[: max(1, count // _STEP_DIVISOR)]
     limit = 3 * variance * float(f.ppf(_CONFIDENCE, 3, degrees_of_freedom))
-    first = outside_rows[order[:1]][statistic[order[:1]] <= limit]
+    first_rows = outside_rows[order[:1]][statistic[order[:1]] <= limit]
     well_fitting = outside_rows[order][statistic[order] <= _GOOD_FIT_SHARE * limit]
-    return np.asarray(well_fitting if len(well_fitting) > 1 else first, np.int64)
+    return np.asarray(well_fitting if len(well_fitting) > 1 else first_rows, np.int64)
 
 
 def jacobian(position: FloatArray) -> FloatArray:

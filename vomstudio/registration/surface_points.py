@@ -92,14 +92,14 @@ def surface_points(
         return positions[np.isfinite(positions).all(axis=1)], 0
     corners = [positions[data.faces[:, k]] for k in range(3)]
     area = np.linalg.norm(np.cross(corners[1] - corners[0], corners[2] - corners[0]), axis=1) / 2
-    number = weld_points(positions)
+    point_ids = weld_points(positions)
     is_first = np.zeros(len(positions), bool)
-    is_first[np.unique(number, return_index=True)[1]] = True
+    is_first[np.unique(point_ids, return_index=True)[1]] = True
     is_first &= np.isfinite(positions).all(axis=1)
     # Exclude vertices that no face uses.
-    is_used = np.zeros(int(number.max(initial=-1)) + 1, bool)
-    is_used[number[data.faces.ravel()]] = True
-    is_first &= is_used[number]
+    is_used = np.zeros(int(point_ids.max(initial=-1)) + 1, bool)
+    is_used[point_ids[data.faces.ravel()]] = True
+    is_first &= is_used[point_ids]
     point_counts = np.where(np.isfinite(area) & (area > spacing**2), area / spacing**2, 0.0)
     if point_counts.sum() > _MAX_ADDED_POINTS:
         point_counts *= _MAX_ADDED_POINTS / point_counts.sum()

@@ -341,18 +341,18 @@ def suspect_findings(leave_one_out_results: Sequence[LeaveOneOut]) -> list[Findi
     """
     if not leave_one_out_results or not leave_one_out_results[0].suspect:
         return []
-    first = leave_one_out_results[0]
+    first_result = leave_one_out_results[0]
     findings = [
         Finding(
             "registration.suspect",
-            label=first.label,
-            error_deg=first.error_deg,
-            others_deg=first.others_deg,
-            turn_deg=first.turned_deg,
+            label=first_result.label,
+            error_deg=first_result.error_deg,
+            others_deg=first_result.others_deg,
+            turn_deg=first_result.turned_deg,
         )
     ]
-    if first.azimuth_off_deg is not None:
-        findings.append(_misread_azimuth_finding(first.label, first.azimuth_off_deg))
+    if first_result.azimuth_off_deg is not None:
+        findings.append(_misread_azimuth_finding(first_result.label, first_result.azimuth_off_deg))
     return findings
 
 

@@ -30,13 +30,13 @@ _RESET_FLAGS = {"linux": (136, 0x80000000), "darwin": (12, 0x4)}
 _signals: list[int] = []
 
 
-def listen(number: int) -> None:
+def listen(signal_number: int) -> None:
     """Handle a signal with `stop`; a second one ends the process, even inside native code."""
-    signal.signal(number, stop)
-    end_on_second(number)
+    signal.signal(signal_number, stop)
+    end_on_second(signal_number)
 
 
-def end_on_second(number: int) -> None:
+def end_on_second(signal_number: int) -> None:
     """Make the operating system reset the handler of a signal after the first call.
 
     This has no effect on Windows, where `stop` resets the handler as soon as Python code runs.
@@ -51,18 +51,18 @@ def end_on_second(number: int) -> None:
         sigaction = ctypes.CDLL(None).sigaction
     except (OSError, AttributeError):
         return
-    if sigaction(number, None, action) == 0:
+    if sigaction(signal_number, None, action) == 0:
         (flags,) = struct.unpack_from("=I", action, offset)
         struct.pack_into("=I", action, offset, flags | reset)
-        sigaction(number, action, None)
+        sigaction(signal_number, action, None)
 
 
-def stop(number: int, frame: FrameType | None) -> None:
+def stop(signal_number: int, frame: FrameType | None) -> None:
     """Record a signal and raise KeyboardInterrupt, as the default handler of Ctrl+C does."""
-    _signals.append(number)
+    _signals.append(signal_number)
     sys.unraisablehook = _handle_unraisable
     # The operating system has already reset the handler (`listen`), except on Windows.
-    signal.signal(number, signal.SIG_DFL)
+    signal.signal(signal_number, signal.SIG_DFL)
     raise KeyboardInterrupt
 
 

@@ -212,8 +212,8 @@ def _disk_error(
     # An error with a number concerns another file; errors of the program are not changed.
     if isinstance(error, OSError) and error.errno is not None:
         return None
-    if (number := probe_write_errno(target.parent)) is not None:
-        return write_error(target, OSError(number, os.strerror(number)))
+    if (errno_ := probe_write_errno(target.parent)) is not None:
+        return write_error(target, OSError(errno_, os.strerror(errno_)))
     if isinstance(error, TargetError):
         finding = cause_of(error)
         values = {

@@ -37,28 +37,28 @@ def is_full(folder: Path, error: BaseException) -> bool:
     """Return whether an error while writing in `folder` means that the disk is full."""
     if _sqlite_code(error) == sqlite3.SQLITE_FULL:
         return True
-    return _number(folder, error) in _DISK_FULL_ERRNOS
+    return _error_number(folder, error) in _DISK_FULL_ERRNOS
 
 
 def is_read_only(folder: Path, error: BaseException) -> bool:
     """Return whether an error while writing in `folder` means that the disk is read-only."""
-    return _number(folder, error) == errno.EROFS
+    return _error_number(folder, error) == errno.EROFS
 
 
 def is_forbidden(folder: Path, error: BaseException) -> bool:
     """Return whether an error while writing in `folder` means that permission is missing."""
-    return _number(folder, error) in _FORBIDDEN
+    return _error_number(folder, error) in _FORBIDDEN
 
 
-def _number(folder: Path, error: BaseException) -> int | None:
+def _error_number(folder: Path, error: BaseException) -> int | None:
     """Return the errno of a failure; if unknown, determine it by writing a test file."""
-    number = getattr(error, "errno", None)
-    if number is None:
+    errno_ = getattr(error, "errno", None)
+    if errno_ is None:
         # The program raised this error because of a system error.
-        number = getattr(error.__cause__, "errno", None)
-    if isinstance(number, int) and number not in _UNSPECIFIC_ERRNOS:
-        return number
-    return probe_write_errno(folder) or number
+        errno_ = getattr(error.__cause__, "errno", None)
+    if isinstance(errno_, int) and errno_ not in _UNSPECIFIC_ERRNOS:
+        return errno_
+    return probe_write_errno(folder) or errno_
 
 
 def probe_write_errno(folder: Path) -> int | None:
@@ -121,14 +121,14 @@ def damage_reason(error: BaseException) -> str:
 def write_error(path: str | Path, error: BaseException) -> TargetError:
     """Return the error for an output that could not be written, with its cause."""
     target_path = Path(path)
-    number = _number(target_path.parent, error)
-    if number in _DISK_FULL_ERRNOS or _sqlite_code(error) == sqlite3.SQLITE_FULL:
+    errno_ = _error_number(target_path.parent, error)
+    if errno_ in _DISK_FULL_ERRNOS or _sqlite_code(error) == sqlite3.SQLITE_FULL:
         finding = Finding("disk.full")
-    elif number == errno.EROFS:
+    elif errno_ == errno.EROFS:
         finding = Finding("disk.read-only")
-    elif number in _FORBIDDEN:
+    elif errno_ in _FORBIDDEN:
         finding = Finding("disk.no-permission")
-    elif number == errno.ENAMETOOLONG:
+    elif errno_ == errno.ENAMETOOLONG:
         finding = Finding("disk.name-too-long")
     else:
         reason = getattr(error, "strerror", None) or error

@@ -271,17 +271,17 @@ def _trace_errors(
     groups = len(counts)
     sums, leans, axes = np.zeros((groups, 2)), np.zeros((groups, 2)), np.zeros((groups, 2, 2))
     rotated_points = np.empty_like(centred_points)
-    for i, (first, count) in enumerate(zip(starts, counts, strict=True)):
-        part = centred_points[first : first + count]
+    for i, (start, count) in enumerate(zip(starts, counts, strict=True)):
+        part = centred_points[start : start + count]
         sums[i], axes[i] = np.linalg.eigh(part[:, :2].T @ part[:, :2])
-        rotated_points[first : first + count, :2] = part[:, :2] @ axes[i]
-        rotated_points[first : first + count, 2] = part[:, 2]
-        leans[i] = rotated_points[first : first + count, :2].T @ part[:, 2]
+        rotated_points[start : start + count, :2] = part[:, :2] @ axes[i]
+        rotated_points[start : start + count, 2] = part[:, 2]
+        leans[i] = rotated_points[start : start + count, :2].T @ part[:, 2]
     judged_informative_axes = _informative_axes(rotated_points, sums, leans, counts, starts)
     squares = np.zeros(groups)
-    for i, (first, count) in enumerate(zip(starts, counts, strict=True)):
+    for i, (start, count) in enumerate(zip(starts, counts, strict=True)):
         # Residuals from a plane through the trace, or from a line if the trace is too narrow.
-        part = rotated_points[first : first + count]
+        part = rotated_points[start : start + count]
         is_used = judged_informative_axes[i] & (sums[i] > 0.0)
         part[:, 2] -= (
             part[:, :2][:, is_used] @ (leans[i] / np.where(is_used, sums[i], 1.0))[is_used]
@@ -482,8 +482,8 @@ def _widen_for_misfit(traces: _Traces) -> tuple[_Traces, float | None]:
     # trace would outweigh all others.
     is_reliable = is_judged & (traces.independent >= MIN_FREEDOM)[:, None]
     is_judged = is_reliable if is_reliable.sum() > 2 else is_judged
-    number = int(is_judged.sum())
-    if number <= 2:
+    judged_count = int(is_judged.sum())
+    if judged_count <= 2:
         return traces, None
     weight = np.where(is_judged, traces.sums**2 / np.where(is_judged, traces.spread, 1.0), 0.0)
     slopes = np.where(is_judged, traces.leans / np.where(is_judged, traces.sums, 1.0), 0.0)
@@ -502,7 +502,7 @@ def _widen_for_misfit(traces: _Traces) -> tuple[_Traces, float | None]:
     twice = (
         rank - 2.0 * np.einsum("gii->g", fractions) + np.einsum("gij,gji->g", fractions, fractions)
     )
-    unknowns = number - 2.0
+    unknowns = judged_count - 2.0
     has_slopes = rank > 0
     a, b = ((item[has_slopes] / traces.independent[has_slopes]).sum() for item in (twice, once**2))
     dof = unknowns * (unknowns + 2.0) / float(2.0 * a + b)

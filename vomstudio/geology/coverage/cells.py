@@ -316,8 +316,8 @@ def _split_triangles(
 
 def _clip_to_rows(cuts: FloatArray, rows: int) -> FloatArray:
     """Clip lines (m, 2, 3) to the range between the first and the last row."""
-    first, last = cuts[:, 0, 1], cuts[:, 1, 1]
-    cuts = cuts[(np.maximum(first, last) > 0.0) & (np.minimum(first, last) < rows)]
+    first_cut, last_cut = cuts[:, 0, 1], cuts[:, 1, 1]
+    cuts = cuts[(np.maximum(first_cut, last_cut) > 0.0) & (np.minimum(first_cut, last_cut) < rows)]
     up = cuts[:, 1] - cuts[:, 0]
     rise = np.where(up[:, 1] != 0.0, up[:, 1], 1.0)
     bounds = np.stack([-cuts[:, 0, 1] / rise, (rows - cuts[:, 0, 1]) / rise], axis=1)

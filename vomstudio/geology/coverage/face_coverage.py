@@ -91,20 +91,20 @@ class FaceCoverage(PrintableResult):
     reasons: tuple[Finding, ...]
 
 
-def cell_name(grid: SquareGrid, number: int) -> str:
+def cell_name(grid: SquareGrid, cell: int) -> str:
     """Return the map name of a cell: A1 is at the upper left, and AA follows Z.
 
     Parameters
     ----------
     grid : SquareGrid
-    number : int
+    cell : int
         Number of the cell in the grid.
 
     Returns
     -------
     str
     """
-    row, column = divmod(int(number), grid.columns)
+    row, column = divmod(int(cell), grid.columns)
     letters = ""
     column += 1
     while column:

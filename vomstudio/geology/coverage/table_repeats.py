@@ -215,12 +215,12 @@ def _groups_of_repeats(
     for row, first_id in enumerate(repeat_names):
         if not first_id:
             continue
-        first = _find_first_pick(row, repeat_names, rows)
-        if first is None:
+        first_row = _find_first_pick(row, repeat_names, rows)
+        if first_row is None:
             reason = Finding("repeats.first-missing", first=first_id)
             excluded_picks.append(ExcludedPick(table.ids[row], reason))
         else:
-            groups[first].append(row)
+            groups[first_row].append(row)
     return list(groups.values())
 
 
@@ -296,18 +296,18 @@ def _pair(
     k: int,
     interpreters: Sequence[str],
 ) -> RepeatedPick:
-    first, second_row = int(structure.rows[0]), int(structure.rows[k])
-    sine = float(np.linalg.norm(np.cross(vectors[first], vectors[second_row])))
-    angle = math.degrees(math.atan2(sine, abs(float(vectors[first] @ vectors[second_row]))))
+    first_row, second_row = int(structure.rows[0]), int(structure.rows[k])
+    sine = float(np.linalg.norm(np.cross(vectors[first_row], vectors[second_row])))
+    angle = math.degrees(math.atan2(sine, abs(float(vectors[first_row] @ vectors[second_row]))))
     stated_error = within_error = None
     if structure.stated:
         largest_variances = np.linalg.eigvalsh(structure.covariances)[[0, k], -1]
         stated_error = min(float(np.degrees(np.sqrt(CHI2_TWO * largest_variances.sum()))), 90.0)
         within_error = squared_difference(structure, 0, k) <= CHI2_TWO
     return RepeatedPick(
-        table.ids[first],
+        table.ids[first_row],
         table.ids[second_row],
-        (interpreters[first], interpreters[second_row]),
+        (interpreters[first_row], interpreters[second_row]),
         angle,
         stated_error,
         within_error,

@@ -58,12 +58,12 @@ def find_cutoffs(
     normal, centre = fault.normal(), np.asarray(through, np.float64)
     traces = [np.atleast_2d(np.asarray(t, np.float64)) for t in (one, other)]
     heights = [(trace - centre) @ normal for trace in traces]
-    first, second = (float(h.mean()) for h in heights)
-    if (first > 0) == (second > 0):
+    first_height, second_height = (float(h.mean()) for h in heights)
+    if (first_height > 0) == (second_height > 0):
         raise GeometryError(Finding("displacement.one-side"))
     points = [
         trace[int(np.argmin(np.abs(height)))] for trace, height in zip(traces, heights, strict=True)
     ]
-    is_swapped = second > 0
+    is_swapped = second_height > 0
     hanging, foot = points[::-1] if is_swapped else points
     return Cutoffs(hanging, foot, is_swapped)

@@ -61,8 +61,8 @@ def arc_ends(poles: FloatArray, axes: FloatArray) -> tuple[int, int]:
     angle = np.degrees(np.arctan2(poles @ axes[1], poles @ axes[0])) % 180.0
     order = np.argsort(angle)
     sorted_angles = angle[order]
-    first = int(np.argmax(np.diff(np.append(sorted_angles, sorted_angles[0] + 180.0))))
-    return int(order[first]), int(order[(first + 1) % len(order)])
+    widest_gap = int(np.argmax(np.diff(np.append(sorted_angles, sorted_angles[0] + 180.0))))
+    return int(order[widest_gap]), int(order[(widest_gap + 1) % len(order)])
 
 
 def _angles_along_deg(poles: FloatArray, axes: FloatArray) -> FloatArray:
@@ -86,7 +86,7 @@ def flip_into_arc(poles: FloatArray, axes: FloatArray) -> FloatArray:
     angle = np.degrees(np.arctan2(poles @ axes[1], poles @ axes[0])) % 180.0
     sorted_angles = np.sort(angle)
     gaps = np.diff(np.append(sorted_angles, sorted_angles[0] + 180.0))
-    first = int(np.argmax(gaps))
-    centre = sorted_angles[first] + gaps[first] + (180.0 - gaps[first]) / 2.0
+    widest_gap = int(np.argmax(gaps))
+    centre = sorted_angles[widest_gap] + gaps[widest_gap] + (180.0 - gaps[widest_gap]) / 2.0
     middle_rad = math.radians(centre)
     return flip_to(poles, math.cos(middle_rad) * axes[0] + math.sin(middle_rad) * axes[1])

@@ -105,11 +105,13 @@ def cone_untested_finding(plane: str, fold_without_plane: FoldVerdict) -> Findin
 
 def _unknown_limbs(limbs: Limbs) -> Finding:
     """Report why the interlimb angle cannot be computed."""
-    first, second = limbs.counts
+    first_count, second_count = limbs.counts
     if limbs.doubt == "hinge":
-        return Finding("fold.limbs-or-hinge", first=first, second=second, apart_deg=limbs.apart_deg)
+        return Finding(
+            "fold.limbs-or-hinge", first=first_count, second=second_count, apart_deg=limbs.apart_deg
+        )
     code = "fold.mixed-limbs" if limbs.doubt == "mixed" else "fold.arc-limb"
-    return Finding(code, first=first, second=second)
+    return Finding(code, first=first_count, second=second_count)
 
 
 def error_finding(semi_axes: tuple[float, float]) -> Finding:

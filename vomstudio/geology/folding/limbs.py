@@ -103,11 +103,11 @@ class Limbs:
     @property
     def up(self) -> tuple[FloatArray, FloatArray]:
         """Unit normals toward younger beds; they point up unless a limb is overturned."""
-        first, second = (
+        first_direction, second_direction = (
             pole if (pole[2] > 0) != is_overturned else -pole
             for pole, is_overturned in zip(self.poles, self.overturned, strict=True)
         )
-        return first, second
+        return first_direction, second_direction
 
     def errors95_deg(self, axis: FloatArray) -> tuple[float, float]:
         """Return the errors of the interlimb angle and of the axial plane.
@@ -228,14 +228,16 @@ def find_limbs(
         is_overturned = shares[0] > 0.5, shares[1] > 0.5
         if any(MAX_MIXED_SHARE < share < 1.0 - MAX_MIXED_SHARE for share in shares):
             doubt = "mixed"
-    first, second = (float(np.var(projections[group], ddof=1)) for group in groups)
+    first_variance, second_variance = (
+        float(np.var(projections[group], ddof=1)) for group in groups
+    )
     return Limbs(
         (means[0], means[1]),
         (len(groups[0]), len(groups[1])),
         math.degrees(separation),
         math.degrees(scatter),
         math.degrees(scatter_rad),
-        (first, second),
+        (first_variance, second_variance),
         is_overturned,
         doubt,
     )

@@ -289,9 +289,7 @@ def _fit_circle(
     Without a start axis, the search begins at the normal of the plane through the directions.
     """
     mean = x.mean(axis=0)
-    axis = (
-        np.linalg.svd(x - mean, full_matrices=False)[2][2] if start_axis is None else start_axis
-    )
+    axis = np.linalg.svd(x - mean, full_matrices=False)[2][2] if start_axis is None else start_axis
     half_angle = math.acos(min(max(float(mean @ axis), -1.0), 1.0))
     for _ in range(50):
         residuals = np.arccos(np.clip(x @ axis, -1.0, 1.0)) - half_angle
@@ -395,9 +393,9 @@ def _second_gap_deg(ends: FloatArray, axis: FloatArray) -> float:
 
 def _hemisphere(n: int) -> FloatArray:
     """Return n directions distributed over a hemisphere."""
-    number = np.arange(n) + 0.5
-    z = number / n
-    angle = math.pi * (1.0 + math.sqrt(5.0)) * number
+    index = np.arange(n) + 0.5
+    z = index / n
+    angle = math.pi * (1.0 + math.sqrt(5.0)) * index
     radius = np.sqrt(1.0 - z * z)
     return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), z])
 
@@ -524,12 +522,14 @@ def two_great_circles(poles: FloatArray, axes: FloatArray, cone: Cone | None) ->
     if len(normals) < 2:
         return None
     angles = np.abs(np.arcsin(np.clip(sample @ normals.T, -1.0, 1.0)))
-    first, second = np.triu_indices(len(normals), 1)
+    first_rows, second_rows = np.triu_indices(len(normals), 1)
     # Absolute distances reduce the influence of the poles of the other circle.
     cost = np.concatenate(
         [
-            np.minimum(angles[:, first[k : k + 100]], angles[:, second[k : k + 100]]).sum(axis=0)
-            for k in range(0, len(first), 100)
+            np.minimum(angles[:, first_rows[k : k + 100]], angles[:, second_rows[k : k + 100]]).sum(
+                axis=0
+            )
+            for k in range(0, len(first_rows), 100)
         ]
     )
     mixtures = []
@@ -537,7 +537,7 @@ def two_great_circles(poles: FloatArray, axes: FloatArray, cone: Cone | None) ->
     if float(cost.min()) > 0.8 * single_cost:
         return None
     for pair_index in np.argsort(cost)[:3]:
-        start = np.array([normals[first[pair_index]], normals[second[pair_index]]])
+        start = np.array([normals[first_rows[pair_index]], normals[second_rows[pair_index]]])
         mixtures.append(_fit_mixture(sample, start, rms(single_residuals)))
     normals, logs = max(mixtures, key=lambda mixture: mixture[1])
     if len(sample) < n:

@@ -173,18 +173,20 @@ def _find_crossings(tree: object, lines: ObjectArray) -> tuple[FloatArray, IntAr
     """Return the crossings of pieces: points (m, 2), piece rows (m, 2) and number of overlaps."""
     import shapely
 
-    first, second = tree.query(lines, predicate="intersects")  # type: ignore[attr-defined]
-    is_ordered = first < second
-    first, second = first[is_ordered], second[is_ordered]
+    first_lines, second_lines = tree.query(lines, predicate="intersects")  # type: ignore[attr-defined]
+    is_ordered = first_lines < second_lines
+    first_lines, second_lines = first_lines[is_ordered], second_lines[is_ordered]
     parts, pair_row = shapely.get_parts(
-        shapely.intersection(lines[first], lines[second]), return_index=True
+        shapely.intersection(lines[first_lines], lines[second_lines]), return_index=True
     )
     point = shapely.get_type_id(parts) == 0
     n_overlaps = len(np.unique(pair_row[~point]))
     positions = shapely.get_coordinates(parts[point]).reshape(-1, 2)
     return (
         positions,
-        np.stack([first[pair_row[point]], second[pair_row[point]]], axis=1).astype(np.int64),
+        np.stack([first_lines[pair_row[point]], second_lines[pair_row[point]]], axis=1).astype(
+            np.int64
+        ),
         n_overlaps,
     )
 

@@ -334,12 +334,12 @@ def find_trace_plane(lines: Sequence[FloatArray]) -> TracePlane | None:
         return None
     points = np.concatenate(lines)
     counts = np.array([len(line) for line in lines])
-    first = np.cumsum(counts) - counts
-    offsets = points - np.repeat(points[first], counts, axis=0)
-    rises = np.maximum.reduceat(np.abs(offsets[:, 2]), first)
-    lengths = np.maximum.reduceat(np.linalg.norm(offsets, axis=1), first)
+    first_rows = np.cumsum(counts) - counts
+    offsets = points - np.repeat(points[first_rows], counts, axis=0)
+    rises = np.maximum.reduceat(np.abs(offsets[:, 2]), first_rows)
+    lengths = np.maximum.reduceat(np.linalg.norm(offsets, axis=1), first_rows)
     is_climbing = bool(rises.sum() >= MIN_CLIMB * lengths.sum() > 0)
-    if not is_climbing and (len(lines) < 3 or not _are_stacked(points[:, 2], counts, first)):
+    if not is_climbing and (len(lines) < 3 or not _are_stacked(points[:, 2], counts, first_rows)):
         return None
     sizes, axes = _axes(points)
     if is_climbing and _is_straight(sizes):
@@ -400,14 +400,14 @@ def _mask_of_rows(row: IntArray, flags: BoolArray, count: int) -> BoolArray:
     return has_flag
 
 
-def _are_stacked(heights: FloatArray, counts: IntArray, first: IntArray) -> bool:
+def _are_stacked(heights: FloatArray, counts: IntArray, first_rows: IntArray) -> bool:
     """Return whether heights (n,) vary more between lines than along them.
 
-    counts, first : (m,) number of vertices of each line, and row of its first vertex
+    counts, first_rows : (m,) number of vertices of each line, and row of its first vertex
     """
-    means = np.add.reduceat(heights, first) / counts
+    means = np.add.reduceat(heights, first_rows) / counts
     residuals = heights - np.repeat(means, counts)
-    spread_within = float(np.sqrt(np.mean(np.add.reduceat(residuals**2, first) / counts)))
+    spread_within = float(np.sqrt(np.mean(np.add.reduceat(residuals**2, first_rows) / counts)))
     spread_between = float(np.std(means))
     return spread_between > 0 and spread_between >= MIN_STEP_RATIO * spread_within
 

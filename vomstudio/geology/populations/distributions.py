@@ -397,6 +397,6 @@ def _elongated_p(n: int, kappa: float, square_difference: float) -> float:
 
 def _frame_about(mean: FloatArray) -> FloatArray:
     """Return the mean and two directions perpendicular to it as the rows of a matrix (3, 3)."""
-    first = np.cross(mean, np.eye(3)[int(np.argmin(np.abs(mean)))])
-    first /= np.linalg.norm(first)
-    return np.array([mean, first, np.cross(mean, first)])
+    first_axis = np.cross(mean, np.eye(3)[int(np.argmin(np.abs(mean)))])
+    first_axis /= np.linalg.norm(first_axis)
+    return np.array([mean, first_axis, np.cross(mean, first_axis)])

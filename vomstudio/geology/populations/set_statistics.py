@@ -223,7 +223,7 @@ def set_statistics(
         one_sided = v if is_directed else flip_to(v, axes[0])
         kent_figures, kent_reason = fit_kent(one_sided, is_directed, weights)
     s1, s2, s3 = (float(value) for value in values)
-    first, second, third = (line_figures(axis) for axis in axes)
+    first_line, second_line, third_line = (line_figures(axis) for axis in axes)
     return SetStatistics(
         len(v),
         of,
@@ -231,7 +231,9 @@ def set_statistics(
         fisher_figures,
         reason,
         TensorFigures(
-            (s1, s2, s3), (first, second, third), axes_confidence(v, values, axes, weights)
+            (s1, s2, s3),
+            (first_line, second_line, third_line),
+            axes_confidence(v, values, axes, weights),
         ),
         WoodcockFigures(*woodcock(values)),
         VollmerFigures(*vollmer(values)),

@@ -192,14 +192,14 @@ def estimate_kent(directions: npt.ArrayLike) -> Kent | None:
     mean = x.mean(axis=0)
     length = float(np.linalg.norm(mean))
     axis = mean / length
-    first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-    first /= np.linalg.norm(first)
-    second = np.cross(axis, first)
-    tangent_components = np.stack([x @ first, x @ second], axis=-1)
+    first_axis = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+    first_axis /= np.linalg.norm(first_axis)
+    second = np.cross(axis, first_axis)
+    tangent_components = np.stack([x @ first_axis, x @ second], axis=-1)
     squares, rotation_axes = np.linalg.eigh(tangent_components.T @ tangent_components / len(x))
     if squares[0] < 1e-14:
         return None
-    major = rotation_axes[0, 1] * first + rotation_axes[1, 1] * second
+    major = rotation_axes[0, 1] * first_axis + rotation_axes[1, 1] * second
     axes = np.array([axis, major, np.cross(axis, major)])
     shortfall = float(np.mean(0.5 * np.sum((x - axis) ** 2, axis=1)))
     concentrations = kent_concentrations(1.0 - shortfall, float(squares[1] - squares[0]))

@@ -108,9 +108,9 @@ def find_planar_part(heights: FloatArray, noise: float) -> PlanarPart:
         sizes = np.bincount(pieces.ravel())[1:]
         # Islands beyond a data gap belong to the plane; islands beyond a deviation do not.
         near_deviation = ndimage.binary_dilation(deviates, np.ones((3, 3), bool), iterations=2)
-        for number in range(1, count + 1):
-            is_piece = pieces == number
-            if number != int(np.argmax(sizes)) + 1 and (is_piece & near_deviation).any():
+        for label in range(1, count + 1):
+            is_piece = pieces == label
+            if label != int(np.argmax(sizes)) + 1 and (is_piece & near_deviation).any():
                 is_planar &= ~is_piece
     n = int(is_known.sum())
     deviating_share = float(1.0 - is_planar.sum() / n) if n else 0.0

@@ -219,26 +219,26 @@ def arrange_planes(
     """
     upward = normal if normal[2] >= 0 else -normal
     located_rows = np.flatnonzero(np.isfinite(pieces.places).all(axis=1))
-    number = np.full(len(poles), -1, np.int64)
+    labels = np.full(len(poles), -1, np.int64)
     if not len(located_rows):
-        return Arrangement(rests_on=faces), (), number
+        return Arrangement(rests_on=faces), (), labels
     members = pieces.rows(located_rows)
     centre = members.places.mean(axis=0)
     offsets = (members.places - centre) @ upward
     projections = np.einsum("i,mij,j->m", upward, members.scatters, upward)
-    number[located_rows] = split_by_position(
+    labels[located_rows] = split_by_position(
         offsets, np.sqrt(np.maximum(np.nan_to_num(projections), 0.0))
     )
     n_separate = int(split_by_position(offsets, _thickness(members.scatters)).max()) + 1
     axes = np.concatenate(_strike_and_dip(upward))
-    groups = [np.flatnonzero(number[located_rows] == k) for k in range(int(number.max()) + 1)]
+    groups = [np.flatnonzero(labels[located_rows] == k) for k in range(int(labels.max()) + 1)]
     group_offsets = [
         float(np.average(offsets[rows], weights=_weights(members.areas[rows]))) for rows in groups
     ]
     discontinuities, shapes = [], []
     # The mean position of several pieces can lie beyond that of a neighbour.
     for k, group in enumerate(np.argsort(group_offsets, kind="stable").tolist()):
-        number[located_rows[groups[group]]] = k
+        labels[located_rows[groups[group]]] = k
         discontinuity, shape = _discontinuity(
             f"{name}-{k + 1}", name, group_offsets[group], members.rows(groups[group]), axes, centre
         )
@@ -249,7 +249,7 @@ def arrange_planes(
         offsets, members.places, upward, poles[located_rows]
     ):
         arrangement = replace(arrangement, p32_low95_1_per_m=None, p32_high95_1_per_m=None)
-    return arrangement, tuple(discontinuities), number
+    return arrangement, tuple(discontinuities), labels
 
 
 def _thickness(scatters: FloatArray) -> FloatArray:

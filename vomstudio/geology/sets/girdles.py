@@ -46,17 +46,17 @@ def find_pairs_without_gap(
     pairs = []
     for i in range(len(means)):
         for j in range(i + 1, len(means)):
-            first, second = means[i], means[j]
-            if first @ second < 0:
-                second = -second
-            angle = math.acos(min(1.0, float(first @ second)))
+            first_mean, second_mean = means[i], means[j]
+            if first_mean @ second_mean < 0:
+                second_mean = -second_mean
+            angle = math.acos(min(1.0, float(first_mean @ second_mean)))
             members = poles[(groups == i) | (groups == j)]
             values, _ = orientation_tensor(members)
             if values[1] < MIN_ELONGATION**2 * values[2]:
                 continue
-            projections = second - (first @ second) * first
+            projections = second_mean - (first_mean @ second_mean) * first_mean
             projections /= np.linalg.norm(projections)
-            positions = np.arctan2(members @ projections, members @ first)
+            positions = np.arctan2(members @ projections, members @ first_mean)
             positions = (positions + math.pi / 2.0) % math.pi - math.pi / 2.0
             third = np.floor(positions / angle * 3.0)
             is_between = (third >= 0) & (third <= 2)

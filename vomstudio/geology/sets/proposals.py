@@ -274,11 +274,11 @@ def describe_proposal(
         arrangement, line = Arrangement(), None
         if pieces is not None:
             members = pieces.rows(rows)
-            arrangement, planes, number = arrange_planes(
+            arrangement, planes, labels = arrange_planes(
                 proposed.name, normal, poles[rows], members, face
             )
             discontinuities += planes
-            ids[rows] = ["" if k < 0 else planes[k].id for k in number.tolist()]
+            ids[rows] = ["" if k < 0 else planes[k].id for k in labels.tolist()]
             if scanline is not None:
                 line = measure_scanline_spacing(normal, poles[rows], members.places, scanline)
         sets.append(
@@ -404,8 +404,8 @@ def _girdle_findings(
         [fisher(poles[group == j], is_directed=False).mean.vector() for j in filled_order]
     )
     groups = np.full(len(poles), -1)
-    for number, j in enumerate(filled_order):
-        groups[group == j] = number
+    for index, j in enumerate(filled_order):
+        groups[group == j] = index
     joined_girdles = {i: i for i in range(len(filled_order))}
     for i, j in find_pairs_without_gap(poles, groups, means):
         old_girdle, new_girdle = joined_girdles[j], joined_girdles[i]

@@ -173,24 +173,24 @@ def _gap_between_cells(
 
 
 def _fit_levels(
-    a: FloatArray, b: FloatArray, mean: FloatArray, slopes: FloatArray, number: int
+    a: FloatArray, b: FloatArray, mean: FloatArray, slopes: FloatArray, level_count: int
 ) -> float | None:
     """Return the smallest distance between the levels of cells above a common plane."""
     heights = mean - slopes[0] * a - slopes[1] * b
     low, high = np.quantile(heights, [0.05, 0.95])
-    level_heights = np.asarray(np.linspace(float(low), float(high), number), np.float64)
+    level_heights = np.asarray(np.linspace(float(low), float(high), level_count), np.float64)
     level = np.full(len(mean), -1)
     for _ in range(MAX_ITERATIONS):
         nearest_levels = np.abs(heights[:, None] - level_heights[None]).argmin(axis=1)
-        if np.bincount(nearest_levels, minlength=number).min() < MIN_LEVEL_SHARE * len(mean):
+        if np.bincount(nearest_levels, minlength=level_count).min() < MIN_LEVEL_SHARE * len(mean):
             return None
         if (nearest_levels == level).all():
             break
         level = nearest_levels
-        design = np.zeros((len(mean), number + 2))
+        design = np.zeros((len(mean), level_count + 2))
         design[np.arange(len(mean)), level] = 1.0
-        design[:, number], design[:, number + 1] = a, b
-        slopes = np.asarray(np.linalg.lstsq(design, mean, rcond=None)[0][number:], np.float64)
+        design[:, level_count], design[:, level_count + 1] = a, b
+        slopes = np.asarray(np.linalg.lstsq(design, mean, rcond=None)[0][level_count:], np.float64)
         heights = mean - slopes[0] * a - slopes[1] * b
         level_heights = np.asarray(np.bincount(level, heights) / np.bincount(level), np.float64)
     level_heights = np.sort(level_heights)
@@ -246,12 +246,12 @@ def _gap_between_layers(h: FloatArray, max_valley: float, grid: float) -> float 
     peaks = np.flatnonzero((density[1:-1] > density[:-2]) & (density[1:-1] >= density[2:])) + 1
     if len(peaks) < 2:
         return None
-    first, second = sorted(peaks[np.argsort(-density[peaks])[:2]].tolist())
-    smaller_peak = min(density[first], density[second])
-    valley = float(density[first : second + 1].min())
+    first_peak, second_peak = sorted(peaks[np.argsort(-density[peaks])[:2]].tolist())
+    smaller_peak = min(density[first_peak], density[second_peak])
+    valley = float(density[first_peak : second_peak + 1].min())
     # The variance of kernel-weighted counts is the sum of squared weights.
     min_depth = MIN_PEAK_SIGMA * float(np.sqrt(np.convolve(count, kernel**2, mode="same").max()))
-    gap = float(edges[second] - edges[first])
+    gap = float(edges[second_peak] - edges[first_peak])
     if (
         valley > max_valley * smaller_peak
         or smaller_peak - valley < min_depth

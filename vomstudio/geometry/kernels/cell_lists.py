@@ -35,12 +35,12 @@ def near_cells(keys, row, layer, position, starts, near_points):  # type: ignore
     for c in range(len(keys)):
         starts[c] = total
         for turn in range(9):
-            first = keys[c] + (turn // 3 - 1) * layer + (turn % 3 - 1) * row - 1
+            first_key = keys[c] + (turn // 3 - 1) * layer + (turn % 3 - 1) * row - 1
             p = position[turn]
-            while p < len(keys) and keys[p] < first:
+            while p < len(keys) and keys[p] < first_key:
                 p += 1
             position[turn] = p
-            while p < len(keys) and keys[p] <= first + 2:
+            while p < len(keys) and keys[p] <= first_key + 2:
                 if p != c:
                     near_points[total] = p
                     total += 1
@@ -250,12 +250,12 @@ def nearest_in_block(  # type: ignore[no-untyped-def]
 def cell_moments(points, cell_starts, means, inner):  # type: ignore[no-untyped-def]
     """Compute the mean and covariance (xx, yy, zz, xy, xz, yz) of the points of each cell."""
     for c in range(len(cell_starts) - 1):
-        first, last_point = cell_starts[c], cell_starts[c + 1]
-        n = last_point - first
-        x, y, z = points[first, 0], points[first, 1], points[first, 2]
+        first_point, last_point = cell_starts[c], cell_starts[c + 1]
+        n = last_point - first_point
+        x, y, z = points[first_point, 0], points[first_point, 1], points[first_point, 2]
         sx, sy, sz = 0.0, 0.0, 0.0
         xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for p in range(first + 1, last_point):
+        for p in range(first_point + 1, last_point):
             dx, dy, dz = points[p, 0] - x, points[p, 1] - y, points[p, 2] - z
             sx, sy, sz = sx + dx, sy + dy, sz + dz
             xx, yy, zz = xx + dx * dx, yy + dy * dy, zz + dz * dz

@@ -103,8 +103,8 @@ def nearest_faces(  # type: ignore[no-untyped-def]
                     top += 1
                     stack[top], entry[top] = a, da
                 continue
-            first = (node - (leaves - 1)) * LEAF_SIZE_ITEMS
-            for k in range(first, min(first + LEAF_SIZE_ITEMS, len(order))):
+            first_item = (node - (leaves - 1)) * LEAF_SIZE_ITEMS
+            for k in range(first_item, min(first_item + LEAF_SIZE_ITEMS, len(order))):
                 f = order[k]
                 i, j, m = faces[f, 0], faces[f, 1], faces[f, 2]
                 ax, ay, az = points[i, 0], points[i, 1], points[i, 2]

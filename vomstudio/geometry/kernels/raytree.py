@@ -105,8 +105,8 @@ def first_faces(  # type: ignore[no-untyped-def]
             if node < leaves - 1:
                 top = _descend(low, high, node, s, w, best_distance, stack, entry, top)
                 continue
-            first = (node - (leaves - 1)) * LEAF_SIZE_ITEMS
-            for k in range(first, min(first + LEAF_SIZE_ITEMS, len(order))):
+            first_item = (node - (leaves - 1)) * LEAF_SIZE_ITEMS
+            for k in range(first_item, min(first_item + LEAF_SIZE_ITEMS, len(order))):
                 f = order[k]
                 i, j, m = faces[f, 0], faces[f, 1], faces[f, 2]
                 ex = points[j, 0] - points[i, 0]
@@ -180,8 +180,8 @@ def first_points(  # type: ignore[no-untyped-def]
                 if node < leaves - 1:
                     top = _descend(low, high, node, s, w, limit, stack, entry, top)
                     continue
-                first = (node - (leaves - 1)) * LEAF_SIZE_ITEMS
-                for k in range(first, min(first + LEAF_SIZE_ITEMS, len(order))):
+                first_item = (node - (leaves - 1)) * LEAF_SIZE_ITEMS
+                for k in range(first_item, min(first_item + LEAF_SIZE_ITEMS, len(order))):
                     p = order[k]
                     gx, gy, gz = points[p, 0] - s[0], points[p, 1] - s[1], points[p, 2] - s[2]
                     t = (gx * w[0] + gy * w[1] + gz * w[2]) / (length * length)

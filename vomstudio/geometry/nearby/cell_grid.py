@@ -108,15 +108,15 @@ def create_cell_grid(local_points: FloatArray, points_per_cell: float) -> CellGr
     if not is_crowded and not has_twins(grid.places, grid.starts):
         return grid
     place_of_point = weld_points(local_points)
-    first = np.full(int(place_of_point.max()) + 1, -1, np.int64)
-    first[place_of_point[::-1]] = np.arange(len(place_of_point))[::-1]
-    if len(first) == len(local_points):
+    first_point = np.full(int(place_of_point.max()) + 1, -1, np.int64)
+    first_point[place_of_point[::-1]] = np.arange(len(place_of_point))[::-1]
+    if len(first_point) == len(local_points):
         return grid
     grid_of_distinct = _sort_into_cells(
-        to_kernel_array(local_points[first], np.float64), high, side
+        to_kernel_array(local_points[first_point], np.float64), high, side
     )
     return CellGrid(
-        first[grid_of_distinct.rows],
+        first_point[grid_of_distinct.rows],
         grid_of_distinct.places,
         grid_of_distinct.starts,
         grid_of_distinct.keys,

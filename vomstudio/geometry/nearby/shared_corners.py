@@ -47,11 +47,11 @@ def snap_corners(positions: FloatArray, faces: IntArray) -> FloatArray:
         return positions
     tolerance = WELD_SHARE * float(np.median(lengths[lengths > 0.0]))
     used_corners = np.unique(faces)
-    number = _weld_within(positions[used_corners], tolerance)
-    first = np.full(int(number.max()) + 1, -1, np.int64)
-    first[number[::-1]] = used_corners[::-1]
+    point_ids = _weld_within(positions[used_corners], tolerance)
+    first_corner = np.full(int(point_ids.max()) + 1, -1, np.int64)
+    first_corner[point_ids[::-1]] = used_corners[::-1]
     result = positions.copy()
-    result[used_corners] = positions[first[number]]
+    result[used_corners] = positions[first_corner[point_ids]]
     # No gain if the faces are really separate.
     return result if _loose_share(weld_points(result)[faces]) < 0.9 * loose_share else positions
 

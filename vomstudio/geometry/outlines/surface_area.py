@@ -198,12 +198,12 @@ def _shares(
     centre = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in count), indexing="ij"), axis=-1)
     positions = (start + step * centre).reshape(-1, 2)
     is_inside = shapely.contains_xy(polygon, positions[:, 0], positions[:, 1]).reshape(count)
-    first = np.clip(((plane_corners.min(axis=1) - start) / step).astype(int), 0, count - 1)
+    first_cell = np.clip(((plane_corners.min(axis=1) - start) / step).astype(int), 0, count - 1)
     last_cell = np.clip(((plane_corners.max(axis=1) - start) / step).astype(int), 0, count - 1)
     # A summed-area table gives the number of border cells in the box of each triangle.
     sums = np.zeros(count + 1, np.int64)
     sums[1:, 1:] = border.cumsum(axis=0).cumsum(axis=1)
-    (x0, y0), (x1, y1) = first.T, last_cell.T + 1
+    (x0, y0), (x1, y1) = first_cell.T, last_cell.T + 1
     is_crossed = sums[x1, y1] - sums[x0, y1] - sums[x1, y0] + sums[x0, y0] > 0
     shares = np.where(is_crossed, 0.0, is_inside[x0, y0].astype(np.float64))
     if is_crossed.any():

@@ -70,32 +70,32 @@ def read_geo(path: Path) -> GeoFile:
     crs = projection_of(path, line, header)
     photos, lines, values = list[str](), list[int](), list[list[float]]()
     first_lines: dict[str, int] = {}
-    for number, cells in rows[1:]:
+    for line_number, cells in rows[1:]:
         name_end = _end_of_name(cells)
         name = " ".join(cells[:name_end]).replace("\\", "/")
         if name in first_lines:
             raise InputError(
                 Finding("table.repeated-label", label=shorten(name), first_line=first_lines[name]),
                 file=path,
-                line=number,
+                line=line_number,
                 field="image",
             )
-        first_lines[name] = number
+        first_lines[name] = line_number
         value_cells = cells[name_end : name_end + len(_COLUMNS)]
         if len(value_cells) < 2:
             raise InputError(
                 _too_few_cells(cells),
                 file=path,
-                line=number,
+                line=line_number,
                 field="x",
             )
         row_numbers = [
-            _value(path, number, n, value_cell)
+            _value(path, line_number, n, value_cell)
             for n, value_cell in zip(_COLUMNS, value_cells, strict=False)
         ]
         row_numbers += [float("nan")] * (len(_COLUMNS) - len(row_numbers))
         photos.append(name)
-        lines.append(number)
+        lines.append(line_number)
         values.append(row_numbers)
     if not photos:
         raise InputError(Finding("control.no-photos"), file=path, line=line)
@@ -118,8 +118,8 @@ def read_geo(path: Path) -> GeoFile:
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
     text, _ = read_text(path, MAX_OBJECTS)
     return [
-        (number, [c.strip() for c in line.split("\t")] if "\t" in line else line.split())
-        for number, line in enumerate(text.split("\n"), 1)
+        (line_number, [c.strip() for c in line.split("\t")] if "\t" in line else line.split())
+        for line_number, line in enumerate(text.split("\n"), 1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
 

@@ -262,12 +262,12 @@ def _has_model_positions(path: Path) -> bool:
 def read_scale_bars(path: str | Path) -> list[ScaleBar]:
     """Read a table `from, to, length_m[, sigma_m][, use]`. Raises InputError."""
     table = NamedTable(path, ("from", "to", "length_m"))
-    first = table.words(("from", "first", "start", "label 1", "point 1"), "from")
+    first_labels = table.words(("from", "first", "start", "label 1", "point 1"), "from")
     second = table.words(("to", "second", "end", "label 2", "point 2"), "to")
     (lengths,) = table.columns((("length", "length m", "distance", "distance m"),), ("length_m",)).T
     for row in np.flatnonzero(~(lengths > 0)):
         raise table.at(int(row), Finding("table.not-positive"), "length_m")
-    for bar, (first_label, second_label) in enumerate(zip(first, second, strict=True)):
+    for bar, (first_label, second_label) in enumerate(zip(first_labels, second, strict=True)):
         if first_label == second_label:
             raise table.at(
                 bar,
@@ -286,7 +286,13 @@ def read_scale_bars(path: str | Path) -> list[ScaleBar]:
             int(line),
         )
         for a, b, length, s, check, line in zip(
-            first, second, lengths, sigma, table.uses(), table.table.line_numbers, strict=True
+            first_labels,
+            second,
+            lengths,
+            sigma,
+            table.uses(),
+            table.table.line_numbers,
+            strict=True,
         )
     ]
 

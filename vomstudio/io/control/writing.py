@@ -148,10 +148,10 @@ def _has_only_columns(path: Path, header: Sequence[str]) -> bool:
     """Return whether a table has only these columns and no comments that would be lost."""
     try:
         with io.TextIOWrapper(open_regular(path), encoding="utf-8") as stream:
-            first = stream.readline().rstrip("\n").replace('"', "")
-            if _CRS.fullmatch(first):
-                first = stream.readline().rstrip("\n").replace('"', "")
-            return first == ",".join(header) and not any(row.startswith("#") for row in stream)
+            first_line = stream.readline().rstrip("\n").replace('"', "")
+            if _CRS.fullmatch(first_line):
+                first_line = stream.readline().rstrip("\n").replace('"', "")
+            return first_line == ",".join(header) and not any(row.startswith("#") for row in stream)
     except (InputError, OSError, UnicodeDecodeError):
         return False
 

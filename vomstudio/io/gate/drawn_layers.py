@@ -515,8 +515,8 @@ def _finite(shapes: ObjectArray) -> BoolArray:
 def _unique_rows(shapes: ObjectArray) -> IntArray:
     import shapely
 
-    _, first = np.unique(shapely.to_wkb(shapely.normalize(shapes)), return_index=True)
-    return np.sort(first)
+    _, first_rows = np.unique(shapely.to_wkb(shapely.normalize(shapes)), return_index=True)
+    return np.sort(first_rows)
 
 
 def _is_empty(value: Any) -> bool:

@@ -58,8 +58,8 @@ def parse_crs(text: str) -> tuple[str, float]:
     if stripped_text.isdigit():
         stripped_text = f"EPSG:{stripped_text}"
     if (zone := _UTM.fullmatch(stripped_text)) is not None:
-        number, hemisphere = int(zone["number"]), zone["half"].upper()
-        stripped_text = f"EPSG:{(32600 if hemisphere == 'N' else 32700) + number}"
+        zone_number, hemisphere = int(zone["number"]), zone["half"].upper()
+        stripped_text = f"EPSG:{(32600 if hemisphere == 'N' else 32700) + zone_number}"
     try:
         crs = CRS.from_user_input(stripped_text)
     except (CRSError, UnicodeError) as error:

@@ -69,11 +69,11 @@ def search_systems(
         return []
 
     def rank(named_cr: NamedCrs) -> tuple[bool, bool, bool, int]:
-        number = named_cr.code.rpartition(":")[2]
+        code = named_cr.code.rpartition(":")[2]
         is_wgs84 = named_cr.name.startswith(_DEFAULT_DATUM)
         return (
             named_cr.code not in preferred_names,
-            number not in search_words,
+            code not in search_words,
             not is_wgs84,
             len(named_cr.name),
         )

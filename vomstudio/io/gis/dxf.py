@@ -52,10 +52,10 @@ def layer_names(names: Iterable[str]) -> dict[str, str]:
         letters = unicodedata.normalize("NFKD", name.strip())
         letters = "".join(c for c in letters if not unicodedata.combining(c))
         plain_name = re.sub(r"[^\w$-]", "_", letters, flags=re.ASCII) or "layer"
-        number, label = 1, plain_name[:MAX_NAME_LENGTH]
+        suffix, label = 1, plain_name[:MAX_NAME_LENGTH]
         while label.casefold() in used_names:
-            number += 1
-            label = f"{plain_name[: MAX_NAME_LENGTH - 4]}_{number}"
+            suffix += 1
+            label = f"{plain_name[: MAX_NAME_LENGTH - 4]}_{suffix}"
         used_names.add(label.casefold())
         result[name] = label
     return result
@@ -217,9 +217,9 @@ def _palette() -> AnyArray:
         (192, 192, 192),
     ]
     shades = []
-    for number in range(10, 250):
-        hue, value = (number // 10 - 1) / 4.0, (255, 165, 127, 76, 38)[number % 10 // 2]
-        saturation = 0.5 if number % 2 else 1.0
+    for color_number in range(10, 250):
+        hue, value = (color_number // 10 - 1) / 4.0, (255, 165, 127, 76, 38)[color_number % 10 // 2]
+        saturation = 0.5 if color_number % 2 else 1.0
         sectors = (np.array([5.0, 3.0, 1.0]) + hue) % 6
         strength = np.clip(np.minimum(sectors, 4 - sectors), 0, 1)
         shades.append(tuple((value * (1 - saturation * strength)).astype(int).tolist()))

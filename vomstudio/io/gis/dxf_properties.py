@@ -136,7 +136,7 @@ def select_lines(path: Path, fields: Mapping[str, AnyArray], surfaces: IntArray)
     if number_of_surfaces := int(surfaces[is_kept].sum()):
         bodies["surface"] = number_of_surfaces
     if bodies:
-        entities = [f"{number} {name}" for name, number in sorted(bodies.items())]
+        entities = [f"{count} {name}" for name, count in sorted(bodies.items())]
         findings.append(Finding("drawing.no-lines", count=sum(bodies.values()), entities=entities))
     return is_kept, findings
 
@@ -161,28 +161,30 @@ def _collect_properties(pieces: Iterator[DxfPiece]) -> DxfProperties:
         if not (kind in _PARSED_KINDS or piece.may_be_invisible):
             continue
         groups = piece.groups()
-        first: dict[int, Any] = {}
+        first_values: dict[int, Any] = {}
         for code, value in groups:
-            first.setdefault(code, value)
+            first_values.setdefault(code, value)
         if kind == b"SECTION":
-            section = first.get(2)
+            section = first_values.get(2)
             if section == b"HEADER":
                 unit = _unit(groups)
-        is_layer = kind == b"LAYER" and section == b"TABLES" and 2 in first
-        if is_layer and (int(first.get(70, 0)) & _FROZEN_FLAG or int(first.get(62, 7)) < 0):
-            hidden_names.update(_names(first[2]))
-        flags = value_text(first.get(70, 0))
+        is_layer = kind == b"LAYER" and section == b"TABLES" and 2 in first_values
+        if is_layer and (
+            int(first_values.get(70, 0)) & _FROZEN_FLAG or int(first_values.get(62, 7)) < 0
+        ):
+            hidden_names.update(_names(first_values[2]))
+        flags = value_text(first_values.get(70, 0))
         is_mesh = kind == b"POLYLINE" and flags.isdigit() and int(flags) & POLYGON_MESH
         if is_mesh and section == b"ENTITIES":
             # GDAL also skips these, but not polyface meshes.
             bodies["polygon mesh"] += 1
-        if section == b"ENTITIES" and 5 in first:
-            handle = value_text(first[5]).decode("latin-1").upper()
+        if section == b"ENTITIES" and 5 in first_values:
+            handle = value_text(first_values[5]).decode("latin-1").upper()
             if kind in _ANNOTATIONS:
                 notes.add(handle)
-            if int(first.get(60, 0)) == 1:
+            if int(first_values.get(60, 0)) == 1:
                 invisible.add(handle)
-        if kind == b"SPLINE" and 11 in first and 10 not in first:
+        if kind == b"SPLINE" and 11 in first_values and 10 not in first_values:
             fit_only += 1
     return DxfProperties(
         unit,

@@ -154,15 +154,15 @@ def _control_groups(piece: DxfPiece) -> bytes | None:
     return b"\n".join(lines) + b"\n"
 
 
-def _points(groups: Groups, first: int) -> FloatArray:
+def _points(groups: Groups, first_code: int) -> FloatArray:
     """Return the points (n, 3) in the groups first, first + 10 and first + 20 (optional).
 
     Raises ValueError.
     """
     points: list[list[float]] = []
     for code, value in groups:
-        if code == first:
+        if code == first_code:
             points.append([float(value), math.nan, 0.0])
-        elif code in (first + 10, first + 20) and points:
-            points[-1][(code - first) // 10] = float(value)
+        elif code in (first_code + 10, first_code + 20) and points:
+            points[-1][(code - first_code) // 10] = float(value)
     return np.array(points, np.float64)

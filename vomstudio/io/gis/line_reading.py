@@ -208,9 +208,9 @@ def _lines(
     lines: list[ReadLine] = []
     skipped_count = 0
     rows = zip(layers, names, words, shapes, strict=True)
-    for number, (layer, name, word, shape) in enumerate(rows):
-        if progress is not None and not number % _SHAPES_PER_STEP:
-            progress.step(number)
+    for index, (layer, name, word, shape) in enumerate(rows):
+        if progress is not None and not index % _SHAPES_PER_STEP:
+            progress.step(index)
         parts = _parts(shape)
         skipped_count += not parts
         for points, closed_part in parts:

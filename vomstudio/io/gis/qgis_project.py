@@ -47,11 +47,11 @@ def qgs(title: str, source: str, layers: Sequence[MapLayer], crs: str | None) ->
     project_crs.append(_crs(crs))
     tree = ElementTree.SubElement(root, "layer-tree-group")
     _add_empty_properties(tree)
-    for number, layer in enumerate(layers):
+    for index, layer in enumerate(layers):
         node = ElementTree.SubElement(
             tree,
             "layer-tree-layer",
-            id=_id(number, layer),
+            id=_id(index, layer),
             name=layer.name,
             checked="Qt::Checked",
             expanded="1",
@@ -60,19 +60,19 @@ def qgs(title: str, source: str, layers: Sequence[MapLayer], crs: str | None) ->
         )
         _add_empty_properties(node)
     custom = ElementTree.SubElement(tree, "custom-order", enabled="0")
-    for number, layer in enumerate(layers):
-        ElementTree.SubElement(custom, "item").text = _id(number, layer)
+    for index, layer in enumerate(layers):
+        ElementTree.SubElement(custom, "item").text = _id(index, layer)
     canvas = ElementTree.SubElement(root, "mapcanvas", name="theMapCanvas", annotationsVisible="1")
     ElementTree.SubElement(canvas, "units").text = "meters"
     _extent(canvas, _common_extent([layer.extent for layer in layers]))
     ElementTree.SubElement(canvas, "rotation").text = "0"
     ElementTree.SubElement(canvas, "destinationsrs").append(_crs(crs))
     map_layers = ElementTree.SubElement(root, "projectlayers")
-    for number, layer in enumerate(layers):
-        _layer(map_layers, number, layer, source, crs)
+    for index, layer in enumerate(layers):
+        _layer(map_layers, index, layer, source, crs)
     order = ElementTree.SubElement(root, "layerorder")
-    for number, layer in enumerate(layers):
-        ElementTree.SubElement(order, "layer", id=_id(number, layer))
+    for index, layer in enumerate(layers):
+        ElementTree.SubElement(order, "layer", id=_id(index, layer))
     properties = ElementTree.SubElement(root, "properties")
     reference = ElementTree.SubElement(properties, "SpatialRefSys")
     ElementTree.SubElement(reference, "ProjectionsEnabled", type="int").text = "1"
@@ -90,7 +90,7 @@ def _add_empty_properties(node: ElementTree.Element) -> None:
 
 
 def _layer(
-    map_layers: ElementTree.Element, number: int, layer: MapLayer, source: str, crs: str | None
+    map_layers: ElementTree.Element, index: int, layer: MapLayer, source: str, crs: str | None
 ) -> None:
     layer_element = ElementTree.SubElement(
         map_layers,
@@ -104,7 +104,7 @@ def _layer(
         simplifyDrawingHints="0",
     )
     _extent(layer_element, layer.extent)
-    ElementTree.SubElement(layer_element, "id").text = _id(number, layer)
+    ElementTree.SubElement(layer_element, "id").text = _id(index, layer)
     ElementTree.SubElement(layer_element, "datasource").text = _source(source, layer)
     ElementTree.SubElement(layer_element, "layername").text = layer.name
     ElementTree.SubElement(layer_element, "srs").append(_crs(crs))
@@ -112,9 +112,9 @@ def _layer(
     layer_element.extend(elements(layer.style))
 
 
-def _id(number: int, layer: MapLayer) -> str:
+def _id(index: int, layer: MapLayer) -> str:
     """Return a unique ID: QGIS renames layers with short IDs, but not in the layer tree."""
-    return f"{layer.name}_{uuid5(NAMESPACE_OID, f'{layer.name} {number}')}".replace("-", "_")
+    return f"{layer.name}_{uuid5(NAMESPACE_OID, f'{layer.name} {index}')}".replace("-", "_")
 
 
 def _source(source: str, layer: MapLayer) -> str:

@@ -115,22 +115,22 @@ def _renderer(style: Style) -> ElementTree.Element:
     if style.attribute is not None:
         root.set("attr", style.attribute)
         categories = ElementTree.SubElement(root, "categories")
-        for number, category in enumerate(style.categories):
+        for index, category in enumerate(style.categories):
             ElementTree.SubElement(
                 categories,
                 "category",
                 value=category.value,
                 label=category.label,
-                symbol=str(number),
+                symbol=str(index),
                 render="true",
             )
     symbols = ElementTree.SubElement(root, "symbols")
-    for number, category in enumerate(style.categories):
+    for index, category in enumerate(style.categories):
         symbol = ElementTree.SubElement(
             symbols,
             "symbol",
             type=_SYMBOL[style.geometry],
-            name=str(number),
+            name=str(index),
             alpha="1",
             clip_to_extent="1",
             force_rhr="0",

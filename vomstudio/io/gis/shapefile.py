@@ -166,8 +166,8 @@ def write_shapes(
         file.write(_header(total, kind, all_points))
         index.write(_header(100 + 8 * len(shapes), kind, all_points))
         offset = 50
-        for number, content in enumerate(contents, start=1):
-            file.write(struct.pack(">2i", number, len(content) // 2) + content)
+        for record_number, content in enumerate(contents, start=1):
+            file.write(struct.pack(">2i", record_number, len(content) // 2) + content)
             index.write(struct.pack(">2i", offset, len(content) // 2))
             offset += 4 + len(content) // 2
         table.write(_table_header(len(shapes), columns))

@@ -367,8 +367,8 @@ def _style_rules(root: Any) -> dict[str, list[tuple[int, dict[str, str]]]]:
     for sheet in root.iter():
         if _tag(sheet) != "style":
             continue
-        first, *other_parts = str(sheet.text or "").split("/*")
-        text = first + "".join(part.partition("*/")[2] for part in other_parts)
+        first_part, *other_parts = str(sheet.text or "").split("/*")
+        text = first_part + "".join(part.partition("*/")[2] for part in other_parts)
         for rule in text.split("}"):
             selectors, _, body = rule.partition("{")
             if properties := _declarations(body):

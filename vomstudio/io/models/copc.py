@@ -228,8 +228,8 @@ class CopcFile:
         """
         if self._choice is None:
             root = self.nodes(range(1))
-            first = root if len(root) else self.nodes().take(np.arange(1))
-            self._choice = choose_fields(self._records(first), self._layout)
+            sample_nodes = root if len(root) else self.nodes().take(np.arange(1))
+            self._choice = choose_fields(self._records(sample_nodes), self._layout)
         return cloud_of(self._records(nodes), self._layout, self.top, self._choice)
 
     def has_withheld(self) -> bool:

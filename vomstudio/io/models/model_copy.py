@@ -106,10 +106,10 @@ def copy_model(
         cameras_of_model = replace(cameras_of_model, photos=PHOTOS)
     check_in_project(folder / model.stem)
     target = folder / model.stem
-    number = 1
+    suffix = 1
     while target.exists():
-        number += 1
-        target = folder / f"{model.stem}-{number}"
+        suffix += 1
+        target = folder / f"{model.stem}-{suffix}"
     part = target.with_name(target.name + ".part")
     try:
         shutil.rmtree(part, ignore_errors=True)

@@ -127,10 +127,10 @@ def map_name(value: str) -> tuple[str, tuple[str, ...]]:
             numbers: list[str] = []
             remaining = next_words.strip()
             while len(numbers) < 3:
-                first, _, following_numbers = remaining.partition(" ")
-                if not following_numbers or not _is_number(first):
+                first_word, _, following_numbers = remaining.partition(" ")
+                if not following_numbers or not _is_number(first_word):
                     break
-                numbers.append(first)
+                numbers.append(first_word)
                 remaining = following_numbers.strip()
             options.append(" ".join([key, *numbers]))
         else:
@@ -211,7 +211,7 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Fi
     names: dict[str, None] = {}
     current: str | None = None
     text = decode(raw).replace("\r\n", "\n").replace("\r", "\n").replace("\\\n", " ")
-    for number, line in enumerate(text.split("\n"), 1):
+    for line_number, line in enumerate(text.split("\n"), 1):
         word, _, value = line.strip().replace("\t", " ").partition(" ")
         key = word.lower()
         value = value.strip()
@@ -225,10 +225,10 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Fi
             if len(numbers) == 1:
                 numbers *= 3
             try:
-                r, g, b = (min(max(float(number), 0.0), 1.0) for number in numbers[:3])
+                r, g, b = (min(max(float(line_number), 0.0), 1.0) for line_number in numbers[:3])
             except ValueError:
                 findings.append(
-                    Finding("material.color-invalid", file=path.name, line=number, color=value)
+                    Finding("material.color-invalid", file=path.name, line=line_number, color=value)
                 )
                 continue
             colors[current] = (r, g, b)

@@ -80,10 +80,10 @@ def write_piece(
     stem = re.sub(r'[\\/:*?"<>|\x00-\x1f]+', "_", name).strip(" .") or "piece"
     check_in_project(folder / stem)
     target = folder / stem
-    number = 1
+    suffix = 1
     while target.exists():
-        number += 1
-        target = folder / f"{stem}-{number}"
+        suffix += 1
+        target = folder / f"{stem}-{suffix}"
     part = target.with_name(target.name + ".part")
     metadata: dict[str, Any] = {
         "piece_of": source.name,

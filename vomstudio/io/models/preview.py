@@ -98,10 +98,10 @@ def _las_records(path: Path, top: LasHeader, count: int) -> AnyArray:
     length = min(RUN_POINTS, count, available_records)
     runs_of_records = []
     with open_regular(path) as file:
-        for first in (
+        for first_record in (
             np.linspace(0, max(0, available_records - length), runs).astype(np.int64).tolist()
         ):
-            file.seek(top.points_offset + first * top.record_bytes)
+            file.seek(top.points_offset + first_record * top.record_bytes)
             runs_of_records.append(file.read(length * top.record_bytes))
     content = np.frombuffer(b"".join(runs_of_records), np.uint8)
     return content[: len(content) // top.record_bytes * top.record_bytes]

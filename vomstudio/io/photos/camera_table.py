@@ -61,10 +61,10 @@ def camera_label(make: str | None, model: str | None) -> str | None:
     """Return make and model as one name; for example, a make repeated in the model is omitted."""
     if not model:
         return make
-    first = (make or "").split()
-    if not first or _normalize(model).startswith(_normalize(first[0])):
+    make_words = (make or "").split()
+    if not make_words or _normalize(model).startswith(_normalize(make_words[0])):
         return model
-    return f"{first[0]} {model}"
+    return f"{make_words[0]} {model}"
 
 
 @cache

@@ -43,14 +43,14 @@ def altitude_findings(photos: Sequence[Photo]) -> list[Finding]:
     wrong_photos = [photo for photo in photos if photo.exif_altitude_m is not None]
     if not wrong_photos:
         return []
-    first = wrong_photos[0]
+    first_photo = wrong_photos[0]
     return [
         Finding(
             "photo.altitude-sign",
             photos=len(wrong_photos),
-            photo=first.name,
-            exif_m=first.exif_altitude_m,
-            xmp_m=first.altitude_m,
+            photo=first_photo.name,
+            exif_m=first_photo.exif_altitude_m,
+            xmp_m=first_photo.altitude_m,
         )
     ]
 

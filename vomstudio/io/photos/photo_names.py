@@ -11,15 +11,15 @@ def photo_finder(names: Sequence[str]) -> Callable[[str], int | None]:
     Names are matched exactly, then by file name, then by stem if one of the two names has no
     suffix. The latter two matches ignore case and must be unique.
     """
-    row_by_name = {name: number for number, name in enumerate(names)}
+    row_by_name = {name: row for row, name in enumerate(names)}
     tables: list[dict[str, list[int]]] = [{}, {}]
     stems: dict[str, list[int]] = {}
-    for number, name in enumerate(names):
+    for row, name in enumerate(names):
         keys = _keys(name)
         for table, key in zip(tables, keys, strict=True):
-            table.setdefault(key, []).append(number)
+            table.setdefault(key, []).append(row)
         if keys[0] == keys[1]:
-            stems.setdefault(keys[0], []).append(number)
+            stems.setdefault(keys[0], []).append(row)
 
     def find(name: str) -> int | None:
         if name in row_by_name:

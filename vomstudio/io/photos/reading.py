@@ -283,15 +283,15 @@ def _drop_duplicates(paths: Sequence[Path], root: Path, result: PhotoFolder) -> 
     for size, candidates in files_by_size.items():
         if size <= 0 or len(candidates) < 2:
             continue
-        first: dict[bytes, Path] = {}
+        first_paths: dict[bytes, Path] = {}
         for path in candidates:
             try:
                 with open_regular(path) as file:
                     key = hashlib.file_digest(file, "sha256").digest()
             except (InputError, OSError):
                 continue
-            if path is not first.setdefault(key, path):
-                originals[path] = first[key]
+            if path is not first_paths.setdefault(key, path):
+                originals[path] = first_paths[key]
     for path, original_path in originals.items():
         name, original = (
             path.relative_to(root).as_posix(),

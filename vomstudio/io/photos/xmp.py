@@ -118,9 +118,9 @@ def flatten(packet: bytes | str | None) -> dict[str, str]:
 
 def _between(data: bytes, start: bytes, end: bytes) -> bytes:
     """Return the part from the first `start` to the next `end`, in one pass."""
-    first = data.find(start)
-    last = data.find(end, first) if first >= 0 else -1
-    return data[first : last + len(end)] if last >= 0 else b""
+    start_position = data.find(start)
+    last = data.find(end, start_position) if start_position >= 0 else -1
+    return data[start_position : last + len(end)] if last >= 0 else b""
 
 
 def _collect(element: Element, prefix: str, tags: dict[str, str]) -> None:

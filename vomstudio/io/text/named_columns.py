@@ -241,14 +241,14 @@ class NamedTable:
         """Raise InputError if a label is repeated."""
         first_rows: dict[str, int] = {}
         for row, label in enumerate(labels):
-            first = first_rows.setdefault(label, row)
-            if first != row:
+            first_row = first_rows.setdefault(label, row)
+            if first_row != row:
                 raise self.at(
                     row,
                     Finding(
                         "table.repeated-label",
                         label=shorten(label),
-                        first_line=int(self.table.line_numbers[first]),
+                        first_line=int(self.table.line_numbers[first_row]),
                     ),
                     "label",
                 )

@@ -86,8 +86,8 @@ class OrientationColumns:
                 if normalise_name(name) not in aliases:
                     continue
                 if quantity in columns:
-                    first = self.table.label(columns[quantity])
-                    self._repeated.setdefault(quantity, [first]).append(name)
+                    first_label = self.table.label(columns[quantity])
+                    self._repeated.setdefault(quantity, [first_label]).append(name)
                 else:
                     columns[quantity] = i
         if "set" not in columns:

@@ -69,10 +69,10 @@ def _stated_covariances(
     """Return the registration and its covariance (radians squared) by model name."""
     stated_covariances: dict[str, tuple[object, FloatArray]] = {}
     repeated_labels = set()
-    for number, comment in enumerate(comments):
+    for index, comment in enumerate(comments):
         for model, covariance in _parse_registration(comment):
             repeated_labels |= {model} & stated_covariances.keys()
-            stated_covariances[model] = ("stated", number), covariance
+            stated_covariances[model] = ("stated", index), covariance
     # Models with the same name cannot be distinguished.
     return {
         model: item for model, item in stated_covariances.items() if model not in repeated_labels

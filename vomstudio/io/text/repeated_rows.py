@@ -27,10 +27,10 @@ def exclude_repeats(table: TextTable) -> TextTable:
     names = [normalise_name(name) for name in table.names or ()]
     if _COLUMN not in names or not len(table):
         return table
-    first = [i for i, cell in enumerate(table.cells(names.index(_COLUMN))) if not cell]
-    if len(first) == len(table):
+    first_rows = [i for i, cell in enumerate(table.cells(names.index(_COLUMN))) if not cell]
+    if len(first_rows) == len(table):
         return table
-    if not first:
+    if not first_rows:
         raise InputError(
             Finding("table.only-repeats"),
             file=table.path,
@@ -38,10 +38,10 @@ def exclude_repeats(table: TextTable) -> TextTable:
         )
     return replace(
         table,
-        repeats=len(table) - len(first),
-        notes=(*table.notes, repeats_finding(len(table) - len(first))),
-        line_numbers=table.line_numbers[np.array(first)],
-        _text=replace(table._text, rows=[table.rows[i] for i in first], lines=[]),
+        repeats=len(table) - len(first_rows),
+        notes=(*table.notes, repeats_finding(len(table) - len(first_rows))),
+        line_numbers=table.line_numbers[np.array(first_rows)],
+        _text=replace(table._text, rows=[table.rows[i] for i in first_rows], lines=[]),
     )
 
 

@@ -150,13 +150,13 @@ def read_rows(path: Path, *, has_header: bool = False, max_lines: int = MAX_LINE
     rows: list[list[str]] | None = None
     if '"' in text:
         rows, numbers, comments, separators = _quoted_rows(path, lines, delimiter)
-        first = rows[0]
+        first_row = rows[0]
     elif has_objects:
         rows = [[unescape_formula(cell) for cell in cut(line, delimiter)] for line in data]
-        first = rows[0]
+        first_row = rows[0]
     else:
-        first = cut(data[0], delimiter)
-    header = _trim(first) if is_header(first, delimiter) else None
+        first_row = cut(data[0], delimiter)
+    header = _trim(first_row) if is_header(first_row, delimiter) else None
     if has_header and header is not None and _is_mostly_numbers(header, delimiter):
         header = None
     header_line = None
@@ -215,17 +215,17 @@ def _separate_comments(lines: list[str]) -> tuple[list[str], list[int], list[str
         numbers += range(previous + 2, i + 1)
         if i == len(lines):
             break
-        line, number = lines[i], i + 1
+        line, line_number = lines[i], i + 1
         stripped = line.strip()
         if is_blank(stripped):
             continue
         if stripped[0] == "#":
             comments.append(stripped[1:].strip())
         elif stripped[0] in "-=_>" and _SEPARATOR.fullmatch(stripped):
-            separators.append(number)
+            separators.append(line_number)
         else:
             data.append(line)
-            numbers.append(number)
+            numbers.append(line_number)
     return data, numbers, comments, separators
 
 
@@ -247,7 +247,7 @@ class _RecordLines:
         return self
 
     def __next__(self) -> str:
-        for number, line in self._lines:
+        for line_number, line in self._lines:
             stripped = line.strip()
             if self.is_record_start:
                 if is_blank(stripped):
@@ -256,9 +256,9 @@ class _RecordLines:
                     self.comments.append(stripped[1:].strip())
                     continue
                 if _SEPARATOR.fullmatch(stripped):
-                    self.separators.append(number)
+                    self.separators.append(line_number)
                     continue
-                self.first_line = number
+                self.first_line = line_number
                 self.is_record_start = False
             return (stripped.replace("\t", " ") if self._spaces else line) + "\n"
         raise StopIteration
@@ -322,7 +322,7 @@ def refuse_decimal_commas(path: Path, data: list[str], numbers: list[int], delim
     """Raise InputError if rows look like `1,5 2,5 3,5`."""
     if delimiter not in ", ":
         return
-    for line, number in zip(data[:2], numbers[:2], strict=True):
+    for line, line_number in zip(data[:2], numbers[:2], strict=True):
         cells = line.split()
         commas = [cell for cell in cells if is_comma_number(cell) and cell[-1] != ","]
         other_cells = [cell for cell in cells if cell not in commas]
@@ -330,7 +330,7 @@ def refuse_decimal_commas(path: Path, data: list[str], numbers: list[int], delim
             parse_number(other_cell, decimal_comma=False) is not None for other_cell in other_cells
         )
         if len(cells) > 1 and commas and are_numbers:
-            raise InputError(Finding("table.comma-delimiter"), file=path, line=number)
+            raise InputError(Finding("table.comma-delimiter"), file=path, line=line_number)
 
 
 def is_header(cells: list[str], delimiter: str) -> bool:
@@ -398,7 +398,7 @@ def _check_widths(
         if is_uniform:
             return None
         rows = [cut(line, delimiter) for line in data]
-    for cells, number in zip(rows, numbers, strict=True):
+    for cells, line_number in zip(rows, numbers, strict=True):
         if len(cells) == width:
             continue
         if len(cells) < width or any(cells[width:]):
@@ -411,7 +411,7 @@ def _check_widths(
                     expected=width,
                 ),
                 file=path,
-                line=number,
+                line=line_number,
             )
         del cells[width:]
     return rows

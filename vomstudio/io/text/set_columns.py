@@ -150,10 +150,10 @@ def table_with_sets(
     cells = [[""] * len(new_columns) for _ in range(len(text))]
     has_commas = _has_decimal_commas(text.delimiter, text.rows)
     for k, (row, name, p) in enumerate(zip(rows, sets, probability, strict=True)):
-        number = f"{p:.6g}"
+        probability_text = f"{p:.6g}"
         cells[int(table.row_indices[row])] = [
             escape_formula(name),
-            number.replace(".", ",") if has_commas else number,
+            probability_text.replace(".", ",") if has_commas else probability_text,
             *([escape_formula(discontinuity[k])] if discontinuity else []),
         ]
     for cells_of_row, set_cells in zip(text.rows, cells, strict=True):
@@ -166,8 +166,8 @@ def _default_names(table: OrientationTable) -> list[str]:
 
     The first two columns are a dip direction or strike, and a dip.
     """
-    first = table.table.numbers([0])[table.row_indices, 0]
-    difference_deg = np.abs((first - table.dip_direction_deg + 180.0) % 360.0 - 180.0)
+    first_column = table.table.numbers([0])[table.row_indices, 0]
+    difference_deg = np.abs((first_column - table.dip_direction_deg + 180.0) % 360.0 - 180.0)
     name = "dip_direction_deg" if np.nanmedian(difference_deg) < 1.0 else "strike_rhr_deg"
     return [name, "dip_deg", *(f"column_{i + 1}" for i in range(2, table.table.width))]
 

@@ -487,8 +487,8 @@ def _refuse_large_coordinates(table: TextTable, columns: list[int], points: Floa
 def _segments(table: TextTable) -> list[str]:
     """Return the segment number of each row, from 1, according to the separators."""
     segment = np.searchsorted(np.asarray(table.separators), table.line_numbers)
-    _, number = np.unique(segment, return_inverse=True)
-    return [str(n + 1) for n in number]
+    _, segment_ids = np.unique(segment, return_inverse=True)
+    return [str(n + 1) for n in segment_ids]
 
 
 def _detect_groups(table: TextTable, excluded_indices: list[int]) -> list[Finding]:

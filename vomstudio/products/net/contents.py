@@ -236,11 +236,11 @@ class NetCircle:
     def outline(self) -> list[FloatArray]:
         """Return the circle as polylines (k, 3) on the lower hemisphere."""
         axis = self.axis.vector()
-        first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-        first /= np.linalg.norm(first)
+        first_axis = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+        first_axis /= np.linalg.norm(first_axis)
         half_angle_deg = self.half_angle_deg
         return nets.cone_curve(
-            axis, first, np.cross(axis, first), half_angle_deg, half_angle_deg, 361
+            axis, first_axis, np.cross(axis, first_axis), half_angle_deg, half_angle_deg, 361
         )
 
 

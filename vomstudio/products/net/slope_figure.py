@@ -89,8 +89,8 @@ def draw_slope(
     figure.set_facecolor(PRINT.paper)
     panels = _panels(table, face, slope)
     axes_list = []
-    for number, panel in enumerate(panels):
-        x_left, low = 0.02 + 0.49 * (number % 2), 0.51 - 0.444 * (number // 2)
+    for index, panel in enumerate(panels):
+        x_left, low = 0.02 + 0.49 * (index % 2), 0.51 - 0.444 * (index // 2)
         ax = add_net(
             figure, (x_left, low, 0.47, 0.435), PRINT, x_radii=(-1.15, 1.15), y_radii=(-1.42, 1.16)
         )
@@ -184,12 +184,12 @@ def _some_intersections(normals: FloatArray, sets: IntArray | None) -> FloatArra
         return np.zeros((0, 3))
     # Determine the row in the triangle of pairs from the number of preceding pairs.
     starts = np.concatenate([[0], np.cumsum(np.arange(n - 1, 0, -1))])
-    first = np.searchsorted(starts, pair_ids, side="right") - 1
-    second = pair_ids - starts[first] + first + 1
+    first_planes = np.searchsorted(starts, pair_ids, side="right") - 1
+    second = pair_ids - starts[first_planes] + first_planes + 1
     if sets is not None:
-        is_different = (sets[first] != sets[second]) | (sets[first] < 0)
-        first, second = first[is_different], second[is_different]
-    cross_products = np.cross(normals[first], normals[second])
+        is_different = (sets[first_planes] != sets[second]) | (sets[first_planes] < 0)
+        first_planes, second = first_planes[is_different], second[is_different]
+    cross_products = np.cross(normals[first_planes], normals[second])
     length = np.linalg.norm(cross_products, axis=1)
     lines = cross_products[length > 1e-9] / length[length > 1e-9, None]
     return np.asarray(np.where(lines[:, 2:] > 0.0, -lines, lines))

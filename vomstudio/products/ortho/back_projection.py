@@ -301,17 +301,17 @@ def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> FloatA
         positions = [page] if _is_like(page, sidecar) else []
     if not positions:
         raise InputError(Finding("drawing.other-picture"), file=path, field="--sidecar")
-    first = positions[0]
-    size = float(np.ptp(first, axis=0).max())
-    if any(np.abs(box - first).max() > PLACE_TOLERANCE * size for box in positions[1:]):
+    first_position = positions[0]
+    size = float(np.ptp(first_position, axis=0).max())
+    if any(np.abs(box - first_position).max() > PLACE_TOLERANCE * size for box in positions[1:]):
         raise InputError(
             Finding("drawing.several-pictures", count=len(positions), name=sidecar.image),
             file=path,
         )
     matrix = np.eye(3)
-    matrix[:2, 0] = (first[1] - first[0]) / sidecar.width
-    matrix[:2, 1] = (first[3] - first[0]) / sidecar.height
-    matrix[:2, 2] = first[0]
+    matrix[:2, 0] = (first_position[1] - first_position[0]) / sidecar.width
+    matrix[:2, 1] = (first_position[3] - first_position[0]) / sidecar.height
+    matrix[:2, 2] = first_position[0]
     if not abs(np.linalg.det(matrix)) > 0:
         raise InputError(Finding("drawing.other-picture"), file=path, field="--sidecar")
     return np.asarray(np.linalg.inv(matrix))
@@ -475,10 +475,10 @@ def _unique(names: Sequence[str]) -> list[str]:
     labels = []
     for k, name in enumerate(names):
         label = base = name.strip() or str(k + 1)
-        number = 1
+        suffix = 1
         while label in used_names:
-            number += 1
-            label = f"{base}-{number}"
+            suffix += 1
+            label = f"{base}-{suffix}"
         used_names.add(label)
         labels.append(label)
     return labels

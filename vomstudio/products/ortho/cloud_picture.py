@@ -151,8 +151,8 @@ def local_spacing(points: FloatArray, spacing: float) -> FloatArray:
     key = (cells[:, 0] * n[1] + cells[:, 1]) * n[2] + cells[:, 2]
     order = np.argsort(key, kind="stable")
     ordered_key = key[order]
-    first = np.flatnonzero(np.concatenate([[True], ordered_key[1:] != ordered_key[:-1]]))
-    counts = np.diff(np.append(first, len(ordered_key)))
+    first_rows = np.flatnonzero(np.concatenate([[True], ordered_key[1:] != ordered_key[:-1]]))
+    counts = np.diff(np.append(first_rows, len(ordered_key)))
     spacings = np.empty(len(points))
     spacings[order] = np.repeat(side / np.sqrt(counts), counts)
     typical_spacing = float(np.median(spacings))
@@ -192,17 +192,17 @@ def share_facing_away(
     columns = ((view[:, :2] - low[:2]) / cell).astype(np.int64)
     key = columns[:, 1] * (columns[:, 0].max() + 1) + columns[:, 0]
     order = np.lexsort((view[:, 2], key))
-    first = order[np.concatenate([[True], np.diff(key[order]) != 0])]
-    first = first[:: max(1, len(first) // samples)]
+    first_rows = order[np.concatenate([[True], np.diff(key[order]) != 0])]
+    first_rows = first_rows[:: max(1, len(first_rows) // samples)]
     if normals is not None:
-        z = normals[first, 2]
+        z = normals[first_rows, 2]
         return float((z[np.isfinite(z) & (z != 0)] > 0).mean()), False
     from scipy.spatial import cKDTree
 
     thinned_points = view[:: max(1, len(view) // _MAX_TREE_POINTS)]
     if len(thinned_points) < 3:
         return float("nan"), True
-    _, neighbours = cKDTree(thinned_points).query(view[first], k=min(12, len(thinned_points)))
+    _, neighbours = cKDTree(thinned_points).query(view[first_rows], k=min(12, len(thinned_points)))
     nearby_points = thinned_points[neighbours]
     nearby_points = nearby_points - nearby_points.mean(axis=1, keepdims=True)
     _, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", nearby_points, nearby_points))

@@ -25,6 +25,6 @@ def draw_tiles(
     tiles = grid.tiles()
     progress.stage(tr("Casting rays"), len(tiles))
     workers = min(threads or PROCESSORS, MAX_THREADS, len(tiles))
-    for done_count, (number, drawing) in enumerate(map_unordered(source.draw, tiles, workers), 1):
-        yield tiles[number], drawing
+    for done_count, (index, drawing) in enumerate(map_unordered(source.draw, tiles, workers), 1):
+        yield tiles[index], drawing
         progress.step(done_count)

@@ -127,8 +127,8 @@ class MeshSource:
 
         mesh = self._mesh
         rgb = np.zeros((len(face), 3), np.uint8)
-        for number, rows in self._group_by_material(face):
-            material = None if number is None else mesh.materials[number]
+        for material_index, rows in self._group_by_material(face):
+            material = None if material_index is None else mesh.materials[material_index]
             if material is not None and material.texture is not None and mesh.uv is not None:
                 pyramid = self._store.get(material.texture)
                 is_textured = self._mapped[face[rows]]
@@ -168,8 +168,11 @@ class MeshSource:
         pixels = np.flatnonzero(face >= 0)
         count = len(self._mesh.materials)
         wears = self._material_of[face[pixels]]
-        for number in np.flatnonzero(np.bincount(wears)).tolist():
-            yield number - 1 if 1 <= number <= count else None, pixels[wears == number]
+        for material_index in np.flatnonzero(np.bincount(wears)).tolist():
+            yield (
+                material_index - 1 if 1 <= material_index <= count else None,
+                pixels[wears == material_index],
+            )
 
     def _coarser(self) -> dict[Path, int]:
         """Return, for each texture, the number of finest levels that no pixel requires."""

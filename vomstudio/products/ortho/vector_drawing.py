@@ -189,8 +189,8 @@ def paper_scale(bounds: FloatArray) -> int:
 def choose_ticks(low: float, high: float) -> FloatArray:
     """Return four to ten round tick values within a range."""
     step = round_length(max((high - low) / 4, 1e-12))
-    first, last_tick = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
-    return np.asarray(np.arange(first, last_tick + 1) * step, np.float64)
+    first_tick, last_tick = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return np.asarray(np.arange(first_tick, last_tick + 1) * step, np.float64)
 
 
 def number_text(value: float) -> str:

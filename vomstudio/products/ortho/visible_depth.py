@@ -71,9 +71,9 @@ def _cloud_depths(
     position = np.clip(np.floor(pixels).astype(np.int64), 0, [width - 1, height - 1])
     is_inside = ((pixels >= -1.0) & (pixels <= np.array(size) + 1.0)).all(axis=1)
     depths = np.full(len(pixels), np.nan)
-    number = position[:, 1] // TILE * grid.columns + position[:, 0] // TILE
+    tile_numbers = position[:, 1] // TILE * grid.columns + position[:, 0] // TILE
     for tile in grid.tiles():
-        rows = np.flatnonzero(is_inside & (number == tile.number))
+        rows = np.flatnonzero(is_inside & (tile_numbers == tile.number))
         if len(rows):
             depth = source.draw(tile).depth.astype(np.float64)
             place = pixels[rows] - [tile.column, tile.row]

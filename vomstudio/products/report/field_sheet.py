@@ -160,11 +160,11 @@ def _draw(axes: Axes, plan: SurveyPlan, *, is_plan_view: bool) -> None:
                 fontsize=7.0,
                 color=CONTROL,
             )
-        first = plan.select_kind("perpendicular")[0]
+        first_view = plan.select_kind("perpendicular")[0]
         w, h = plan.footprint_m
         axes.add_patch(
             Rectangle(
-                (first.along_m - w / 2, first.up_m - h / 2),
+                (first_view.along_m - w / 2, first_view.up_m - h / 2),
                 w,
                 h,
                 fill=False,

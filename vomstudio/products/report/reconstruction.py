@@ -166,12 +166,12 @@ def _photos(result: Mapping[str, Any]) -> str:
 def _camera(camera: Mapping[str, Any]) -> str:
     names = camera["names"]
     rows = []
-    for number, name in enumerate(names):
-        spread = camera["sigma"][number]
+    for index, name in enumerate(names):
+        spread = camera["sigma"][index]
         spread_text = (
             tr("unknown") if spread is None else tr("held") if spread == 0 else f"± {spread:.2g}"
         )
-        rows.append(("", [name, f"{camera['params'][number]:.6g}", spread_text]))
+        rows.append(("", [name, f"{camera['params'][index]:.6g}", spread_text]))
     photos = tr_n("{count} photo.", "{count} photos.", camera["photos"])
     text = (
         f"<h3>{escape(str(camera['camera'] or tr('unknown camera')))}</h3>"

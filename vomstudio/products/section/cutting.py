@@ -139,8 +139,8 @@ def _crossing(
     They are interpolated starting from the viewer's side, so that both triangles of an edge give
     identical results.
     """
-    first, second = np.where(side[a], a, b), np.where(side[a], b, a)
-    p, q = (panel.coordinates(vertices[k]) for k in (first, second))
+    upper_corner, lower_corner = np.where(side[a], a, b), np.where(side[a], b, a)
+    p, q = (panel.coordinates(vertices[k]) for k in (upper_corner, lower_corner))
     fraction = p[:, 2] / (p[:, 2] - q[:, 2])
     return np.asarray(p[:, :2] + fraction[:, None] * (q[:, :2] - p[:, :2]))
 
@@ -148,8 +148,8 @@ def _crossing(
 def _clip(pieces: FloatArray, panel: Panel) -> FloatArray:
     """Clip segments (n, 2, 2) to the ends of a panel."""
     low, high = panel.start + panel.low, panel.start + panel.high
-    first, last_end = pieces[:, :, 0].min(axis=1), pieces[:, :, 0].max(axis=1)
-    pieces = pieces[(last_end >= low) & (first <= high)]
+    first_end, last_end = pieces[:, :, 0].min(axis=1), pieces[:, :, 0].max(axis=1)
+    pieces = pieces[(last_end >= low) & (first_end <= high)]
     if not np.isfinite(low) or not len(pieces):
         return pieces
     a, b = pieces[:, 0], pieces[:, 1]

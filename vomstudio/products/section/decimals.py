@@ -15,8 +15,8 @@ def decimals_for(error: float) -> int:
     """
     if not math.isfinite(error) or error <= 0:
         return MAX_DECIMALS
-    first = -math.floor(math.log10(error))
-    return min(max(0, first + 1), max(MAX_DECIMALS, first), 6)
+    decimals = -math.floor(math.log10(error))
+    return min(max(0, decimals + 1), max(MAX_DECIMALS, decimals), 6)
 
 
 def format_with_error(value: float, error95: float | None) -> str:

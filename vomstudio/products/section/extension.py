@@ -253,11 +253,11 @@ def _cut_near_plane(
     data: Mesh | PointCloud,
     estimate: PlaneEstimate,
     repeats: PlaneSeries,
-    number: int,
+    index: int,
     spacing: float,
 ) -> Cut:
     """Cut only the part of the model near the plane, which is fast even for many planes."""
-    offset = repeats.offset(number)
+    offset = repeats.offset(index)
     origin = estimate.centroid + offset * estimate.axes[2]
     curtain: Curtain = curtain_of_plane(estimate.plane, origin)
     if isinstance(data, Mesh):
@@ -290,30 +290,30 @@ def _crossings(points: FloatArray, outward: FloatArray, spacing: float) -> Float
         k=min(_LINKED_NEIGHBOURS + 1, len(near_points)),
         distance_upper_bound=SLAB_SPACINGS * spacing,
     )
-    first = np.repeat(np.arange(len(near_points)), neighbours.shape[1])
+    first_rows = np.repeat(np.arange(len(near_points)), neighbours.shape[1])
     second = neighbours.ravel()
     is_linked = second < len(near_points)
-    first, second = first[is_linked], second[is_linked]
-    is_crossed = (offsets[first] >= 0.0) & (offsets[second] < 0.0)
-    first, second = first[is_crossed], second[is_crossed]
-    fraction = offsets[first] / (offsets[first] - offsets[second])
+    first_rows, second = first_rows[is_linked], second[is_linked]
+    is_crossed = (offsets[first_rows] >= 0.0) & (offsets[second] < 0.0)
+    first_rows, second = first_rows[is_crossed], second[is_crossed]
+    fraction = offsets[first_rows] / (offsets[first_rows] - offsets[second])
     return np.asarray(
         points[rows[0]]
-        + near_points[first]
-        + fraction[:, None] * (near_points[second] - near_points[first])
+        + near_points[first_rows]
+        + fraction[:, None] * (near_points[second] - near_points[first_rows])
     )
 
 
 def _trace(
-    line: FloatArray, estimate: PlaneEstimate, repeats: PlaneSeries, number: int
+    line: FloatArray, estimate: PlaneEstimate, repeats: PlaneSeries, index: int
 ) -> ExtensionTrace:
-    return ExtensionTrace(number, line, _error95(line, estimate, repeats, number))
+    return ExtensionTrace(index, line, _error95(line, estimate, repeats, index))
 
 
 def _error95(
-    points: FloatArray, estimate: PlaneEstimate, repeats: PlaneSeries, number: int
+    points: FloatArray, estimate: PlaneEstimate, repeats: PlaneSeries, index: int
 ) -> FloatArray:
-    variance = estimate.position_sd(points) ** 2 + number**2 * repeats.thickness_variance
+    variance = estimate.position_sd(points) ** 2 + index**2 * repeats.thickness_variance
     return np.asarray(estimate.t95 * np.sqrt(variance))
 
 

@@ -209,8 +209,8 @@ def _patches(measurability: Measurable) -> list[dict[str, float | None]]:
     numbers = measurability.patches[is_inside]
     areas = np.bincount(numbers, measurability.areas[is_inside])
     patches: list[dict[str, float | None]] = []
-    for number in np.argsort(-areas)[:_MAX_PATCHES]:
-        rows = np.flatnonzero(measurability.patches == number)
+    for patch_index in np.argsort(-areas)[:_MAX_PATCHES]:
+        rows = np.flatnonzero(measurability.patches == patch_index)
         error = float(measurability.patch_deg[rows[0]])
         if np.isnan(error):
             continue
@@ -219,7 +219,7 @@ def _patches(measurability: Measurable) -> list[dict[str, float | None]]:
         centre = positions[np.argmin(np.linalg.norm(positions - positions.mean(axis=0), axis=1))]
         x, y, z = centre.tolist()
         patches.append(
-            {"x": x, "y": y, "z": z, "area_m2": float(areas[number]), "error95_deg": error}
+            {"x": x, "y": y, "z": z, "area_m2": float(areas[patch_index]), "error95_deg": error}
         )
     return patches
 

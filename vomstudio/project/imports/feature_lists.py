@@ -165,10 +165,10 @@ def read_listed_features(
     unknown_names: set[str] = set()
     world_points, findings = _points_in_world(rows, path, crs)
     report.stage(tr("Importing features"), len(rows))
-    for number, (row, points) in enumerate(zip(rows, world_points, strict=True), 1):
-        if not number % ROWS_PER_PROGRESS_STEP:
-            report.step(number)
-        name = row.text("name", "number", "id") or tr("row {number}", number=number)
+    for index, (row, points) in enumerate(zip(rows, world_points, strict=True), 1):
+        if not index % ROWS_PER_PROGRESS_STEP:
+            report.step(index)
+        name = row.text("name", "number", "id") or tr("row {number}", number=index)
         if (reason := _invalid_points(row, points)) is not None:
             skipped_rows.append((name, reason))
             continue
@@ -188,8 +188,10 @@ def read_listed_features(
         *(Finding("import.type-replaced", type=kind) for kind in sorted(unknown_names)),
     ]
     if not features:
-        name, first = skipped_rows[0]
-        raise InputError(Finding("import.nothing-usable", name=name, reason=first), file=path)
+        name, first_problem = skipped_rows[0]
+        raise InputError(
+            Finding("import.nothing-usable", name=name, reason=first_problem), file=path
+        )
     features = merge_stations(features, transform.scale_factor(transform.matrix(model.to_world)))
     return ImportedFeatures(tuple(features), tuple(skipped_rows), tuple(warnings))
 

@@ -144,20 +144,20 @@ def _guess_without_names(table: FieldTable) -> Guess:
     text = _text_column(table)
     if text is not None:
         return Guess({"text": text}, _text_notation(table, text))
-    for first in range(table.width - 1):
-        cells = [(row[first], row[first + 1]) for row in table.rows[:50]]
+    for first_column in range(table.width - 1):
+        cells = [(row[first_column], row[first_column + 1]) for row in table.rows[:50]]
         has_directions = any(c in "NSEW" for pair in cells for word in pair for c in word.upper())
         if (
             has_directions
             and sum(is_orientation(" ".join(pair)) for pair in cells) > len(cells) / 2
         ):
-            return Guess({"azimuth": first, "inclination": first + 1}, "quadrant")
+            return Guess({"azimuth": first_column, "inclination": first_column + 1}, "quadrant")
         pairs = [(number_in(a, table), number_in(b, table)) for a, b in cells]
         are_angles = [
             a is not None and b is not None and 0 <= a <= 360 and 0 <= b <= 90 for a, b in pairs
         ]
         if sum(are_angles) > len(are_angles) / 2:
-            return Guess({"azimuth": first, "inclination": first + 1}, None)
+            return Guess({"azimuth": first_column, "inclination": first_column + 1}, None)
     return Guess({}, None)
 
 

@@ -75,12 +75,12 @@ def read_field_table(path: str | Path) -> FieldTable:
         rows = [_split_cells(line, delimiter) for _, line in used_columns]
     numbers = [i for i, _ in used_columns]
     has_header = is_header(rows[0], delimiter) and not any(is_orientation(c) for c in rows[0])
-    first = rows[0]
+    first_row = rows[0]
     if has_header:
         rows, numbers = rows[1:], numbers[1:]
         if delimiter == " " and rows:
-            first = rejoin_header(first, [], rows)
-    names = tuple(first) if has_header else None
+            first_row = rejoin_header(first_row, [], rows)
+    names = tuple(first_row) if has_header else None
     if not rows:
         raise InputError(Finding("table.no-rows"), file=path)
     width = len(names) if names else Counter(map(len, rows)).most_common(1)[0][0]

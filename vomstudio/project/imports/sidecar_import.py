@@ -126,9 +126,9 @@ def _resolve_photos(
     find = photo_finder(photos)
     resolved_photos = []
     for mark in marks:
-        number = find(mark.photo)
+        photo_index = find(mark.photo)
         resolved_photos.append(
-            (mark.label, mark.photo if number is None else photos[number], mark.x, mark.y)
+            (mark.label, mark.photo if photo_index is None else photos[photo_index], mark.x, mark.y)
         )
     return tuple(resolved_photos)
 

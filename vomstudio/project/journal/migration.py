@@ -50,9 +50,9 @@ def migrate(db: sqlite3.Connection, path: Path, schema: int) -> None:
         copy_database(db, backup)
     db.execute("BEGIN IMMEDIATE")
     try:
-        for number in range(schema, SCHEMA_VERSION):
-            STEPS[number](db)
-            db.execute(f"PRAGMA user_version = {number + 1}")
+        for version in range(schema, SCHEMA_VERSION):
+            STEPS[version](db)
+            db.execute(f"PRAGMA user_version = {version + 1}")
         db.execute("COMMIT")
     except BaseException:
         if db.in_transaction:

@@ -131,8 +131,10 @@ def last_rows(db: sqlite3.Connection, path: Path, count: int) -> list[JournalRow
     return [_to_row(values) for values in reversed(rows)]
 
 
-def _missing_rows(first: int, last: int) -> Finding:
-    return Finding("journal.rows-missing", count=last - first + 1, first=first, last=last)
+def _missing_rows(first_seq: int, last_seq: int) -> Finding:
+    return Finding(
+        "journal.rows-missing", count=last_seq - first_seq + 1, first=first_seq, last=last_seq
+    )
 
 
 def text_of(raw_bytes: bytes) -> str:

@@ -131,14 +131,18 @@ def merge_stations(features: Sequence[Feature], scale: float) -> list[Feature]:
         key: object = feature.id
         if isinstance(feature, Station) and (code := feature.number or feature.name):
             key = (feature.what, code.casefold())
-            first = merged_stations.get(key)
-            if isinstance(first, Station):
-                distance_m = scale * math.dist(first.vertices[0], feature.vertices[0])
+            first_station = merged_stations.get(key)
+            if isinstance(first_station, Station):
+                distance_m = scale * math.dist(first_station.vertices[0], feature.vertices[0])
                 if distance_m <= MAX_STATION_DISTANCE_M:
                     merged_stations[key] = replace(
-                        first,
-                        photo=PHOTO_SEPARATOR.join(dict.fromkeys(photos_of(first, feature))),
-                        notes="\n".join(dict.fromkeys(filter(None, (first.notes, feature.notes)))),
+                        first_station,
+                        photo=PHOTO_SEPARATOR.join(
+                            dict.fromkeys(photos_of(first_station, feature))
+                        ),
+                        notes="\n".join(
+                            dict.fromkeys(filter(None, (first_station.notes, feature.notes)))
+                        ),
                     )
                     continue
                 key = feature.id

@@ -88,9 +88,9 @@ def fitted_planes(
     # Vectorised: processing single vectors takes a hundred times as long.
     planes = iter(Plane.from_normals([fit.normal for fit in fits if fit.error is None]))
     progress.stage(tr("Judging planes"), len(fits))
-    for number, (name, fit) in enumerate(zip(ids, fits, strict=True)):
-        if number % _PROGRESS_STEP == 0:
-            progress.step(number)
+    for index, (name, fit) in enumerate(zip(ids, fits, strict=True)):
+        if index % _PROGRESS_STEP == 0:
+            progress.step(index)
         if fit.error is not None:
             skipped_groups.append({"id": name, "reason": fit.error})
             continue

@@ -67,10 +67,10 @@ def grid_cells(
         marks = marks_of(grid)
         numbers, corners = world_cells(grid, records)
         shapes += list(corners)
-        for number in numbers.tolist():
-            row, column = divmod(number, grid.columns)
+        for cell in numbers.tolist():
+            row, column = divmod(cell, grid.columns)
             place = f"{column + 1}, {row + 1}"
-            mark_title, colour = MARK_TITLES[marks[number]], COLORS[marks[number]]
+            mark_title, colour = MARK_TITLES[marks[cell]], COLORS[marks[cell]]
             model_name = "" if model is None else model.name
             rows.append((grid.id, grid.name, place, mark_title, model_name, grid.notes))
             colors.append(colour)

@@ -70,8 +70,8 @@ def rows_of(subjects: Sequence[Subject], figures: Iterable[Figure]) -> list[Row]
     """Return `row_of` for subjects with the same figures, five times faster by columns."""
     rows: list[Row] = []
     table_figures = _table_figures(tuple(figures))
-    for first in range(0, len(subjects), BATCH_ROWS):
-        batch = subjects[first : first + BATCH_ROWS]
+    for start in range(0, len(subjects), BATCH_ROWS):
+        batch = subjects[start : start + BATCH_ROWS]
         columns: dict[str, list[Any]] = dict.fromkeys(COLUMNS, [None] * len(batch))
         for name, value in table_figures:
             columns[name] = _plain_column([value(subject) for subject in batch])

@@ -61,9 +61,9 @@ def match(
     while distances[-1] > nearest_distance and len(distances) < _MAX_STEPS:
         distances.append(max(distances[-1] / 2.0, nearest_distance))
     progress.stage(tr("Matching surfaces, coarse to fine"), len(distances))
-    for number, distance in enumerate(distances):
+    for level, distance in enumerate(distances):
         turn = _step(source, target, turn, distance)
-        progress.step(number + 1)
+        progress.step(level + 1)
     rotation = Rotation.from_matrix(turn[:3, :3]).as_matrix()
     shift = turn[:3, 3] + origin - rotation @ origin
     return Similarity(start.scale, rotation @ start.rotation, rotation @ start.translation + shift)

@@ -149,7 +149,7 @@ def thin_points(points: FloatArray, cell: float, max_points: int = _MAX_POINTS) 
         cells = np.floor(local_points / cell).astype(np.int64)
         width = cells.max(axis=0) + 1
         keys = cells[:, 0] + width[0] * (cells[:, 1] + width[1] * cells[:, 2])
-        first = np.unique(keys[order], return_index=True)[1]
-        if len(first) <= max_points:
-            return points[np.sort(order[first])]
-        cell *= max(1.1, 0.95 * np.sqrt(len(first) / max_points))
+        first_rows = np.unique(keys[order], return_index=True)[1]
+        if len(first_rows) <= max_points:
+            return points[np.sort(order[first_rows])]
+        cell *= max(1.1, 0.95 * np.sqrt(len(first_rows) / max_points))

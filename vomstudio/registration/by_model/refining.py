@@ -114,11 +114,11 @@ def refine(
     """
     progress.stage(tr("Refining the fit"), _MAX_ITERATIONS)
     fit = start
-    for number in range(_MAX_ITERATIONS):
+    for iteration in range(_MAX_ITERATIONS):
         result = _linearise(model, reference, fit, scale)
         step = _newton(result)
         fit = _apply_step(fit, step, result.about, result.size)
-        progress.step(number + 1)
+        progress.step(iteration + 1)
         # Stop below a hundredth of the standard error of the mean, in metres at the rim.
         if np.abs(step).max() * result.size < 0.01 * result.sigma / np.sqrt(len(result.miss)):
             break

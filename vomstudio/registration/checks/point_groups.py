@@ -113,9 +113,12 @@ def select_group_at_model(
         Mask of the correct group, or None if it is unclear.
     """
     for is_at_model in (is_inside, _near_model_coordinates(model, world)):
-        first, second = float(is_at_model[mask].mean()), float(is_at_model[~mask].mean())
-        if first > 0.5 > second or second > 0.5 > first:
-            return mask if first > second else ~mask
+        first_share, second_share = (
+            float(is_at_model[mask].mean()),
+            float(is_at_model[~mask].mean()),
+        )
+        if first_share > 0.5 > second_share or second_share > 0.5 > first_share:
+            return mask if first_share > second_share else ~mask
     count = int(mask.sum())
     if 2 * count == len(world):
         return None

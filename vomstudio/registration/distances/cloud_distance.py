@@ -228,11 +228,11 @@ def spread_side(positions: FloatArray, normals: FloatArray) -> tuple[FloatArray,
     k = len(positions)
     count = min(_NEIGHBOURS + 1, k)
     neighbours = np.atleast_2d(cKDTree(positions).query(positions, k=count)[1]).reshape(k, count)
-    first, second = np.repeat(np.arange(k), count), neighbours.ravel()
-    similarities = np.abs(np.einsum("ij,ij->i", normals[first], normals[second]))
+    first_rows, second_rows = np.repeat(np.arange(k), count), neighbours.ravel()
+    similarities = np.abs(np.einsum("ij,ij->i", normals[first_rows], normals[second_rows]))
     # An edge with zero weight would be ignored.
     graph = coo_matrix(
-        (1.0 + 1e-6 - np.minimum(similarities, 1.0), (first, second)), shape=(k, k)
+        (1.0 + 1e-6 - np.minimum(similarities, 1.0), (first_rows, second_rows)), shape=(k, k)
     ).tocsr()
     tree = minimum_spanning_tree(graph.maximum(graph.T))
     _, parts = connected_components(tree, directed=False)

@@ -171,8 +171,8 @@ def finder(names: Sequence[str]) -> Callable[[str], str | None]:
     find = photo_finder(names)
 
     def find_name(photo: str) -> str | None:
-        number = find(photo.replace("\\", "/"))
-        return None if number is None else names[number]
+        photo_index = find(photo.replace("\\", "/"))
+        return None if photo_index is None else names[photo_index]
 
     return find_name
 

@@ -110,13 +110,13 @@ def _meeting_places(marks: Marks) -> FloatArray:
     pairs = np.array(list(combinations(range(len(rays)), 2)))
     if len(pairs) > _MAX_PAIRS:
         pairs = pairs[np.random.default_rng(0).choice(len(pairs), _MAX_PAIRS, replace=False)]
-    first, second = pairs.T
+    first_rows, second_rows = pairs.T
     projector = np.eye(3) - rays[:, :, None] * rays[:, None, :]
-    normal = projector[first] + projector[second]
+    normal = projector[first_rows] + projector[second_rows]
     right = np.einsum("nij,nj->ni", projector, centres)
     is_usable = np.linalg.cond(normal) < 1e8
     positions = np.linalg.solve(
-        normal[is_usable], (right[first] + right[second])[is_usable][..., None]
+        normal[is_usable], (right[first_rows] + right[second_rows])[is_usable][..., None]
     )
     return np.asarray(positions[..., 0])
 

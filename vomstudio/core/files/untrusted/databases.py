@@ -198,8 +198,8 @@ def read_schema(db: sqlite3.Connection) -> Iterator[SchemaEntry]:
         If the schema is damaged.
     """
     rows = db.execute("SELECT name, sql FROM sqlite_master LIMIT ?", (MAX_ENTRIES + 1,))
-    for number, (name, sql) in enumerate(rows):
-        if number == MAX_ENTRIES:
+    for row, (name, sql) in enumerate(rows):
+        if row == MAX_ENTRIES:
             raise sqlite3.DatabaseError("the schema has too many entries")
         if sql is not None:
             yield _entry(str(name), str(sql))

@@ -144,8 +144,8 @@ def jpeg_scan_start(file: BinaryIO) -> int | None:
 def _jpeg_size(file: BinaryIO, head: bytes) -> PictureSize | None:
     exif, size, components = bytearray(), None, 0
     progressive = several_scans = False
-    for number, (marker, start, length) in enumerate(_segments(file)):
-        if number > _MAX_PARTS:
+    for index, (marker, start, length) in enumerate(_segments(file)):
+        if index > _MAX_PARTS:
             raise HeaderError(_too_many_parts())
         file.seek(start)
         if marker == 0xE1 and file.read(6) == b"Exif\0\0":
@@ -335,8 +335,8 @@ def _check_tags(file: BinaryIO) -> None:
     """
     size = file.seek(0, io.SEEK_END)
     claimed_count = 0
-    for number, entries in enumerate(_all_directories(file)):
-        if number > _MAX_DIRECTORIES:
+    for index, entries in enumerate(_all_directories(file)):
+        if index > _MAX_DIRECTORIES:
             raise HeaderError(_too_many_parts())
         for kind, count, _, value_field in entries:
             needed_size = count * _SIZES.get(kind, 1)
@@ -371,9 +371,9 @@ def _all_directories(
     start = _tiff_start(file)
     if start is None:
         return
-    order, is_big_tiff, first = start
+    order, is_big_tiff, first_offset = start
     size = file.seek(0, io.SEEK_END)
-    pending, visited = [first], set[int]()
+    pending, visited = [first_offset], set[int]()
     while pending:
         offset = pending.pop(0)
         if offset == 0 or offset in visited or offset >= size:
@@ -397,10 +397,10 @@ def _tiff_start(file: BinaryIO) -> tuple[str, bool, int] | None:
     is_big_tiff = header[2:4] in (b"+\0", b"\0+")
     if order is None or len(header) < (16 if is_big_tiff else 8):
         return None
-    (first,) = struct.unpack(
+    (first_offset,) = struct.unpack(
         order + ("Q" if is_big_tiff else "I"), header[8:16] if is_big_tiff else header[4:8]
     )
-    return order, is_big_tiff, first
+    return order, is_big_tiff, first_offset
 
 
 def _entries(
@@ -412,16 +412,16 @@ def _entries(
     header = file.read(struct.calcsize(order + width))
     if len(header) < struct.calcsize(order + width):
         return [], 0
-    (number,) = struct.unpack(order + width, header)
+    (entry_count,) = struct.unpack(order + width, header)
     step = struct.calcsize(order + entry)
-    rows = file.read(step * min(number, 1 << 16))
+    rows = file.read(step * min(entry_count, 1 << 16))
     whole_rows = rows[: len(rows) // step * step]
     entries = [
         (kind, count, tag, value)
         for tag, kind, count, value in struct.iter_unpack(order + entry, whole_rows)
     ]
     value_field = file.read(8 if is_big_tiff else 4)
-    if len(entries) < number or len(value_field) < (8 if is_big_tiff else 4):
+    if len(entries) < entry_count or len(value_field) < (8 if is_big_tiff else 4):
         return entries, 0
     return entries, struct.unpack(order + ("Q" if is_big_tiff else "I"), value_field)[0]
 
@@ -438,8 +438,8 @@ def _numbers(
     if size > len(raw):
         file.seek(min(value, 1 << 62))
         raw = file.read(min(size, 2048))
-    number = min(count, len(raw) // _SIZES[kind])
-    return list(struct.unpack(f"{order}{number}{code}", raw[: number * _SIZES[kind]]))
+    value_count = min(count, len(raw) // _SIZES[kind])
+    return list(struct.unpack(f"{order}{value_count}{code}", raw[: value_count * _SIZES[kind]]))
 
 
 def _too_many_parts() -> str:

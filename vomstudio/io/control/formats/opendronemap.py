@@ -88,15 +88,15 @@ def read_odm(path: str | Path) -> OdmControl:
             file=path,
         ) from error
     rows = [
-        (number, text.strip())
-        for number, text in enumerate(lines, start=1)
+        (line_number, text.strip())
+        for line_number, text in enumerate(lines, start=1)
         if text.strip() and not text.startswith("#")
     ]
     if not rows or _HEADER.fullmatch(rows[0][1]) is None:
         raise InputError(
             Finding("control.no-projection"), file=path, line=rows[0][0] if rows else 1
         )
-    first, header = rows[0]
+    first_line_number, header = rows[0]
     points: dict[str, tuple[int, ControlPoint]] = {}
     labels_by_position: dict[tuple[float, float, float], str] = {}
     marks: dict[tuple[str, str], tuple[int, Mark]] = {}
@@ -138,8 +138,8 @@ def read_odm(path: str | Path) -> OdmControl:
     if not points:
         raise InputError(Finding("control.no-points"), file=path)
     return OdmControl(
-        projection_of(path, first, header),
-        first,
+        projection_of(path, first_line_number, header),
+        first_line_number,
         tuple(point for _, point in points.values()),
         tuple(mark for _, mark in marks.values()),
     )

@@ -67,14 +67,14 @@ def marks_of(path: Path) -> list[Mark]:
     marks = []
     first_rows: dict[tuple[str, str], int] = {}
     for row, (label, name, (x, y)) in enumerate(zip(labels, names, pixels.tolist(), strict=True)):
-        first = first_rows.setdefault((label, name), row)
-        if first != row:
+        first_row = first_rows.setdefault((label, name), row)
+        if first_row != row:
             raise table.at(
                 row,
                 Finding(
                     "control.mark-repeated",
                     photo=name,
-                    first_line=int(table.table.line_numbers[first]),
+                    first_line=int(table.table.line_numbers[first_row]),
                     label=label,
                 ),
                 "label",

@@ -185,14 +185,14 @@ def join_corners(
     order = np.argsort(keys, kind="stable")
     is_first = np.append(True, np.diff(keys[order]) != 0)
     del keys
-    first = order[is_first]
-    rank = np.empty(len(first), np.int32)
-    occurrence_order = np.argsort(first)
-    rank[occurrence_order] = np.arange(len(first), dtype=np.int32)
+    first_rows = order[is_first]
+    rank = np.empty(len(first_rows), np.int32)
+    occurrence_order = np.argsort(first_rows)
+    rank[occurrence_order] = np.arange(len(first_rows), dtype=np.int32)
     faces = np.empty(len(order), np.int32)
     faces[order] = rank[np.cumsum(is_first) - 1]
     # -0 and 0 represent the same coordinate.
-    return corners[first[occurrence_order]].astype(np.float64) + 0.0, faces.reshape(-1, 3)
+    return corners[first_rows[occurrence_order]].astype(np.float64) + 0.0, faces.reshape(-1, 3)
 
 
 class Columns:

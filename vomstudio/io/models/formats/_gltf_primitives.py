@@ -327,8 +327,8 @@ def _faces(
         document.budget.take(16 * len(corners), "primitives")
         second, third = corners[1:-1], corners[2:]
         if mode == FAN:
-            first = np.broadcast_to(corners[0], second.shape)
-            faces = np.stack([first, second, third], axis=1)
+            first_corners = np.broadcast_to(corners[0], second.shape)
+            faces = np.stack([first_corners, second, third], axis=1)
         else:
             faces = np.stack([corners[:-2], second, third], axis=1)
             faces[1::2] = faces[1::2, ::-1]

@@ -29,8 +29,8 @@ def invalid_extra_record_offset(path: Path) -> int | None:
     for _ in range(count):
         if offset + 54 > len(header):
             return None
-        user, number, length = struct.unpack_from("<16sHH", header, offset + _USER_AT)
-        if user.split(b"\0")[0] == b"LASF_Spec" and number == 4:
+        user_id, record_id, length = struct.unpack_from("<16sHH", header, offset + _USER_AT)
+        if user_id.split(b"\0")[0] == b"LASF_Spec" and record_id == 4:
             return (
                 None if _is_valid(header[offset + 54 : offset + 54 + length]) else offset + _USER_AT
             )
@@ -41,12 +41,12 @@ def invalid_extra_record_offset(path: Path) -> int | None:
 def _is_valid(record: bytes) -> bool:
     names: set[str] = set()
     for offset in range(0, len(record) - _BYTES + 1, _BYTES):
-        number, options = record[offset + 2], record[offset + 3]
+        data_type, options = record[offset + 2], record[offset + 3]
         try:
             name = record[offset + 4 : offset + 36].split(b"\0")[0].decode("utf-8")
         except UnicodeDecodeError:
             return False
-        if not name or name in names or number > _KINDS or (number == 0 and options == 0):
+        if not name or name in names or data_type > _KINDS or (data_type == 0 and options == 0):
             return False
         names.add(name)
     return len(record) % _BYTES == 0

@@ -138,9 +138,9 @@ def laszip_chunk_points(top: bytes, offset: int, n_records: int, record_bytes: i
     for _ in range(n_records):
         if offset + 54 > len(top):
             return None
-        user, number, length = struct.unpack_from("<16sHH", top, offset + 2)
+        user_id, record_id, length = struct.unpack_from("<16sHH", top, offset + 2)
         offset += 54
-        if user.rstrip(b"\0") == b"laszip encoded" and number == 22204:
+        if user_id.rstrip(b"\0") == b"laszip encoded" and record_id == 22204:
             if length < 34 or offset + length > len(top):
                 return None
             (compressor,) = struct.unpack_from("<H", top, offset)
@@ -321,9 +321,9 @@ def read_las_header(path: Path) -> LasHeader:
     for _ in range(n_records):
         if offset + 54 > len(top):
             raise _contradiction(path)
-        user, number, length = struct.unpack_from("<16sHH", top, offset + 2)
-        name = user.split(b"\0")[0].decode("ascii", "replace")
-        records.setdefault((name, number), top[offset + 54 : offset + 54 + length])
+        user_id, record_id, length = struct.unpack_from("<16sHH", top, offset + 2)
+        name = user_id.split(b"\0")[0].decode("ascii", "replace")
+        records.setdefault((name, record_id), top[offset + 54 : offset + 54 + length])
         offset += 54 + length
     compressed = bool(kind & COMPRESSED)
     layers = 0
@@ -393,21 +393,22 @@ def decompress(
 
     records = np.zeros((sum(points), top.record_bytes), np.uint8)
     selection = lazrs.DecompressionSelection(lazrs.SELECTIVE_DECOMPRESS_ALL)
-    first = row = 0
-    while first < len(chunks):
-        stop, n = first + 1, points[first]
+    first_point = row = 0
+    while first_point < len(chunks):
+        stop, n = first_point + 1, points[first_point]
         while stop < len(chunks) and n + points[stop] <= max_points:
             n += points[stop]
             stop += 1
         table = [
-            (k, len(chunk)) for k, chunk in zip(points[first:stop], chunks[first:stop], strict=True)
+            (k, len(chunk))
+            for k, chunk in zip(points[first_point:stop], chunks[first_point:stop], strict=True)
         ]
         part = np.zeros(n * top.record_bytes, np.uint8)
-        if any(_blank_bytes(top.record_bytes) in chunk for chunk in chunks[first:stop]):
+        if any(_blank_bytes(top.record_bytes) in chunk for chunk in chunks[first_point:stop]):
             return None
         try:
             lazrs.decompress_points_with_chunk_table(
-                b"".join(chunks[first:stop]), top.laszip, part, table, selection
+                b"".join(chunks[first_point:stop]), top.laszip, part, table, selection
             )
         except BaseException as error:
             # Rust panics are not derived from Exception.
@@ -415,5 +416,5 @@ def decompress(
                 raise
             return None
         records[row : row + n] = part.reshape(n, top.record_bytes)
-        first, row = stop, row + n
+        first_point, row = stop, row + n
     return records

@@ -81,12 +81,12 @@ def layout_of(top: LasHeader, path: Path) -> RecordLayout:
     remaining_bytes = top.record_bytes - np.dtype(fields).itemsize
     record = top.records.get(("LASF_Spec", 4), b"")
     for position in range(0, len(record) - _EXTRA_BYTES + 1, _EXTRA_BYTES):
-        number, options = record[position + 2], record[position + 3]
+        data_type, options = record[position + 2], record[position + 3]
         name = record[position + 4 : position + 36].split(b"\0")[0].decode("utf-8", "replace")
         used_names = {column[0] for column in columns} | set(STANDARD_FIELDS)
-        if not 1 <= number <= len(_EXTRA_TYPES) or not name or name in used_names:
+        if not 1 <= data_type <= len(_EXTRA_TYPES) or not name or name in used_names:
             break
-        kind = _EXTRA_TYPES[number - 1]
+        kind = _EXTRA_TYPES[data_type - 1]
         width = np.dtype(kind).itemsize
         if width > remaining_bytes:
             break
@@ -112,11 +112,11 @@ def no_data_of(record: bytes) -> dict[str, tuple[float, ...]]:
     """
     no_data: dict[str, tuple[float, ...]] = {}
     for offset in range(0, len(record) - _EXTRA_BYTES + 1, _EXTRA_BYTES):
-        number, options = record[offset + 2], record[offset + 3]
+        data_type, options = record[offset + 2], record[offset + 3]
         name = record[offset + 4 : offset + 36].split(b"\0")[0].decode("utf-8", "replace")
-        if not options & 1 or not 1 <= number <= 3 * len(_EXTRA_TYPES):
+        if not options & 1 or not 1 <= data_type <= 3 * len(_EXTRA_TYPES):
             continue
-        component_index, type_index = divmod(number - 1, len(_EXTRA_TYPES))
+        component_index, type_index = divmod(data_type - 1, len(_EXTRA_TYPES))
         form = {"u": "Q", "i": "q", "f": "d"}[_EXTRA_TYPES[type_index][-2]]
         no_data.setdefault(
             name, struct.unpack_from(f"<{component_index + 1}{form}", record, offset + 40)

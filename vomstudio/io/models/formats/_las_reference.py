@@ -56,8 +56,8 @@ def las_reference(path: Path) -> Reference:
         )
     if len(references) == 1:
         return references[0]
-    first, second_reference = references if has_wkt_priority else reversed(references)
-    return _combine(first, second_reference, centre)
+    first_reference, second_reference = references if has_wkt_priority else reversed(references)
+    return _combine(first_reference, second_reference, centre)
 
 
 def _wkt_reference(records: Mapping[int, bytes], read_errors: list[str]) -> Reference | None:
@@ -71,7 +71,7 @@ def _wkt_reference(records: Mapping[int, bytes], read_errors: list[str]) -> Refe
 
 
 def _keys_reference(records: Mapping[int, bytes], read_errors: list[str]) -> Reference | None:
-    keys = Keys(*(records.get(number, b"") for number in (_DIRECTORY, _DOUBLES, _TEXTS)))
+    keys = Keys(*(records.get(record_id, b"") for record_id in (_DIRECTORY, _DOUBLES, _TEXTS)))
     try:
         reference = decode_keys(keys)
     except InputError:
@@ -83,25 +83,27 @@ def _keys_reference(records: Mapping[int, bytes], read_errors: list[str]) -> Ref
 
 
 def _combine(
-    first: Reference, second_reference: Reference, centre: tuple[float, float]
+    first_reference: Reference, second_reference: Reference, centre: tuple[float, float]
 ) -> Reference:
-    if first.text is None:
-        first, second_reference = second_reference, first
+    if first_reference.text is None:
+        first_reference, second_reference = second_reference, first_reference
     first_axes, other_axes = (
         stated_axes(reference.text, reference.height_unit)
-        for reference in (first, second_reference)
+        for reference in (first_reference, second_reference)
     )
     if not first_axes.has_heights and other_axes.has_heights and other_axes.units[2] in METRES:
         unit = other_axes.units[2]
-        first = replace(first, height_unit=None if unit == first_axes.units[2] else unit)
-        first_axes = stated_axes(first.text, first.height_unit)
+        first_reference = replace(
+            first_reference, height_unit=None if unit == first_axes.units[2] else unit
+        )
+        first_axes = stated_axes(first_reference.text, first_reference.height_unit)
     has_other_heights = other_axes.has_heights and first_axes.units[2] != other_axes.units[2]
     if second_reference.text is not None and (
         has_other_heights or _differ(first_axes, other_axes, centre)
     ):
         warning = Finding("frame.two-crs", one=_axes_text(first_axes), other=_axes_text(other_axes))
-        first = replace(first, warnings=(*first.warnings, warning))
-    return first
+        first_reference = replace(first_reference, warnings=(*first_reference.warnings, warning))
+    return first_reference
 
 
 def _axes_text(axes: StatedAxes) -> str:
@@ -154,8 +156,8 @@ def _records(path: Path) -> tuple[dict[int, bytes], bool, tuple[float, float]]:
         if header_bytes[25] >= 4 and len(header_bytes) >= 247:
             start, extended = struct.unpack_from("<QI", header_bytes, 235)
             record_areas.append((start, extended, "<16sHQ", 60))
-        for offset, number, form, size in record_areas:
-            for _ in range(min(number, MAX_RECORDS)):
+        for offset, record_id, form, size in record_areas:
+            for _ in range(min(record_id, MAX_RECORDS)):
                 if offset >= size_of_file:
                     break
                 file.seek(offset)

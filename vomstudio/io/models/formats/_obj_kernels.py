@@ -126,12 +126,12 @@ def _integer(data, i):  # type: ignore[no-untyped-def]
     elif data[i] == 43:
         i += 1
     value = np.int64(0)
-    first = i
+    first_digit = i
     while 48 <= data[i] <= 57:
         if value < 100000000000:
             value = value * 10 + (np.int64(data[i]) - 48)
         i += 1
-    return (-value if is_negative else value), i > first, i
+    return (-value if is_negative else value), i > first_digit, i
 
 
 @part

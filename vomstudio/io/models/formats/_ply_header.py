@@ -65,11 +65,11 @@ def read_header(top: bytes, path: Path) -> Header:
     elements: list[tuple[str, int, list[Property]]] = []
     textures: list[str] = []
     names: set[tuple[int, str]] = set()
-    number = 0
+    line_number = 0
 
     def wrong(reason: str) -> InputError:
         return InputError(
-            Finding("file.damaged", reason=reason, format="PLY"), file=path, line=number
+            Finding("file.damaged", reason=reason, format="PLY"), file=path, line=line_number
         )
 
     while True:
@@ -79,9 +79,9 @@ def read_header(top: bytes, path: Path) -> Header:
         end = min(ends)
         line = decode(top[position:end])
         position = end + (2 if top[end : end + 2] == b"\r\n" else 1)
-        number += 1
+        line_number += 1
         words = line.split()
-        if not words or words[0] == "obj_info" or (number == 1 and words == ["ply"]):
+        if not words or words[0] == "obj_info" or (line_number == 1 and words == ["ply"]):
             continue
         if words[0] == "end_header":
             break

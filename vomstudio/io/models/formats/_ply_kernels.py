@@ -79,7 +79,7 @@ def rows(data, offset, max_rows, starts, values, unparsed):  # type: ignore[no-u
             break
         if remaining_count + (stop - offset) // 2 + 1 > unparsed.shape[0]:
             break
-        first = filled_count
+        first_value = filled_count
         i = offset
         while True:
             while is_space(data[i]):
@@ -97,8 +97,8 @@ def rows(data, offset, max_rows, starts, values, unparsed):  # type: ignore[no-u
             values[filled_count] = value
             filled_count += 1
         offset = stop + 1
-        if filled_count > first:
-            starts[row] = first
+        if filled_count > first_value:
+            starts[row] = first_value
             row += 1
             starts[row] = filled_count
     if remaining_count < unparsed.shape[0]:

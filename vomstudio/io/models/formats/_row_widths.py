@@ -54,10 +54,10 @@ def _cells(lines: ByteArray, delimiter: str) -> IntArray:
     starts = np.concatenate([[0], ends[:-1] + 1])
     is_blank = _BLANKS[lines]
     cell_starts = np.flatnonzero(~is_blank & np.concatenate([[True], is_blank[:-1]]))
-    first = np.searchsorted(cell_starts, starts)
-    count = np.searchsorted(cell_starts, ends) - first
+    first_cells = np.searchsorted(cell_starts, starts)
+    count = np.searchsorted(cell_starts, ends) - first_cells
     rows = count > 0
-    rows[rows] &= lines[cell_starts[first[rows]]] != ord("#")
+    rows[rows] &= lines[cell_starts[first_cells[rows]]] != ord("#")
     if delimiter == " ":
         return np.where(rows, count, 0)
     parts = np.flatnonzero(lines == ord(delimiter))

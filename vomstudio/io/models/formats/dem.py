@@ -129,8 +129,8 @@ def _opened(path: Path) -> Any:
 def _check_is_dem(dataset: Any, path: Path, findings: list[Finding]) -> None:
     kind = np.dtype(dataset.dtypes[0])
     colors = {"red", "green", "blue", "palette", "cyan"}
-    first = dataset.colorinterp[0].name
-    if kind == np.uint8 or first in colors or (dataset.count >= 3 and kind == np.uint16):
+    first_band = dataset.colorinterp[0].name
+    if kind == np.uint8 or first_band in colors or (dataset.count >= 3 and kind == np.uint16):
         raise InputError(Finding("dem.picture", bands=dataset.count, kind=kind.name), file=path)
     if kind.kind not in "iuf":
         raise InputError(Finding("dem.not-heights", kind=kind.name), file=path)
@@ -215,8 +215,8 @@ def _heights(
         # Nodata value, mask or opacity band, whichever the file contains.
         mask = dataset.read_masks(1, window=window)[::step, ::step]
         values[mask == 0] = np.nan
-        first = start // step
-        heights[first : first + len(values)] = values
+        first_row = start // step
+        heights[first_row : first_row + len(values)] = values
         progress.step(start + rows)
     if dataset.nodata is None:
         for value in UNDECLARED_NO_DATA:
@@ -246,21 +246,21 @@ def _surface(heights: AnyArray, transform: Any, step: int) -> Mesh:
     column, row = columns * float(step) + 0.5, rows * float(step) + 0.5
     a, b, c, d, e, f = transform[:6]
     vertices = np.column_stack([a * column + b * row + c, d * column + e * row + f, z])
-    number = np.full(heights.shape, -1, np.int32)
-    number[has_height] = np.arange(len(z), dtype=np.int32)
-    faces = _triangles(number, heights)
+    vertex_ids = np.full(heights.shape, -1, np.int32)
+    vertex_ids[has_height] = np.arange(len(z), dtype=np.int32)
+    faces = _triangles(vertex_ids, heights)
     if transform.determinant > 0:
         faces = faces[:, ::-1]
     return Mesh(vertices, np.ascontiguousarray(faces))
 
 
-def _triangles(number: AnyArray, heights: AnyArray) -> AnyArray:
+def _triangles(vertex_ids: AnyArray, heights: AnyArray) -> AnyArray:
     """Return two triangles between four pixels, split along the smaller height difference.
 
     Between three pixels there is one triangle. Triangles are counterclockwise as seen from above if
     rows run south.
     """
-    corners = [number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]]
+    corners = [vertex_ids[:-1, :-1], vertex_ids[:-1, 1:], vertex_ids[1:, :-1], vertex_ids[1:, 1:]]
     nw, ne, sw, se = (corner.ravel() for corner in corners)
     has_all_corners = (nw >= 0) & (ne >= 0) & (sw >= 0) & (se >= 0)
     falling_differences = np.abs(heights[:-1, :-1] - heights[1:, 1:])

@@ -100,8 +100,8 @@ class _Block:
         ends = np.append(self.starts, len(self.codes))
         counts = ends[entities + 1] - ends[entities]
         row = np.repeat(np.arange(len(entities)), counts)
-        first = np.cumsum(counts) - counts
-        return np.arange(len(row)) - first[row] + ends[entities][row], row
+        first_rows = np.cumsum(counts) - counts
+        return np.arange(len(row)) - first_rows[row] + ends[entities][row], row
 
 
 def _number(value: bytes) -> float:
@@ -410,8 +410,8 @@ def _read_points(block: _Block, entities: IntArray, drawing: _Drawing) -> None:
 
 
 def _read_polyline(block: _Block, entity: int, drawing: _Drawing) -> None:
-    first = dict(reversed(list(block.groups(entity))))
-    flags = _integer(first.get(70, b"0"))
+    first_values = dict(reversed(list(block.groups(entity))))
+    flags = _integer(first_values.get(70, b"0"))
     if not flags & (POLYFACE_MESH | POLYGON_MESH):
         drawing.left_out["POLYLINE"] += 1
         return
@@ -421,7 +421,7 @@ def _read_polyline(block: _Block, entity: int, drawing: _Drawing) -> None:
     vertices = np.arange(entity + 1, end)
     numbers = block.numbers(vertices, (10, 20, 30, 70, 71, 72, 73, 74), 0.0)
     kinds = _integers(numbers[:, 3])
-    layer = first.get(8, b"0")
+    layer = first_values.get(8, b"0")
     if flags & POLYFACE_MESH:
         positions = numbers[(kinds & _MESH_VERTEX) > 0, :3]
         is_face = ((kinds & _FACE_RECORD) > 0) & ((kinds & _MESH_VERTEX) == 0)
@@ -434,17 +434,19 @@ def _read_polyline(block: _Block, entity: int, drawing: _Drawing) -> None:
         corners = positions[rows[is_valid] - 1]
     else:
         positions = numbers[(kinds & _CONTROL_POINT) == 0, :3]
-        corners = _grid(positions, first, flags)
+        corners = _grid(positions, first_values, flags)
         if not len(corners):
             drawing.left_out["POLYLINE"] += 1
     rows = np.full(len(corners), entity)
     _add_quads(corners.reshape(-1, 4, 3), [layer] * len(corners), rows, drawing)
 
 
-def _grid(positions: FloatArray, first: dict[int, bytes], flags: int) -> FloatArray:
+def _grid(positions: FloatArray, first_values: dict[int, bytes], flags: int) -> FloatArray:
     """Return the quadrilaterals (n, 4, 3) of a mesh with M × N vertices."""
-    is_smooth = _integer(first.get(75, b"0")) != 0
-    m, n = (_integer(first.get(code, b"0")) for code in ((73, 74) if is_smooth else (71, 72)))
+    is_smooth = _integer(first_values.get(75, b"0")) != 0
+    m, n = (
+        _integer(first_values.get(code, b"0")) for code in ((73, 74) if is_smooth else (71, 72))
+    )
     if m < 2 or n < 2 or m * n != len(positions):
         return np.empty((0, 4, 3))
     rows = np.arange(m * n).reshape(m, n)

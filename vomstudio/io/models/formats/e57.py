@@ -98,12 +98,12 @@ def _read_scans(
     unread = set()
     # A constant value takes no bits in the file, whatever the number of points.
     budget = Budget(path, path.stat().st_size)
-    for number, (scan, known_name) in enumerate(zip(scans, names, strict=True)):
+    for index, (scan, known_name) in enumerate(zip(scans, names, strict=True)):
         coordinate_names = next(
             (axes for axes in (CARTESIAN, SPHERICAL) if set(axes) <= known_name), None
         )
         if coordinate_names is None:
-            findings.append(Finding("model.scan-left-out", number=number + 1))
+            findings.append(Finding("model.scan-left-out", number=index + 1))
             continue
         column_names = [
             *coordinate_names,
@@ -136,7 +136,7 @@ def _read_scans(
             if bright:
                 columns.add("intensity", part["intensity"][is_kept], total)
             if len(scans) > 1:
-                columns.add("scan", np.full(int(is_kept.sum()), number, np.int32), total)
+                columns.add("scan", np.full(int(is_kept.sum()), index, np.int32), total)
             done_count += got
             progress.step(min(done_count, total))
     n = done_count - n_invalid

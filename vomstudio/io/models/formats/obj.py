@@ -239,8 +239,8 @@ class _Reading:
     def _run(self, work: Callable[[int], object], blocks: int, before: int) -> None:
         """Process all blocks in threads; `before` steps of the progress have been completed."""
         results = map_parallel(work, range(blocks), min(PROCESSORS, MAX_THREADS))
-        for number, _ in enumerate(results, before + 1):
-            self.progress.step(number)
+        for block_number, _ in enumerate(results, before + 1):
+            self.progress.step(block_number)
 
     def _first(self, count_row: int, offset_row: int) -> tuple[int, int | None]:
         """Return the number of occurrences of a problem and the line of the first one."""

@@ -199,8 +199,8 @@ def _unroll_strips(counts: IntArray, strip_indices: GenericArray) -> IntArray:
     triples = np.lib.stride_tricks.sliding_window_view(indices, 3)
     breaks = np.flatnonzero(indices == -1)
     starts = np.concatenate([[0], breaks + 1])
-    first = starts[np.searchsorted(starts, np.arange(len(triples)), side="right") - 1]
-    is_odd = (np.arange(len(triples)) - first) % 2 == 1
+    first_triples = starts[np.searchsorted(starts, np.arange(len(triples)), side="right") - 1]
+    is_odd = (np.arange(len(triples)) - first_triples) % 2 == 1
     triangles = np.where(is_odd[:, None], triples[:, [1, 0, 2]], triples)
     a, b, c = triples.T
     is_valid = (triples != -1).all(axis=1) & (a != b) & (b != c) & (c != a)

@@ -142,16 +142,16 @@ def _points(data: ByteArray, findings: list[Finding]) -> tuple[FloatArray, IntAr
 
 
 def _records(data: ByteArray, findings: list[Finding]) -> Iterator[_Record]:
-    view, offset, number = data.data, _HEADER_BYTES, 0
+    view, offset, record_number = data.data, _HEADER_BYTES, 0
     while offset + 12 <= len(data):
         _, word_count = struct.unpack_from(">2i", view, offset)
         end = offset + 8 + 2 * word_count
         if word_count < 2 or end > len(data):
-            findings.append(Finding("model.cut-short", count=number))
+            findings.append(Finding("model.cut-short", count=record_number))
             return
         (kind,) = struct.unpack_from("<i", view, offset + 8)
         yield _Record(kind, view[offset + 8 : end])
-        offset, number = end, number + 1
+        offset, record_number = end, record_number + 1
 
 
 def _patch_corners(data: ByteArray, findings: list[Finding]) -> FloatArray:

@@ -129,11 +129,11 @@ def _layout(head: bytes, is_truncated: bool, path: Path) -> Layout:
     delimiter = sniff(sample)
     positions = [n + 1 for n, _ in rows[:SAMPLE_ROWS]]
     refuse_decimal_commas(path, sample, positions, delimiter)
-    first = cut(sample[0], delimiter)
+    first_cells = cut(sample[0], delimiter)
     header: list[str] | None = None
     offset, header_line = 0, 0
-    if is_header(first, delimiter):
-        header = [name.lstrip("/").strip() for name in first]
+    if is_header(first_cells, delimiter):
+        header = [name.lstrip("/").strip() for name in first_cells]
         header = [name for name in header if name] if delimiter == " " else header
         offset, header_line = 1, rows[0][0] + 1
         if len(rows) == 1:
@@ -157,13 +157,13 @@ def _layout(head: bytes, is_truncated: bool, path: Path) -> Layout:
 
 def _commented_header(lines: list[str], width: int, delimiter: str) -> tuple[list[str] | None, int]:
     """Return the names in the last comment before the points, as written by many programs."""
-    for number in range(len(lines), 0, -1):
-        text = lines[number - 1].strip()
+    for line_number in range(len(lines), 0, -1):
+        text = lines[line_number - 1].strip()
         if not text.startswith("#"):
             continue
         names = cut(text.lstrip("#/ "), delimiter)
         if len(names) == width and [normalise_name(name) for name in names[:3]] == ["x", "y", "z"]:
-            return names, number
+            return names, line_number
         return None, 0
     return None, 0
 

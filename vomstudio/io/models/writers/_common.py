@@ -48,9 +48,9 @@ def field_names(
         label = (
             ascii_name if ascii_name.casefold() not in used_folded_names else f"field_{ascii_name}"
         )
-        number = 2
+        suffix = 2
         while label.casefold() in used_folded_names:
-            label, number = f"{ascii_name}_{number}", number + 1
+            label, suffix = f"{ascii_name}_{suffix}", suffix + 1
         used_folded_names.add(label.casefold())
         result[name] = label
         if label != name:

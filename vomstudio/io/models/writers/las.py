@@ -235,9 +235,9 @@ def _short_names(fields: dict[str, AnyArray], findings: list[Finding]) -> dict[s
     for name, values in fields.items():
         short_name = name.encode()[: NAME_BYTES - 8].decode(errors="ignore")
         label = name if len(name.encode()) <= NAME_BYTES - 8 else short_name
-        number = 2
+        suffix = 2
         while label in result or (label != name and label in fields):
-            label, number = f"{short_name}_{number}", number + 1
+            label, suffix = f"{short_name}_{suffix}", suffix + 1
         if label != name:
             findings.append(Finding("model.field-renamed", field=name, new=label))
         result[label] = values

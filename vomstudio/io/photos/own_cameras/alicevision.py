@@ -57,18 +57,18 @@ def read_alicevision(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
     fields = JsonFields(path, "AliceVision")
     version = tuple(int(value) for value in fields.numbers("", data, "version", 3))
     lenses = {}
-    for number, row in enumerate(data["intrinsics"]):
-        field = f"intrinsics/{number}"
+    for index, row in enumerate(data["intrinsics"]):
+        field = f"intrinsics/{index}"
         key = str(fields.get(field, row, "intrinsicId"))
         lenses[key] = fields.call(field, _lens, row, version)
     poses = {
-        str(fields.get(f"poses/{number}", row, "poseId")): (number, row)
-        for number, row in enumerate(data.get("poses", []))
+        str(fields.get(f"poses/{index}", row, "poseId")): (index, row)
+        for index, row in enumerate(data.get("poses", []))
     }
     views = list[View]()
     unknown_models = Counter[str]()
-    for number, row in enumerate(data["views"]):
-        field = f"views/{number}"
+    for index, row in enumerate(data["views"]):
+        field = f"views/{index}"
         pose_number, pose = poses.get(str(row.get("poseId")), (0, None))
         if pose is None:
             continue

@@ -55,22 +55,22 @@ def read_bundler(path: Path) -> list[Candidate]:
     lines = _rows(text, 5 * min(count, MAX_OBJECTS) + 2)
     poses = {}
     for index in range(count):
-        first = 1 + 5 * index
-        pose = np.array([_numbers(path, lines, first + row, 3) for row in range(5)])
+        first_row = 1 + 5 * index
+        pose = np.array([_numbers(path, lines, first_row + row, 3) for row in range(5)])
         if pose[0, 0] != 0.0:
-            poses[index] = (first, pose)
+            poses[index] = (first_row, pose)
     names = _photo_names(path, count)
     used_names = [names[index] for index in poses]
     sizes = read_sizes(path, used_names)
     views = list[View]()
-    for index, (first, pose) in poses.items():
+    for index, (first_row, pose) in poses.items():
         name = names[index]
         rotation, translation = _AXES @ pose[1:4], _AXES @ pose[4]
         try:
             lens = _lens(pose[0], sizes.get(name))
             views.append(view_of_pose(name, lens, rotation, translation))
         except (ValueError, GeometryError) as error:
-            raise _damaged(path, str(error), lines[first][0]) from error
+            raise _damaged(path, str(error), lines[first_row][0]) from error
     return [Candidate(tr("the file"), views, tuple(unknown_sizes(sizes, used_names)))]
 
 
@@ -88,7 +88,7 @@ def _rows(text: str, count: int) -> list[tuple[int, list[str]]]:
     """Return the numbers and cells of the first lines, without comments."""
     numbered = ((n, line) for n, line in enumerate(io.StringIO(text), 1))
     lines = (row for row in numbered if row[1].strip() and not row[1].lstrip().startswith("#"))
-    return [(number, line.split()) for number, line in islice(lines, count)]
+    return [(line_number, line.split()) for line_number, line in islice(lines, count)]
 
 
 def _photo_names(path: Path, count: int) -> list[str]:
@@ -109,13 +109,13 @@ def _photo_names(path: Path, count: int) -> list[str]:
 def _numbers(path: Path, lines: list[tuple[int, list[str]]], row: int, count: int) -> FloatArray:
     if row >= len(lines):
         raise _damaged(path, tr("the file ends too early"), lines[-1][0] if lines else 1)
-    number, cells = lines[row]
+    line_number, cells = lines[row]
     try:
         values = np.array([float(cell) for cell in cells])
     except ValueError:
         values = np.array([])
     if len(values) != count or not np.isfinite(values).all():
-        raise _damaged(path, tr("{count} numbers are needed", count=count), number)
+        raise _damaged(path, tr("{count} numbers are needed", count=count), line_number)
     return values
 
 

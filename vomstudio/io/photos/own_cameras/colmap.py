@@ -125,7 +125,7 @@ def _lens(
 
 def _text_lenses(path: Path) -> Lenses:
     lenses: Lenses = {}
-    for number, line in _lines(path):
+    for line_number, line in _lines(path):
         cells = line.split()
         if not cells:
             continue
@@ -135,7 +135,7 @@ def _text_lenses(path: Path) -> Lenses:
             lenses[int(cells[0])] = _lens(cells[1], width, height, params)
         except (ValueError, IndexError, GeometryError) as error:
             raise _damaged(
-                path, error, tr("CAMERA_ID MODEL WIDTH HEIGHT PARAMS"), number
+                path, error, tr("CAMERA_ID MODEL WIDTH HEIGHT PARAMS"), line_number
             ) from error
     return lenses
 
@@ -144,7 +144,7 @@ def _binary_lenses(path: Path) -> Lenses:
     file = _Binary(path)
     lenses: Lenses = {}
     for _ in range(file.count(tr("cameras"))):
-        number, model = file.read("<ii", tr("cameras"))
+        camera_id, model = file.read("<ii", tr("cameras"))
         width, height = file.read("<QQ", tr("cameras"))
         if model not in _MODELS_BY_NUMBER:
             raise file.damaged(
@@ -153,9 +153,9 @@ def _binary_lenses(path: Path) -> Lenses:
         name, count = _MODELS_BY_NUMBER[model]
         params = file.read(f"<{count}d", tr("cameras"))
         try:
-            lenses[number] = _lens(name, width, height, params)
+            lenses[camera_id] = _lens(name, width, height, params)
         except (ValueError, GeometryError) as error:
-            raise file.damaged(str(error), tr("camera {number}", number=number)) from error
+            raise file.damaged(str(error), tr("camera {number}", number=camera_id)) from error
     return lenses
 
 
@@ -163,7 +163,7 @@ def _binary_lenses(path: Path) -> Lenses:
 def _text_images(path: Path, lenses: Lenses) -> Iterator[tuple[int, View]]:
     """Yield the images; each has a line with the pose and one, maybe empty, with points."""
     is_pose_line = True
-    for number, line in _lines(path):
+    for line_number, line in _lines(path):
         if not is_pose_line:
             is_pose_line = True
             continue
@@ -177,7 +177,7 @@ def _text_images(path: Path, lenses: Lenses) -> Iterator[tuple[int, View]]:
             yield camera, _view(name, lenses, camera, pose)
         except (ValueError, IndexError) as error:
             columns = tr("IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME")
-            raise _damaged(path, error, columns, number) from error
+            raise _damaged(path, error, columns, line_number) from error
 
 
 def _binary_images(path: Path, lenses: Lenses) -> Iterator[tuple[int, View]]:
@@ -211,9 +211,9 @@ def _view(name: str, lenses: Lenses, camera: int, pose: list[float]) -> View:
 # --- files ------------------------------------------------------------------------------------
 def _lines(path: Path) -> Iterator[tuple[int, str]]:
     text, _ = read_text(path, accepted_names=("colmap",))
-    for number, line in enumerate(text.split("\n"), 1):
+    for line_number, line in enumerate(text.split("\n"), 1):
         if not line.lstrip().startswith("#"):
-            yield number, line
+            yield line_number, line
 
 
 def _damaged(path: Path, error: Exception, columns: str, line: int) -> InputError:
@@ -237,10 +237,10 @@ class _Binary:
         return struct.unpack_from(form, self._data, self._at - size)
 
     def count(self, field: str) -> int:
-        (number,) = self.read("<Q", field)
-        if number > len(self._data):
+        (count,) = self.read("<Q", field)
+        if count > len(self._data):
             raise self.damaged(tr("the file ends too early"), field)
-        return int(number)
+        return int(count)
 
     def skip(self, size: int, field: str) -> None:
         self._at += size

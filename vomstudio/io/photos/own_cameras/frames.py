@@ -85,9 +85,9 @@ def share_looking(views: Sequence[View], bounds: FloatArray) -> float:
     directions = np.array([view.direction for view in views])
     with np.errstate(divide="ignore", invalid="ignore"):
         low_distance, high_distance = (low - centres) / directions, (high - centres) / directions
-    first = np.nanmax(np.minimum(low_distance, high_distance), axis=1)
+    nearest_distance = np.nanmax(np.minimum(low_distance, high_distance), axis=1)
     last_distance = np.nanmin(np.maximum(low_distance, high_distance), axis=1)
-    is_looking = (last_distance >= np.maximum(first, 0.0)) & (
-        first <= MAX_DISTANCE_DIAGONALS * diagonal
+    is_looking = (last_distance >= np.maximum(nearest_distance, 0.0)) & (
+        nearest_distance <= MAX_DISTANCE_DIAGONALS * diagonal
     )
     return float(is_looking.mean())

@@ -64,15 +64,15 @@ def read_nerfstudio(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
     """
     fields = JsonFields(path, "transforms.json")
     names = [
-        str(fields.get(f"frames/{number}", row, "file_path")).replace("\\", "/").removeprefix("./")
-        for number, row in enumerate(data["frames"])
+        str(fields.get(f"frames/{index}", row, "file_path")).replace("\\", "/").removeprefix("./")
+        for index, row in enumerate(data["frames"])
     ]
     has_sizes = all({"w", "h"} <= {**data, **row}.keys() for row in data["frames"])
     sizes = {} if has_sizes else read_sizes(path, names)
     views = list[View]()
     unknown_models = Counter[str]()
-    for number, (name, row) in enumerate(zip(names, data["frames"], strict=True)):
-        field = f"frames/{number}"
+    for index, (name, row) in enumerate(zip(names, data["frames"], strict=True)):
+        field = f"frames/{index}"
         matrix = fields.numbers(field, row, "transform_matrix", 4, 4)
         lens, unknown_model = fields.call(field, _lens, {**data, **row}, sizes.get(name))
         if unknown_model is not None:

@@ -47,18 +47,18 @@ def read_openmvg(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
     """
     fields = JsonFields(path, "OpenMVG")
     lenses = {}
-    for number, row in enumerate(data["intrinsics"]):
-        field = f"intrinsics/{number}"
+    for index, row in enumerate(data["intrinsics"]):
+        field = f"intrinsics/{index}"
         content = _content(fields, field, row)
         lenses[fields.get(field, row, "key")] = fields.call(field, _lens, row, content)
     poses = {
-        fields.get(f"extrinsics/{number}", row, "key"): (number, row)
-        for number, row in enumerate(data.get("extrinsics", []))
+        fields.get(f"extrinsics/{index}", row, "key"): (index, row)
+        for index, row in enumerate(data.get("extrinsics", []))
     }
     views = list[View]()
     unknown_models = Counter[str]()
-    for number, row in enumerate(data["views"]):
-        field = f"views/{number}"
+    for index, row in enumerate(data["views"]):
+        field = f"views/{index}"
         photo = _content(fields, field, row)
         pose_number, pose = poses.get(fields.get(field, photo, "id_pose"), (0, None))
         if pose is None:

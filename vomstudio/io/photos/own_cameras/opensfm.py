@@ -116,8 +116,8 @@ def read_shots(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
     """
     fields = JsonFields(path, _FORMAT)
     views: list[View] = []
-    for number, feature in enumerate(data["features"]):
-        field = f"features/{number}/properties"
+    for index, feature in enumerate(data["features"]):
+        field = f"features/{index}/properties"
         shot = feature.get("properties") if isinstance(feature, dict) else None
         if not isinstance(shot, dict):
             raise fields.damaged(field, tr("none exist"))

@@ -58,6 +58,4 @@ def _photos_in_folder(folder: Path, cameras: Sequence[str]) -> dict[str, Path]:
     names = photo_names(folder)
     find = photo_finder(names)
     numbers = {camera: find(camera) for camera in cameras}
-    return {
-        camera: folder / names[number] for camera, number in numbers.items() if number is not None
-    }
+    return {camera: folder / names[index] for camera, index in numbers.items() if index is not None}
