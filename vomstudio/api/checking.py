@@ -28,19 +28,19 @@ MAX_COUNT = 2**53
 """Maximum count; larger floating-point numbers are not exact integers."""
 
 
-def warn(messages: Iterable[Finding], depth: int = 3, *, notes: bool = False) -> None:
+def warn(findings: Iterable[Finding], depth: int = 3, *, notes: bool = False) -> None:
     """Issue each message as a Python warning at the user's line.
 
     Parameters
     ----------
-    messages : iterable of Finding
+    findings : iterable of Finding
     depth : int, optional
         Stack depth of the caller below the user's line.
     notes : bool, optional
         Whether messages of severity "info" are also issued, for results that have no
         ``.warnings``.
     """
-    for finding in messages:
+    for finding in findings:
         if finding.severity == "info" and not notes:
             continue
         warning = VomWarning(finding.message, finding.code, finding.values)
@@ -259,12 +259,12 @@ def wrong_shape(array: FloatArray, expected: str, name: str) -> InputError:
     return InputError(Finding("array.shape", shape=array.shape, expected=expected), field=name)
 
 
-def refuse_other_lengths(one: FloatArray, other: FloatArray, names: tuple[str, str]) -> None:
+def refuse_other_lengths(first: FloatArray, second: FloatArray, names: tuple[str, str]) -> None:
     """Check that two arrays have the same number of rows.
 
     Parameters
     ----------
-    one, other : ndarray
+    first, second : ndarray
     names : tuple of str
         Names of the arguments.
 
@@ -273,13 +273,13 @@ def refuse_other_lengths(one: FloatArray, other: FloatArray, names: tuple[str, s
     InputError
         If the numbers of rows differ.
     """
-    if len(one) != len(other):
+    if len(first) != len(second):
         finding = Finding(
             "array.lengths-differ",
             name=names[0],
-            count=len(one),
+            count=len(first),
             other=names[1],
-            other_count=len(other),
+            other_count=len(second),
         )
         raise InputError(finding, field=names[1])
 

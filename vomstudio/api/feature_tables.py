@@ -91,7 +91,11 @@ def shapes(
 
 
 def _columns(name: str) -> list[str]:
-    layers = [kind.layer for kind in KINDS if kind.layer is not None and kind.layer.name == name]
+    layers = [
+        feature_kind.layer
+        for feature_kind in KINDS
+        if feature_kind.layer is not None and feature_kind.layer.name == name
+    ]
     return [figure.name for figure in layers[0].figures if not layers[0].sparse]
 
 
@@ -127,8 +131,8 @@ def _drawing(
 ) -> DrawnFeature | None:
     from vomstudio.rendering.plots.plotting import DrawnFeature
 
-    measurement, kind = measured_items[feature.id], kind_of(feature)
-    sketch = kind.sketch(Subject(feature, measurement, records), measured_items.get)
+    measurement, feature_kind = measured_items[feature.id], kind_of(feature)
+    sketch = feature_kind.sketch(Subject(feature, measurement, records), measured_items.get)
     if sketch is None:
         return None
     label = _attitude(measurement) if sketch.label is None else sketch.label

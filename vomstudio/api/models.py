@@ -660,9 +660,9 @@ def to_public_model(
     -------
     Mesh or PointCloud
     """
-    kind = Mesh if isinstance(data, meshes.Mesh) else PointCloud
+    model_class = Mesh if isinstance(data, meshes.Mesh) else PointCloud
     matrix = np.asarray(to_world, np.float64)
-    return kind(transform_data(data, matrix), replace(source, to_world=matrix))
+    return model_class(transform_data(data, matrix), replace(source, to_world=matrix))
 
 
 def transform_data(

@@ -415,17 +415,17 @@ def fit_planes(
             ),
             field=str(first_skipped["id"]),
         )
-    messages = [*point_groups.messages]
-    messages += [
+    findings = [*point_groups.messages]
+    findings += [
         Finding("feature.left-out", feature=str(item["id"]), reason=item["reason"])
         for item in fitted_groups.skipped
     ]
     if point_groups.dropped:
-        messages.append(Finding("array.rows-left-out", count=point_groups.dropped))
-    warn(messages)
+        findings.append(Finding("array.rows-left-out", count=point_groups.dropped))
+    warn(findings)
     dataframe = frame(fitted_groups.rows)
     dataframe.attrs["skipped"] = fitted_groups.skipped
-    dataframe.attrs["warnings"] = messages
+    dataframe.attrs["warnings"] = findings
     return dataframe
 
 
@@ -589,10 +589,10 @@ def to_groups(value: Any, by: Any) -> _Groups:
     attributes = {
         c: value[c].fillna("").astype(str).tolist() for c in COLUMNS if c != by and c in columns
     }
-    words, word_messages = group_words(attributes, names.tolist(), is_valid.tolist())
+    words_by_group, word_messages = group_words(attributes, names.tolist(), is_valid.tolist())
     findings: list[Finding] = [*placed_points.findings, *word_messages]
     return _Groups(
-        list(ids), array[is_valid][order], offsets, int((~is_valid).sum()), words, findings
+        list(ids), array[is_valid][order], offsets, int((~is_valid).sum()), words_by_group, findings
     )
 
 

@@ -152,7 +152,7 @@ class Project:
 
     def __exit__(
         self,
-        kind: type[BaseException] | None,
+        exception_type: type[BaseException] | None,
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
@@ -258,9 +258,9 @@ class Project:
             ``P21_1_per_m``; areas in m2). A grid whose model is missing is omitted, with a
             warning.
         """
-        fractions, findings = grid_shares(self._open_desk())
+        shares, findings = grid_shares(self._open_desk())
         warn(findings)
-        return fractions
+        return shares
 
     def fit(self, id: str) -> PlaneFit | LineFit:
         """Return the PlaneFit or LineFit of one feature.

@@ -109,9 +109,9 @@ def sets(
     frame = table.copy() if own_frame else frame_of_table(rows, rows.warnings)
     row_indices = np.asarray(proposal.rows, np.int64)
     row_indices = rows.row_indices[row_indices] if own_frame else row_indices
-    names, fractions = np.full(len(frame), "", dtype=object), np.full(len(frame), np.nan)
-    names[row_indices], fractions[row_indices] = proposal.assignment, proposal.probability
-    frame[SET], frame[PROBABILITY] = names, fractions
+    names, shares = np.full(len(frame), "", dtype=object), np.full(len(frame), np.nan)
+    names[row_indices], shares[row_indices] = proposal.assignment, proposal.probability
+    frame[SET], frame[PROBABILITY] = names, shares
     if proposal.discontinuity:
         ids = np.full(len(frame), "", dtype=object)
         ids[row_indices] = proposal.discontinuity

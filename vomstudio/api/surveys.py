@@ -224,5 +224,5 @@ def _camera(camera: Any, focal_mm: float | None) -> PlanCamera:
     """Return the camera of a plan. Raises InputError, UsageError."""
     from vomstudio.photogrammetry.survey.plan_camera import camera_of
 
-    words = os.fspath(camera) if isinstance(camera, os.PathLike) else camera
-    return camera_of(required_text(words, "camera"), focal_mm)
+    camera_text = os.fspath(camera) if isinstance(camera, os.PathLike) else camera
+    return camera_of(required_text(camera_text, "camera"), focal_mm)

@@ -98,9 +98,9 @@ def read_orientations(path: str | Path, *, azimuth: Azimuth | None = None) -> An
     table = orientation_reading.read_orientations(
         to_path(path, "path"), check_azimuth(azimuth), repeats=True
     )
-    messages = _table_findings(table)
-    warn(messages)
-    return frame_of_table(table, messages)
+    findings = _table_findings(table)
+    warn(findings)
+    return frame_of_table(table, findings)
 
 
 def check_azimuth(azimuth: Any) -> Azimuth | None:

@@ -274,18 +274,20 @@ def _add_picks(project: ProjectFolder, model: Model, mesh: Mesh, picks: SamplePi
     surface = create_surface(mesh)
     surface.build()
     new_features: dict[str, Feature] = {}
-    for i, (name, kind) in enumerate(zip(picks.names, picks.kinds, strict=True)):
+    for i, (name, feature_type) in enumerate(zip(picks.names, picks.kinds, strict=True)):
         points = picks.of(i)
         spacing = surface.resolution_near(points)
-        if kind == "joint":
+        if feature_type == "joint":
             patch = _patch(model, mesh, points, spacing)
-            new_features[patch.id] = replace(patch, name=name, type_id=kind, set_name=picks.sets[i])
+            new_features[patch.id] = replace(
+                patch, name=name, type_id=feature_type, set_name=picks.sets[i]
+            )
             continue
         face = surface.outcrop_normal(points)
         trace = Trace(
             new_id("trace"),
             name,
-            kind,
+            feature_type,
             model.id,
             model.content_hash,
             tuple((float(x), float(y), float(z)) for x, y, z in points),
@@ -360,11 +362,11 @@ def _orthophoto(folder: Path, progress: Reporter) -> list[Path]:
     parser = Parser(prog="vomstudio")
     ortho.add_parser(parser.add_subparsers(parser_class=Parser))
     image, sheet = folder / "ortho.tif", folder / "ortho_sheet.png"
-    words = ["ortho", str(sample_model()), "--fold", str(folder / "planes.csv")]
-    words += ["--gsd", "0.02", "--draw", str(folder / PROJECT), "-o", str(image)]
-    words += ["--sheet", str(sheet), "--force"]
+    arguments = ["ortho", str(sample_model()), "--fold", str(folder / "planes.csv")]
+    arguments += ["--gsd", "0.02", "--draw", str(folder / PROJECT), "-o", str(image)]
+    arguments += ["--sheet", str(sheet), "--force"]
     output = Output(as_json=True)
-    args = parser.parse_args(words)
+    args = parser.parse_args(arguments)
     args.reporter = progress
     args.run(args, output)
     return [image, folder / "ortho.json", folder / "ortho_depth.tif", sheet]

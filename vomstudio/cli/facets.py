@@ -140,17 +140,20 @@ def _result_text(facet_table: FacetTable) -> str:
     return "\n".join([*lines, *(_set_text(item) for item in facet_table.sets)])
 
 
-def _set_text(one: DescribedSet) -> str:
-    plane = text_tables.plane(vars(one))
-    if one.spacing_m is None:
+def _set_text(described_set: DescribedSet) -> str:
+    plane = text_tables.plane(vars(described_set))
+    if described_set.spacing_m is None:
         return tr(
-            "Set {name}: {count} facets about {plane}.", name=one.name, count=one.n, plane=plane
+            "Set {name}: {count} facets about {plane}.",
+            name=described_set.name,
+            count=described_set.n,
+            plane=plane,
         )
     return tr(
         "Set {name}: {count} facets of {planes} discontinuities about {plane}, {spacing} m apart.",
-        name=one.name,
-        count=one.n,
-        planes=one.discontinuities,
+        name=described_set.name,
+        count=described_set.n,
+        planes=described_set.discontinuities,
         plane=plane,
-        spacing=text_tables.figures(one.spacing_m),
+        spacing=text_tables.figures(described_set.spacing_m),
     )

@@ -191,11 +191,11 @@ def _coverage(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.studio.surfaces.grid_coverage import grid_shares
 
     with _edited_project(args, out, saves=False) as project:
-        fractions, findings = grid_shares(project)
-    grids = [item.to_dict() for item in fractions]
+        shares, findings = grid_shares(project)
+    grids = [item.to_dict() for item in shares]
     out.result({**_summary(args).to_dict(), "grids": grids})
     out.warn(findings)
-    lines = [line for g in fractions for line in (g.name, *coverage_rows(g.coverage), "")]
+    lines = [line for g in shares for line in (g.name, *coverage_rows(g.coverage), "")]
     out.text("\n".join(lines).strip() or tr("no face has a grid"))
 
 
@@ -289,7 +289,7 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
 
     options = parse_options(args, PickOptions)
     with _edited_project(args, out) as project:
-        model, kind = project.find_model(options.model), project.find_type(options.type)
+        model, feature_type = project.find_model(options.model), project.find_type(options.type)
         world = world_crs(model.frame.crs, model.frame.unit_m)
         groups = read_points(args.table, options.by, model=ModelFrame(world)).groups
         names = groups.ids if options.by is not None else ("",)
@@ -298,7 +298,7 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
             Picks(name, groups.points[first:stop], domain=options.domain or "")
             for name, (first, stop) in zip(names, ends, strict=True)
         ]
-        added_picks = project.add_picks(picks, model, kind, options.set or "")
+        added_picks = project.add_picks(picks, model, feature_type, options.set or "")
     text = tr_n(
         "{count} trace on {model}",
         "{count} traces on {model}",

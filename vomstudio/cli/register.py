@@ -75,8 +75,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.warn(warnings)
     if registered_model.reference is not None:
         fit = registered_model.reference.fitted
-        fractions = fit.places, fit.overlap, fit.rms_m, fit.blocks, fit.block_m
-        out.text(reference_fit_finding(*fractions).message)
+        statistics = fit.places, fit.overlap, fit.rms_m, fit.blocks, fit.block_m
+        out.text(reference_fit_finding(*statistics).message)
     out.text(placement_text(registered_model.placed))
     if registered_model.attitudes:
         out.text(_attitudes_text(registered_model.attitudes))

@@ -115,8 +115,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if section_features.convention:
         out.note(tr("read {convention}", convention=section_features.convention))
     out.warn(files.warnings)
-    words = writing.projection_words(figures)
-    out.text(_result_text(files.to_dict(), unit_of(model.has_metric_unit), words))
+    projection_words = writing.projection_words(figures)
+    out.text(_result_text(files.to_dict(), unit_of(model.has_metric_unit), projection_words))
 
 
 def _curtain(

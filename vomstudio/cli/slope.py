@@ -148,14 +148,14 @@ def _facets_text(slopes: FacetSlopes) -> str:
         lateral=slopes.lateral_deg,
     )
     modes = ("planar", "wedge", "flexural_toppling", "direct_toppling")
-    fractions = [[getattr(f, mode).share or 0.0 for mode in modes] for f in slopes.facets]
-    worst_facets = sorted(range(len(fractions)), key=lambda i: -max(fractions[i]))[:MAX_SHOWN]
+    shares = [[getattr(f, mode).share or 0.0 for mode in modes] for f in slopes.facets]
+    worst_facets = sorted(range(len(shares)), key=lambda i: -max(shares[i]))[:MAX_SHOWN]
     rows = [
         [
             slopes.facets[i].id,
             text_tables.azimuth(slopes.facets[i].face.dip_direction_deg, 0),
             text_tables.inclination(slopes.facets[i].face.dip_deg, 0),
-            *(text_tables.number(100.0 * fraction, 1) for fraction in fractions[i]),
+            *(text_tables.number(100.0 * fraction, 1) for fraction in shares[i]),
         ]
         for i in worst_facets
     ]
@@ -172,8 +172,8 @@ def _facets_text(slopes: FacetSlopes) -> str:
         heading,
         text_tables.table(heads, ["", tr("deg"), tr("deg"), "%", "%", "%", "%"], rows),
     ]
-    if len(fractions) > MAX_SHOWN:
-        lines.append(tr("{count} more are in the table.", count=len(fractions) - MAX_SHOWN))
+    if len(shares) > MAX_SHOWN:
+        lines.append(tr("{count} more are in the table.", count=len(shares) - MAX_SHOWN))
     return "\n".join(lines)
 
 

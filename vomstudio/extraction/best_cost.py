@@ -170,11 +170,11 @@ def select_best_path(
         raise last_error
     candidates.sort(key=lambda each: each[:2])
     if candidates[0][0][0] != _TENSOR_RANK["good"] and len(candidates) > 2:
-        fractions = _confirmed_shares(
+        confirmed_shares = _confirmed_shares(
             [path.points for _, _, path, _ in candidates], resolution_near
         )
         # Among equally confirmed paths, the first one stays first.
-        candidates.insert(0, candidates.pop(int(np.argmax(fractions))))
+        candidates.insert(0, candidates.pop(int(np.argmax(confirmed_shares))))
     _, _, path, best_trial = candidates[0]
     return path, best_trial.cost, tuple(trial for *_, trial in candidates)
 
@@ -189,13 +189,13 @@ def _confirmed_shares(
     from scipy.spatial import cKDTree
 
     trees = [cKDTree(points) for points in paths]
-    fractions = np.zeros((len(paths), len(paths)))
+    shares = np.zeros((len(paths), len(paths)))
     for i, points in enumerate(paths):
         max_distance = _MAX_DISTANCE_RESOLUTIONS * (resolution_near(points) or 0.0)
         for j in range(len(paths)):
             if i != j:
-                fractions[i, j] = np.mean(trees[j].query(points)[0] <= max_distance)
-    return np.asarray(np.minimum(fractions, fractions.T).sum(axis=1))
+                shares[i, j] = np.mean(trees[j].query(points)[0] <= max_distance)
+    return np.asarray(np.minimum(shares, shares.T).sum(axis=1))
 
 
 def rank_path(

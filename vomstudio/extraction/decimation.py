@@ -71,7 +71,7 @@ def thin_mesh(vertices: FloatArray, faces: IntArray, cell: float) -> ThinnedMesh
     number = np.cumsum(root == np.arange(len(root))) - 1
     nodes = number[root]
     count = np.bincount(nodes)
-    middle = np.stack([np.bincount(nodes, vertices[:, k]) / count for k in range(3)], axis=1)
+    centres = np.stack([np.bincount(nodes, vertices[:, k]) / count for k in range(3)], axis=1)
     rows = np.flatnonzero(is_kept)
     new_faces = nodes[faces[rows]]
     # Each corner of a face receives a third of the area of the face.
@@ -81,11 +81,11 @@ def thin_mesh(vertices: FloatArray, faces: IntArray, cell: float) -> ThinnedMesh
     face_area = np.empty(len(new_faces))
     new_area = np.zeros(len(count))
     accumulate_areas(
-        middle, to_read_only_array(new_faces, np.int64), np.arange(len(count)), face_area, new_area
+        centres, to_read_only_array(new_faces, np.int64), np.arange(len(count)), face_area, new_area
     )
     with np.errstate(invalid="ignore", divide="ignore"):
         scale = np.where(new_area > 0.0, old_area / new_area, 0.0)
-    return ThinnedMesh(middle, nodes, new_faces, rows, face_area * scale[new_faces].mean(axis=1))
+    return ThinnedMesh(centres, nodes, new_faces, rows, face_area * scale[new_faces].mean(axis=1))
 
 
 def _merge_isolated(

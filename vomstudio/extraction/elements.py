@@ -422,12 +422,12 @@ def _merge_normals(
         return fitted_normals
     is_flat = has_both_normals & (variation < _MAX_FLAT_VARIATION)
     is_wrong = is_flat & (cosine < np.cos(np.radians(_MAX_NORMAL_ERROR_DEG)))
-    fraction = float(is_wrong.sum()) / max(int(is_flat.sum()), 1)
-    if fraction > _MAX_WRONG_SHARE:
+    wrong_share = float(is_wrong.sum()) / max(int(is_flat.sum()), 1)
+    if wrong_share > _MAX_WRONG_SHARE:
         warnings.append(
             Finding(
                 "cloud.normals-partly-unused",
-                share_percent=100.0 * fraction,
+                share_percent=100.0 * wrong_share,
                 limit_deg=_MAX_NORMAL_ERROR_DEG,
             )
         )

@@ -491,12 +491,12 @@ def _facet_warnings(elements: Elements, facets: list[Facet], exposure: Exposure)
     if not facets:
         return [Finding("facets.none")]
     warnings = []
-    fraction = exposure.near_planar_share
-    if fraction is not None and fraction < NEAR_PLANAR_SHARE:
+    near_planar_share = exposure.near_planar_share
+    if near_planar_share is not None and near_planar_share < NEAR_PLANAR_SHARE:
         warnings.append(
             Finding(
                 "facets.little-planar",
-                share_percent=100.0 * fraction,
+                share_percent=100.0 * near_planar_share,
                 recommended_percent=100.0 * NEAR_PLANAR_SHARE,
             )
         )
@@ -509,14 +509,16 @@ def _facet_warnings(elements: Elements, facets: list[Facet], exposure: Exposure)
 
 def _level_ground_warnings(exposure: Exposure) -> list[Finding]:
     """Warn about a large share of planar rock that may be level ground."""
-    level, fraction = exposure.level_share or 0.0, exposure.near_planar_share or 0.0
-    if level < NEAR_PLANAR_SHARE:
+    level_share, near_planar_share = exposure.level_share or 0.0, exposure.near_planar_share or 0.0
+    if level_share < NEAR_PLANAR_SHARE:
         return []
-    remaining_share = (fraction - level) / (1.0 - level) if level < 1.0 else 0.0
+    remaining_share = (
+        (near_planar_share - level_share) / (1.0 - level_share) if level_share < 1.0 else 0.0
+    )
     return [
         Finding(
             "facets.ground",
-            share_percent=100.0 * level,
+            share_percent=100.0 * level_share,
             limit_deg=LEVEL_DEG,
             rest_percent=100.0 * max(remaining_share, 0.0),
         )

@@ -535,10 +535,10 @@ def find_bent_facets(elements: Elements, labels: Int32Array, angle_deg: float) -
     for first, second in pairs.tolist():
         first_turn = _rotation_to_neighbour(elements, planes, samples[first], first, second)
         second_turn = _rotation_to_neighbour(elements, planes, samples[second], second, first)
-        for facet, (fraction, error) in ((first, first_turn), (second, second_turn)):
-            is_bent[facet] |= bool(fraction > _MIN_TURN_SHARE + 2.0 * np.sqrt(error))
+        for facet, (bent_share, error) in ((first, first_turn), (second, second_turn)):
+            is_bent[facet] |= bool(bent_share > _MIN_TURN_SHARE + 2.0 * np.sqrt(error))
             if 0.0 < error < np.inf:
-                sums[facet] += 1.0, 1.0 / error, fraction / error
+                sums[facet] += 1.0, 1.0 / error, bent_share / error
     is_known = sums[:, 0] >= _MIN_NEIGHBOURS
     weight = np.where(is_known, sums[:, 1], 1.0)
     is_bent |= is_known & (sums[:, 2] / weight > _MIN_MEAN_TURN_SHARE + 3.0 / np.sqrt(weight))
@@ -564,10 +564,10 @@ def _rotation_to_neighbour(
     tan_between /= float(other_normal @ normal) * size
     offset = elements.places[rows] - planes.centre[first]
     place, height = offset @ (towards / size), offset @ normal
-    inner, middle, end = np.sort(place)[(np.array(_PIECE_QUANTILES) * len(place)).astype(np.int64)]
+    inner, centre, end = np.sort(place)[(np.array(_PIECE_QUANTILES) * len(place)).astype(np.int64)]
     slopes = [
         _slope(place[inside], height[inside])
-        for inside in ((place > middle) & (place < end), (place > inner) & (place < middle))
+        for inside in ((place > centre) & (place < end), (place > inner) & (place < centre))
     ]
     return np.array(
         [
@@ -588,6 +588,6 @@ def _slope(position: FloatArray, height: FloatArray) -> tuple[float, float]:
     return slope, float(residuals @ residuals) / (len(position) - 2) / square
 
 
-def _angle_deg(one: FloatArray, other: FloatArray) -> FloatArray:
+def _angle_deg(first: FloatArray, second: FloatArray) -> FloatArray:
     """Return the angles (k,) between pairs of axes (k, 3), degrees."""
-    return np.asarray(np.degrees(np.arccos(np.minimum(np.abs((one * other).sum(axis=1)), 1.0))))
+    return np.asarray(np.degrees(np.arccos(np.minimum(np.abs((first * second).sum(axis=1)), 1.0))))

@@ -54,10 +54,10 @@ def extract_visible_part(
     points = np.asarray(data.vertices if isinstance(data, Mesh) else data.points, np.float64)
     rows = np.arange(len(points))
     if len(points) > count:
-        middle = _find_point_in_view(
+        centre = _find_point_in_view(
             points, np.asarray(eye, np.float64), np.asarray(view_target, np.float64)
         )
-        square = np.nan_to_num(((points - middle) ** 2).sum(axis=1), nan=np.inf)
+        square = np.nan_to_num(((points - centre) ** 2).sum(axis=1), nan=np.inf)
         rows = np.sort(np.argpartition(square, count)[:count])
     if not isinstance(data, Mesh):
         return ModelPart(data.select_rows(rows), rows, np.zeros(0, np.int64))

@@ -10,13 +10,13 @@ from vomstudio.geometry.kernels.jit import kernel
     "f8, f8, f8[:,::1])"
 )
 def line_moments(  # type: ignore[no-untyped-def]
-    rows, coordinates, slopes, steepnesses, areas, resolution, first, last, half, width, out
+    rows, coordinates, slopes, steepnesses, areas, resolution, first, last, half_length, width, out
 ):
     """Compute the moments of the lines along which planes through pieces cut the surface.
 
-    Only the part of a line within `half` of the piece is used. The pieces of the surface are sorted
-    by coordinates[:, 3] in runs of connected pieces near the plane; the run of piece i extends from
-    first[i] to last[i].
+    Only the part of a line within `half_length` of the piece is used. The pieces of the surface are
+    sorted by coordinates[:, 3] in runs of connected pieces near the plane; the run of piece i
+    extends from first[i] to last[i].
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def line_moments(  # type: ignore[no-untyped-def]
         Sine of the angle between the surface and the plane.
     areas, resolution : (n,) arrays
     first, last : (n,) arrays
-    half, width : float
+    half_length, width : float
         Half the length of the line, and half the width of the strip of surface around it.
     out : (k, 9) array
         Results: area of the strip, area-weighted mean of `resolution`, mean (2) and covariance (uu,
@@ -46,13 +46,13 @@ def line_moments(  # type: ignore[no-untyped-def]
             step = 1 if side == 0 else -1
             j = i if side == 0 else i - 1
             while first[i] <= j < last[i]:
-                if abs(coordinates[j, 3] - t) > half + width:
+                if abs(coordinates[j, 3] - t) > half_length + width:
                     break
                 offset = coordinates[j, 0] - s
                 if abs(offset) <= width * steepnesses[j]:
                     x = coordinates[j, 1] - u - offset * slopes[j, 0]
                     y = coordinates[j, 2] - v - offset * slopes[j, 1]
-                    if x * x + y * y <= half * half:
+                    if x * x + y * y <= half_length * half_length:
                         a = areas[j]
                         w += a
                         wl += a * resolution[j]

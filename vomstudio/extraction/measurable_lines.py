@@ -133,10 +133,10 @@ def intersection_moments(
     shifted_angle = quarter + 0.5
     fraction = quarter[representatives] - np.floor(quarter[representatives])
     # Use two overlapping sets of bands, so that every piece is well inside one of them.
-    middle = (fraction >= 0.25) & (fraction < 0.75)
+    is_middle = (fraction >= 0.25) & (fraction < 0.75)
     progress.stage(tr("Measuring patches"), len(representatives))
     processed_count = 0
-    for bands, is_inside in ((quarter, middle), (shifted_angle, ~middle)):
+    for bands, is_inside in ((quarter, is_middle), (shifted_angle, ~is_middle)):
         band = np.where(is_cut | is_exposed, np.floor(bands).astype(np.int64), -1)
         label = connected_pieces(elements, np.where(band < 0, -1, band))[representatives]
         rows = np.flatnonzero(is_inside)

@@ -57,22 +57,22 @@ def remove_duplicates(starts, neighbours):  # type: ignore[no-untyped-def]
 
 
 @part
-def _detour(positions, node, one, other):  # type: ignore[no-untyped-def]
+def _detour(positions, node, start, end):  # type: ignore[no-untyped-def]
     """Return the distance from one position to another through a node."""
     x, y, z = positions[node, 0], positions[node, 1], positions[node, 2]
-    distance = math.sqrt((x - one[0]) ** 2 + (y - one[1]) ** 2 + (z - one[2]) ** 2)
-    return distance + math.sqrt((x - other[0]) ** 2 + (y - other[1]) ** 2 + (z - other[2]) ** 2)
+    distance = math.sqrt((x - start[0]) ** 2 + (y - start[1]) ** 2 + (z - start[2]) ** 2)
+    return distance + math.sqrt((x - end[0]) ** 2 + (y - end[1]) ** 2 + (z - end[2]) ** 2)
 
 
 @kernel("i8(f8[:,::1], i8[::1], i4[::1], i8, f8[::1], f8[::1], f8, i8[::1], i8[::1])")
 def list_component_in_ellipsoid(  # type: ignore[no-untyped-def]
-    positions, starts, neighbours, first, one, other, reach, mark, rows
+    positions, starts, neighbours, first, start, end, reach, mark, rows
 ):
     """List the nodes connected to `first` within an ellipsoid, and return their number.
 
     Return -1 if there are too many nodes.
 
-    The ellipsoid contains the points for which the sum of the distances from `one` and `other` does
+    The ellipsoid contains the points for which the sum of the distances from `start` and `end` does
     not exceed `reach`. The nodes are written to `rows`; `mark` (n,) must be -1 and is restored.
     """
     rows[0] = first
@@ -83,7 +83,7 @@ def list_component_in_ellipsoid(  # type: ignore[no-untyped-def]
         done_count += 1
         for k in range(starts[node], starts[node + 1]):
             neighbour = neighbours[k]
-            if mark[neighbour] >= 0 or _detour(positions, neighbour, one, other) > reach:
+            if mark[neighbour] >= 0 or _detour(positions, neighbour, start, end) > reach:
                 continue
             if count == len(rows):
                 done_count = -1
@@ -97,20 +97,20 @@ def list_component_in_ellipsoid(  # type: ignore[no-untyped-def]
 
 
 @kernel("i8(f8[:,::1], f8[::1], f8[::1], f8, i8[::1])")
-def list_nodes_in_ellipsoid(positions, one, other, reach, rows):  # type: ignore[no-untyped-def]
+def list_nodes_in_ellipsoid(positions, start, end, reach, rows):  # type: ignore[no-untyped-def]
     """List all nodes within such an ellipsoid in `rows` (n,), and return their number.
 
     For many nodes, this is faster than a search from neighbour to neighbour.
     """
     count = 0
-    x, y, z = 0.5 * (one[0] + other[0]), 0.5 * (one[1] + other[1]), 0.5 * (one[2] + other[2])
+    x, y, z = 0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1]), 0.5 * (start[2] + end[2])
     # The enclosing sphere, slightly enlarged for rounding, excludes most nodes without a root.
     max_square = 0.25 * reach * reach * (1.0 + 1e-9)
     for node in range(len(positions)):
         right, up, forward = positions[node, 0] - x, positions[node, 1] - y, positions[node, 2] - z
         if right * right + up * up + forward * forward > max_square:
             continue
-        if _detour(positions, node, one, other) <= reach:
+        if _detour(positions, node, start, end) <= reach:
             rows[count] = node
             count += 1
     return count
@@ -245,20 +245,31 @@ def _insert_node(keys, heap, place, size, node, key):  # type: ignore[no-untyped
     "f8[::1], i4[::1], f8[::1], i4[::1], i4[::1])"
 )
 def search_least_cost(  # type: ignore[no-untyped-def]
-    positions, starts, neighbours, costs, one, other, min_cost, distance, before, keys, heap, place
+    positions,
+    starts,
+    neighbours,
+    costs,
+    start,
+    end,
+    min_cost,
+    distance,
+    predecessor,
+    keys,
+    heap,
+    place,
 ):
     """Search from one node to another (Dijkstra 1959), and return whether it is reached.
 
     The cost of an arc is its length times the mean cost per metre at its ends. If `min_cost`, a
     lower bound of this cost, is positive, the remaining distance guides the search (A*, Hart,
     Nilsson & Raphael 1968). `distance` must be infinite and `place` -1 on entry; the predecessors
-    are written to `before`; `keys` and `heap` (n,) are work arrays.
+    are written to `predecessor`; `keys` and `heap` (n,) are work arrays.
     """
-    distance[one], before[one] = 0.0, -1
-    size = _insert_node(keys, heap, place, 0, one, 0.0)
+    distance[start], predecessor[start] = 0.0, -1
+    size = _insert_node(keys, heap, place, 0, start, 0.0)
     while size > 0:
         node = heap[0]
-        if node == other:
+        if node == end:
             return True
         size = _remove_root(keys, heap, place, size)
         base = distance[node]
@@ -272,10 +283,8 @@ def search_least_cost(  # type: ignore[no-untyped-def]
             total = base + step
             if total < distance[neighbour]:
                 distance[neighbour] = total
-                before[neighbour] = node
-                forward = (
-                    min_cost * _distance(positions, neighbour, other) if min_cost > 0.0 else 0.0
-                )
+                predecessor[neighbour] = node
+                forward = min_cost * _distance(positions, neighbour, end) if min_cost > 0.0 else 0.0
                 size = _insert_node(keys, heap, place, size, neighbour, total + forward)
     return False
 
@@ -302,7 +311,7 @@ def search_least_turning(  # type: ignore[no-untyped-def]
     starts,
     neighbours,
     costs,
-    one,
+    start,
     other,
     remaining,
     turn_cost,
@@ -311,7 +320,7 @@ def search_least_turning(  # type: ignore[no-untyped-def]
     slots,
     nodes,
     distance,
-    before,
+    predecessor,
     keys,
     heap,
     place,
@@ -325,11 +334,11 @@ def search_least_turning(  # type: ignore[no-untyped-def]
     `remaining` (n,) is a lower bound of the cost from a node to the other end. `slots` (n,) must be
     -1. State slot * headings + h belongs to nodes[slot]. The other arrays are work arrays.
     """
-    count = _slot_of(one, slots, nodes, 0, headings, distance, place) + 1
+    count = _slot_of(start, slots, nodes, 0, headings, distance, place) + 1
     size = 0
     for state in range(headings):
-        distance[state], before[state] = 0.0, -1
-        size = _insert_node(keys, heap, place, size, state, remaining[one])
+        distance[state], predecessor[state] = 0.0, -1
+        size = _insert_node(keys, heap, place, size, state, remaining[start])
     while size > 0:
         state = heap[0]
         slot, h = state // headings, state % headings
@@ -342,7 +351,7 @@ def search_least_turning(  # type: ignore[no-untyped-def]
             next_state = slot * headings + (h + side) % headings
             if base + turn_cost < distance[next_state]:
                 distance[next_state] = base + turn_cost
-                before[next_state] = state
+                predecessor[next_state] = state
                 size = _insert_node(
                     keys, heap, place, size, next_state, base + turn_cost + remaining[node]
                 )
@@ -362,7 +371,7 @@ def search_least_turning(  # type: ignore[no-untyped-def]
             next_state = end_slot * headings + h
             if base + step < distance[next_state]:
                 distance[next_state] = base + step
-                before[next_state] = state
+                predecessor[next_state] = state
                 size = _insert_node(
                     keys, heap, place, size, next_state, base + step + remaining[end]
                 )

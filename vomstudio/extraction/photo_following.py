@@ -275,9 +275,9 @@ class PhotoFollower:
         while len(self._pyramid) <= level:
             previous = self._pyramid[-1]
             height, width = (max(size // 2, 1) for size in previous.shape[:2])
-            half = previous[: 2 * height, : 2 * width]
+            even_picture = previous[: 2 * height, : 2 * width]
             self._pyramid.append(
-                np.asarray(cv2.resize(half, (width, height), interpolation=cv2.INTER_AREA))
+                np.asarray(cv2.resize(even_picture, (width, height), interpolation=cv2.INTER_AREA))
             )
         return self._pyramid[level]
 

@@ -153,8 +153,8 @@ def photo_trace(
         reliable_trace=reliable_remaining_plane,
     )
     steps = np.linalg.norm(np.diff(path.points, axis=0), axis=1)
-    fraction = _confirmed_share(path)
-    path_warnings = _path_warnings(path, steps, fraction, resolution)
+    confirmed_share = _confirmed_share(path)
+    path_warnings = _path_warnings(path, steps, confirmed_share, resolution)
     return PhotoTrace(
         points=path.points,
         length_m=float(steps.sum()),
@@ -172,7 +172,7 @@ def photo_trace(
         ),
         photo=photos.name,
         voters=path.voters,
-        agreeing_share=fraction,
+        agreeing_share=confirmed_share,
         pixels=path.pixels,
         seen=path.seen,
         agreeing=path.agreeing,
@@ -203,7 +203,7 @@ def _confirmed_share(path: PhotoPath) -> float | None:
 
 
 def _path_warnings(
-    path: PhotoPath, steps: FloatArray, fraction: float | None, resolution: float
+    path: PhotoPath, steps: FloatArray, confirmed_share: float | None, resolution: float
 ) -> list[Finding]:
     warnings = []
     if path.missed:
@@ -211,6 +211,6 @@ def _path_warnings(
     min_gap_m = max(_MAX_STEP_RATIO * float(np.median(steps)), _MIN_GAP_RESOLUTIONS * resolution)
     if jumps := int((steps > min_gap_m).sum()):
         warnings.append(Finding("path.hidden-rock", count=jumps, gap_m=float(steps.max())))
-    if fraction is not None and fraction < _MIN_AGREEING_SHARE:
-        warnings.append(Finding("path.unconfirmed", share_percent=100.0 * fraction))
+    if confirmed_share is not None and confirmed_share < _MIN_AGREEING_SHARE:
+        warnings.append(Finding("path.unconfirmed", share_percent=100.0 * confirmed_share))
     return warnings

@@ -181,9 +181,9 @@ def count_agreeing_photos(
     return judged_count[nearest_rows], agreeing_count[nearest_rows]
 
 
-def _correlation(one: FloatArray, other: FloatArray) -> FloatArray:
+def _correlation(first: FloatArray, second: FloatArray) -> FloatArray:
     """Return the normalised correlation (n,) of rows; NaN if one of them has no texture."""
-    a, b = (rows - rows.mean(axis=1, keepdims=True) for rows in (one, other))
+    a, b = (rows - rows.mean(axis=1, keepdims=True) for rows in (first, second))
     sizes = np.sqrt((a**2).mean(axis=1)), np.sqrt((b**2).mean(axis=1))
     is_flat = (sizes[0] < _MIN_CONTRAST) | (sizes[1] < _MIN_CONTRAST)
     product = np.where(is_flat, 1.0, sizes[0] * sizes[1])

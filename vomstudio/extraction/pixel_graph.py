@@ -51,13 +51,13 @@ def pixel_graph(picture: ByteArray, box: PixelBox, mask: BoolArray) -> Graph:
 
 
 def select_pixels_in_ellipse(
-    one: FloatArray, other: FloatArray, max_distance: float, shape: Sequence[int]
+    start: FloatArray, end: FloatArray, max_distance: float, shape: Sequence[int]
 ) -> tuple[PixelBox, BoolArray]:
     """Select the pixels in an ellipse around two pixels.
 
     Parameters
     ----------
-    one, other : (2,) ndarray
+    start, end : (2,) ndarray
     max_distance : float
         Maximum sum of the distances to the two pixels.
     shape : sequence of int
@@ -69,11 +69,11 @@ def select_pixels_in_ellipse(
     mask : ndarray of bool
         Selected pixels of the box.
     """
-    low = np.minimum(one, other) - 0.5 * max_distance
-    high = np.maximum(one, other) + 0.5 * max_distance
+    low = np.minimum(start, end) - 0.5 * max_distance
+    high = np.maximum(start, end) + 0.5 * max_distance
     box = _box(low, high, shape)
     y, x = np.mgrid[box] + 0.5
-    distance_sum = np.hypot(x - one[0], y - one[1]) + np.hypot(x - other[0], y - other[1])
+    distance_sum = np.hypot(x - start[0], y - start[1]) + np.hypot(x - end[0], y - end[1])
     return box, np.asarray(distance_sum <= max_distance)
 
 

@@ -348,14 +348,12 @@ def _fit_planes(
     return results
 
 
-def _required_neighbours(
-    tree: Any, positions: FloatArray, angle_deg: float, fraction: float
-) -> int:
+def _required_neighbours(tree: Any, positions: FloatArray, angle_deg: float, share: float) -> int:
     """Return the number of neighbours at which adjacent normals agree.
 
     The number is determined from a sample.
 
-    `fraction` is the fraction of the points whose normals must agree.
+    `share` is the fraction of the points whose normals must agree.
     """
     n = len(positions)
     sample = np.arange(0, n, max(1, n // _SAMPLE_POINTS))
@@ -375,7 +373,7 @@ def _required_neighbours(
         if not len(cosine):
             break
         if (
-            np.degrees(np.arccos(min(float(np.quantile(cosine, 1.0 - fraction)), 1.0)))
+            np.degrees(np.arccos(min(float(np.quantile(cosine, 1.0 - share)), 1.0)))
             <= MAX_ANGLE_SHARE * angle_deg
         ):
             break

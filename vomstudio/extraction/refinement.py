@@ -87,14 +87,14 @@ def subdivide_mesh(
             place[is_active],
             is_cut[is_active],
         )
-        middle = np.where(is_cut, place + len(vertices), -1)
+        midpoints = np.where(is_cut, place + len(vertices), -1)
         vertices = np.concatenate(
             [
                 vertices,
                 0.5 * (vertices[cut_edges // len(vertices)] + vertices[cut_edges % len(vertices)]),
             ]
         )
-        faces, source = _split_faces(faces, middle, source)
+        faces, source = _split_faces(faces, midpoints, source)
         if len(faces) + sum(len(part) for part, _ in finished_parts) > MAX_FACES:
             raise GeometryError(Finding("faces.length-too-small"))
     return (
@@ -104,14 +104,16 @@ def subdivide_mesh(
     )
 
 
-def _split_faces(faces: IntArray, middle: IntArray, source: IntArray) -> tuple[IntArray, IntArray]:
+def _split_faces(
+    faces: IntArray, midpoints: IntArray, source: IntArray
+) -> tuple[IntArray, IntArray]:
     """Split each face into two to four faces at the midpoints (k, 3) of its edges (-1: none)."""
-    count = (middle >= 0).sum(axis=1)
+    count = (midpoints >= 0).sum(axis=1)
     new_faces, new_source = [faces[count == 0]], [source[count == 0]]
     for corner in range(3):
         # Indices of the corners and midpoints of a face, starting from the current corner.
         a, b, c = (faces[:, (corner + k) % 3] for k in range(3))
-        ab, bc, ca = (middle[:, (corner + k) % 3] for k in range(3))
+        ab, bc, ca = (midpoints[:, (corner + k) % 3] for k in range(3))
         has_one_cut = (count == 1) & (ab >= 0)
         has_two_cuts = (count == 2) & (ca < 0)
         three = (count == 3) & (corner == 0)

@@ -25,13 +25,13 @@ _FORBIDDEN_COST = 1e6
 _BOUND_SCALE = 1.0 - 1e-9
 
 
-def shortest_path(graph: Graph, one: int, other: int, costs: FloatArray) -> IntArray | None:
+def shortest_path(graph: Graph, start: int, end: int, costs: FloatArray) -> IntArray | None:
     """Find the path of least cost between two nodes (Dijkstra 1959).
 
     Parameters
     ----------
     graph : Graph
-    one, other : int
+    start, end : int
         Start and end node.
     costs : (n,) array
         Cost per metre at each node.
@@ -39,15 +39,15 @@ def shortest_path(graph: Graph, one: int, other: int, costs: FloatArray) -> IntA
     Returns
     -------
     (k,) int array or None
-        Nodes from `one` to `other`; None if the nodes are not connected.
+        Nodes from `start` to `end`; None if the nodes are not connected.
     """
     min_cost = _BOUND_SCALE * float(costs.min()) if len(costs) else 0.0
-    search = _search(graph, one, other, costs, max(min_cost, 0.0))
-    return None if search is None else _backtrack_path(search[1], one, other)
+    search = _search(graph, start, end, costs, max(min_cost, 0.0))
+    return None if search is None else _backtrack_path(search[1], start, end)
 
 
 def straightest_path(
-    graph: Graph, one: int, other: int, costs: FloatArray, turn_cost: float = TURN_COST
+    graph: Graph, start: int, end: int, costs: FloatArray, turn_cost: float = TURN_COST
 ) -> IntArray | None:
     """Find the path of least cost within the corridor of the path with the fewest turns.
 
@@ -57,7 +57,7 @@ def straightest_path(
     Parameters
     ----------
     graph : Graph
-    one, other : int
+    start, end : int
         Start and end node.
     costs : (n,) array
         Cost per metre at each node.
@@ -67,17 +67,17 @@ def straightest_path(
     Returns
     -------
     (k,) int array or None
-        Nodes from `one` to `other`; None if the nodes are not connected.
+        Nodes from `start` to `end`; None if the nodes are not connected.
     """
-    path = path_with_turns(graph, one, other, costs, turn_cost)
+    path = path_with_turns(graph, start, end, costs, turn_cost)
     if path is None or turn_cost <= 0.0:
         return path
     corridor = _corridor(graph, path)
-    return shortest_path(graph, one, other, np.where(corridor, costs, _FORBIDDEN_COST))
+    return shortest_path(graph, start, end, np.where(corridor, costs, _FORBIDDEN_COST))
 
 
 def path_with_turns(
-    graph: Graph, one: int, other: int, costs: FloatArray, turn_cost: float = TURN_COST
+    graph: Graph, start: int, end: int, costs: FloatArray, turn_cost: float = TURN_COST
 ) -> IntArray | None:
     """Find the path with the lowest total cost of length and turns.
 
@@ -87,7 +87,7 @@ def path_with_turns(
     Parameters
     ----------
     graph : Graph
-    one, other : int
+    start, end : int
         Start and end node.
     costs : (n,) ndarray
         Cost per metre at each node.
@@ -101,12 +101,12 @@ def path_with_turns(
     """
     n = len(graph.places)
     if turn_cost <= 0.0:
-        return shortest_path(graph, one, other, costs)
+        return shortest_path(graph, start, end, costs)
     # The remaining cost without turns guides the search (A*), so that only few states are visited.
-    costs_to_end = _search(graph, other, one, costs, 0.0)
+    costs_to_end = _search(graph, end, start, costs, 0.0)
     if costs_to_end is None:
         return None
-    remaining_costs = np.minimum(costs_to_end[0], costs_to_end[0][one]) * _BOUND_SCALE
+    remaining_costs = np.minimum(costs_to_end[0], costs_to_end[0][start]) * _BOUND_SCALE
     from vomstudio.extraction.path_kernels import search_least_turning
 
     capacity = min(n, _MAX_NODES)
@@ -118,8 +118,8 @@ def path_with_turns(
         graph.starts,
         graph.near,
         costs,
-        one,
-        other,
+        start,
+        end,
         remaining_costs,
         turn_cost * graph.typical_arc / (N_HEADINGS / 4),
         N_HEADINGS,
@@ -133,7 +133,7 @@ def path_with_turns(
         place,
     )
     if state == -2:
-        return _backtrack_path(costs_to_end[1], other, one)[::-1]
+        return _backtrack_path(costs_to_end[1], end, start)[::-1]
     if state < 0:
         return None
     path = [state]
@@ -144,7 +144,7 @@ def path_with_turns(
 
 
 def _search(
-    graph: Graph, one: int, other: int, costs: FloatArray, min_cost: float
+    graph: Graph, start: int, end: int, costs: FloatArray, min_cost: float
 ) -> tuple[FloatArray, Int32Array] | None:
     """Return the cost of reaching each node, and its predecessor.
 
@@ -159,8 +159,8 @@ def _search(
         graph.starts,
         graph.near,
         costs,
-        one,
-        other,
+        start,
+        end,
         min_cost,
         distance,
         predecessors,

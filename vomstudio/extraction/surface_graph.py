@@ -286,7 +286,7 @@ class SurfaceGraph:
         return self.is_mesh and self.textures is not None
 
     def corridor(
-        self, one: FloatArray, other: FloatArray, stretch_factor: float, margin: float
+        self, start: FloatArray, end: FloatArray, stretch_factor: float, margin: float
     ) -> Graph:
         """Build the graph of an ellipse around two positions.
 
@@ -296,7 +296,7 @@ class SurfaceGraph:
 
         Parameters
         ----------
-        one, other : (3,) arrays
+        start, end : (3,) arrays
             Positions relative to the origin.
         stretch_factor : float
         margin : float
@@ -306,19 +306,19 @@ class SurfaceGraph:
         -------
         Graph
         """
-        reach = stretch_factor * float(np.linalg.norm(other - one)) + margin
+        reach = stretch_factor * float(np.linalg.norm(end - start)) + margin
         if not self.refines:
-            return self._corridor_of_nodes(one, other, reach)
-        rows = np.asarray(self.tree.query_ball_point((one + other) / 2.0, reach / 2.0), np.int64)
+            return self._corridor_of_nodes(start, end, reach)
+        rows = np.asarray(self.tree.query_ball_point((start + end) / 2.0, reach / 2.0), np.int64)
         near_rows = self.places[rows]
         list_nodes_in_ellipsoid = (
-            np.linalg.norm(near_rows - one, axis=1) + np.linalg.norm(near_rows - other, axis=1)
+            np.linalg.norm(near_rows - start, axis=1) + np.linalg.norm(near_rows - end, axis=1)
             <= reach
         )
-        ends = np.asarray(self.tree.query(np.stack([one, other]))[1], np.int64)
+        ends = np.asarray(self.tree.query(np.stack([start, end]))[1], np.int64)
         return self._refined(np.append(rows[list_nodes_in_ellipsoid], ends))
 
-    def _corridor_of_nodes(self, one: FloatArray, other: FloatArray, reach: float) -> Graph:
+    def _corridor_of_nodes(self, one: FloatArray, end: FloatArray, reach: float) -> Graph:
         from vomstudio.extraction.path_kernels import (
             list_component_in_ellipsoid,
             list_nodes_in_ellipsoid,
@@ -328,7 +328,7 @@ class SurfaceGraph:
         starts, neighbours = self._neighbours
         number, rows = self._scratch
         first = int(self.tree.query(one)[1])
-        ends = np.array(one, np.float64), np.array(other, np.float64), reach
+        ends = np.array(one, np.float64), np.array(end, np.float64), reach
         buffer = rows[: len(self.places) // _LOCAL_SEARCH_DIVISOR + 1]
         count = list_component_in_ellipsoid(
             self.places, starts, neighbours, first, *ends, number, buffer
@@ -547,9 +547,9 @@ def _divide_all(
     n = len(places)
     key, edge_of = np.unique(_edge_keys(triangles, n), return_inverse=True)
     first, second = key // n, key % n
-    middle = n + edge_of.reshape(-1, 3)
+    midpoints = n + edge_of.reshape(-1, 3)
     a, b, c = triangles.T
-    ab, bc, ca = middle.T
+    ab, bc, ca = midpoints.T
     four = np.concatenate(
         [
             np.stack([a, ab, ca], axis=1),
@@ -577,15 +577,17 @@ def _divide_long_edges(
     key, edge_of = np.unique(_edge_keys(triangles, n), return_inverse=True)
     first, second = key // n, key % n
     is_long = np.linalg.norm(places[first] - places[second], axis=1) > max_edge
-    middle = np.where(is_long, n + np.cumsum(is_long) - 1, -1)[edge_of].reshape(-1, 3)
+    midpoints = np.where(is_long, n + np.cumsum(is_long) - 1, -1)[edge_of].reshape(-1, 3)
     first, second = first[is_long], second[is_long]
-    count = (middle >= 0).sum(axis=1)
+    count = (midpoints >= 0).sum(axis=1)
     rows = np.arange(len(triangles))
     # Rotate triangles to make a single divided edge the first, or a single undivided edge the last.
-    rotation = np.where(count == 2, (np.argmin(middle, axis=1) + 1) % 3, np.argmax(middle, axis=1))
+    rotation = np.where(
+        count == 2, (np.argmin(midpoints, axis=1) + 1) % 3, np.argmax(midpoints, axis=1)
+    )
     order = (rotation[:, None] + np.arange(3)) % 3
     a, b, c = np.take_along_axis(triangles, order, axis=1).T
-    ab, bc, ca = np.take_along_axis(middle, order, axis=1).T
+    ab, bc, ca = np.take_along_axis(midpoints, order, axis=1).T
     pieces: list[IntArray] = [triangles[count == 0]]
     parents: list[IntArray] = [rows[count == 0]]
     for divided_count, corners in (

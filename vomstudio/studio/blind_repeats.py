@@ -61,9 +61,9 @@ class BlindRepeats:
             if kind_of(f).orientations and kind_of(f).tool
         ]
 
-    def begin(self, fraction: float = DEFAULT_SHARE, interpreter: str = "", seed: str = "") -> None:
+    def begin(self, share: float = DEFAULT_SHARE, interpreter: str = "", seed: str = "") -> None:
         """Start a round with a random share of the picks. Raises UsageError if it is invalid."""
-        self.chosen = select_repeats(self.available(), fraction, seed)
+        self.chosen = select_repeats(self.available(), share, seed)
         self.interpreter = interpreter
         self._skipped.clear()
         if not self.chosen:

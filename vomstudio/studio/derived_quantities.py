@@ -119,9 +119,9 @@ def _affected(records: RecordMap, edit: Edit) -> list[str]:
     all_may = len(changed_features) < len(ids)
     dependents = [
         feature
-        for kind in KINDS
-        if all_may or kind.depends_on_features
-        for feature in records.of(kind.record)
+        for feature_kind in KINDS
+        if all_may or feature_kind.depends_on_features
+        for feature in records.of(feature_kind.record)
         if feature.id not in ids
     ]
     return changed_features + [f.id for f in dependents if depends_on(records, f, ids)]

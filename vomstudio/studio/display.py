@@ -85,14 +85,14 @@ class Display:
         self.point_size = pixels
         self._notify_change("point_size")
 
-    def set_eye_dome(self, on: bool) -> None:
+    def set_eye_dome(self, is_enabled: bool) -> None:
         """Set whether point clouds have eye-dome lighting."""
-        self.eye_dome = on
+        self.eye_dome = is_enabled
         self._notify_change("eye_dome")
 
-    def set_cameras(self, on: bool) -> None:
+    def set_cameras(self, is_visible: bool) -> None:
         """Set whether the camera positions of reconstructed models are shown."""
-        self.cameras = on
+        self.cameras = is_visible
         self._notify_change("cameras")
 
     def show_field(self, model_id: str, style: FieldStyle) -> None:
@@ -108,16 +108,16 @@ class Display:
         if self.styles.pop(model_id, None) is not None:
             self._notify_change("fields")
 
-    def set_clip(self, box: ClipBox | None, on: bool | None = None) -> None:
-        """Set the clipping box, and switch clipping on or off if `on` is given."""
+    def set_clip(self, box: ClipBox | None, is_enabled: bool | None = None) -> None:
+        """Set the clipping box, and switch clipping on or off if `is_enabled` is given."""
         was_clipping, self.box = self.clipping, box
-        if on is not None:
-            self.clipping = on and box is not None
+        if is_enabled is not None:
+            self.clipping = is_enabled and box is not None
         self._notify_change("box" if self.clipping == was_clipping else "clip")
 
-    def set_handles(self, on: bool) -> None:
+    def set_handles(self, is_visible: bool) -> None:
         """Set whether the faces of the clipping box can be dragged in the view."""
-        self.handles = on
+        self.handles = is_visible
         self._notify_change("clip")
 
     @property

@@ -154,9 +154,9 @@ def update_traces(
 def find_layer_type(layer: str, types: Iterable[FeatureType]) -> FeatureType | None:
     """Return the feature type whose name or id matches a layer name, ignoring case."""
     key = layer.strip().casefold()
-    for kind in types:
-        if key and key in (kind.id.casefold(), kind.name.casefold()):
-            return kind
+    for feature_type in types:
+        if key and key in (feature_type.id.casefold(), feature_type.name.casefold()):
+            return feature_type
     return None
 
 

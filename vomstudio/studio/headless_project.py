@@ -273,7 +273,7 @@ class HeadlessProject:
         types = self.session.of(FeatureType)
         if matches := _matching(types, name):
             return matches[0]
-        names = [kind.name for kind in types]
+        names = [feature_type.name for feature_type in types]
         raise UsageError(
             Finding("option.not-a-choice", value=name, choices=names),
             field="--type",
@@ -407,7 +407,7 @@ class HeadlessProject:
         sidecar: Sidecar,
         drawing: Path,
         model: Model,
-        kind: FeatureType | None,
+        feature_type: FeatureType | None,
         set_name: str = "",
         *,
         update: bool = False,
@@ -423,7 +423,7 @@ class HeadlessProject:
         sidecar, drawing
             Sidecar of the picture on which the lines were drawn, and path of the drawing.
         model : Model
-        kind : FeatureType or None
+        feature_type : FeatureType or None
             Feature type of new lines. If None, each line must name its type.
         set_name : str
         update : bool
@@ -434,16 +434,18 @@ class HeadlessProject:
         UsageError, GeometryError
             As `create_drawn_traces`.
         """
-        surface, messages = self._surface_for_planes(model)
-        lines = collect_lines(brought_projected_lines, names, sidecar, messages, _to_file(model))
+        surface, findings = self._surface_for_planes(model)
+        lines = collect_lines(brought_projected_lines, names, sidecar, findings, _to_file(model))
         reason = {
             line.name: why
             for line in lines.lines
             if (why := self._why_not_on(model, np.array(line.on_surface))) is not None
         }
         lines = replace(lines, lines=tuple(line for line in lines.lines if line.name not in reason))
-        type_id = None if kind is None else kind.id
-        target = DrawingTarget(model, surface, type_id, set_name, is_type_fixed=kind is not None)
+        type_id = None if feature_type is None else feature_type.id
+        target = DrawingTarget(
+            model, surface, type_id, set_name, is_type_fixed=feature_type is not None
+        )
         records = self.session.records
         traces = create_drawn_traces(lines, drawing, sidecar.path, target, records)
         parts = []

@@ -165,5 +165,5 @@ class History:
 
 def step_title(label: str) -> str:
     """Return the label of a step as shown for undo and redo, without the word "Add"."""
-    words = label.removeprefix("Add ")
-    return words[:1].upper() + words[1:]
+    title = label.removeprefix("Add ")
+    return title[:1].upper() + title[1:]

@@ -107,7 +107,7 @@ class Models:
         path: Path,
         name: str | None = None,
         like: str | None = None,
-        then: Callable[[str], None] = lambda _: None,
+        on_finished: Callable[[str], None] = lambda _: None,
         label: str = "",
     ) -> None:
         """Open a model and add it to the project.
@@ -119,7 +119,7 @@ class Models:
             Name of the record, by default the name of the file.
         like : str, optional
             Id of a model whose frame the new model shares.
-        then : callable
+        on_finished : callable
             Called with the id of the model after it has been added.
         label : str
             Label of the edit; "" selects the default label.
@@ -129,7 +129,7 @@ class Models:
             str(path),
             path,
             self._projects.project.cache,
-            lambda opened: self._add(path, opened, name or name_of(path), like, then, label),
+            lambda opened: self._add(path, opened, name or name_of(path), like, on_finished, label),
         )
 
     def load(self, model: Model) -> None:
@@ -167,7 +167,7 @@ class Models:
         model_id: str,
         cameras: Path | None = None,
         photos: bool = False,
-        then: Callable[[], None] = lambda: None,
+        on_finished: Callable[[], None] = lambda: None,
     ) -> None:
         """Copy a model's files into the project's folder.
 
@@ -178,7 +178,7 @@ class Models:
             File of the model's cameras, by default the one beside the model.
         photos : bool
             Whether to copy the photos.
-        then : callable
+        on_finished : callable
             Called before the record refers to the copy.
         """
         project = self._projects.project
@@ -190,7 +190,7 @@ class Models:
         def arrived(copy: CopiedModel) -> None:
             if self._projects.project is not project:
                 return
-            then()
+            on_finished()
             stored_model_path = project.model_path(copy.path)
             if self._editing.attempt(
                 edits.relocate_model, model_id, stored_model_path, model.content_hash
@@ -221,7 +221,9 @@ class Models:
         def converted(copy: ConvertedModel) -> None:
             if self._projects.project is project:
                 self.convertible = None
-                self.open_model(copy.path, path.stem, then=lambda _: self._notices.info(finding))
+                self.open_model(
+                    copy.path, path.stem, on_finished=lambda _: self._notices.info(finding)
+                )
 
         self._jobs.submit(
             CONVERT_MODEL,
@@ -237,7 +239,7 @@ class Models:
         opened_model: OpenModel,
         name: str,
         like: str | None,
-        then: Callable[[str], None],
+        on_finished: Callable[[str], None],
         label: str,
     ) -> None:
         models = self._projects.of(Model)
@@ -280,7 +282,7 @@ class Models:
         self._attach(model.id, path, opened_model)
         if not is_frame_known and not isinstance(similar, Model):
             self.frame_wanted.emit(model.id)
-        then(model.id)
+        on_finished(model.id)
 
     def _placement(
         self, path: Path, stored_text: str, opened_model: OpenModel

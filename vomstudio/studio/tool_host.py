@@ -101,9 +101,9 @@ class ToolHost:
         self._next_by_tool: dict[str, tuple[str, str]] = {}
         self.tools: dict[str, Tool] = {entry.name: entry.tool(self) for entry in TOOLS}
 
-    def of(self, kind: type[T]) -> T:
+    def of(self, record_type: type[T]) -> T:
         """Return the tool that is an instance of a class."""
-        return next(tool for tool in self.tools.values() if isinstance(tool, kind))
+        return next(tool for tool in self.tools.values() if isinstance(tool, record_type))
 
     # --- active tool --------------------------------------------------------------------------
     def activate(self, name: str) -> None:
@@ -303,8 +303,10 @@ class ToolHost:
     def surface(self, model_id: str) -> PaintSurface | None:
         return self._models.surface(model_id)
 
-    def run_in_background(self, work: Callable[[], T], then: Callable[[T | None], object]) -> None:
-        self._background.run(work, then, lambda _: then(None))
+    def run_in_background(
+        self, work: Callable[[], T], on_finished: Callable[[T | None], object]
+    ) -> None:
+        self._background.run(work, on_finished, lambda _: on_finished(None))
 
     def measure(self, feature: Feature) -> Measurement:
         return self._derived.measure(feature)

@@ -86,21 +86,21 @@ class Parser(argparse.ArgumentParser):
         That parser knows its options and help. Misspelt options are reported first because they may
         be the missing ones.
         """
-        words = list(args or ())
-        if unknown_option := next(self._unknown_options(words), None):
+        arguments = list(args or ())
+        if unknown_option := next(self._unknown_options(arguments), None):
             self._refuse_option(unknown_option)
-        namespace_parsed, remaining = super().parse_known_args(words, namespace)
+        namespace_parsed, remaining = super().parse_known_args(arguments, namespace)
         if remaining:
             raise self._unknown_argument(" ".join(remaining))
         return namespace_parsed, remaining
 
-    def _unknown_options(self, words: Sequence[str]) -> Iterator[str]:
+    def _unknown_options(self, arguments: Sequence[str]) -> Iterator[str]:
         """Yield options that this parser does not have, up to the first word of a subparser."""
         options = self._option_string_actions
         deeper = self._subparsers_choices()
-        if not {"-h", "--help"}.isdisjoint(words):
+        if not {"-h", "--help"}.isdisjoint(arguments):
             return
-        for word in words:
+        for word in arguments:
             if word == "--" or word in deeper:
                 return
             if not word.startswith("-") or " " in word or word == "-":

@@ -20,24 +20,24 @@ def add_options(parser: Parser, options: type[Any]) -> None:
     for item in declarations(options):
         if item.flag in parser._option_string_actions:
             continue
-        words: dict[str, Any] = {"dest": item.name, "help": help_text(item).replace("%", "%%")}
+        settings: dict[str, Any] = {"dest": item.name, "help": help_text(item).replace("%", "%%")}
         if item.kind is bool:
-            words["action"] = (
+            settings["action"] = (
                 "store_true" if item.default is False else argparse.BooleanOptionalAction
             )
         elif item.choices is not None:
-            words["choices"] = list(item.choices)
+            settings["choices"] = list(item.choices)
         else:
-            words["metavar"] = metavar(item)
+            settings["metavar"] = metavar(item)
             if item.is_repeated:
-                words["action"] = "append"
+                settings["action"] = "append"
             if item.flag_value is not None:
-                words |= {"nargs": "?", "const": item.flag_value}
+                settings |= {"nargs": "?", "const": item.flag_value}
             if item.kind is not str:
-                words["type"] = item.kind
+                settings["type"] = item.kind
         if item.is_required:
-            words["required"] = True
-        parser.add_argument(item.flag, **words)
+            settings["required"] = True
+        parser.add_argument(item.flag, **settings)
 
 
 def help_text(declaration: Declaration) -> str:

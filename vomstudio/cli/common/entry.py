@@ -38,11 +38,11 @@ from vomstudio.core.words import tr
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code; this function never raises exceptions."""
-    words = [_expand_home(word) for word in (sys.argv[1:] if argv is None else argv)]
+    arguments = [_expand_home(word) for word in (sys.argv[1:] if argv is None else argv)]
     memory_limit.enable_limits()
     with preserved_stdout() as channel, stop_signals_as_interrupts():
         try:
-            return _run(words, channel)
+            return _run(arguments, channel)
         except BrokenPipeError:  # `| head` has read enough
             return 0
         except KeyboardInterrupt:  # while writing
@@ -59,14 +59,14 @@ def _expand_home(word: str) -> str:
     return word if os.path.lexists(value) else option + equals + os.path.expanduser(value)
 
 
-def _shows_progress(words: Sequence[str]) -> bool:
-    return "--progress=json" in words or ("--progress", "json") in itertools.pairwise(words)
+def _shows_progress(arguments: Sequence[str]) -> bool:
+    return "--progress=json" in arguments or ("--progress", "json") in itertools.pairwise(arguments)
 
 
-def _run(words: list[str], channel: Channel) -> int:
+def _run(arguments: list[str], channel: Channel) -> int:
     begun_s = time.monotonic()
     # Read before parsing so that parsing errors have the requested form.
-    output = Output(as_json="--json" in words, json_events=_shows_progress(words))
+    output = Output(as_json="--json" in arguments, json_events=_shows_progress(arguments))
     failure: VomError | None = None
     debug = os.environ.get("VOMSTUDIO_DEBUG", "") not in ("", "0")
     try:
@@ -74,8 +74,8 @@ def _run(words: list[str], channel: Channel) -> int:
             if not debug:
                 # Warnings of libraries are intended for programmers; users get findings.
                 warnings.simplefilter("ignore")
-            check_first_word(words)
-            args = _parser(words).parse_args(words)
+            check_first_word(arguments)
+            args = _parser(arguments).parse_args(arguments)
             stop_requests.check()
             output.quiet = args.quiet
             with reporting(
@@ -147,7 +147,7 @@ def _write_stderr(text: str) -> None:
             pass
 
 
-def _parser(words: Sequence[str]) -> Parser:
+def _parser(arguments: Sequence[str]) -> Parser:
     """Return the parser of the command named by the first word, or of all commands.
 
     Each command imports its own dependencies.
@@ -159,7 +159,7 @@ def _parser(words: Sequence[str]) -> Parser:
     )
     add_global_options(parser)
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)
-    command = words[0] if words else ""
+    command = arguments[0] if arguments else ""
     for name in [command] if command in COMMANDS else [] if command in GLOBAL_OPTIONS else COMMANDS:
         importlib.import_module(f"vomstudio.cli.{name}").add_parser(subparsers)
     parser.set_defaults(run=run_global_option, quiet=False)

@@ -46,22 +46,22 @@ COMMANDS = (
 """Names of the commands, which equal the names of their modules."""
 
 
-def opens_window(words: Sequence[str]) -> bool:
+def opens_window(arguments: Sequence[str]) -> bool:
     """Return whether to open the window: without words, or with existing paths only."""
-    if words and words[0] in COMMANDS:
+    if arguments and arguments[0] in COMMANDS:
         return False
-    return all(not word.startswith("-") and _path_exists(word) for word in words)
+    return all(not word.startswith("-") and _path_exists(word) for word in arguments)
 
 
-def check_first_word(words: Sequence[str]) -> None:
+def check_first_word(arguments: Sequence[str]) -> None:
     """Raise UsageError, with the nearest match, if a word is neither a command nor a file."""
-    if not words or words[0] in COMMANDS or words[0].startswith("-"):
+    if not arguments or arguments[0] in COMMANDS or arguments[0].startswith("-"):
         return
-    missing = next((word for word in words if not _is_similar_to_command(word)), None)
+    missing = next((word for word in arguments if not _is_similar_to_command(word)), None)
     if missing is None:
-        option = next(word for word in words if word.startswith("-"))
+        option = next(word for word in arguments if word.startswith("-"))
         raise UsageError(Finding("command.window-options"), field=option)
-    if missing != words[0] or _is_path_like(missing):
+    if missing != arguments[0] or _is_path_like(missing):
         raise _missing_file_error(missing)
     suggestion = nearest_word(missing.casefold(), [*COMMANDS, "--help", "--version"])
     finding = Finding(

@@ -49,7 +49,7 @@ def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> No
         args.output, force=args.force, inputs=[args.model, args.from_ortho, options.sidecar]
     )
     sidecar = back_projection.read_sidecar(options.sidecar)
-    lines, messages = back_projection.read_drawing(
+    lines, findings = back_projection.read_drawing(
         args.from_ortho, sidecar, progress_reporter(args)
     )
     model = read_in_world(args.model, progress_reporter(args), frame_options(args), args.project)
@@ -57,7 +57,7 @@ def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> No
         brought_lines = back_projection.project_lines(lines, sidecar, model.data, options.step_m)
     except InputError as error:
         raise error.with_file(args.from_ortho) from error
-    warnings = [*model.warnings, *messages, *brought_lines.warnings]
+    warnings = [*model.warnings, *findings, *brought_lines.warnings]
     if sidecar.content_hash not in (None, model.loaded.content_hash):
         model_name = Path(args.model).name
         warnings.append(Finding("drawing.orthophoto-of-other-file", model=model_name))
@@ -121,9 +121,9 @@ def _add(
             options.set or "",
             update=options.update,
         )
-        messages = (*headless_project.warnings, *traces.messages, *headless_project.save())
+        findings = (*headless_project.warnings, *traces.messages, *headless_project.save())
         records = headless_project.session.records
-    warnings += [item for item in messages if item not in warnings]
+    warnings += [item for item in findings if item not in warnings]
     ids = {
         "added": [trace.id for trace in traces.traces],
         "updated": [trace.id for trace in traces.edited] if options.update else [],

@@ -105,15 +105,15 @@ def _is_surrounded(points, cell_starts, columns, c, p, reach, radius, table):  #
     """Return whether each of 64 sectors of directions is excluded by a single neighbour."""
     bins = table.shape[0]
     x, y = points[p, 0], points[p, 1]
-    per, half = bins / (4.0 * radius), bins / 2.0
+    per, half_bins = bins / (4.0 * radius), bins / 2.0
     sectors = 0
     for row in range(reach + 1):
         # Start with the nearest rows of cells.
         for side in range(1 if row == 0 else 2):
             first = c + (row if side == 0 else -row) * columns
             for q in range(cell_starts[first - reach], cell_starts[first + reach + 1]):
-                i = int((points[q, 0] - x) * per + half)
-                j = int((points[q, 1] - y) * per + half)
+                i = int((points[q, 0] - x) * per + half_bins)
+                j = int((points[q, 1] - y) * per + half_bins)
                 if i >= 0 and j >= 0 and i < bins and j < bins:
                     sectors |= table[i, j]
             if sectors == -1:
@@ -133,9 +133,9 @@ def _arcs(points, cell_starts, columns, c, p, reach, radius, near, arcs):  # typ
             distance = math.sqrt(dx * dx + dy * dy)
             if distance >= 2.0 * radius or distance == 0.0 or number == len(near):
                 continue
-            half = math.acos(distance / (2.0 * radius))
+            half_angle = math.acos(distance / (2.0 * radius))
             near[number] = q
-            arcs[number, 0], arcs[number, 1] = math.atan2(dy, dx) - half, 2.0 * half
+            arcs[number, 0], arcs[number, 1] = math.atan2(dy, dx) - half_angle, 2.0 * half_angle
             number += 1
     return number
 

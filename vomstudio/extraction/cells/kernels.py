@@ -110,14 +110,16 @@ def describe_cells(  # type: ignore[no-untyped-def]
     `max_variation`, its own scatter is used.
     """
     for c in range(len(count)):
-        smallest_spread, middle, largest_spread = spreads[c, 0], spreads[c, 1], spreads[c, 2]
+        smallest_spread, medium_spread, largest_spread = spreads[c, 0], spreads[c, 1], spreads[c, 2]
         x, y, z = normals[c, 0], normals[c, 1], normals[c, 2]
         # In a disc of area A, the variance along each diameter is A / (4 pi).
-        area[c] = 4.0 * math.pi * math.sqrt(max(middle * largest_spread, 0.0)) / count[c]
-        variation[c] = smallest_spread / max(smallest_spread + middle + largest_spread, 1e-300)
+        area[c] = 4.0 * math.pi * math.sqrt(max(medium_spread * largest_spread, 0.0)) / count[c]
+        variation[c] = smallest_spread / max(
+            smallest_spread + medium_spread + largest_spread, 1e-300
+        )
         square = smallest_spread
         points = cell_starts[c + 1] - cell_starts[c]
-        if not middle > 1e-9 * largest_spread:
+        if not medium_spread > 1e-9 * largest_spread:
             normals[c, 0], normals[c, 1], normals[c, 2] = math.nan, math.nan, math.nan
             x, y, z = 0.0, 0.0, 0.0
         if points >= min_points and variation[c] <= max_variation:

@@ -147,8 +147,8 @@ def simulate_strengths(
         pool = np.concatenate([low, (2.0 * median - low)[::-1]])
     generator = np.random.default_rng(_SEED)
     times = _match_smoothing(graph, evidence, generator)
-    fractions = (np.arange(len(evidence)) + 0.5) / max(len(evidence), 1)
-    values = np.interp(fractions, (np.arange(len(pool)) + 0.5) / len(pool), pool)
+    quantiles = (np.arange(len(evidence)) + 0.5) / max(len(evidence), 1)
+    values = np.interp(quantiles, (np.arange(len(pool)) + 0.5) / len(pool), pool)
     null_strengths = np.zeros(N_SURROGATES)
     for i in range(N_SURROGATES):
         check(i)
@@ -196,8 +196,8 @@ def _match_smoothing(graph: Graph, evidence: FloatArray, random: np.random.Gener
     return _MAX_SMOOTHINGS
 
 
-def _correlation(values: FloatArray, one: IntArray, other: Int32Array) -> float:
-    a, b = values[one], values[other]
+def _correlation(values: FloatArray, first: IntArray, second: Int32Array) -> float:
+    a, b = values[first], values[second]
     if len(a) < 2 or a.std() == 0.0 or b.std() == 0.0:
         return 0.0
     return float(np.corrcoef(a, b)[0, 1])

@@ -90,15 +90,15 @@ def _fields(message: bytes | memoryview) -> Iterator[tuple[int, int | memoryview
     view, position = memoryview(message), 0
     while position < len(view):
         key, position = _read_varint(view, position)
-        field, kind = key >> 3, key & 7
-        if kind == 0:
+        field, wire_type = key >> 3, key & 7
+        if wire_type == 0:
             value, position = _read_varint(view, position)
             yield field, value
             continue
-        if kind == 2:
+        if wire_type == 2:
             size, position = _read_varint(view, position)
-        elif kind in (1, 5):
-            size = 8 if kind == 1 else 4
+        elif wire_type in (1, 5):
+            size = 8 if wire_type == 1 else 4
         else:
             raise ValueError("no message")
         if field == 0 or position + size > len(view):

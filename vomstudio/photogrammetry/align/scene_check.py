@@ -156,7 +156,7 @@ def overlap_matrix(scene: SparseScene, grid: int = 8) -> FloatArray:
     Occlusion is ignored.
     """
     count = len(scene.views)
-    fractions = np.zeros((count, count))
+    overlaps = np.zeros((count, count))
     steps = (np.arange(grid) + 0.5) / grid
     for i, view in enumerate(scene.views):
         is_of_view = scene.track_views == i
@@ -174,8 +174,8 @@ def overlap_matrix(scene: SparseScene, grid: int = 8) -> FloatArray:
         positions = (camera - view.translation) @ view.rotation
         for j, other_view in enumerate(scene.views):
             if i != j and len(positions):
-                fractions[i, j] = _is_on_photo(other_view, positions).mean()
-    return fractions
+                overlaps[i, j] = _is_on_photo(other_view, positions).mean()
+    return overlaps
 
 
 def face_normal(scene: SparseScene) -> FloatArray:
@@ -224,11 +224,11 @@ def _registration_findings(
     findings = []
     total = len(scene.views) + len(unregistered_names) + sum(len(part.views) for part in parts)
     if unregistered_names:
-        fraction = len(unregistered_names) / total
+        unregistered_share = len(unregistered_names) / total
         findings.append(
             Finding(
                 "unregistered",
-                "error" if fraction > 0.5 else "warning",
+                "error" if unregistered_share > 0.5 else "warning",
                 photos=tuple(unregistered_names),
                 value=float(len(unregistered_names)),
                 total=total,

@@ -64,7 +64,7 @@ def sky_fringe(gray: ByteArray, is_valid: BoolArray, has_depth: BoolArray) -> Bo
         return fringe
     sky = (is_featureless & (is_reached > 0)).astype(np.float32)
     window_size = (2 * _WINDOW - 1, 2 * _WINDOW - 1)
-    fraction = cv2.blur(sky, window_size)
-    tone = cv2.blur(sky * value, window_size) / np.maximum(fraction, 1e-6)
-    is_like_sky = (fraction > 1e-3) & (np.abs(value - tone) < _MAX_BRIGHTNESS_DIFFERENCE)
+    sky_share = cv2.blur(sky, window_size)
+    tone = cv2.blur(sky * value, window_size) / np.maximum(sky_share, 1e-6)
+    is_like_sky = (sky_share > 1e-3) & (np.abs(value - tone) < _MAX_BRIGHTNESS_DIFFERENCE)
     return np.asarray(has_depth & ((is_reached > 0) | is_like_sky))

@@ -263,8 +263,8 @@ class _Setting:
 
 def _matrix_of_centres(lens: Intrinsics) -> FloatArray:
     """Return the calibration matrix for pixels counted from the centre of the first pixel."""
-    half = np.array([[0.0, 0.0, 0.5], [0.0, 0.0, 0.5], [0.0, 0.0, 0.0]])
-    return np.asarray(lens.matrix - half)
+    half_pixel = np.array([[0.0, 0.0, 0.5], [0.0, 0.0, 0.5], [0.0, 0.0, 0.0]])
+    return np.asarray(lens.matrix - half_pixel)
 
 
 def _shrunk(gray: ByteArray, reduction: int) -> Float32Array:
@@ -374,8 +374,8 @@ def _drop_specks(inverse: Float32Array, unit: float) -> None:
         return
     # By chance, single pixels also lie in front of or behind a surface. These differ from most of
     # their neighbours.
-    middle = np.asarray(cv2.medianBlur(inverse, 5))
-    inverse[np.abs(inverse - middle) > unit] = 0.0
+    median = np.asarray(cv2.medianBlur(inverse, 5))
+    inverse[np.abs(inverse - median) > unit] = 0.0
     if not (inverse > 0).any():
         return
     min_inverse = float(inverse[inverse > 0].min())

@@ -106,8 +106,8 @@ def rectify(
         return None
     lowest = int(np.floor(low))
     # SGBM excludes columns whose matching column may lie beyond the edge.
-    before, after = max(lowest + count, 0) + 2, max(-lowest, 0) + 2
-    width, height = right - left + before + after, bottom - top
+    left_margin, right_margin = max(lowest + count, 0) + 2, max(-lowest, 0) + 2
+    width, height = right - left + left_margin + right_margin, bottom - top
     if width * height > _MAX_GROWTH * lens.width * lens.height:
         return None
     camera_matrix = np.diag([focal, focal, 1.0])
@@ -129,7 +129,7 @@ def rectify(
         plane,
         lowest,
         count,
-        left - before,
+        left - left_margin,
         top,
         width,
         height,

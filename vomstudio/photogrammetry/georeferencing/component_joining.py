@@ -162,9 +162,9 @@ def join_components(
     return tuple(remaining), JoinReport(tuple(junctions), tuple(not_joined))
 
 
-def _pair(one: SparseScene, other: SparseScene) -> tuple[str, str]:
+def _pair(first: SparseScene, second: SparseScene) -> tuple[str, str]:
     """Return a key that identifies a pair of parts."""
-    return "\n".join(v.name for v in one.views), "\n".join(v.name for v in other.views)
+    return "\n".join(v.name for v in first.views), "\n".join(v.name for v in second.views)
 
 
 # ------------------------------------------------------------------------------------------------
@@ -176,10 +176,10 @@ def _places(scene: SparseScene, marks: Sequence[Mark]) -> dict[str, FloatArray]:
 
 
 def _common_points(
-    one: SparseScene, other: SparseScene, marks: Sequence[Mark], control: Sequence[ControlPoint]
+    first: SparseScene, second: SparseScene, marks: Sequence[Mark], control: Sequence[ControlPoint]
 ) -> int:
     """Return the number of common markers, or of control points in the part that has fewer."""
-    a, b = _places(one, marks), _places(other, marks)
+    a, b = _places(first, marks), _places(second, marks)
     common_count = len(a.keys() & b.keys())
     if common_count >= MIN_COMMON_POINTS:
         return common_count
@@ -188,19 +188,19 @@ def _common_points(
 
 
 def _join(
-    one: SparseScene,
-    other: SparseScene,
+    first: SparseScene,
+    second: SparseScene,
     marks: Sequence[Mark],
     control: Sequence[ControlPoint],
     threads: int,
     progress: Progress | None,
 ) -> tuple[SparseScene, Junction]:
-    a, b = _places(one, marks), _places(other, marks)
+    a, b = _places(first, marks), _places(second, marks)
     common_labels = [label for label in a if label in b]
-    photos = (len(one.views), len(other.views))
+    photos = (len(first.views), len(second.views))
     if len(common_labels) < MIN_COMMON_POINTS:
         fit = _fit_by_control(a, b, control)
-        joined_scene = merge_scenes(one, other, fit)
+        joined_scene = merge_scenes(first, second, fit)
         error = mean_error(joined_scene)
         return joined_scene, Junction(
             photos, "control points", (), fit.scale, error, error, None, ()
@@ -211,10 +211,10 @@ def _join(
     )
     if nearly_on_a_line(first_places) or nearly_on_a_line(other_places):
         raise GeometryError(Finding("join.collinear"))
-    pixel = _pixel_size(one, other, first_places, other_places)
+    pixel = _pixel_size(first, second, first_places, other_places)
     fit, is_used = fit_robustly(other_places, first_places, min_sigma=2 * _MIN_MARKER_PX * pixel)
     misses = np.linalg.norm(fit(other_places) - first_places, axis=1)
-    rough = merge_scenes(one, other, fit)
+    rough = merge_scenes(first, second, fit)
     error_before = mean_error(rough)
     wrong_labels = {label for label, good in zip(common_labels, is_used, strict=True) if not good}
     marks_by_label, _ = marks_by_point(
@@ -282,28 +282,28 @@ def _fit_by_control(
 
 
 def _pixel_size(
-    one: SparseScene, other: SparseScene, first_places: FloatArray, other_places: FloatArray
+    first: SparseScene, second: SparseScene, first_places: FloatArray, other_places: FloatArray
 ) -> float:
     """Return the larger of two parts' pixel sizes at the markers, in units of the first."""
     scale = fit_similarity(other_places, first_places).scale
-    return max(one.pixel_at(first_places), other.pixel_at(other_places) * scale)
+    return max(first.pixel_at(first_places), second.pixel_at(other_places) * scale)
 
 
-def _missing(one: SparseScene, other: SparseScene, marks: Sequence[Mark]) -> Finding:
+def _missing(first: SparseScene, second: SparseScene, marks: Sequence[Mark]) -> Finding:
     """Report the markers that are still needed to join two components.
 
     The finding lists the markers that cannot be located in one of the components, because they are
     marked in only one of its photos or from only one position.
     """
-    a, b = _places(one, marks), _places(other, marks)
+    a, b = _places(first, marks), _places(second, marks)
     common_labels = sorted(a.keys() & b.keys())
     not_located = set()
-    for scene, located in ((one, a), (other, b)):
+    for scene, located in ((first, a), (second, b)):
         marks_by_label, _ = marks_by_point(scene, marks)
         not_located |= {label for label in marks_by_label if label not in located}
     return Finding(
         "join.few-markers",
-        size=len(other.views),
+        size=len(second.views),
         common=len(common_labels),
         least=MIN_COMMON_POINTS,
         markers=common_labels,
@@ -328,31 +328,31 @@ def _warnings(
 
 
 # ------------------------------------------------------------------------------------------------
-def merge_scenes(one: SparseScene, other: SparseScene, fit: Similarity) -> SparseScene:
+def merge_scenes(first: SparseScene, second: SparseScene, fit: Similarity) -> SparseScene:
     """Merge two scenes in the frame of the first, with views in the order of their names.
 
     If both scenes contain a photo, that of the first is used. `fit` transforms the other scene.
     """
-    first_names = {view.name for view in one.views}
-    other = _remove_photos(other, first_names)
-    transformed = [v.moved(fit.scale, fit.rotation, fit.translation) for v in other.views]
-    views = [*one.views, *transformed]
+    first_names = {view.name for view in first.views}
+    second = _remove_photos(second, first_names)
+    transformed = [v.moved(fit.scale, fit.rotation, fit.translation) for v in second.views]
+    views = [*first.views, *transformed]
     order = sorted(range(len(views)), key=lambda row: views[row].name)
     row_of = np.empty(len(views), np.int32)
     row_of[order] = np.arange(len(views), dtype=np.int32)
-    rows = row_of[np.concatenate([one.track_views, other.track_views + len(one.views)])]
-    points = np.concatenate([one.track_points, other.track_points + len(one.points)])
+    rows = row_of[np.concatenate([first.track_views, second.track_views + len(first.views)])]
+    points = np.concatenate([first.track_points, second.track_points + len(first.points)])
     sorting = np.lexsort((rows, points))
-    lengths = np.concatenate([one.track_lengths, other.track_lengths])
+    lengths = np.concatenate([first.track_lengths, second.track_lengths])
     return replace(
-        one,
+        first,
         views=tuple(views[row] for row in order),
-        points=np.concatenate([one.points, fit(other.points)]),
-        colors=np.concatenate([one.colors, other.colors]),
-        errors_px=np.concatenate([one.errors_px, other.errors_px]),
+        points=np.concatenate([first.points, fit(second.points)]),
+        colors=np.concatenate([first.colors, second.colors]),
+        errors_px=np.concatenate([first.errors_px, second.errors_px]),
         track_offsets=np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64),
         track_views=rows[sorting].astype(np.int32),
-        track_pixels=np.concatenate([one.track_pixels, other.track_pixels])[sorting],
+        track_pixels=np.concatenate([first.track_pixels, second.track_pixels])[sorting],
     )
 
 

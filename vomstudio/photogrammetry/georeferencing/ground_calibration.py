@@ -150,10 +150,12 @@ def _sigmas_by_ground(
     return ground_sigmas, joint_sigmas
 
 
-def _adjusted_lenses(before: SparseScene, after: SparseScene) -> dict[Intrinsics, Intrinsics]:
+def _adjusted_lenses(
+    old_scene: SparseScene, new_scene: SparseScene
+) -> dict[Intrinsics, Intrinsics]:
     return {
         old_view.intrinsics: new_view.intrinsics
-        for old_view, new_view in zip(before.views, after.views, strict=True)
+        for old_view, new_view in zip(old_scene.views, new_scene.views, strict=True)
     }
 
 

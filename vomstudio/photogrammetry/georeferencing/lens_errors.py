@@ -222,14 +222,14 @@ def _changes(response: Response, focal_errors: Sequence[float | None]) -> list[F
     focal_errors : relative error of each lens's focal length, 0 if estimated; None for a fixed lens
     """
     prior, fixed_lenses, focal_changes = [], [], []
-    for lens, fraction in zip(response.lenses, focal_errors, strict=True):
+    for lens, focal_error in zip(response.lenses, focal_errors, strict=True):
         diagonal = float(np.hypot(lens.width, lens.height))
         for name in MODELS[lens.model]:
             spread = {"c": _CENTRE * diagonal, "k": _K2, "p": 0.1 * _K2}.get(name[0], np.inf)
             prior.append(_K1 if name == "k1" else spread)
             focal = name[0] == "f"
-            fixed_lenses.append(fraction is None or (focal and fraction > 0.0))
-            focal_changes.append((fraction or 0.0) * lens.focal[0] if focal else 0.0)
+            fixed_lenses.append(focal_error is None or (focal and focal_error > 0.0))
+            focal_changes.append((focal_error or 0.0) * lens.focal[0] if focal else 0.0)
     is_free = ~np.array(fixed_lenses)
     information = response.information + np.diag(np.array(prior) ** -2.0)
     free_information = information[np.ix_(is_free, is_free)]
@@ -250,8 +250,8 @@ def _changes(response: Response, focal_errors: Sequence[float | None]) -> list[F
     return changes
 
 
-def _fit_by_tie_points(before: SparseScene, after: SparseScene) -> Similarity:
+def _fit_by_tie_points(old_scene: SparseScene, new_scene: SparseScene) -> Similarity:
     """Fit the similarity between two scenes by their tie points."""
     from vomstudio.registration.similarity import fit_similarity
 
-    return fit_similarity(after.points, before.points)
+    return fit_similarity(new_scene.points, old_scene.points)

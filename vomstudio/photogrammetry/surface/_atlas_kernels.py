@@ -91,7 +91,7 @@ def cover_cells(corners, members, shift, gutter, side, cells):  # type: ignore[n
         j1 = min(math.floor((max(ay, by, cy) + gutter) / side), h - 1)
         det = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
         sign = 1.0 if det >= 0 else -1.0
-        half = 0.5 * side + gutter
+        half_side = 0.5 * side + gutter
         for j in range(j0, j1 + 1):
             for i in range(i0, i1 + 1):
                 if cells[j, i]:
@@ -108,7 +108,7 @@ def cover_cells(corners, members, shift, gutter, side, cells):  # type: ignore[n
                         px, py, qx, qy = cx, cy, ax, ay
                     dx, dy = sign * (qx - px), sign * (qy - py)
                     value = dx * (my - py) - dy * (mx - px)
-                    if value + half * (abs(dx) + abs(dy)) < 0:
+                    if value + half_side * (abs(dx) + abs(dy)) < 0:
                         is_outside = True
                         break
                 if not is_outside:

@@ -483,7 +483,7 @@ def _place_charts(
         if done_count % 64 == 0:
             progress.step(done_count)
         cells = shapes[k]
-        kind = (int(cells.shape[0]).bit_length(), int(cells.shape[1]).bit_length())
+        size_class = (int(cells.shape[0]).bit_length(), int(cells.shape[1]).bit_length())
         number, position = 0, -1
         while position < 0:
             if number == len(pages):
@@ -492,13 +492,13 @@ def _place_charts(
                 pages.append(np.zeros((side, side), bool))
                 starts.append({})
             # Where a chart of this size found room, rows above are full for the next as well.
-            first = starts[number].get(kind, 0)
+            first = starts[number].get(size_class, 0)
             position = int(place_chart(pages[number], cells, first, side))
             if position < 0:
-                starts[number][kind] = side
+                starts[number][size_class] = side
                 number += 1
         row, column = divmod(position, side)
-        starts[number][kind] = row
+        starts[number][size_class] = row
         h, w = cells.shape
         pages[number][row : row + h, column : column + w] |= cells
         place[k] = number, column, row

@@ -385,9 +385,9 @@ def _decimate(
     # Its stubs lack its arguments.
     o3d: Any = open3d
     mesh = o3d.t.geometry.TriangleMesh(o3d.core.Tensor(vertices), o3d.core.Tensor(faces))
-    fraction = 1 - target / len(faces)
+    reduction = 1 - target / len(faces)
     with o3d.utility.VerbosityContextManager(o3d.utility.VerbosityLevel.Error):
-        simplified = mesh.simplify_quadric_decimation(fraction)
+        simplified = mesh.simplify_quadric_decimation(reduction)
         result = simplified.vertex.positions.numpy(), simplified.triangle.indices.numpy()
         if not 0.5 * target <= len(result[1]) <= 1.05 * target or not np.isfinite(result[0]).all():
             legacy_mesh = o3d.geometry.TriangleMesh(

@@ -337,9 +337,9 @@ def _report(
         warnings.append(Finding("texture.unseen", share_percent=100 * unseen_value))
     if n_rotated_faces:
         warnings.append(Finding("texture.turned-over", count=n_rotated_faces))
-    for name, fraction in zip(names, occluded_shares, strict=True):
-        if fraction > 0.3:
-            warnings.append(Finding("texture.occluded", photo=name, share_percent=100 * fraction))
+    for name, share in zip(names, occluded_shares, strict=True):
+        if share > 0.3:
+            warnings.append(Finding("texture.occluded", photo=name, share_percent=100 * share))
     return TextureReport(
         atlas.texel,
         tuple((int(w), int(h)) for w, h in atlas.sizes),
@@ -347,12 +347,8 @@ def _report(
         {n: tuple(g) for n, g in zip(names, blend_result.gains.tolist(), strict=True)},
         dict(zip(names, blend_result.sharpness.tolist(), strict=True)),
         dict(zip(names, (drawn_texels / total_area).tolist(), strict=True)),
-        dict(zip(names, (float(fraction) for fraction in occluded_shares), strict=True)),
-        {
-            k: float(fraction / total_area)
-            for k, fraction in enumerate(area_by_count)
-            if fraction > 0
-        },
+        dict(zip(names, (float(share) for share in occluded_shares), strict=True)),
+        {k: float(share / total_area) for k, share in enumerate(area_by_count) if share > 0},
         unseen_value,
         tuple(warnings),
     )

@@ -263,16 +263,20 @@ def _detail(picture: Any, pixels: FloatArray) -> Float32Array:
 
     grey = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY).astype(np.float32)
     fine_detail = cv2.GaussianBlur(grey, (0, 0), 0.8) - cv2.GaussianBlur(grey, (0, 0), 1.6)
-    half = cv2.resize(grey, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
-    coarse_detail = half - cv2.GaussianBlur(half, (0, 0), 1.2)
+    reduced_picture = cv2.resize(grey, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
+    coarse_detail = reduced_picture - cv2.GaussianBlur(reduced_picture, (0, 0), 1.2)
     energies = []
     for band in (fine_detail, coarse_detail):
-        shrunk = cv2.resize(np.abs(band), (half.shape[1], half.shape[0]), interpolation=3)
+        shrunk = cv2.resize(
+            np.abs(band), (reduced_picture.shape[1], reduced_picture.shape[0]), interpolation=3
+        )
         energies.append(cv2.GaussianBlur(shrunk, (0, 0), 3))
     ratio = np.log((energies[0] + 0.05) / (energies[1] + 0.05))
     # As bytes, for the one compiled look-up: steps of 0.02.
     steps = np.clip(np.rint(ratio * 50 + 200), 0, 255).astype(np.uint8)[..., None]
     values = np.zeros((len(pixels), 1), np.float32)
-    scale = np.array([half.shape[1] / picture.shape[1], half.shape[0] / picture.shape[0]])
+    scale = np.array(
+        [reduced_picture.shape[1] / picture.shape[1], reduced_picture.shape[0] / picture.shape[0]]
+    )
     look_up(np.ascontiguousarray(steps), np.ascontiguousarray(pixels * scale), values)
     return ((values[:, 0] - 200) / 50).astype(np.float32)

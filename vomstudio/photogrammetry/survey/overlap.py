@@ -233,8 +233,8 @@ def compare_pair(
     p, q = p[is_inlier], q[is_inlier]
     # The tolerance is larger than the epipolar one, to allow for relief.
     plane, is_on_plane = cv2.findHomography(p, q, cv2.RANSAC, 4.0 / LONG_SIDE, None, 2000, 0.999)
-    fraction = 0.0 if is_on_plane is None else float(is_on_plane.mean())
-    if plane is None or fraction < _MIN_PLANE_SHARE or abs(np.linalg.det(plane)) < 1e-9:
+    plane_share = 0.0 if is_on_plane is None else float(is_on_plane.mean())
+    if plane is None or plane_share < _MIN_PLANE_SHARE or abs(np.linalg.det(plane)) < 1e-9:
         inside, inside_backward = _inside_hull(p, a), _inside_hull(q, b)
         rotation, ratio = _rotation_by_essential_matrix(p, q, a, b), None
     else:
@@ -243,7 +243,7 @@ def compare_pair(
         ratio = _pixel_ratio(plane, a)
         rotation = None
     base = None
-    if plane is not None and fraction >= 0.8:
+    if plane is not None and plane_share >= 0.8:
         rotation, base = _plane_motion(plane, a, b)
     if rotation is None:
         rotation = _rotation_by_essential_matrix(p, q, a, b)
@@ -251,7 +251,7 @@ def compare_pair(
         i,
         j,
         len(p),
-        fraction,
+        plane_share,
         float(min(inside.mean(), inside_backward.mean())),
         ratio,
         rotation,

@@ -109,8 +109,8 @@ def blur(pixels: ByteArray, mask: BoolArray | None = None) -> float | None:
 def _halved(tile: Float32Array) -> Float32Array:
     import cv2
 
-    half = cv2.resize(tile, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
-    return np.asarray(half, np.float32)
+    half_tile = cv2.resize(tile, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+    return np.asarray(half_tile, np.float32)
 
 
 def _tiles(pixels: ByteArray, mask: BoolArray | None) -> list[ByteArray]:

@@ -221,7 +221,7 @@ def plan_survey(camera: PlanCamera, options: PlanOptions) -> SurveyPlan:
     expected_count = (width_m / spacing[0] + 2.0) * (height_m / spacing[1] + 1.0) * 2.0
     if expected_count > _MAX_PHOTOS:
         raise UsageError(Finding("plan.too-many-photos", photos=expected_count))
-    stations, least_stations, middle = _stations(
+    stations, least_stations, centre = _stations(
         camera, distance_m, width_m, height_m, footprint, spacing, manner
     )
     sharp = depth_of_field(
@@ -245,7 +245,7 @@ def plan_survey(camera: PlanCamera, options: PlanOptions) -> SurveyPlan:
         stations,
         _control_points(width_m, height_m),
         least_stations,
-        middle,
+        centre,
         tuple(warnings),
     )
 

@@ -49,14 +49,14 @@ def view_of(
     scale = float(np.cbrt(abs(np.linalg.det(linear)))) or 1.0
     position = from_world[:3, :3] @ eye.position + from_world[:3, 3]
     axes = np.stack([eye.right, eye.up, eye.direction]) @ linear / scale
-    half = eye.half_height / scale if eye.orthographic else eye.half_height
+    half_height = eye.half_height / scale if eye.orthographic else eye.half_height
     # The near plane is closer than any realistic view, because the true near plane depends on
     # the loaded nodes.
     near_depth = max(1e-3 * camera.distance, 1e-6) / scale
     return CloudView(
         tuple(position.tolist()),
         tuple(tuple(row) for row in axes.tolist()),
-        float(half),
+        float(half_height),
         size[0] / max(size[1], 1),
         eye.orthographic,
         near_depth,

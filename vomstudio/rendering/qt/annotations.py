@@ -346,10 +346,12 @@ class Annotations:
         width: float,
     ) -> None:
         ratio = painter.device().devicePixelRatioF()
-        half = width / 2.0 + 1.0
+        half_width = width / 2.0 + 1.0
         for i in dots:
             x, y = pixels[i]
-            painter.drawPixmap(QPointF(x - half, y - half), self._dot(colors[i], width, ratio))
+            painter.drawPixmap(
+                QPointF(x - half_width, y - half_width), self._dot(colors[i], width, ratio)
+            )
 
     def _dot(self, color: tuple[float, float, float], width: float, ratio: float) -> QPixmap:
         """Return a dot as a small picture, because Qt draws round points ten times more slowly."""

@@ -64,12 +64,12 @@ class ColorBar:
             elif len(self._rows) > max_rows:
                 self._left_out = len(self._rows) - (max_rows - 1)
                 self._rows = self._rows[: max_rows - 1]
-            words = [c.name for c in self._rows] + self._omitted_text()
-            inner_width = row * len(words)
+            labels = [c.name for c in self._rows] + self._omitted_text()
+            inner_width = row * len(labels)
         else:
             inner_width = min(MAX_BAR_HEIGHT, available_space) - self._head - self._foot - 2.0 * PAD
-            words = [text for _, text in self._ticks(inner_width)]
-        text_width = max([plain_metrics.horizontalAdvance(w) for w in words], default=0.0)
+            labels = [text for _, text in self._ticks(inner_width)]
+        text_width = max([plain_metrics.horizontalAdvance(w) for w in labels], default=0.0)
         total_width.append(BAR_WIDTH + 8.0 + text_width)
         if scale.missing:
             total_width.append(BAR_WIDTH + 8.0 + plain_metrics.horizontalAdvance(tr(MISSING_TEXT)))
@@ -157,8 +157,8 @@ class ColorBar:
         strip = QImage(table.data, 1, len(table), 3, QImage.Format.Format_RGB888)
         metrics = QFontMetricsF(self._font)
         # Adds half a line above and below, because the texts of the ends extend beyond the bar.
-        half = metrics.capHeight() / 2.0 + 1.0
-        ramp = QRectF(left, top + half, BAR_WIDTH, self._inner - 2.0 * half)
+        half_height = metrics.capHeight() / 2.0 + 1.0
+        ramp = QRectF(left, top + half_height, BAR_WIDTH, self._inner - 2.0 * half_height)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, False)
         painter.drawImage(ramp, strip)
         painter.setBrush(Qt.BrushStyle.NoBrush)

@@ -59,9 +59,9 @@ class ModelAppearance(QObject):
         """Set the size of cloud points in logical pixels; None closes the gaps between points."""
         self._change(lambda scene: scene.set_point_size(pixels))
 
-    def set_eye_dome(self, on: bool) -> None:
+    def set_eye_dome(self, is_enabled: bool) -> None:
         """Set whether clouds at rest have eye-dome lighting."""
-        self._change(lambda scene: scene.set_eye_dome(on))
+        self._change(lambda scene: scene.set_eye_dome(is_enabled))
 
     def _change(self, change: Callable[[Scene], None]) -> None:
         def apply() -> None:

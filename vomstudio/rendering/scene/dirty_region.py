@@ -56,10 +56,10 @@ def find_spot(points: FloatArray, eye: Eye, size: tuple[int, int]) -> Spot | Non
         return None
     if not eye.orthographic and depth.min() <= eye.near:
         return None
-    half = eye.half_height * (1.0 if eye.orthographic else depth)
+    half_height = eye.half_height * (1.0 if eye.orthographic else depth)
     width, height = size
-    columns = width / 2.0 + offset @ eye.right / half * height / 2.0
-    rows = height / 2.0 + offset @ eye.up / half * height / 2.0
+    columns = width / 2.0 + offset @ eye.right / half_height * height / 2.0
+    rows = height / 2.0 + offset @ eye.up / half_height * height / 2.0
     margin = 16.0 * max(size)
     (left, right), (bottom, top) = (
         (

@@ -211,9 +211,9 @@ class Scene:
                 self.look.dress(model, part)
         self.picture.abandon()
 
-    def set_eye_dome(self, on: bool) -> None:
+    def set_eye_dome(self, is_enabled: bool) -> None:
         """Set whether clouds at rest have eye-dome lighting."""
-        self.picture.eye_dome = on
+        self.picture.eye_dome = is_enabled
         self.picture.abandon()
 
     def set_field(self, model_id: str, ready: FieldReady | None) -> None:

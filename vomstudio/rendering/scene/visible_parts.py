@@ -31,11 +31,11 @@ def parts_in_view(
         if not model.visible or not model.parts:
             continue
         low, high = model.chunk_boxes()
-        half = (high - low) / 2.0
+        half_size = (high - low) / 2.0
         centre = (low + high) / 2.0 + model.origin
         linear = model.to_world[:3, :3]
         centre = centre @ linear.T + model.to_world[:3, 3]
-        radius = np.linalg.norm(half, axis=1) * np.cbrt(abs(np.linalg.det(linear)))
+        radius = np.linalg.norm(half_size, axis=1) * np.cbrt(abs(np.linalg.det(linear)))
         q = (centre - eye.position) @ np.stack([eye.right, eye.up, eye.direction]).T
         height = eye.half_height * (1.0 if eye.orthographic else np.maximum(q[:, 2], 0))
         slant = 1.0 if eye.orthographic else np.hypot(1.0, eye.half_height * aspect)

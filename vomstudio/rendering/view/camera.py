@@ -184,14 +184,16 @@ class Camera:
             retreat = max(0.0, 1e-3 * (farthest - nearest_depth) - nearest_depth)
             position = position - retreat * self.direction
             nearest_depth, farthest = nearest_depth + retreat, farthest + retreat
-            half = self.distance * self.tangent
+            half_height = self.distance * self.tangent
         else:
             farthest = max(farthest, 1e-3 * self.distance)
             nearest_depth = max(nearest_depth, min(5e-4 * farthest, 0.1 * self.distance), 1e-6)
             nearest_depth = min(nearest_depth, 0.5 * farthest)
-            half = self.tangent
+            half_height = self.tangent
         right, up, direction = self.frame
-        return Eye(position, right, up, direction, nearest_depth, farthest, half, self.orthographic)
+        return Eye(
+            position, right, up, direction, nearest_depth, farthest, half_height, self.orthographic
+        )
 
     def project(
         self, points: FloatArray, size: tuple[float, float]

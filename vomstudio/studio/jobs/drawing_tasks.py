@@ -205,7 +205,7 @@ def _read_lines(request: DrawnLinesRequest, progress: Progress) -> DrawnLines:
 
     picture = read_sidecar(request.sidecar)
     progress.stage(tr("Reading {file}", file=request.drawing.name))
-    lines, messages = read_drawing(request.drawing, picture, progress)
+    lines, findings = read_drawing(request.drawing, picture, progress)
     data = read_in_file_frame(request.model, progress).data
     progress.stage(tr("Projecting {count} lines onto the surface", count=len(lines)))
     try:
@@ -214,7 +214,7 @@ def _read_lines(request: DrawnLinesRequest, progress: Progress) -> DrawnLines:
         )
     except InputError as error:
         raise error.with_file(request.drawing) from error
-    return collect_lines(brought_lines, (line.name for line in lines), picture, messages)
+    return collect_lines(brought_lines, (line.name for line in lines), picture, findings)
 
 
 READ_DRAWN_LINES = Job(

@@ -95,9 +95,9 @@ def _decode(target: Any, plain_value: Any, place: str) -> Any:
     return _leaf(target, plain_value, place)
 
 
-def _is_array(kind: Any) -> bool:
+def _is_array(type_: Any) -> bool:
     """Check the type by name, so that jobs without arrays need not load NumPy."""
-    return getattr(kind, "__module__", "") == "numpy" and kind.__name__ == "ndarray"
+    return getattr(type_, "__module__", "") == "numpy" and type_.__name__ == "ndarray"
 
 
 def _finding(plain_value: Any, place: str) -> Finding:
@@ -132,10 +132,10 @@ def _union(target: Any, plain_value: Any, place: str) -> Any:
     kinds = typing.get_args(target)
     if plain_value is None and type(None) in kinds:
         return None
-    kinds_without_none = [kind for kind in kinds if kind is not type(None)]
-    for kind in kinds_without_none[:-1]:
+    kinds_without_none = [type_ for type_ in kinds if type_ is not type(None)]
+    for type_ in kinds_without_none[:-1]:
         try:
-            return _decode(kind, plain_value, place)
+            return _decode(type_, plain_value, place)
         except WorkerError:
             continue
     return _decode(kinds_without_none[-1], plain_value, place)
@@ -152,7 +152,7 @@ def _sequence(target: Any, plain_value: Any, place: str) -> Any:
     if len(kinds) != len(plain_value):
         return _misfit(target, plain_value, place)
     pairs = zip(kinds, plain_value, strict=True)
-    return tuple(_decode(kind, item, f"{place}[{n}]") for n, (kind, item) in enumerate(pairs))
+    return tuple(_decode(type_, item, f"{place}[{n}]") for n, (type_, item) in enumerate(pairs))
 
 
 def _leaf(target: Any, plain_value: Any, place: str) -> Any:

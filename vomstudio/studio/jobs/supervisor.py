@@ -179,11 +179,13 @@ class Worker:
             raise
         lifeline.close_child_end()
         assert process.stderr is not None
-        words = LastWords(process.stderr)
-        start_thread(self._read, process, lifeline, words, name="worker output")
+        last_words = LastWords(process.stderr)
+        start_thread(self._read, process, lifeline, last_words, name="worker output")
         return process
 
-    def _read(self, process: subprocess.Popen[str], lifeline: Lifeline, words: LastWords) -> None:
+    def _read(
+        self, process: subprocess.Popen[str], lifeline: Lifeline, last_words: LastWords
+    ) -> None:
         assert process.stdout is not None
         for line in process.stdout:
             try:
@@ -200,7 +202,7 @@ class Worker:
         assert process.stdin is not None
         with contextlib.suppress(OSError):
             process.stdin.close()
-        self._died(process, words.text())
+        self._died(process, last_words.text())
 
     def _deliver(self, event: Event) -> None:
         with self._lock:

@@ -75,8 +75,8 @@ def exit_error(code: int, stderr_text: str, job: Job[Any, Any], request: Any) ->
 
 def _last_word(stderr_text: str) -> str:
     """Return the reason without the stack of addresses and without earlier output."""
-    words = stderr_text.rpartition("terminate called")[2].partition("*** Aborted")[0]
-    return "\n".join(words.splitlines()[-MAX_CAUSE_LINES:])
+    error_text = stderr_text.rpartition("terminate called")[2].partition("*** Aborted")[0]
+    return "\n".join(error_text.splitlines()[-MAX_CAUSE_LINES:])
 
 
 def out_of_memory_error(job: Job[Any, Any]) -> WorkerError:

@@ -65,16 +65,20 @@ def build_evidence(
     evidence_found.compass, evidence_found.compass_turn_deg = compass, turned_deg
     ends = [(line, line.vertices[0], line.vertices[-1]) for line in placement_lines(lines)]
     evidence_found.level_lines, evidence_found.plumb_lines = (
-        [KnownDirection(a, b, line.sigma, line.name) for line, a, b in ends if line.kind == kind]
-        for kind in ("level", "plumb")
+        [
+            KnownDirection(a, b, line.sigma, line.name)
+            for line, a, b in ends
+            if line.kind == line_kind
+        ]
+        for line_kind in ("level", "plumb")
     )
     evidence_found.azimuths, evidence_found.lengths = (
         [
             Segment(a, b, line.value + added_error, line.sigma, line.name)
             for line, a, b in ends
-            if line.kind == kind and line.value is not None
+            if line.kind == line_kind and line.value is not None
         ]
-        for kind, added_error in (("azimuth", turned_deg), ("length", 0.0))
+        for line_kind, added_error in (("azimuth", turned_deg), ("length", 0.0))
     )
     return evidence_found
 

@@ -21,14 +21,14 @@ def marked_pairs(
     marks_file: Path | None,
     evidence: Evidence,
     crs: str | None,
-    messages: list[Finding],
+    findings: list[Finding],
     *,
     to_crs: str | None = None,
 ) -> tuple[Pairs, str | None]:
     """Triangulate control points from their marks in photos, and add them to the pairs.
 
     The points are converted to `to_crs` if it is given. Returns the pairs and their CRS. Messages
-    about unused points are appended to `messages`.
+    about unused points are appended to `findings`.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def marked_pairs(
             options=FrameOptions(crs=crs, to_crs=to_crs),
         )
         crs = world.crs
-        messages += world.findings
+        findings += world.findings
         locations = world.points.tolist()
         points = [
             replace(p, position=(x, y, z)) for p, (x, y, z) in zip(points, locations, strict=True)
@@ -71,9 +71,9 @@ def marked_pairs(
         except GeometryError as failure:
             failure.file = str(path)
             raise
-        messages += name_findings(list(positions), evidence.marks, evidence.views)
+        findings += name_findings(list(positions), evidence.marks, evidence.views)
     used_marks = [mark for mark in evidence.marks if mark[0] in positions]
-    places_by_label = marked_places(evidence, used_marks, messages)
+    places_by_label = marked_places(evidence, used_marks, findings)
     triangulated_points = [p for p in points if p.label in places_by_label]
     sigma = [[p.sigma_m or math.nan] * 3 for p in triangulated_points]
     pairs = Pairs(

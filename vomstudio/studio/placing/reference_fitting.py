@@ -110,15 +110,15 @@ def fit_model(
     """
     target = read_in_world(reference, progress)
     names = (loaded_model.path.name, Path(reference).name)
-    messages = list(target.warnings)
+    findings = list(target.warnings)
     if crs is not None:
-        messages += crs_findings(crs, target.crs, ("--crs", names[1]))
+        findings += crs_findings(crs, target.crs, ("--crs", names[1]))
     initial = initial or _stated_placement(loaded_model)
     similarity = similarity_of(initial.to_world)
     scale = not initial.metric
     points, spacing = points_and_spacing(loaded_model.data, loaded_model.path)
     if previous_placement is None:
-        messages += crs_findings(initial.crs, target.crs, names)
+        findings += crs_findings(initial.crs, target.crs, names)
         start = similarity
         require_overlap(box_of(similarity(points)), box_of(points_of(target.data)), names)
     else:
@@ -129,7 +129,7 @@ def fit_model(
     flags, stable_m = None, None
     if stable_text is not None:
         flags, stable_m, mask_findings = _stable(target_points, target, Path(stable_text), progress)
-        messages += mask_findings
+        findings += mask_findings
     reference_fit = fit_to_reference(
         points,
         target_points,
@@ -146,7 +146,7 @@ def fit_model(
         crs if crs is not None else target.crs,
         stable_m,
         scale,
-        (*messages, *reference_fit.warnings),
+        (*findings, *reference_fit.warnings),
         target.registration,
     )
 
@@ -155,14 +155,14 @@ def _stable(
     points: FloatArray, target: WorldModel, path: Path, progress: Progress
 ) -> tuple[BoolArray, float | None, list[Finding]]:
     names = (tr("The mask"), tr("the reference"))
-    messages: list[Finding]
+    findings: list[Finding]
     if path.suffix.lower() in POLYGONS:
         max_distance = None
         flags, about_layer = find_inside_polygons(points, path, target.crs, progress)
-        messages = list(about_layer)
+        findings = list(about_layer)
     else:
         mask = read_in_world(path, progress)
-        messages = list(crs_findings(mask.crs, target.crs, names))
+        findings = list(crs_findings(mask.crs, target.crs, names))
         positions, spacing = points_and_spacing(mask.data, mask.loaded.path)
         flags, max_distance = near_cloud(points, positions, spacing)
     if not flags.any():
@@ -171,4 +171,4 @@ def _stable(
             file=path,
             field="--stable",
         )
-    return flags, max_distance, messages
+    return flags, max_distance, findings

@@ -97,9 +97,9 @@ def register_model(model: str, options: RegisterOptions, progress: Progress) -> 
         from vomstudio.io.models.opening import read_model
 
         loaded_model = read_model(Path(model), progress)
-    messages, unused = list[Finding](), list[Finding]()
-    record = None if loaded_model is None else _model_record(loaded_model, options, messages)
-    evidence, crs, read_north = _evidence(options, crs, loaded_model, messages, unused)
+    findings, unused = list[Finding](), list[Finding]()
+    record = None if loaded_model is None else _model_record(loaded_model, options, findings)
+    evidence, crs, read_north = _evidence(options, crs, loaded_model, findings, unused)
     if options.unit is not None:
         evidence.scale = METRES[options.unit]
     elif record is not None and evidence.scale is not None and record.registration is not None:
@@ -113,7 +113,7 @@ def register_model(model: str, options: RegisterOptions, progress: Progress) -> 
     if reference_fit is not None:
         crs = reference_fit.crs
         evidence.reference = reference_fit.fitted.observation
-        messages += reference_fit.warnings
+        findings += reference_fit.warnings
     try:
         placement = _solved(evidence, loaded_model, to_world)
     except GeometryError as failure:
@@ -125,9 +125,9 @@ def register_model(model: str, options: RegisterOptions, progress: Progress) -> 
     registration = None
     if record is not None:
         registration = _registration(
-            placement, evidence, record, crs, reference_fit, read_north, messages
+            placement, evidence, record, crs, reference_fit, read_north, findings
         )
-    warnings = [*messages, *_relocation_findings(placement, loaded_model, crs), *placement.warnings]
+    warnings = [*findings, *_relocation_findings(placement, loaded_model, crs), *placement.warnings]
     for name, error in _bars_as_checks(evidence, placement):
         warnings.append(Finding("scale.check-bar", name=name, error_m=error))
     result = replace(placement, warnings=tuple(warnings))
@@ -136,18 +136,18 @@ def register_model(model: str, options: RegisterOptions, progress: Progress) -> 
 
 
 def _model_record(
-    loaded_model: LoadedModel, options: RegisterOptions, messages: list[Finding]
+    loaded_model: LoadedModel, options: RegisterOptions, findings: list[Finding]
 ) -> Model:
     """Return the record of the model before the registration.
 
-    Findings about the registration file beside the model are appended to `messages`.
+    Findings about the registration file beside the model are appended to `findings`.
     """
     from vomstudio.io.gate.frame_options import FrameOptions
     from vomstudio.io.models.frames import frame_of_file, stored_registration
 
     path = loaded_model.path
     stored = stored_registration(loaded_model, FrameOptions(up=options.up, unit=options.unit))
-    messages += stored.findings
+    findings += stored.findings
     placement = stored.registration or frame_of_file(path, loaded_model.crs)
     return Model("", path.stem, str(path), loaded_model.kind, loaded_model.content_hash, placement)
 
@@ -159,7 +159,7 @@ def _registration(
     crs: str | None,
     reference_fit: ReferenceFit | None,
     read_north: ReadNorth | None,
-    messages: list[Finding],
+    findings: list[Finding],
 ) -> Registration:
     """Return the registration record of a placement, as created by the window."""
     from vomstudio.io.models.registration_file import registration_path
@@ -174,7 +174,7 @@ def _registration(
         # frame.
         if model.registration is not None:
             file = registration_path(model.path).name
-            messages.append(Finding("registration.incomplete", file=file))
+            findings.append(Finding("registration.incomplete", file=file))
         model = replace(model, placement=UNDECLARED_FRAME)
     reference = "" if reference_fit is None else reference_fit.name
     record = create_registration(placement, evidence.pairs, model, crs, reference, read_north)
@@ -183,7 +183,7 @@ def _registration(
     record = add_reference_error(
         record, reference_fit.reference, scale_fitted=reference_fit.scale_fitted
     )
-    messages += reference_findings(record)
+    findings += reference_findings(record)
     return record
 
 
@@ -301,12 +301,12 @@ def _evidence(
     options: RegisterOptions,
     crs: str | None,
     loaded_model: LoadedModel | None,
-    messages: list[Finding],
+    findings: list[Finding],
     unused_findings: list[Finding],
 ) -> tuple[Evidence, str | None, ReadNorth | None]:
     """Return the observations, the World CRS and the north reference of azimuths.
 
-    Messages are appended to `messages`; those about unused points and marks also to
+    Messages are appended to `findings`; those about unused points and marks also to
     `unused_findings`.
     """
     from vomstudio.io.control import observation_tables as tables
@@ -332,7 +332,7 @@ def _evidence(
     if any(item is not None for item in photo_sources):
         cameras = _own_cameras(options, loaded_model)
         evidence.views, evidence.centres = cameras.views, cameras.centres
-        messages += cameras.warnings
+        findings += cameras.warnings
     target = None if options.to_crs is None else metric_crs(options.to_crs, "--to-crs")
     if options.pairs is not None:
         frame = FrameOptions(crs=options.crs, to_crs=target) if target else DEFAULT_FRAME
@@ -343,7 +343,7 @@ def _evidence(
         evidence.pairs, crs = marked_pairs(
             gcp, marks, evidence, crs, unused_findings, to_crs=target
         )
-        messages += unused_findings
+        findings += unused_findings
     crs = target or crs
     if options.scale_bars is not None:
         evidence.bars = tables.read_scale_bars(options.scale_bars)
@@ -353,17 +353,17 @@ def _evidence(
         evidence.compass = tables.read_compass(options.orientations)
     position = None
     if evidence.pairs is not None:
-        messages += check_area(evidence.pairs.world, crs)
+        findings += check_area(evidence.pairs.world, crs)
     if options.cameras is not None:
         positions = _positions(options.cameras, cameras)
-        evidence.positions, crs, position = positions_in_metres(positions, crs, messages)
-        messages += check_area(evidence.positions.places, crs, is_converted=position is not None)
+        evidence.positions, crs, position = positions_in_metres(positions, crs, findings)
+        findings += check_area(evidence.positions.places, crs, is_converted=position is not None)
     north = _north(options, evidence, crs, position)
     if options.attitudes is not None:
         table = _attitudes(options.attitudes, options.north, cameras)
-        messages += table.notes
+        findings += table.notes
         if table.photos:
-            evidence.attitudes = convert_to_grid_north(table, north, messages)
+            evidence.attitudes = convert_to_grid_north(table, north, findings)
     evidence.lengths = [_segment(text, "--scale") for text in options.scale]
     evidence.level_lines = [_known_direction(text, "--level") for text in options.level]
     evidence.plumb_lines = [_known_direction(text, "--plumb") for text in options.plumb]
@@ -374,12 +374,12 @@ def _evidence(
                 Finding("option.out-of-range", value=line.value, minimum=-360, maximum=360),
                 field="--bearing",
             )
-    read_north = _turn_to_grid(options, evidence, north, messages)
+    read_north = _turn_to_grid(options, evidence, north, findings)
     for line in evidence.lengths:
         if not line.value > 0:
             raise UsageError(Finding("number.not-positive", value=line.value), field="--scale")
     if evidence.empty and options.reference is None:
-        for finding in messages:
+        for finding in findings:
             if isinstance(finding, Finding) and finding.code == "photo.angles-not-measured":
                 raise UsageError(finding, field="--attitudes")
         raise UsageError(Finding("registration.no-observations"))
@@ -441,7 +441,7 @@ def _north(
 
 
 def _turn_to_grid(
-    options: RegisterOptions, evidence: Evidence, north: North, messages: list[Finding]
+    options: RegisterOptions, evidence: Evidence, north: North, findings: list[Finding]
 ) -> ReadNorth | None:
     """Convert azimuths and compass readings to grid north.
 
@@ -451,7 +451,7 @@ def _turn_to_grid(
         return None
     correction = north.required_correction(options.north, "--north")
     if correction.finding is not None:
-        messages.append(correction.finding)
+        findings.append(correction.finding)
         evidence.azimuths = [
             line._replace(value=(line.value + correction.deg) % 360.0) for line in evidence.azimuths
         ]

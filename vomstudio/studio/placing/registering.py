@@ -363,15 +363,15 @@ def reference_findings(record: Registration) -> tuple[Finding, ...]:
     return (Finding("registration.reference-error", **values),)
 
 
-def rotation_deg(before: Model, after: Model) -> float:
+def rotation_deg(previous_model: Model, new_model: Model) -> float:
     """Return the angle between two placements of a model, degrees."""
-    return float(np.degrees(Rotation.from_matrix(_turn(before, after)).magnitude()))
+    return float(np.degrees(Rotation.from_matrix(_turn(previous_model, new_model)).magnitude()))
 
 
 def set_rotations_deg(
     records: Mapping[str, Record],
-    before: Model,
-    after: Model,
+    previous_model: Model,
+    new_model: Model,
     measurements: Mapping[str, Measurement],
 ) -> dict[str, float]:
     """Return the rotation of the mean pole of each set of planes, degrees.
@@ -381,7 +381,7 @@ def set_rotations_deg(
     Parameters
     ----------
     records : mapping
-    before, after : Model
+    previous_model, new_model : Model
         Model before and after the placement.
     measurements : mapping of str to Measurement
         Measurements of the features in `records` after the placement.
@@ -397,14 +397,14 @@ def set_rotations_deg(
         if (
             figures.plane is None
             or not isinstance(feature, Typed)
-            or getattr(feature, "model_id", "") != after.id
+            or getattr(feature, "model_id", "") != new_model.id
         ):
             continue
-        kind = get(records, feature.type_id, FeatureType)
-        name = feature.type_id if kind is None else kind.name
+        feature_type = get(records, feature.type_id, FeatureType)
+        name = feature.type_id if feature_type is None else feature_type.name
         name = f"{name}: {feature.set_name}" if feature.set_name else name
         poles.setdefault(name, []).append(figures.plane.normal())
-    rotation_back = _turn(before, after).T
+    rotation_back = _turn(previous_model, new_model).T
     rotations = {}
     for name, poles_of_set in poles.items():
         mean = orientation_tensor(np.array(poles_of_set))[1][0]
@@ -426,9 +426,9 @@ def set_rotation_finding(turn_by_set: Mapping[str, float]) -> Finding | None:
     return Finding("registration.sets-turned", sets=parts) if parts else None
 
 
-def _turn(before: Model, after: Model) -> FloatArray:
+def _turn(previous_model: Model, new_model: Model) -> FloatArray:
     """Return the rotation matrix (3, 3) between two placements."""
-    before_matrix, second = (transform.matrix(m.to_world) for m in (before, after))
+    before_matrix, second = (transform.matrix(m.to_world) for m in (previous_model, new_model))
     return np.asarray(
         (second[:3, :3] / transform.scale_factor(second))
         @ (before_matrix[:3, :3] / transform.scale_factor(before_matrix)).T

@@ -190,7 +190,7 @@ class FacetProposals(ProposalQueue[Proposals]):
         self._report()
 
     # --- colours on the outcrop ---------------------------------------------------------------
-    def paint(self, by: str, palette: str | None = None) -> None:
+    def paint(self, mode: str, palette: str | None = None) -> None:
         """Colour the facets on the outcrop by a key of PAINTED; all other points are grey.
 
         Decided facets are grey as well. The original colours are restored once all facets have
@@ -200,34 +200,34 @@ class FacetProposals(ProposalQueue[Proposals]):
         open_model = None if proposals is None else self._models.open.get(proposals.model_id)
         if proposals is None or open_model is None:
             return
-        if not self.open and by != "exposure":
+        if not self.open and mode != "exposure":
             self.unpaint()
             return
         values = np.full(len(proposals.patches) + 1, np.nan, np.float32)
         for row in self.open:
-            values[row] = _value(by, row, proposals.measured[row])
+            values[row] = _value(mode, row, proposals.measured[row])
         # The last value is that of the label -1.
         painted = values[proposals.label]
-        if by == "exposure":
+        if mode == "exposure":
             painted = np.where(proposals.covers < 0, np.nan, proposals.covers).astype(np.float32)
-        self._show_painted(proposals.model_id, painted, FieldStyle(PAINTED[by], palette=palette))
+        self._show_painted(proposals.model_id, painted, FieldStyle(PAINTED[mode], palette=palette))
 
-    def paint_shares(self, mode: str, fractions: Mapping[int, float]) -> None:
+    def paint_shares(self, mode: str, shares: Mapping[int, float]) -> None:
         """Colour the facets on the outcrop by a share of each facet; other points are grey.
 
         Parameters
         ----------
         mode : str
             A key of SHARES.
-        fractions : mapping of int to float
+        shares : mapping of int to float
             Share of each facet (0 to 1), keyed by its index.
         """
         proposals = self.proposals
         if proposals is None or proposals.model_id not in self._models.open:
             return
         values = np.full(len(proposals.patches) + 1, np.nan, np.float32)
-        for row, fraction in fractions.items():
-            values[row] = 100.0 * fraction
+        for row, share in shares.items():
+            values[row] = 100.0 * share
         finite_shares = values[np.isfinite(values)]
         maximum = max(float(finite_shares.max(initial=0.0)), MIN_RANGE_PERCENT)
         style = FieldStyle(SHARES[mode], low=0.0, high=maximum)
@@ -409,10 +409,10 @@ def assess_facets(
     )
 
 
-def _value(by: str, row: int, measurement: Measurement) -> float:
-    if by == "label":
+def _value(mode: str, row: int, measurement: Measurement) -> float:
+    if mode == "label":
         return row + 1.0
-    if by == "dip direction":
+    if mode == "dip direction":
         return np.nan if measurement.plane is None else measurement.plane.dip_direction_deg
     error = measurement.total95_deg
     return 90.0 if error is None else error

@@ -40,7 +40,7 @@ def grid_shares(project: HeadlessProject) -> tuple[list[GridShare], list[Finding
     A grid is omitted if its model cannot be read.
     """
     records = dict(project.session.records)
-    fractions: list[GridShare] = []
+    shares: list[GridShare] = []
     findings: list[Finding] = []
     measurements = Measurements()
     for grid in project.session.of(FaceGrid):
@@ -58,6 +58,6 @@ def grid_shares(project: HeadlessProject) -> tuple[list[GridShare], list[Finding
             f.id for f in project.session.features() if getattr(f, "model_id", "") == model.id
         ]
         lines = picked_lines(records, measurements.of(records, feature_ids), model.id)
-        fraction = compute_coverage(grid, model, exposure, lines)
-        fractions.append(GridShare(grid.id, grid.name, model.name, fraction))
-    return fractions, findings
+        coverage = compute_coverage(grid, model, exposure, lines)
+        shares.append(GridShare(grid.id, grid.name, model.name, coverage))
+    return shares, findings

@@ -70,7 +70,7 @@ def accept_proposals(
     DocumentError
         If no proposal has the quality.
     """
-    model, kind = project.find_model(options.model), project.find_type(options.type)
+    model, feature_type = project.find_model(options.model), project.find_type(options.type)
     # Reports a file that is missing or has changed.
     project.read_model(model)
     path = project.project.find_model(model) or Path(model.path)
@@ -83,7 +83,7 @@ def accept_proposals(
         replace(
             feature,
             id=new_id(feature.id.partition("-")[0]),
-            type_id=kind.id,
+            type_id=feature_type.id,
             set_name=options.set or "",
         )
         for feature, figures in zip(features, measurements, strict=True)

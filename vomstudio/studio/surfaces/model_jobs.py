@@ -77,13 +77,13 @@ class ModelWork:
         job: Any,
         order: Any,
         title: str,
-        then: Callable[[Any], None],
+        on_finished: Callable[[Any], None],
         *,
         is_quiet: bool = False,
     ) -> None:
         def done(result: Any) -> None:
             if self.running is running_job:
-                then(result)
+                on_finished(result)
 
         def failed(event: Failed) -> None:
             if self.running is running_job:

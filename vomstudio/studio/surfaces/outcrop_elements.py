@@ -70,17 +70,19 @@ class ModelElements:
         return 0.0 if open_model is None else open_model.resolution or 0.0
 
     # --- neighbours ---------------------------------------------------------------------------
-    def neighbours(self, model_id: str, then: Callable[[], None]) -> Neighbours | Finding | None:
+    def neighbours(
+        self, model_id: str, on_finished: Callable[[], None]
+    ) -> Neighbours | Finding | None:
         open_model = self._models.open.get(model_id)
         if open_model is None:
             return Finding("model.not-open", model=model_id)
         if self._neighbours is not None and self._neighbours[0] is open_model:
             return self._neighbours[1]
         if self._pending is not None and self._pending[0] is open_model:
-            if then not in self._pending[1]:
-                self._pending[1].append(then)
+            if on_finished not in self._pending[1]:
+                self._pending[1].append(on_finished)
         else:
-            self._pending = (open_model, [then])
+            self._pending = (open_model, [on_finished])
             self._background.run(
                 lambda: build_neighbours(open_model.data, open_model.resolution or 0.0),
                 partial(self._store, open_model),
@@ -106,8 +108,10 @@ class ModelElements:
                 return
         else:
             self._hidden[model_id] = is_hidden
-        words = {id_: mask_to_dict(mask) for id_, mask in self._hidden.items()}
-        self._projects.keep_view(VIEW_KEY, {id_: item for id_, item in words.items() if item})
+        encoded_masks = {id_: mask_to_dict(mask) for id_, mask in self._hidden.items()}
+        self._projects.keep_view(
+            VIEW_KEY, {id_: item for id_, item in encoded_masks.items() if item}
+        )
         self.hidden_changed.emit(model_id)
 
     def all_hidden(self) -> dict[str, BoolArray]:
@@ -131,9 +135,9 @@ class ModelElements:
         """Read the hidden elements of the open project, without a signal."""
         self._hidden.clear()
         stored_view = self._projects.view(VIEW_KEY, {})
-        for id_, words in stored_view.items() if isinstance(stored_view, Mapping) else ():
+        for id_, encoded_mask in stored_view.items() if isinstance(stored_view, Mapping) else ():
             with contextlib.suppress(KeyError, TypeError, ValueError):
-                self._hidden[str(id_)] = mask_from_dict(words)
+                self._hidden[str(id_)] = mask_from_dict(encoded_mask)
 
     def loaded(self, model_id: str) -> None:
         """Apply the hidden elements to a loaded model."""

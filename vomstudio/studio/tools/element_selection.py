@@ -25,13 +25,13 @@ MAX_DRAFT_LENGTH = 4_000_000
 """Maximum length of a draft in characters, which limits the size of the journal."""
 
 
-def combine_masks(before: BoolArray, addition: BoolArray, how: Combine) -> BoolArray:
+def combine_masks(previous: BoolArray, addition: BoolArray, combination: Combine) -> BoolArray:
     """Combine the previous selection with an addition."""
-    if how == "new":
+    if combination == "new":
         return addition
-    if how == "add":
-        return before | addition
-    return before & (~addition if how == "subtract" else addition)
+    if combination == "add":
+        return previous | addition
+    return previous & (~addition if combination == "subtract" else addition)
 
 
 class ElementSelection:
@@ -114,8 +114,8 @@ class ElementSelection:
     # --- drafts -------------------------------------------------------------------------------
     def to_dict(self) -> dict[str, Any] | None:
         """Return plain data for `from_dict`, or None if they would be too long."""
-        words = mask_to_dict(self.mask)
-        return None if words is None else {"model_id": self.model_id, **words}
+        encoded_mask = mask_to_dict(self.mask)
+        return None if encoded_mask is None else {"model_id": self.model_id, **encoded_mask}
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> ElementSelection:

@@ -250,18 +250,18 @@ class FollowedLine:
         photo_costs = tuple(cost for cost in costs if cost in COLOUR_COSTS)
         return photo_costs if uses_photos and photo_costs else costs
 
-    def leg(self, model_id: str, one: Point, other: Point, *, is_live: bool) -> FloatArray | None:
+    def leg(self, model_id: str, start: Point, end: Point, *, is_live: bool) -> FloatArray | None:
         """Return the path between two points, or None while it is not available."""
         if self.cost is None:
             return None
-        return self._leg(model_id, one, other, self.by(model_id), is_live=is_live)
+        return self._leg(model_id, start, end, self.by(model_id), is_live=is_live)
 
     def _leg(
-        self, model_id: str, one: Point, other: Point, cost: str, *, is_live: bool
+        self, model_id: str, start: Point, end: Point, cost: str, *, is_live: bool
     ) -> FloatArray | None:
-        if one == other:
+        if start == end:
             return None
-        key = self._key(model_id, one, other, cost)
+        key = self._key(model_id, start, end, cost)
         leg = self._legs.get(key)
         points = None if leg is None else leg.points
         if is_live and key not in self._legs:
@@ -273,16 +273,16 @@ class FollowedLine:
         self._finder.follow(
             model_id,
             cost,
-            (one, other),
+            (start, end),
             photo=key[4],
             live=is_live,
             answer=lambda result: self._keep(key, result),
         )
         return points
 
-    def _key(self, model_id: str, one: Point, other: Point, cost: str) -> Key:
-        photo = self.photo_of(other) if self.follows_photos and cost in COLOUR_COSTS else ""
-        return model_id, cost, one, other, photo
+    def _key(self, model_id: str, start: Point, end: Point, cost: str) -> Key:
+        photo = self.photo_of(end) if self.follows_photos and cost in COLOUR_COSTS else ""
+        return model_id, cost, start, end, photo
 
     def _has(self, key: Key) -> bool:
         """Return whether a leg is final."""

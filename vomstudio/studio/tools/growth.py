@@ -68,15 +68,15 @@ class Growth:
         else:
             self.set_angle(self.angle_deg + ANGLE_STEP_DEG * turns)
 
-    def piece(self, hit: Hit, then: Callable[[], None]) -> GrownPiece | None:
+    def piece(self, hit: Hit, on_finished: Callable[[], None]) -> GrownPiece | None:
         """Grow a piece from a hit.
 
         Returns None, after a message, if this is not possible or the neighbour graph is not
-        available yet; `then` is called once the graph is available.
+        available yet; `on_finished` is called once the graph is available.
         """
         elements = self._context.elements
         model = get(self._context.session.records, hit.model_id, Model)
-        neighbours = elements.neighbours(hit.model_id, then)
+        neighbours = elements.neighbours(hit.model_id, on_finished)
         self.pending = model is not None and neighbours is None
         if model is None:
             return None

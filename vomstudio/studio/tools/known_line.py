@@ -115,14 +115,14 @@ class KnownLineTool(PolylineTool[KnownLine]):
         return {"kind": feature.kind}
 
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> KnownLine:
-        kind = next((item for item, _ in CLICKED if item == state["kind"]), None)
-        if kind is None:
+        known_kind = next((item for item, _ in CLICKED if item == state["kind"]), None)
+        if known_kind is None:
             raise ValueError(state["kind"])
-        self.next_kind = kind
+        self.next_kind = known_kind
         return KnownLine(
             str(state[f"{self.name}_id"]),
             "",
-            kind,
+            known_kind,
             str(state["model_id"]),
             str(state["model_hash"]),
             vertices,

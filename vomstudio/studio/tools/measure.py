@@ -157,14 +157,14 @@ class MeasureTool(PolylineTool[Dimension]):
         self.next_plane_id = ""
 
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Dimension:
-        kind = state["kind"]
-        if kind not in KINDS:
-            raise ValueError(kind)
-        self.next_kind, self.next_plane_id = kind, str(state["plane_id"])
+        dimension_kind = state["kind"]
+        if dimension_kind not in KINDS:
+            raise ValueError(dimension_kind)
+        self.next_kind, self.next_plane_id = dimension_kind, str(state["plane_id"])
         return Dimension(
             id=str(state["measure_id"]),
             name="",
-            kind=kind,
+            kind=dimension_kind,
             model_id=str(state["model_id"]),
             model_hash=str(state["model_hash"]),
             vertices=vertices,

@@ -18,11 +18,11 @@ from vomstudio.studio.tools.tool_context import ToolContext
 F = TypeVar("F", bound=Picked)
 
 
-def step_label(before: Sequence[Any], after: Sequence[Any]) -> str:
+def step_label(old_vertices: Sequence[Any], new_vertices: Sequence[Any]) -> str:
     """Return the label of the step between two states of the vertices."""
-    if len(after) > len(before):
-        return f"Add point {len(after)}"
-    return "Delete a point" if len(after) < len(before) else "Move a point"
+    if len(new_vertices) > len(old_vertices):
+        return f"Add point {len(new_vertices)}"
+    return "Delete a point" if len(new_vertices) < len(old_vertices) else "Move a point"
 
 
 class SteppedFeature(Generic[F]):

@@ -30,10 +30,13 @@ class OutcropElements(Protocol):
     def spacing(self, model_id: str) -> float:
         """Return the typical spacing of neighbours in the unit of the file, or 0 if unknown."""
 
-    def neighbours(self, model_id: str, then: Callable[[], None]) -> Neighbours | Finding | None:
+    def neighbours(
+        self, model_id: str, on_finished: Callable[[], None]
+    ) -> Neighbours | Finding | None:
         """Return the neighbour graph, or why it cannot be built.
 
-        Returns None while the graph is built in the background, after which `then` is called.
+        Returns None while the graph is built in the background; `on_finished` is called
+        afterwards.
         """
 
     def hidden(self, model_id: str) -> BoolArray | None:

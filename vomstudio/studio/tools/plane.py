@@ -537,13 +537,13 @@ class PlaneTool(ElementTool):
             return
         measurement = None if self._shape is not None else self.measurement
         type_id = self._continued.type_id if self._continued else self._context.next_type_id
-        kind = get(self._context.session.records, type_id, FeatureType)
+        feature_type = get(self._context.session.records, type_id, FeatureType)
         verdict = measurement.verdict if measurement else None
         is_replaced = self._down and self._stroke_how == "new"
         self._context.show(
             Preview(
                 line=np.zeros((0, 3)),
-                color=rgb(kind.color if kind is not None else BLANK_COLOR),
+                color=rgb(feature_type.color if feature_type is not None else BLANK_COLOR),
                 reading=self._reading(measurement),
                 verdict=verdict.quality if verdict else None,
                 brush=brush,

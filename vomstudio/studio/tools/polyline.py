@@ -96,8 +96,8 @@ class PolylineTool(SteppedFeature[F]):
 
     def _color(self) -> str:
         type_id = getattr(self._feature, "type_id", "")
-        kind = self._context.session.records.get(type_id)
-        return kind.color if isinstance(kind, FeatureType) else BLANK_COLOR
+        feature_type = self._context.session.records.get(type_id)
+        return feature_type.color if isinstance(feature_type, FeatureType) else BLANK_COLOR
 
     @property
     def _closed(self) -> bool:

@@ -115,11 +115,13 @@ class ToolContext(Protocol):
     def surface(self, model_id: str) -> PaintSurface | None:
         """Return the surface of a model, or None while the model is not loaded."""
 
-    def run_in_background(self, work: Callable[[], T], then: Callable[[T | None], object]) -> None:
+    def run_in_background(
+        self, work: Callable[[], T], on_finished: Callable[[T | None], object]
+    ) -> None:
         """Run a long task in the background.
 
-        `then` receives the result in the caller's thread, or None, after a message, if the task
-        has failed.
+        `on_finished` receives the result in the caller's thread, or None, after a message, if the
+        task has failed.
         """
 
     @property

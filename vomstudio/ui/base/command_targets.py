@@ -64,10 +64,14 @@ def current_feature(studio: Studio) -> Feature | None:
     return None if current is None else get_feature(studio.records, current)
 
 
-def current_line(studio: Studio, kind: type[Line], min_vertices: int = 2) -> Line | None:
+def current_line(studio: Studio, line_class: type[Line], min_vertices: int = 2) -> Line | None:
     """Return the current feature if it is of this kind and has enough vertices."""
     feature = current_feature(studio)
-    return feature if isinstance(feature, kind) and len(feature.vertices) >= min_vertices else None
+    return (
+        feature
+        if isinstance(feature, line_class) and len(feature.vertices) >= min_vertices
+        else None
+    )
 
 
 def start_folder(studio: Studio) -> str:

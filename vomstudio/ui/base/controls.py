@@ -225,8 +225,10 @@ def allow(widget: QWidget, why_not: Finding | None) -> None:
     why_not : Finding or None
         Reason why the widget is disabled. If None, it is enabled and its tooltip is restored.
     """
-    tip = widget.toolTip()
-    own_tip = widget.property("own_tip") if tip and tip == widget.property("refusal") else tip
+    tooltip = widget.toolTip()
+    own_tip = (
+        widget.property("own_tip") if tooltip and tooltip == widget.property("refusal") else tooltip
+    )
     refusal = "" if why_not is None else escape_markup(tr("Not now: {reason}", reason=why_not))
     widget.setProperty("own_tip", own_tip)
     widget.setProperty("refusal", refusal)

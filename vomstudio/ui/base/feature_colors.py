@@ -43,7 +43,7 @@ def set_colors(records: RecordMap) -> dict[tuple[str, str], str]:
     """
     from vomstudio.products.net.contents import OKABE_ITO
 
-    order = {kind.id: i for i, kind in enumerate(records.of(FeatureType))}
+    order = {feature_type.id: i for i, feature_type in enumerate(records.of(FeatureType))}
     sets = {(f.type_id, f.set_name) for f in records.of(Typed) if f.set_name}
     names = sorted(sets, key=lambda each: (order.get(each[0], 0), natural_sort_key(each[1])))
     # Black is invisible on the dark legend and on shaded rock.
@@ -140,7 +140,7 @@ def legend(studio: Studio) -> tuple[str, list[ColorEntry]]:
 
 
 def _set_rows(records: RecordMap) -> list[ColorEntry]:
-    types = {kind.id: kind.name for kind in records.of(FeatureType)}
+    types = {feature_type.id: feature_type.name for feature_type in records.of(FeatureType)}
     rows = [
         ColorEntry(color, f"{types.get(type_id, '')} {name}".strip())
         for (type_id, name), color in records.cached(set_colors).items()

@@ -13,8 +13,8 @@ def _patterns(endings: Iterable[str]) -> str:
     return " ".join(f"*{suffix}" for suffix in variants)
 
 
-def _and_all(kind: str) -> str:
-    return ";;".join((kind, tr("All files (*)")))
+def _and_all(name_filter: str) -> str:
+    return ";;".join((name_filter, tr("All files (*)")))
 
 
 def models() -> str:

@@ -119,14 +119,14 @@ def _draw_handle(option: QStyleOption, painter: QPainter) -> None:
 
 def _draw_button(option: QStyleOption, painter: QPainter) -> None:
     state = option.state
-    fraction = 0.0
+    highlight_share = 0.0
     if state & (_State.State_Sunken | _State.State_On):
-        fraction = _PRESSED_SHARE
+        highlight_share = _PRESSED_SHARE
     elif state & _State.State_MouseOver and state & _State.State_Enabled:
-        fraction = _HOVER_SHARE
+        highlight_share = _HOVER_SHARE
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    painter.setBrush(_mix(option.palette, QPalette.ColorRole.Button, fraction))
+    painter.setBrush(_mix(option.palette, QPalette.ColorRole.Button, highlight_share))
     painter.setPen(QPen(_mix(option.palette, QPalette.ColorRole.Button, _FRAME_SHARE), 1.0))
     frame = QRectF(option.rect).adjusted(0.5, 0.5, -0.5, -0.5)
     painter.drawRoundedRect(frame, _RADIUS_PX, _RADIUS_PX)
@@ -149,16 +149,18 @@ def draw_focus(painter: QPainter, rect: QRectF, palette: QPalette) -> None:
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.setPen(QPen(palette.color(QPalette.ColorRole.Accent), FOCUS_WIDTH_PX))
-    half = 0.5 * FOCUS_WIDTH_PX
-    painter.drawRoundedRect(rect.adjusted(half, half, -half, -half), _RADIUS_PX, _RADIUS_PX)
+    half_width = 0.5 * FOCUS_WIDTH_PX
+    painter.drawRoundedRect(
+        rect.adjusted(half_width, half_width, -half_width, -half_width), _RADIUS_PX, _RADIUS_PX
+    )
     painter.restore()
 
 
-def _mix(palette: QPalette, role: QPalette.ColorRole, fraction: float) -> QColor:
+def _mix(palette: QPalette, role: QPalette.ColorRole, share: float) -> QColor:
     """Mix a colour of the palette with a share of the text colour."""
     ground, text = palette.color(role), palette.color(QPalette.ColorRole.ButtonText)
     parts = [
-        round((1.0 - fraction) * a + fraction * b)
+        round((1.0 - share) * a + share * b)
         for a, b in zip(ground.getRgb()[:3], text.getRgb()[:3], strict=True)  # type: ignore[index]
     ]
     return QColor(*parts)

@@ -37,8 +37,8 @@ def orientation_text(measurement: Measurement, notation: str) -> str:
     """Return the attitude of a feature with its 95 % error, or a summary for other kinds."""
     if measurement.plane is not None or measurement.line is not None:
         return measurement.attitude(notation)
-    kind = kind_named(measurement.kind)
-    return (kind.headline(measurement) if kind is not None else None) or "–"
+    feature_kind = kind_named(measurement.kind)
+    return (feature_kind.headline(measurement) if feature_kind is not None else None) or "–"
 
 
 MARKS = {"good": "●", "doubtful": "▲", "poor": "■"}

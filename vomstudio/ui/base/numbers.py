@@ -96,10 +96,10 @@ def parse_numbers(text: str) -> list[float] | None:
     """
     text = text.strip().rstrip(";, ")
     if ";" in text:
-        words = text.split(";")
+        parts = text.split(";")
     elif re.search(r"\s", text):
-        words = re.split(r",?\s+", text)
+        parts = re.split(r",?\s+", text)
     else:
-        words = text.split(",") if text else []
-    numbers = [number for word in words if (number := parse_number(word)) is not None]
-    return numbers if len(numbers) == len(words) else None
+        parts = text.split(",") if text else []
+    numbers = [number for word in parts if (number := parse_number(word)) is not None]
+    return numbers if len(numbers) == len(parts) else None

@@ -23,12 +23,12 @@ class OpenDialogs:
 
     def close_of_project(self) -> None:
         """Close the dialogs that show data of the project, because another one is opened."""
-        for (kind, _), reference in self._dialogs.items():
+        for (dialog_class, _), reference in self._dialogs.items():
             dialog = reference()
-            if dialog is not None and isValid(dialog) and kind not in self._general_kinds:
+            if dialog is not None and isValid(dialog) and dialog_class not in self._general_kinds:
                 dialog.close()
 
-    def find_visible(self, kind: type[D], key: Hashable = None) -> D | None:
+    def find_visible(self, dialog_class: type[D], key: Hashable = None) -> D | None:
         """Return the visible dialog of a kind, or None.
 
         Parameters
@@ -36,12 +36,12 @@ class OpenDialogs:
         key : hashable
             Distinguishes dialogs of the same kind, for example by the object that they show.
         """
-        dialog = self._find(kind, key)
+        dialog = self._find(dialog_class, key)
         return dialog if dialog is not None and dialog.isVisible() else None
 
     def show(
         self,
-        kind: type[D],
+        dialog_class: type[D],
         create: Callable[[], D],
         key: Hashable = None,
         *,
@@ -51,7 +51,7 @@ class OpenDialogs:
 
         Parameters
         ----------
-        kind : type
+        dialog_class : type
             Class of the dialog.
         create : callable
             Creates the dialog.
@@ -61,21 +61,21 @@ class OpenDialogs:
             Whether the dialog stays open when another project is opened.
         """
         if general:
-            self._general_kinds.add(kind)
-        visible = self.find_visible(kind, key)
+            self._general_kinds.add(dialog_class)
+        visible = self.find_visible(dialog_class, key)
         if visible is not None:
             visible.raise_()
             visible.activateWindow()
             return visible
-        if (open_dialog := self._find(kind, key)) is not None:
+        if (open_dialog := self._find(dialog_class, key)) is not None:
             open_dialog.deleteLater()
         dialog = create()
-        self._dialogs[kind, key] = weakref.ref(dialog)
+        self._dialogs[dialog_class, key] = weakref.ref(dialog)
         fit_to_screen(dialog)
         dialog.show()
         return dialog
 
-    def _find(self, kind: type[D], key: Hashable) -> D | None:
-        reference = self._dialogs.get((kind, key))
+    def _find(self, dialog_class: type[D], key: Hashable) -> D | None:
+        reference = self._dialogs.get((dialog_class, key))
         dialog = None if reference is None else reference()
-        return dialog if isinstance(dialog, kind) and isValid(dialog) else None
+        return dialog if isinstance(dialog, dialog_class) and isValid(dialog) else None

@@ -195,11 +195,11 @@ def _check(path: Path) -> None:
 
 def _reader(path: Path) -> QImageReader:
     """Return a reader limited to the formats of photos, whatever plugins Qt has."""
-    kind = b""
+    format_name = b""
     with contextlib.suppress(OSError, InputError), open_regular(path) as file:
         header = file.read(4)
-        kind = next((name for mark, name in _KINDS.items() if header.startswith(mark)), b"")
-    reader = QImageReader(str(path) if kind else "", kind)
+        format_name = next((name for mark, name in _KINDS.items() if header.startswith(mark)), b"")
+    reader = QImageReader(str(path) if format_name else "", format_name)
     reader.setAutoDetectImageFormat(False)
     return reader
 
@@ -210,15 +210,15 @@ _KEEP = Qt.AspectRatioMode.KeepAspectRatio
 
 def _halved(image: QImage) -> QImage:
     """Halve the size of an image in bands, because each call of Qt blocks the window."""
-    half = (image.size() / 2).expandedTo(QSize(1, 1))
-    result = QImage(half, QImage.Format.Format_RGB32)
+    half_size = (image.size() / 2).expandedTo(QSize(1, 1))
+    result = QImage(half_size, QImage.Format.Format_RGB32)
     painter = QPainter(result)
     painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-    step = image.height() / half.height()
-    for top in range(0, half.height(), _BAND_ROWS):
-        rows = min(_BAND_ROWS, half.height() - top)
+    step = image.height() / half_size.height()
+    for top in range(0, half_size.height(), _BAND_ROWS):
+        rows = min(_BAND_ROWS, half_size.height() - top)
         source = QRectF(0, top * step, image.width(), rows * step)
-        painter.drawImage(QRectF(0, top, half.width(), rows), image, source)
+        painter.drawImage(QRectF(0, top, half_size.width(), rows), image, source)
     painter.end()
     return result
 

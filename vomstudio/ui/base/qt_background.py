@@ -40,7 +40,7 @@ class NewestResult:
 
     Parameters
     ----------
-    then, fail : callable
+    on_finished, fail : callable
         Called with the result or the error.
     slow_callback : callable
         Called after 0.2 s without a result.
@@ -49,12 +49,12 @@ class NewestResult:
     def __init__(
         self,
         owner: QObject,
-        then: Callable[[Any], object],
+        on_finished: Callable[[Any], object],
         fail: Callable[[VomError], object],
         slow_callback: Callable[[], None],
     ) -> None:
         self._background = QtBackground(owner)
-        self._then, self._fail = then, fail
+        self._then, self._fail = on_finished, fail
         self._slow = QTimer(owner)
         self._slow.setSingleShot(True)
         self._slow.setInterval(_SLOW_MS)
@@ -93,6 +93,6 @@ class NewestResult:
         self.cancel()
         self._background.stop()
 
-    def _take(self, then: Callable[[Any], object], result: object) -> None:
+    def _take(self, on_finished: Callable[[Any], object], result: object) -> None:
         self._slow.stop()
-        then(result)
+        on_finished(result)

@@ -33,12 +33,12 @@ def uninstall() -> None:
         qInstallMessageHandler(_previous_handlers.pop())
 
 
-def _log_message(kind: QtMsgType, context: QMessageLogContext, message: str) -> None:
+def _log_message(message_type: QtMsgType, context: QMessageLogContext, message: str) -> None:
     if getattr(_thread_state, "busy", False):
         return
     _thread_state.busy = True
     try:
-        level = _LEVELS.get(kind, logging.WARNING)
+        level = _LEVELS.get(message_type, logging.WARNING)
         category = context.category
         prefix = f"{category}: " if category and category != "default" else ""
         _log.log(level, "%s%s", prefix, message)

@@ -178,9 +178,9 @@ def _score(words: list[str], entry: SearchEntry) -> tuple[int, int, int] | None:
     total = 0
     for word in words:
         scores = [
-            _KINDS * field + kind
+            _KINDS * field + match_kind
             for field, texts in enumerate(fields)
-            if (kind := min((_kind(word, text) for text in texts), default=_NONE)) != _NONE
+            if (match_kind := min((_kind(word, text) for text in texts), default=_NONE)) != _NONE
         ]
         if not scores:
             return None

@@ -97,9 +97,9 @@ def _outline_boxes() -> None:
     ):
         palette = QPalette(QApplication.palette())
         palette.setColor(role, color)
-        for kind in kinds:
+        for pixmap_kind in kinds:
             # The method accepts a name, although its type stub does not.
-            QApplication.setPalette(palette, kind)  # type: ignore[arg-type]
+            QApplication.setPalette(palette, pixmap_kind)  # type: ignore[arg-type]
 
 
 def is_dark() -> bool:

@@ -131,13 +131,13 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
                 is_checked=is_color_mode(value),
             )
         )
-    for name, text, value, tip in PLANE_STYLES:
+    for name, text, value, tooltip in PLANE_STYLES:
         table.append(
             Command(
                 name,
                 tr(text),
                 set_plane_style(value),
-                tip=tr(tip),
+                tip=tr(tooltip),
                 is_checked=is_plane_style(value),
             )
         )

@@ -201,7 +201,7 @@ def import_readings(parent: QWidget, studio: Studio, path: Path) -> None:
         if studio.attempt(edits.add_readings, dialog.readings, dialog.types):
             studio.selection.set(ids)
             if dialog.types:
-                names = [kind.name for kind in dialog.types]
+                names = [feature_type.name for feature_type in dialog.types]
                 studio.info(Finding("reading.new-types", types=names))
             picks = {i: pick for i in ids if (pick := studio.nearest_pick(i)) is not None}
             studio.info(reading_comparison.summary(ids, picks))

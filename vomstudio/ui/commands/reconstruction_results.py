@@ -121,5 +121,5 @@ def _show_tie_points(studio: Studio, out: Path) -> None:
         out / TIE_POINT_FILE,
         tr("Tie points of {model}", model=name),
         like=sibling_id,
-        then=show_errors,
+        on_finished=show_errors,
     )

@@ -147,37 +147,40 @@ class TypesDialog(QDialog):
     def _fill(self, selected_id: str) -> None:
         with QSignalBlocker(self.list):
             self.list.clear()
-            for kind in self._studio.session.of(FeatureType):
-                item = QListWidgetItem(theme.type_icon(kind.color, kind.symbol), kind.name)
-                item.setData(_ID, kind.id)
+            for feature_type in self._studio.session.of(FeatureType):
+                item = QListWidgetItem(
+                    theme.type_icon(feature_type.color, feature_type.symbol), feature_type.name
+                )
+                item.setData(_ID, feature_type.id)
                 self.list.addItem(item)
-                if kind.id == selected_id:
+                if feature_type.id == selected_id:
                     self.list.setCurrentItem(item)
             if self.list.currentItem() is None:
                 self.list.setCurrentRow(0)
         self._show()
 
     def _show(self, *_: object) -> None:
-        kind = self._studio.records.get(self.type_id)
-        if not isinstance(kind, FeatureType):
+        feature_type = self._studio.records.get(self.type_id)
+        if not isinstance(feature_type, FeatureType):
             return
         self.message.clear()
-        self.name.setText(kind.name)
+        self.name.setText(feature_type.name)
         self.name.setModified(False)
         for color, button in self.colors.items():
-            button.setChecked(color == kind.color)
-        is_custom = kind.color not in self.colors
+            button.setChecked(color == feature_type.color)
+        is_custom = feature_type.color not in self.colors
         self.other_color.setChecked(is_custom)
-        self.other_color.setText(kind.color if is_custom else tr("Other…"))
+        self.other_color.setText(feature_type.color if is_custom else tr("Other…"))
         self.symbol.clear()
         for symbol in theme.SYMBOLS:
             self.symbol.addItem(
-                theme.type_icon(kind.color, symbol), tr(SYMBOL_NAMES[symbol]), symbol
+                theme.type_icon(feature_type.color, symbol), tr(SYMBOL_NAMES[symbol]), symbol
             )
-        self.symbol.setCurrentIndex(max(0, self.symbol.findData(kind.symbol)))
-        self.geometry_box.setCurrentIndex(self.geometry_box.findData(kind.geometry))
+        self.symbol.setCurrentIndex(max(0, self.symbol.findData(feature_type.symbol)))
+        self.geometry_box.setCurrentIndex(self.geometry_box.findData(feature_type.geometry))
         count = sum(
-            isinstance(f, Typed) and f.type_id == kind.id for f in self._studio.session.features()
+            isinstance(f, Typed) and f.type_id == feature_type.id
+            for f in self._studio.session.features()
         )
         self.usage.setText(
             tr_n("{count} feature is of this type.", "{count} features are of this type.", count)
@@ -210,41 +213,47 @@ class TypesDialog(QDialog):
         self._change(color=color)
 
     def _choose_color(self) -> None:
-        kind = self._studio.records.get(self.type_id)
-        assert isinstance(kind, FeatureType)
-        color = QColorDialog.getColor(QColor(kind.color), self, tr("Colour of the type"))
+        feature_type = self._studio.records.get(self.type_id)
+        assert isinstance(feature_type, FeatureType)
+        color = QColorDialog.getColor(QColor(feature_type.color), self, tr("Colour of the type"))
         if color.isValid():
             self._change(color=color.name())
         else:
             self._show()
 
     def _change(self, **values: str) -> None:
-        kind = self._studio.records.get(self.type_id)
-        if isinstance(kind, FeatureType) and any(getattr(kind, k) != v for k, v in values.items()):
+        feature_type = self._studio.records.get(self.type_id)
+        if isinstance(feature_type, FeatureType) and any(
+            getattr(feature_type, k) != v for k, v in values.items()
+        ):
             # The boxes only contain values of the literal types.
-            self._apply(edits.change_type, replace(kind, **values))  # type: ignore[arg-type]
+            self._apply(edits.change_type, replace(feature_type, **values))  # type: ignore[arg-type]
         else:
             self._show()
 
     def _add(self) -> None:
         """Offer the missing default types, and a custom type."""
-        present_ids = {kind.id for kind in self._studio.session.of(FeatureType)}
-        missing_types = [kind for kind in DEFAULT_TYPES if kind.id not in present_ids]
+        present_ids = {feature_type.id for feature_type in self._studio.session.of(FeatureType)}
+        missing_types = [
+            feature_type for feature_type in DEFAULT_TYPES if feature_type.id not in present_ids
+        ]
         if not missing_types:
             self._add_custom()
             return
         menu = QMenu(self)
-        for kind in missing_types:
-            action = menu.addAction(theme.type_icon(kind.color, kind.symbol), kind.name)
-            action.triggered.connect(partial(self._apply, edits.add_type, kind))
+        for feature_type in missing_types:
+            action = menu.addAction(
+                theme.type_icon(feature_type.color, feature_type.symbol), feature_type.name
+            )
+            action.triggered.connect(partial(self._apply, edits.add_type, feature_type))
         menu.addSeparator()
         menu.addAction(tr("Custom type"), self._add_custom)
         menu.exec(self.add_button.mapToGlobal(self.add_button.rect().bottomLeft()))
 
     def _add_custom(self) -> None:
-        kind = new_type(self._studio)
-        if self._apply(edits.add_type, kind):
-            self.select(kind.id)
+        feature_type = new_type(self._studio)
+        if self._apply(edits.add_type, feature_type):
+            self.select(feature_type.id)
 
     def _remove(self) -> None:
         self._apply(edits.remove_type, self.type_id)
@@ -264,9 +273,9 @@ class TypesDialog(QDialog):
 def new_type(studio: Studio) -> FeatureType:
     """Create a custom type with an unused name and an unused colour and symbol."""
     kinds = studio.session.of(FeatureType)
-    names = {kind.name.casefold() for kind in kinds}
+    names = {feature_type.name.casefold() for feature_type in kinds}
     name = next(n for i in range(1, 1000) if (n := f"Type {i}").casefold() not in names)
-    styles = [(kind.color, kind.symbol) for kind in kinds]
+    styles = [(feature_type.color, feature_type.symbol) for feature_type in kinds]
     used_colors = [color for color, _ in styles]
     color = min((c for _, c in theme.COLORS), key=used_colors.count)
     symbol = next((s for s in theme.SYMBOLS if (color, s) not in styles), "circle")

@@ -33,10 +33,10 @@ class InterpretationBox(QWidget):
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         for part in PARTS:
-            title, tip = labels[part]
+            title, tooltip = labels[part]
             box = self.boxes[part] = QCheckBox(title)
             box.setObjectName(f"ortho_{part}")
-            box.setToolTip(tip)
+            box.setToolTip(tooltip)
             box.setChecked(True)
             box.toggled.connect(lambda _: self._handle_change())
             row.addWidget(box)

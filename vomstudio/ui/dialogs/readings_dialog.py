@@ -198,8 +198,8 @@ class ReadingsDialog(QDialog):
     def _make_settings(self, type_id: str, declination: str) -> QHBoxLayout:
         self._type = ComboBox()
         self._type.setObjectName("readings_type")
-        for kind in self._types:
-            self._type.addItem(theme.swatch(kind.color), kind.name, kind.id)
+        for feature_type in self._types:
+            self._type.addItem(theme.swatch(feature_type.color), feature_type.name, feature_type.id)
         self._type.setCurrentIndex(max(0, self._type.findData(type_id)))
         self._type.activated.connect(lambda _: self._refresh_summary())
         self._set = QLineEdit()
@@ -286,7 +286,7 @@ class ReadingsDialog(QDialog):
         return list({name.casefold(): name for name in names if name}.values())
 
     def _show_new_types(self) -> None:
-        known_names = {kind.name.casefold() for kind in self._types}
+        known_names = {feature_type.name.casefold() for feature_type in self._types}
         new_names = [n for n in self._type_names() if n.casefold() not in known_names]
         # Names that need a choice come first.
         new_names.sort(key=lambda name: geometry_of_type(name) is not None)
@@ -317,8 +317,8 @@ class ReadingsDialog(QDialog):
             combo.addItem(tr("Choose…"), None)
         combo.addItem(tr("New plane type"), NEW_PLANE)
         combo.addItem(tr("New line type"), NEW_LINE)
-        for kind in self._types:
-            combo.addItem(theme.swatch(kind.color), kind.name, kind.id)
+        for feature_type in self._types:
+            combo.addItem(theme.swatch(feature_type.color), feature_type.name, feature_type.id)
         if meaning is not None:
             is_line = meaning == "line" or self._has_only_lines(name)
             combo.setCurrentIndex(combo.findData(NEW_LINE if is_line else NEW_PLANE))
@@ -347,9 +347,9 @@ class ReadingsDialog(QDialog):
         choice = combo.currentData() if combo is not None else None
         if choice in (NEW_PLANE, NEW_LINE):
             return "line" if choice == NEW_LINE else "plane"
-        for kind in self._types:
-            if kind.id == choice or (combo is None and kind.name.casefold() == key):
-                return kind.geometry
+        for feature_type in self._types:
+            if feature_type.id == choice or (combo is None and feature_type.name.casefold() == key):
+                return feature_type.geometry
         return geometry_of_type(key) if combo is None else None
 
     def _line_types(self) -> set[str]:
@@ -483,7 +483,7 @@ class ReadingsDialog(QDialog):
         if correction is None:
             return
         records = dict(self._records)
-        ids = {kind.name.casefold(): kind.id for kind in self._types}
+        ids = {feature_type.name.casefold(): feature_type.id for feature_type in self._types}
         self.types = []
         for name in self._field_readings.type_names:
             key = name.casefold()
@@ -494,10 +494,10 @@ class ReadingsDialog(QDialog):
             if selected_id in (None, NEW_PLANE, NEW_LINE):
                 rows = [r for r in self._field_readings.rows if r.type_name.casefold() == key]
                 are_lines = all(r.geometry == "line" for r in rows)
-                kind = suggest_type(records, name, "line" if are_lines else "plane")
-                self.types.append(kind)
-                records[kind.id] = kind
-                selected_id = kind.id
+                feature_type = suggest_type(records, name, "line" if are_lines else "plane")
+                self.types.append(feature_type)
+                records[feature_type.id] = feature_type
+                selected_id = feature_type.id
             ids[key] = str(selected_id)
         self.readings = make_readings(
             self._field_readings.rows,

@@ -108,8 +108,8 @@ class ReconstructDialog(QDialog):
         form.addRow(tr("Photos"), rich_label(photos))
         self.quality = ComboBox()
         self.quality.setObjectName("make_quality")
-        for title, key, tip in QUALITIES:
-            self.quality.addItem(f"{tr(title)}: {tr(tip)}", key)
+        for title, key, tooltip in QUALITIES:
+            self.quality.addItem(f"{tr(title)}: {tr(tooltip)}", key)
         self.quality.currentIndexChanged.connect(self._apply)
         form.addRow(tr("Quality"), self.quality)
         return form

@@ -182,10 +182,10 @@ class OutcropView(QObject):
         if self.viewport is not None:
             self.viewport.set_label_mode(mode)
 
-    def set_turntable(self, on: bool) -> None:
+    def set_turntable(self, is_enabled: bool) -> None:
         """Set whether the z axis stays upright when the view is rotated."""
         if self.viewport is not None:
-            self.viewport.gestures.set_turntable(on)
+            self.viewport.gestures.set_turntable(is_enabled)
 
     # --- visible extent ----------------------------------------------------------------------
     def frame_all(self) -> None:

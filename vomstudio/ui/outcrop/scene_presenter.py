@@ -399,8 +399,8 @@ class ScenePresenter:
 
     def _drawing(self, feature: Feature, measurement: Measurement) -> FeatureDrawing | None:
         """Return the drawing of a feature, or None if it has no position on the outcrop."""
-        studio, kind = self._studio, kind_of(feature)
-        sketch = kind.sketch(
+        studio, feature_kind = self._studio, kind_of(feature)
+        sketch = feature_kind.sketch(
             studio.subject(feature, measurement), lambda id_: studio.measured([id_]).get(id_)
         )
         if sketch is None:
@@ -430,7 +430,7 @@ class ScenePresenter:
         # Names from tables may be of any length.
         name = shorten(feature.name)
         area = piece
-        if kind.filled and isinstance(feature, Picked) and len(feature.vertices) > 2:
+        if feature_kind.filled and isinstance(feature, Picked) and len(feature.vertices) > 2:
             area = self._pieces.outlined_area(feature)
         return FeatureDrawing(
             id=feature.id,

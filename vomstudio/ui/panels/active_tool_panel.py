@@ -51,9 +51,9 @@ class ActiveToolPanel(QStackedWidget):
         self._show_title = callback
         self.refresh()
 
-    def panel(self, kind: type[Panel]) -> Panel:
+    def panel(self, panel_class: type[Panel]) -> Panel:
         """Return the panel of the given class."""
-        return next(panel for panel in self.panels.values() if isinstance(panel, kind))
+        return next(panel for panel in self.panels.values() if isinstance(panel, panel_class))
 
     def type_box(self) -> TypeBox | None:
         """Return the type box of the visible panel, or None if it has no enabled box."""

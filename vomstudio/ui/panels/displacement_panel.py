@@ -458,9 +458,9 @@ def _table() -> QTableWidget:
     table = CompactTable(0, len(columns))
     table.setObjectName("displacement_table")
     table.setAccessibleName(tr("Pairs of cut-offs"))
-    for column, (title, tip) in enumerate(columns):
+    for column, (title, tooltip) in enumerate(columns):
         item = QTableWidgetItem(title)
-        item.setToolTip(tip)
+        item.setToolTip(tooltip)
         table.setHorizontalHeaderItem(column, item)
     table.verticalHeader().hide()
     table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)

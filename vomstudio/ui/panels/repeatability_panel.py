@@ -167,10 +167,10 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
             return
         drawing = None
         if ring is not None:
-            middle, offsets = ring
+            centre, offsets = ring
             edges = np.stack([offsets[:-1], offsets[1:]], axis=1).astype(np.float32)
-            area = Area(middle, np.zeros((0, 3, 3), np.float32), edges)
-            drawing = FeatureDrawing(_PLACE, np.zeros((0, 3)), None, _COLOR, "", middle, area=area)
+            area = Area(centre, np.zeros((0, 3, 3), np.float32), edges)
+            drawing = FeatureDrawing(_PLACE, np.zeros((0, 3)), None, _COLOR, "", centre, area=area)
         if drawing is not None or _PLACE in viewport.features.drawings:
             viewport.features.change({_PLACE: drawing})
 

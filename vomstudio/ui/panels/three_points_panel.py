@@ -153,11 +153,11 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
 
     def _show_axes(self, axes: Axes) -> None:
         tips = (tr("East."), tr("North."), tr("Height, upward."))
-        for column, (title, tip) in enumerate(zip(axes.titles, tips, strict=True)):
+        for column, (title, tooltip) in enumerate(zip(axes.titles, tips, strict=True)):
             header_item = self.table.horizontalHeaderItem(column)
             assert header_item is not None
             header_item.setText(title)
-            header_item.setToolTip(tip if axes.north else "")
+            header_item.setToolTip(tooltip if axes.north else "")
 
     # --- points ------------------------------------------------------------------------------
     def _pick(self) -> None:

@@ -68,8 +68,8 @@ class CentralArea(QWidget):
         tabs.setTabToolTip(_OUTCROP, tr("Outcrop (F8)"))
         tabs.addTab(theme.icon("image-outline"), "")
         tabs.addTab("")
-        tip = tr("Close the photo (Ctrl+W). Its masks and marks are saved.")
-        close_photo = self._close_button("close_photo_tab", tip)
+        tooltip = tr("Close the photo (Ctrl+W). Its masks and marks are saved.")
+        close_photo = self._close_button("close_photo_tab", tooltip)
         close_photo.clicked.connect(self.photo_close_requested)
         close_page = self._close_button("close_page_tab", tr("Return to its place (F12)"))
         close_page.clicked.connect(self.page_close_requested)
@@ -79,12 +79,12 @@ class CentralArea(QWidget):
         return tabs
 
     @staticmethod
-    def _close_button(name: str, tip: str) -> QToolButton:
+    def _close_button(name: str, tooltip: str) -> QToolButton:
         button = QToolButton()
         button.setObjectName(name)
         button.setIcon(theme.icon("close"))
         button.setAutoRaise(True)
-        button.setToolTip(tip)
+        button.setToolTip(tooltip)
         button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         return button
 

@@ -155,9 +155,9 @@ class WindowDocks(Mapping[str, QDockWidget]):
             place = self[name]
         return place if place is not None and place.isVisible() else None
 
-    def toggle(self, name: str, on: bool) -> None:
+    def toggle(self, name: str, is_visible: bool) -> None:
         """Show or close a page."""
-        if on:
+        if is_visible:
             self.bring_forward(name)
         else:
             self.close_page(name)

@@ -204,24 +204,24 @@ class KeyboardFocus(QObject):
 
     # --- what it does with its keys ----------------------------------------------------------
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
-        kind = event.type()
+        event_type = event.type()
         if watched is self._entered:
             come = isinstance(event, QEnterEvent) and not self._rests(event)
-            if (come or kind == QEvent.Type.Wheel) and self._window_is_active():
+            if (come or event_type == QEvent.Type.Wheel) and self._window_is_active():
                 self.to_outcrop()
             return False
         if not isinstance(event, QKeyEvent):
             return False
         if watched is self._cell:
-            if kind == QEvent.Type.KeyPress:
+            if event_type == QEvent.Type.KeyPress:
                 self._is_confirmed = event.key() in _ENTER
             return False
         if watched is not self._watched:
             # This key was passed on and does not belong to a command.
-            return watched is self._passed_on and kind == QEvent.Type.KeyPress
-        if kind == QEvent.Type.ShortcutOverride:
+            return watched is self._passed_on and event_type == QEvent.Type.KeyPress
+        if event_type == QEvent.Type.ShortcutOverride:
             return self._pass_on(self._watched, event)
-        return kind == QEvent.Type.KeyPress and self._press(self._watched, event)
+        return event_type == QEvent.Type.KeyPress and self._press(self._watched, event)
 
     def _pass_on(self, widget: QWidget, event: QKeyEvent) -> bool:
         """Return whether a pressed key is to be passed to the outcrop."""

@@ -28,7 +28,7 @@ class OverlayPage(Protocol):
 
     tools: QWidget
 
-    def set_overlay(self, on: bool) -> None:
+    def set_overlay(self, is_overlay: bool) -> None:
         """Enter or leave the overlay."""
 
 
@@ -128,10 +128,10 @@ class NetOverlay(QFrame):
         return widget
 
     @staticmethod
-    def _set_overlay(widget: QWidget, on: bool) -> None:
+    def _set_overlay(widget: QWidget, is_overlay: bool) -> None:
         # The placeholder that is shown before the net has no tools.
         if isinstance(widget, OverlayPage):
-            widget.set_overlay(on)
+            widget.set_overlay(is_overlay)
 
     @property
     def _tools(self) -> QWidget | None:
@@ -224,8 +224,8 @@ class NetOverlay(QFrame):
         return False
 
     def event(self, event: QEvent) -> bool:
-        kind = event.type()
-        if kind == QEvent.Type.Enter:
+        event_type = event.type()
+        if event_type == QEvent.Type.Enter:
             self._timer.stop()
             self._show_tools(True)
             self._buttons.adjustSize()
@@ -235,13 +235,13 @@ class NetOverlay(QFrame):
             self._grip.move(0, self.height() - self._grip.height())
             self._grip.show()
             self._grip.raise_()
-        elif kind == QEvent.Type.Leave:
+        elif event_type == QEvent.Type.Leave:
             self._timer.start()
         return super().event(event)
 
-    def _show_tools(self, on: bool) -> None:
-        if (tools := self._tools) is not None and tools.isHidden() == on:
-            tools.setVisible(on)
+    def _show_tools(self, is_visible: bool) -> None:
+        if (tools := self._tools) is not None and tools.isHidden() == is_visible:
+            tools.setVisible(is_visible)
             self.place()
 
     def _hide_buttons(self) -> None:

@@ -89,12 +89,14 @@ class StatusLine(QStatusBar):
         self.style().drawPrimitive(QStyle.PrimitiveElement.PE_PanelStatusBar, option, painter, self)
         if self.currentMessage():
             available_space = self._room()
-            words = painter.fontMetrics().elidedText(
+            elided_text = painter.fontMetrics().elidedText(
                 self.currentMessage(), Qt.TextElideMode.ElideMiddle, available_space.width()
             )
             painter.setPen(self.palette().windowText().color())
             painter.drawText(
-                available_space, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, words
+                available_space,
+                Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter,
+                elided_text,
             )
 
     def _begin_project(self) -> None:

@@ -103,10 +103,10 @@ def _all(view: OutcropView) -> tuple[object, ...]:
 
 def _made_at(call_site: str, needs: Needs = _nothing) -> Make:
     """Return the factory of a panel: `call_site` names its class, `needs` its other arguments."""
-    module, _, kind = call_site.rpartition(".")
+    module, _, class_name = call_site.rpartition(".")
 
     def make(studio: Studio, view: OutcropView) -> QWidget:
-        panel: QWidget = getattr(import_module(f"vomstudio.ui.{module}"), kind)(
+        panel: QWidget = getattr(import_module(f"vomstudio.ui.{module}"), class_name)(
             studio, *needs(view)
         )
         return panel

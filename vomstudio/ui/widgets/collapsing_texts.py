@@ -41,10 +41,10 @@ class CollapsingTexts(QObject):
         self._widths = []
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
-        kind = event.type()
-        if kind in (QEvent.Type.FontChange, QEvent.Type.StyleChange):
+        event_type = event.type()
+        if event_type in (QEvent.Type.FontChange, QEvent.Type.StyleChange):
             self._widths = []
-        elif kind in (QEvent.Type.Resize, QEvent.Type.Show):
+        elif event_type in (QEvent.Type.Resize, QEvent.Type.Show):
             self.fit()
         return False
 

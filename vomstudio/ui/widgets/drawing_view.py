@@ -102,9 +102,9 @@ class DrawingView(QWidget):
         size = np.maximum(high - low, 1e-12)
         frame = np.array([box.width(), box.height()])
         scale = float((frame / size).min())
-        half = 0.5 * frame / scale
+        half_size = 0.5 * frame / scale
         centre = 0.5 * (low + high)
-        return centre - half, centre + half, scale
+        return centre - half_size, centre + half_size, scale
 
     def to_widget(self, points: FloatArray) -> FloatArray:
         """Convert points (n, 2) of the drawing to widget pixels (n, 2)."""

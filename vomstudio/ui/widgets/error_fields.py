@@ -11,7 +11,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.ui.base.numbers import parse_number
 
 
-def error_field(name: str, empty_text: str, tip: str) -> QLineEdit:
+def error_field(name: str, empty_text: str, tooltip: str) -> QLineEdit:
     """Create a field for an error.
 
     Parameters
@@ -22,7 +22,7 @@ def error_field(name: str, empty_text: str, tip: str) -> QLineEdit:
     field = QLineEdit()
     field.setObjectName(name)
     field.setPlaceholderText(empty_text)
-    field.setToolTip(tip)
+    field.setToolTip(tooltip)
     return field
 
 

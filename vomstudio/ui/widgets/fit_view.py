@@ -207,14 +207,14 @@ class FitView(QWidget):
             Whether the frame of the model is unknown.
         """
         verdict = measurement.verdict if measurement else None
-        words = self._show_head(measurement, notation, local=local)
+        texts = self._show_head(measurement, notation, local=local)
         quality = verdict.quality if verdict else None
         self._badge.setPixmap(theme.verdict_icon(quality).pixmap(18, 18))
         self._verdict.setText(quality or "")
         for label in (self._badge, self._verdict):
             label.setToolTip(verdict.limits.description if verdict else "")
-        self._details.setText("\n".join(words))
-        self._details.setVisible(bool(words))
+        self._details.setText("\n".join(texts))
+        self._details.setVisible(bool(texts))
         reasons = list(verdict.reasons) if verdict else []
         if not reasons and measurement is not None and measurement.problem:
             reasons = [measurement.problem]
@@ -226,21 +226,21 @@ class FitView(QWidget):
         self, measurement: Measurement | None, notation: str, *, local: bool
     ) -> Sequence[str]:
         """Show the attitude or main figure, and return the remaining lines of the kind."""
-        kind = kind_named(measurement.kind) if measurement else None
-        words = kind.words(measurement) if kind and measurement else []
+        feature_kind = kind_named(measurement.kind) if measurement else None
+        texts = feature_kind.words(measurement) if feature_kind and measurement else []
         is_attitude = measurement is not None and (
             measurement.plane is not None or measurement.line is not None
         )
-        if words and not is_attitude:
+        if texts and not is_attitude:
             # The first line contains the main figure with its name.
-            self._plane.setText(words[0])
-            words = words[1:]
+            self._plane.setText(texts[0])
+            texts = texts[1:]
         else:
             self._plane.setText(orientation_text(measurement, notation) if measurement else "–")
         self._plane.setToolTip(
             tr("Local frame: unregistered model with unknown north and scale.") if local else ""
         )
-        return words
+        return texts
 
     def _show_reasons(self, reasons: Sequence[Finding]) -> None:
         """Show the first reason in short form with its command; others are unfolded in place."""
@@ -295,12 +295,12 @@ class FitView(QWidget):
         self.details.setVisible(has_details)
         self._figures.setVisible(has_details and self.details.isChecked())
 
-    def _unfold_reasons(self, on: bool) -> None:
-        self._reasons.setVisible(on)
+    def _unfold_reasons(self, is_unfolded: bool) -> None:
+        self._reasons.setVisible(is_unfolded)
         lay_out_now(self)
 
-    def _unfold_details(self, on: bool) -> None:
-        self._figures.setVisible(on)
+    def _unfold_details(self, is_unfolded: bool) -> None:
+        self._figures.setVisible(is_unfolded)
         lay_out_now(self)
 
 

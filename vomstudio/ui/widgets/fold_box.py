@@ -27,10 +27,10 @@ class FoldBox(QWidget):
         quality, self.set = self.options.fields["quality"], ComboBox()
         assert isinstance(quality, ComboBox)
         self.quality = quality
-        tip = tr("Use planes of this set for the fold axis.")
+        tooltip = tr("Use planes of this set for the fold axis.")
         self.set.setObjectName("fold_set")
-        self.set.setToolTip(tip)
-        self.set.setAccessibleName(tip)
+        self.set.setToolTip(tooltip)
+        self.set.setAccessibleName(tooltip)
         self.set.activated.connect(self._apply)
         for box in (self.quality, self.set):
             box.keep_narrow()

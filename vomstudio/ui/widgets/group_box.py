@@ -79,8 +79,8 @@ class GroupBox(ComboBox):
         return [repeats_finding(count).message] if count else []
 
     def _selected_features(self) -> list[Typed]:
-        kind, type_id, name = self.choice()
-        if kind == "selection":
+        choice_kind, type_id, name = self.choice()
+        if choice_kind == "selection":
             records = self._studio.records
             selected_records: list[Record | None] = [
                 records.get(i) for i in self._studio.selection.ids
@@ -92,5 +92,8 @@ class GroupBox(ComboBox):
             f
             for f in self._studio.session.of(Typed)
             if kind_of(f).net is not None
-            and (kind == "all" or (f.type_id == type_id and (kind == "type" or f.set_name == name)))
+            and (
+                choice_kind == "all"
+                or (f.type_id == type_id and (choice_kind == "type" or f.set_name == name))
+            )
         ]

@@ -46,9 +46,9 @@ class NotesField(QPlainTextEdit):
         """Return whether the user has changed the text."""
         return self.document().isModified()
 
-    def setModified(self, on: bool) -> None:  # noqa: N802 - as a line edit has it
+    def setModified(self, is_modified: bool) -> None:  # noqa: N802 - as a line edit has it
         """Set whether the text counts as changed by the user."""
-        self.document().setModified(on)
+        self.document().setModified(is_modified)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:  # noqa: N802 - Qt's name
         super().focusOutEvent(event)

@@ -368,12 +368,12 @@ class PhotoCanvas(QWidget):
 
     # --- gestures ----------------------------------------------------------------------------
     def _create_pointer(
-        self, kind: Pointer, position: QPointF, button: Qt.MouseButton, event: QMouseEvent
+        self, action: Pointer, position: QPointF, button: Qt.MouseButton, event: QMouseEvent
     ) -> PhotoPointer:
         modifiers = event.modifiers()
         x, y = self.pixel_at(position)
         return PhotoPointer(
-            kind,
+            action,
             x,
             y,
             _BUTTONS.get(button, Button.NONE),
@@ -463,9 +463,9 @@ class PhotoCanvas(QWidget):
         return "tool"
 
     def _drag(
-        self, kind: Pointer, position: QPointF, event: QMouseEvent, *, is_continued: bool = False
+        self, action: Pointer, position: QPointF, event: QMouseEvent, *, is_continued: bool = False
     ) -> None:
-        pointer = self._create_pointer(kind, position, self._button, event)
+        pointer = self._create_pointer(action, position, self._button, event)
         self.pointed.emit(replace(pointer, handle=self._handle, is_continued=is_continued))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802

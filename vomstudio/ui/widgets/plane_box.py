@@ -86,9 +86,10 @@ class PlaneBox(ComboBox):
         place = self._place()
         distances = {f.id: _distance_m(measurements[f.id], place) for f in planes}
         faults = {
-            kind.id
-            for kind in studio.session.of(FeatureType)
-            if self._empty_text is not None and FAULT in (kind.id, *kind.name.casefold().split())
+            feature_type.id
+            for feature_type in studio.session.of(FeatureType)
+            if self._empty_text is not None
+            and FAULT in (feature_type.id, *feature_type.name.casefold().split())
         }
         planes.sort(
             key=lambda f: (

@@ -54,7 +54,7 @@ class DepthPage(QWidget):
         self.table.row_selected.connect(lambda values: self.show_photo(values[0]))
         self.layer = ComboBox()
         self.layer.setObjectName("depth_what")
-        for title, name, tip in (
+        for title, name, tooltip in (
             (tr("Depth"), "colors", tr("Distance along the viewing direction.")),
             (
                 tr("Confidence"),
@@ -68,7 +68,7 @@ class DepthPage(QWidget):
             ),
         ):
             self.layer.addItem(title, name)
-            self.layer.setItemData(self.layer.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
+            self.layer.setItemData(self.layer.count() - 1, tooltip, Qt.ItemDataRole.ToolTipRole)
         self.layer.currentIndexChanged.connect(lambda _: self._draw())
         self._summary = ElidedLabel()
         self._readout = ElidedLabel()
@@ -104,8 +104,8 @@ class DepthPage(QWidget):
             if has_depths:
                 self._data.read_coverage(name, partial(self._show_coverage, name))
 
-    def _show_coverage(self, name: str, fraction: float | None) -> None:
-        self.table.set_value(lambda values: values[0] == name, 1, fraction)
+    def _show_coverage(self, name: str, covered_share: float | None) -> None:
+        self.table.set_value(lambda values: values[0] == name, 1, covered_share)
 
     def show_photo(self, name: str) -> None:
         """Show a photo and its depth map."""

@@ -221,6 +221,6 @@ def _position_colors(positions: Any, photo: ShownPhoto) -> Any:
 
     width, height = photo.picture.size
     table = map_table("turbo")
-    fraction = np.clip(0.7 * positions[:, 0] / width + 0.3 * positions[:, 1] / height, 0, 1)
+    hue = np.clip(0.7 * positions[:, 0] / width + 0.3 * positions[:, 1] / height, 0, 1)
     # The ends of the colour map are dark. Few distinct colours are drawn faster.
-    return table[np.round(20 + 14 * np.round(15 * fraction)).astype(np.intp)]
+    return table[np.round(20 + 14 * np.round(15 * hue)).astype(np.intp)]

@@ -86,8 +86,8 @@ class PairMatrix(QWidget):
         return QRectF(x0 + j * side, y0 + i * side, side - gap, side - gap)
 
     def _color(self, inliers: int) -> QColor:
-        fraction = math.log1p(inliers) / math.log1p(max(self._max_inliers, 1))
-        red, green, blue = (int(v) for v in self._table[round(255 * fraction)])
+        brightness = math.log1p(inliers) / math.log1p(max(self._max_inliers, 1))
+        red, green, blue = (int(v) for v in self._table[round(255 * brightness)])
         return QColor(red, green, blue)
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802

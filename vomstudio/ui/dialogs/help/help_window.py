@@ -116,9 +116,9 @@ class PageView(QTextBrowser):
         # This deletes the previous document, which belongs to the view.
         self.setDocument(document)
 
-    def loadResource(self, kind: int, name: QUrl | str) -> object:  # noqa: N802 - Qt's name
-        if kind != QTextDocument.ResourceType.ImageResource.value or self.page is None:
-            return super().loadResource(kind, name)
+    def loadResource(self, resource_type: int, name: QUrl | str) -> object:  # noqa: N802 - Qt's name
+        if resource_type != QTextDocument.ResourceType.ImageResource.value or self.page is None:
+            return super().loadResource(resource_type, name)
         image = QImage(str(self.page.parent / QUrl(name).path()))
         max_width = self.viewport().width() - 3 * _MARGIN_PX
         if image.width() > max_width > 0:
@@ -129,9 +129,9 @@ class PageView(QTextBrowser):
         super().resizeEvent(event)
         if event.size().width() != event.oldSize().width() and self.page is not None:
             bar = self.verticalScrollBar()
-            fraction = bar.value() / max(1, bar.maximum())
+            scroll_ratio = bar.value() / max(1, bar.maximum())
             self._show_document()
-            bar.setValue(round(fraction * bar.maximum()))
+            bar.setValue(round(scroll_ratio * bar.maximum()))
 
     def _scroll_to(self, heading: str) -> None:
         block = self.document().begin()

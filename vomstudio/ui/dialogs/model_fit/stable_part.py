@@ -32,7 +32,7 @@ class StablePartBox(QWidget):
         self._polygons: Path | None = None
         self.part_box = ComboBox()
         self.part_box.setObjectName("stable_part")
-        for text, tip in (
+        for text, tooltip in (
             (tr("Whole reference"), tr("The whole rock face is stable.")),
             (tr("Near clicked points"), tr("Use only rock within this distance of a point.")),
             (tr("Inside clipping box"), tr("Use the clipping box of the outcrop (World).")),
@@ -43,7 +43,7 @@ class StablePartBox(QWidget):
             (tr("Near another model"), tr("Use rock within 3 point spacings of a model.")),
         ):
             self.part_box.addItem(text)
-            self.part_box.setItemData(self.part_box.count() - 1, tip, 3)
+            self.part_box.setItemData(self.part_box.count() - 1, tooltip, 3)
         self.part_box.activated.connect(self._choose_part)
         self.distance_box = DoubleSpinBox()
         self.distance_box.setRange(0.01, 100_000.0)

@@ -485,8 +485,8 @@ def result_text(comparison: ModelComparison) -> str:
         lines.append(tr("{count:,} points have no counterpart", count=figures["beyond"]))
     if figures["lod95_m"] is not None and figures["significant_share"] is not None:
         lines.append(tr("Level of detection (95 %): {lod}", lod=metres("lod95_m")))
-        fraction = 100.0 * figures["significant_share"]
-        lines.append(tr("Significant: {share:.1f} % of the distances", share=fraction))
+        significant_percent = 100.0 * figures["significant_share"]
+        lines.append(tr("Significant: {share:.1f} % of the distances", share=significant_percent))
     if (side := figures["positive_toward"]) is not None:
         direction = f"{format_azimuth(side['trend_deg'])}/{side['plunge_deg']:02.0f}"
         lines.append(

@@ -82,7 +82,7 @@ class Histogram(QWidget):
             painter.drawText(line, int(align | Qt.AlignmentFlag.AlignTop), label)
 
     def _line(self, painter: QPainter, plot: QRectF, value_m: float, pen: QPen) -> None:
-        fraction = 0.5 + 0.5 * float(np.clip(value_m / self._limit_m, -1.0, 1.0))
-        x = plot.left() + fraction * plot.width()
+        position = 0.5 + 0.5 * float(np.clip(value_m / self._limit_m, -1.0, 1.0))
+        x = plot.left() + position * plot.width()
         painter.setPen(pen)
         painter.drawLine(QPointF(x, plot.top()), QPointF(x, plot.bottom()))

@@ -149,8 +149,8 @@ def figures_html(coverage: FaceCoverage, unit: str) -> str:
     return f"<table width='100%'>{cells}</table>{notes}"
 
 
-def _percent_text(fraction: float | None) -> str:
-    return "–" if fraction is None else f"{100.0 * fraction:.0f} %"
+def _percent_text(share: float | None) -> str:
+    return "–" if share is None else f"{100.0 * share:.0f} %"
 
 
 def _rate_text(value: float | None, unit: str) -> str:

@@ -129,8 +129,12 @@ class IntersectionDialog(QDialog):
             for text, color, group in groups:
                 box.addItem(theme.swatch(color), text, group)
             box.currentIndexChanged.connect(self._refresh)
-        for kind in sorted(studio.session.of(FeatureType), key=lambda k: k.geometry != "line"):
-            self.type_box.addItem(theme.swatch(kind.color), kind.name, kind.id)
+        for feature_type in sorted(
+            studio.session.of(FeatureType), key=lambda k: k.geometry != "line"
+        ):
+            self.type_box.addItem(
+                theme.swatch(feature_type.color), feature_type.name, feature_type.id
+            )
         self.type_box.setCurrentIndex(max(0, self.type_box.findData(default_line_type(studio))))
         # By default, the most common case is selected: a fault that cuts bedding (textbook, fig.
         # 30).
@@ -196,12 +200,12 @@ def list_plane_groups(studio: Studio) -> list[tuple[str, str, Group]]:
         for name in {"", set_name} if is_plane else ():
             counts[type_id, name] += count
     groups = []
-    for kind in studio.session.of(FeatureType):
-        names = sorted((n for t, n in counts if t == kind.id), key=natural_sort_key)
+    for feature_type in studio.session.of(FeatureType):
+        names = sorted((n for t, n in counts if t == feature_type.id), key=natural_sort_key)
         for name in names:
-            count = counts[kind.id, name]
-            title = f"{kind.name}, {name}" if name else kind.name
+            count = counts[feature_type.id, name]
+            title = f"{feature_type.name}, {name}" if name else feature_type.name
             text = tr_n("{group} ({count} plane)", "{group} ({count} planes)", count, group=title)
-            group = Group(type_id=kind.id, set_name=name)
-            groups.append((text, kind.color, group))
+            group = Group(type_id=feature_type.id, set_name=name)
+            groups.append((text, feature_type.color, group))
     return groups

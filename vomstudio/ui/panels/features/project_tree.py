@@ -162,13 +162,15 @@ class ProjectTree(QWidget):
             models = self._add_group("models", tr("Models"), "0")
             models.setIcon(NAME, theme.icon("image-filter-hdr"))
             self._photos.rebuild()
-            for kind in self._studio.session.of(FeatureType):
-                item = self._add_group(kind.id, kind.name, "1")
-                item.setIcon(NAME, theme.type_icon(kind.color, kind.symbol))
+            for feature_type in self._studio.session.of(FeatureType):
+                item = self._add_group(feature_type.id, feature_type.name, "1")
+                item.setIcon(NAME, theme.type_icon(feature_type.color, feature_type.symbol))
             for group in GROUPS:
                 item = self._add_group(group.id, tr(group.title), "2")
                 item.setIcon(NAME, theme.icon(group.icon))
-            self._icons = {kind.name: theme.icon(kind.icon) for kind in KINDS}
+            self._icons = {
+                feature_type.name: theme.icon(feature_type.icon) for feature_type in KINDS
+            }
             for record in self._studio.session.of(Model):
                 self._show_model(record)
             for id_, _, _ in self._studio.session.records.count_by(group_and_set):
@@ -349,8 +351,12 @@ class ProjectTree(QWidget):
                     item.setHidden(id_ in hidden_ids)
             # Items that are added later are hidden once filling ends.
             self._hidden_ids = {id_ for id_ in hidden_ids if id_ in self._items}
-            for kind in studio.session.of(FeatureType):
-                self._show_type(kind, totals.get(kind.id, 0), passing_counts.get(kind.id, 0))
+            for feature_type in studio.session.of(FeatureType):
+                self._show_type(
+                    feature_type,
+                    totals.get(feature_type.id, 0),
+                    passing_counts.get(feature_type.id, 0),
+                )
             self._items["models"].setHidden(self._items["models"].childCount() == 0)
             for group_kind in GROUPS:
                 self._items[group_kind.id].setHidden(passing_counts.get(group_kind.id, 0) == 0)
@@ -391,16 +397,16 @@ class ProjectTree(QWidget):
         self._rows = rows
         return hidden_ids, passing_counts
 
-    def _show_type(self, kind: FeatureType, count: int, passing: int) -> None:
+    def _show_type(self, feature_type: FeatureType, count: int, passing: int) -> None:
         """Show a feature type with its number of features and the number that pass the filter."""
-        item = self._items.get(kind.id)
+        item = self._items.get(feature_type.id)
         if item is None:
             return
         count_text = (
             str(count) if passing == count else tr("{shown} of {total}", shown=passing, total=count)
         )
-        is_next = kind.id == self._studio.next_type_id
-        item.setText(NAME, f"{kind.name} ({count_text})" if count else kind.name)
+        is_next = feature_type.id == self._studio.next_type_id
+        item.setText(NAME, f"{feature_type.name} ({count_text})" if count else feature_type.name)
         item.setHidden(passing == 0 and not self.empty_types.isChecked())
         font = item.font(NAME)
         font.setBold(is_next)

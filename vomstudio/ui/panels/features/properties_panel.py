@@ -240,9 +240,9 @@ class PropertiesPanel(QWidget):
     def _show_feature(self, feature: Feature) -> None:
         self._show_relation()
         measurement = self._studio.measured([feature.id])[feature.id]
-        kind = kind_of(feature)
+        feature_kind = kind_of(feature)
         self._show_count(feature)
-        attributes = {attribute.field: attribute for attribute in kind.attributes}
+        attributes = {attribute.field: attribute for attribute in feature_kind.attributes}
         records = self._studio.records
         features = [f for id_ in self._shown_ids if (f := get_feature(records, id_)) is not None]
         for name, widget in self.fields.items():
@@ -262,7 +262,7 @@ class PropertiesPanel(QWidget):
         self._show_rename(features)
         lines = [
             *describe_trace_band(self._studio, feature.id, measurement),
-            *kind.about(self._studio.subject(feature, measurement)),
+            *feature_kind.about(self._studio.subject(feature, measurement)),
         ]
         self._about.setVisible(bool(lines))
         self._about.setText("\n".join(lines))
@@ -277,9 +277,9 @@ class PropertiesPanel(QWidget):
         misnamed_features = [f for f in features if edits.has_name_of_other_type(records, f)]
         self._form.setRowVisible(self.rename, bool(misnamed_features))
         if len(misnamed_features) == 1 and isinstance(misnamed_features[0], Typed):
-            kind = records[misnamed_features[0].type_id]
-            assert isinstance(kind, FeatureType)
-            name = edits.next_name(self._studio.session.records, kind)
+            feature_type = records[misnamed_features[0].type_id]
+            assert isinstance(feature_type, FeatureType)
+            name = edits.next_name(self._studio.session.records, feature_type)
             self.rename.setText(tr("Rename to {name}", name=name))
         else:
             self.rename.setText(tr("Rename {count} features", count=len(misnamed_features)))

@@ -100,12 +100,14 @@ class RecordMenus(QObject):
     def _add_type_menu(self, menu: QMenu, feature: Typed) -> None:
         types = menu.addMenu(tr("&Type"))
         geometry = kind_of(feature).type_geometry
-        for kind in self._studio.session.of(FeatureType):
-            if geometry in (None, kind.geometry) or kind.id == feature.type_id:
-                action = types.addAction(theme.type_icon(kind.color, kind.symbol), kind.name)
+        for feature_type in self._studio.session.of(FeatureType):
+            if geometry in (None, feature_type.geometry) or feature_type.id == feature.type_id:
+                action = types.addAction(
+                    theme.type_icon(feature_type.color, feature_type.symbol), feature_type.name
+                )
                 action.setCheckable(True)
-                action.setChecked(kind.id == feature.type_id)
-                action.triggered.connect(partial(self._change_selected_type, kind.id))
+                action.setChecked(feature_type.id == feature.type_id)
+                action.triggered.connect(partial(self._change_selected_type, feature_type.id))
 
     def _change_selected_type(self, type_id: str, *_: object) -> None:
         self.change_type(self._studio.selection.ids, type_id)
@@ -113,7 +115,7 @@ class RecordMenus(QObject):
     def change_type(self, ids: Iterable[str], type_id: str) -> None:
         """Change the type of features in one edit, except those that it does not suit."""
         records = self._studio.records
-        kind = records.get(type_id)
+        feature_type = records.get(type_id)
         features = [
             feature
             for id_ in ids
@@ -122,13 +124,13 @@ class RecordMenus(QObject):
         suitable = [
             feature.id
             for feature in features
-            if isinstance(kind, FeatureType)
-            and kind_of(feature).type_geometry in (None, kind.geometry)
+            if isinstance(feature_type, FeatureType)
+            and kind_of(feature).type_geometry in (None, feature_type.geometry)
         ]
         if suitable:
             self._studio.attempt(edits.set_attributes, suitable, type_id=type_id)
-        if len(suitable) < len(features) and isinstance(kind, FeatureType):
-            self._studio.hint(Finding("type.other-geometry", type=kind.name))
+        if len(suitable) < len(features) and isinstance(feature_type, FeatureType):
+            self._studio.hint(Finding("type.other-geometry", type=feature_type.name))
 
     def _add_set_menu(self, menu: QMenu, feature: Typed) -> None:
         sets = menu.addMenu(tr("&Set"))
@@ -154,15 +156,15 @@ class RecordMenus(QObject):
             lambda: self._studio.set_visible([id_], not visible),
         )
 
-    def _fill_type_menu(self, menu: QMenu, kind: FeatureType) -> None:
+    def _fill_type_menu(self, menu: QMenu, feature_type: FeatureType) -> None:
         studio = self._studio
-        feature_ids = [f.id for f in studio.session.features() if group_of(f) == kind.id]
+        feature_ids = [f.id for f in studio.session.features() if group_of(f) == feature_type.id]
         use_action = menu.addAction(
             tr("Use for &next"),
-            lambda: studio.set_next(kind.id, studio.next_set),
+            lambda: studio.set_next(feature_type.id, studio.next_set),
         )
         use_action.setCheckable(True)
-        use_action.setChecked(kind.id == studio.next_type_id)
+        use_action.setChecked(feature_type.id == studio.next_type_id)
         select_action = menu.addAction(
             tr("&Select its features"), lambda: studio.selection.set(feature_ids)
         )
@@ -170,42 +172,48 @@ class RecordMenus(QObject):
         select_action.setEnabled(bool(feature_ids))
         select_action.setToolTip("" if feature_ids else unused_text)
         menu.addSeparator()
-        self._add_visibility_action(menu, kind.id)
+        self._add_visibility_action(menu, feature_type.id)
         show_only_action = menu.addAction(
             tr("Show &only selected"), lambda: studio.show_only(feature_ids)
         )
         show_only_action.setEnabled(bool(feature_ids))
         show_only_action.setToolTip("" if feature_ids else unused_text)
         menu.addSeparator()
-        menu.addAction(tr("&Rename…"), lambda: self._edit_type(kind.id))
+        menu.addAction(tr("&Rename…"), lambda: self._edit_type(feature_type.id))
         colors = menu.addMenu(tr("&Colour"))
         for name, color in theme.COLORS:
             action = colors.addAction(theme.swatch(color), tr(name))
             action.setCheckable(True)
-            action.setChecked(color == kind.color)
-            action.triggered.connect(partial(self._change_type_field, kind, "color", color))
+            action.setChecked(color == feature_type.color)
+            action.triggered.connect(partial(self._change_type_field, feature_type, "color", color))
         colors.addSeparator()
-        colors.addAction(tr("Other…"), lambda: self._edit_type(kind.id))
+        colors.addAction(tr("Other…"), lambda: self._edit_type(feature_type.id))
         symbols = menu.addMenu(tr("S&ymbol"))
         for symbol in theme.SYMBOLS:
             action = symbols.addAction(
-                theme.type_icon(kind.color, symbol), tr(SYMBOL_NAMES[symbol])
+                theme.type_icon(feature_type.color, symbol), tr(SYMBOL_NAMES[symbol])
             )
             action.setCheckable(True)
-            action.setChecked(symbol == kind.symbol)
-            action.triggered.connect(partial(self._change_type_field, kind, "symbol", symbol))
+            action.setChecked(symbol == feature_type.symbol)
+            action.triggered.connect(
+                partial(self._change_type_field, feature_type, "symbol", symbol)
+            )
         menu.addAction(
             theme.icon("delete-outline"),
             tr("Re&move type"),
-            lambda: studio.attempt(edits.remove_type, kind.id),
+            lambda: studio.attempt(edits.remove_type, feature_type.id),
         )
         menu.addSeparator()
         menu.addAction(
-            theme.icon("shape-outline"), tr("Feature &types…"), lambda: self._edit_type(kind.id)
+            theme.icon("shape-outline"),
+            tr("Feature &types…"),
+            lambda: self._edit_type(feature_type.id),
         )
 
-    def _change_type_field(self, kind: FeatureType, field: str, value: str, *_: object) -> None:
-        if getattr(kind, field) != value:
+    def _change_type_field(
+        self, feature_type: FeatureType, field: str, value: str, *_: object
+    ) -> None:
+        if getattr(feature_type, field) != value:
             # The menu entries are valid values of the literal types.
-            new_kind = replace(kind, **{field: value})  # type: ignore[arg-type]
+            new_kind = replace(feature_type, **{field: value})  # type: ignore[arg-type]
             self._studio.attempt(edits.change_type, new_kind)

@@ -167,8 +167,8 @@ def column_flags(index: _Index) -> Qt.ItemFlag:
 
 def _is_listed(feature: Feature) -> bool:
     """Return whether the table lists a feature: planes, lines and a few other kinds."""
-    kind = kind_of(feature)
-    return bool(kind.orientations) or kind.listed
+    feature_kind = kind_of(feature)
+    return bool(feature_kind.orientations) or feature_kind.listed
 
 
 class OrientationModel(QAbstractTableModel):

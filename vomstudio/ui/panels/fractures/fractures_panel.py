@@ -165,12 +165,12 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         return self.region_box.kind()
 
     def _follow_region(self, *_: object) -> None:
-        kind = self._region_kind()
+        region_kind = self._region_kind()
         self.region_field.clear()
         reason = None
-        if kind == EVERYTHING:
+        if region_kind == EVERYTHING:
             reason = Finding("action.all-traces-counted")
-        elif kind == GRID:
+        elif region_kind == GRID:
             reason = Finding("action.cells-are-window")
         allow(self.region_field, reason)
         self.region_field.setPlaceholderText(
@@ -180,9 +180,9 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
                 CIRCLE: tr("x, y, radius"),
                 SCANLINE: tr("x, y, x, y"),
                 GRID: tr("cells done or empty"),
-            }[kind]
+            }[region_kind]
         )
-        can_mark = kind not in (EVERYTHING, GRID)
+        can_mark = region_kind not in (EVERYTHING, GRID)
         self.map.enable_marking(can_mark)
         self.map.setToolTip("" if not can_mark else tr("Drag to mark the area to count."))
         self._refresh_take()
@@ -190,10 +190,10 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
 
     def _region_numbers(self, ends: FloatArray) -> tuple[float, ...]:
         (x0, y0), (x1, y1) = np.round(ends, 3).tolist()
-        kind = self._region_kind()
-        if kind == CIRCLE:
+        region_kind = self._region_kind()
+        if region_kind == CIRCLE:
             return x0, y0, round(math.hypot(x1 - x0, y1 - y0), 3)
-        if kind == WINDOW:
+        if region_kind == WINDOW:
             return min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)
         return x0, y0, x1, y1
 
@@ -206,13 +206,13 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         return None if line is None else self._studio.measured([line.id])[line.id].points
 
     def _refresh_take(self) -> None:
-        kind, line = self._region_kind(), self._selected_line()
-        min_points = 3 if kind == WINDOW else 2
+        region_kind, line = self._region_kind(), self._selected_line()
+        min_points = 3 if region_kind == WINDOW else 2
         reason = None
-        if kind not in (WINDOW, SCANLINE):
+        if region_kind not in (WINDOW, SCANLINE):
             reason = Finding("action.no-window")
         elif line is None or len(line) < min_points or self.result is None:
-            reason = Finding("action.no-area" if kind == WINDOW else "action.no-line")
+            reason = Finding("action.no-area" if region_kind == WINDOW else "action.no-line")
         allow(self.take, reason)
 
     def _take_selected(self) -> None:

@@ -49,9 +49,9 @@ class BedLogTable(QTableWidget):
         super().__init__(0, len(columns))
         self.setObjectName("log_table")
         self.setAccessibleName(tr("Beds of the log"))
-        for column, (title, tip) in enumerate(columns):
+        for column, (title, tooltip) in enumerate(columns):
             item = QTableWidgetItem(title)
-            item.setToolTip(tip)
+            item.setToolTip(tooltip)
             self.setHorizontalHeaderItem(column, item)
         self.verticalHeader().hide()
         self.verticalHeader().setDefaultSectionSize(_ROW_HEIGHT_PX)

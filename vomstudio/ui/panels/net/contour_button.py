@@ -45,10 +45,10 @@ class ContourButton(QToolButton):
     ) -> None:
         super().__init__()
         self._studio, self._view_settings, self._types = studio, view_settings, types
-        tip = tr("Contours of the density of poles and lines")
+        tooltip = tr("Contours of the density of poles and lines")
         self.setIcon(theme.icon("chart-bell-curve-cumulative"))
-        self.setToolTip(tip)
-        self.setAccessibleName(tip)
+        self.setToolTip(tooltip)
+        self.setAccessibleName(tooltip)
         self.setCheckable(True)
         self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         theme.highlight_toggles(self)

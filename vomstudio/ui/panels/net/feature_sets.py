@@ -32,9 +32,9 @@ def group_by_appearance(features: Sequence[Typed]) -> list[tuple[NetAppearance, 
     for feature in features:
         features_by_class.setdefault(type(feature), []).append(feature)
     result: dict[NetAppearance, list[Typed]] = {}
-    for kind in KINDS:
-        if kind.net is not None and kind.record in features_by_class:
-            result.setdefault(kind.net, []).extend(features_by_class[kind.record])
+    for feature_kind in KINDS:
+        if feature_kind.net is not None and feature_kind.record in features_by_class:
+            result.setdefault(feature_kind.net, []).extend(features_by_class[feature_kind.record])
     return list(result.items())
 
 
@@ -51,7 +51,7 @@ def net_features(records: RecordMap) -> tuple[list[Typed], list[Typed]]:
 
 
 def build_sets(
-    kind: FeatureType,
+    feature_type: FeatureType,
     name: str,
     features: Sequence[Typed],
     measurements: Mapping[str, Measurement],
@@ -84,11 +84,11 @@ def build_sets(
                 azimuth_deg=azimuth,
                 angle_deg=angle,
                 ids=ids,
-                color=kind.color,
+                color=feature_type.color,
                 marker=marker,
                 variant=variant,
                 turns=set_turns,
-                group=kind.name,
+                group=feature_type.name,
             )
         )
     if lines:
@@ -104,12 +104,12 @@ def build_sets(
                 azimuth_deg=azimuth,
                 angle_deg=angle,
                 ids=ids,
-                color=kind.color,
+                color=feature_type.color,
                 marker=marker,
                 variant=variant,
                 turns=set_turns,
                 slips=slips,
-                group=kind.name,
+                group=feature_type.name,
             )
         )
     return result

@@ -64,18 +64,18 @@ class NetMenuButton(QToolButton):
     ) -> None:
         super().__init__()
         self._view_settings, self._names = view_settings, names
-        tip = tr("More: elements, sets, rotation, figure")
+        tooltip = tr("More: elements, sets, rotation, figure")
         self.setIcon(theme.icon("dots-horizontal"))
-        self.setToolTip(tip)
-        self.setAccessibleName(tip)
+        self.setToolTip(tooltip)
+        self.setAccessibleName(tooltip)
         self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         menu = QMenu(self)
         menu.setToolTipsVisible(True)
         menu.aboutToShow.connect(self._show)
         self.overlays: dict[str, QAction] = {}
-        for name, (title, tip) in _OVERLAYS.items():
+        for name, (title, tooltip) in _OVERLAYS.items():
             action = menu.addAction(tr(title))
-            action.setToolTip(tr(tip))
+            action.setToolTip(tr(tooltip))
             action.setCheckable(True)
             action.triggered.connect(
                 lambda is_checked, n=name: view_settings.show_overlay(n, is_checked)
@@ -124,8 +124,8 @@ class NetMenuButton(QToolButton):
         for name, action in self.overlays.items():
             action.setChecked(name in view_settings.overlays)
             action.setEnabled(is_net)
-            tip = tr(_OVERLAYS[name][1])
-            action.setToolTip(tip if is_net else Finding("net.only", what=tip).message)
+            tooltip = tr(_OVERLAYS[name][1])
+            action.setToolTip(tooltip if is_net else Finding("net.only", what=tooltip).message)
         self.widths[view_settings.bin_deg].setChecked(True)
         self.length_weight_action.setChecked(view_settings.is_length_weighted)
         self.area_scale_action.setChecked(view_settings.is_area_scaled)

@@ -97,7 +97,8 @@ class NetSource:
         """
         studio = self._studio
         visible_types = {
-            kind.id: studio.visible(kind.id) for kind in studio.session.of(FeatureType)
+            feature_type.id: studio.visible(feature_type.id)
+            for feature_type in studio.session.of(FeatureType)
         }
         features = [
             f
@@ -112,18 +113,18 @@ class NetSource:
             groups.setdefault(feature.type_id, {}).setdefault(feature.set_name, []).append(feature)
         colors = studio.session.records.cached(set_colors)
         sets: list[NetSet] = []
-        for kind in studio.session.of(FeatureType):
-            type_sets = groups.get(kind.id, {})
+        for feature_type in studio.session.of(FeatureType):
+            type_sets = groups.get(feature_type.id, {})
             # Picked planes and compass readings of the same set share one symbol.
             for number, name in enumerate(sorted(type_sets, key=natural_sort_key)):
-                color, variant = colors.get((kind.id, name), UNKNOWN_COLOR), 0
+                color, variant = colors.get((feature_type.id, name), UNKNOWN_COLOR), 0
                 if studio.settings.color_by != "set":
-                    color, variant = kind.color, number
-                title = f"{kind.name}: {name}" if name else kind.name
+                    color, variant = feature_type.color, number
+                title = f"{feature_type.name}: {name}" if name else feature_type.name
                 for appearance, members in group_by_appearance(type_sets[name]):
-                    marker = appearance.marker or _MARKERS.get(kind.symbol, "o")
+                    marker = appearance.marker or _MARKERS.get(feature_type.symbol, "o")
                     sets += build_sets(
-                        kind=replace(kind, color=color),
+                        feature_type=replace(feature_type, color=color),
                         name=f"{title}{appearance.suffix}",
                         features=members,
                         measurements=measurements,
@@ -221,20 +222,20 @@ class NetSource:
         records = self._studio.records
         for id_ in ids:
             feature = get_feature(records, id_)
-            kind = records.get(feature.type_id) if isinstance(feature, Typed) else None
-            if isinstance(kind, FeatureType):
-                types[kind.id] = kind
+            feature_type = records.get(feature.type_id) if isinstance(feature, Typed) else None
+            if isinstance(feature_type, FeatureType):
+                types[feature_type.id] = feature_type
         # Tables contain type names in lower case.
         return {
-            kind.name.casefold(): style.colors.get(kind.color, kind.color)
-            for kind in types.values()
+            feature_type.name.casefold(): style.colors.get(feature_type.color, feature_type.color)
+            for feature_type in types.values()
         }
 
     def roses(self, sets: Sequence[NetSet]) -> RoseContents:
         """Return the roses or histograms of the sets according to the view settings."""
         view_settings, weights = self._view_settings, None
-        kind = "line" if view_settings.view in LINE_ANGLES else "plane"
-        sets = [s for s in sets if s.kind == kind]
+        geometry = "line" if view_settings.view in LINE_ANGLES else "plane"
+        sets = [s for s in sets if s.kind == geometry]
         is_pooled = len(sets) > MAX_ROSES and self.groups is None
         sets = self._pool_by_type(sets) if is_pooled else sets
         if view_settings.is_length_weighted:
@@ -266,10 +267,12 @@ class NetSource:
             feature = get_feature(records, s.ids[0])
             if feature is None:
                 continue
-            kind = records.get(getattr(feature, "type_id", ""))
+            feature_type = records.get(getattr(feature, "type_id", ""))
             appearance = kind_of(feature).net
             suffix = "" if appearance is None else appearance.suffix
-            groups.setdefault(f"{kind.name if kind else s.name}{suffix}", []).append(s)
+            groups.setdefault(
+                f"{feature_type.name if feature_type else s.name}{suffix}", []
+            ).append(s)
         return [
             replace(
                 members[0],

@@ -179,25 +179,27 @@ class StereonetPanel(QWidget):
         # An empty net also shows the note about north, and no edit of a feature updates that note.
         follow_axes(self, studio, lambda _: self._schedule_redraw())
 
-    def set_overlay(self, on: bool) -> None:
+    def set_overlay(self, is_overlay: bool) -> None:
         """Draw on translucent paper over the outcrop.
 
         The tools are then visible only while they are needed, in two rows. Figures are copied from
         the docked or enlarged net, or by a command.
         """
-        self._paper_opacity = _OVERLAY_OPACITY if on else ""
+        self._paper_opacity = _OVERLAY_OPACITY if is_overlay else ""
         directions = QBoxLayout.Direction
-        self._tool_rows.setDirection(directions.TopToBottom if on else directions.LeftToRight)
+        self._tool_rows.setDirection(
+            directions.TopToBottom if is_overlay else directions.LeftToRight
+        )
         for button in (self.copy, self.command):
-            button.setVisible(not on)
-        self.tools.setVisible(not on)
+            button.setVisible(not is_overlay)
+        self.tools.setVisible(not is_overlay)
         self._schedule_redraw()
 
-    def _create_toggle(self, icon: str, tip: str, is_checked: bool) -> QToolButton:
+    def _create_toggle(self, icon: str, tooltip: str, is_checked: bool) -> QToolButton:
         button = QToolButton()
         button.setIcon(theme.icon(icon))
-        button.setToolTip(tip)
-        button.setAccessibleName(tip)
+        button.setToolTip(tooltip)
+        button.setAccessibleName(tooltip)
         button.setCheckable(True)
         theme.highlight_toggles(button)
         button.setChecked(is_checked)

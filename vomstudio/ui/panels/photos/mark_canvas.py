@@ -181,10 +181,10 @@ class MarkCanvas(PhotoCanvas):
         if self._grab is None:
             return position
         start, mark = self._grab
-        fraction = 1.0 / _SLOW_FACTOR if self._is_slow else 1.0
+        speed = 1.0 / _SLOW_FACTOR if self._is_slow else 1.0
         return (
-            mark[0] + (position[0] - start.x()) * fraction,
-            mark[1] + (position[1] - start.y()) * fraction,
+            mark[0] + (position[0] - start.x()) * speed,
+            mark[1] + (position[1] - start.y()) * speed,
         )
 
     def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802

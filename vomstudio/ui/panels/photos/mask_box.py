@@ -37,7 +37,7 @@ class MaskBox(QGroupBox):
         self.hide_button, self.keep_button = QToolButton(), QToolButton()
         group = QButtonGroup(self)
         row = QHBoxLayout()
-        for button, text, icon, tip in (
+        for button, text, icon, tooltip in (
             (
                 self.hide_button,
                 tr("Mask"),
@@ -48,7 +48,7 @@ class MaskBox(QGroupBox):
         ):
             button.setText(text)
             button.setIcon(theme.icon(icon))
-            button.setToolTip(tip)
+            button.setToolTip(tooltip)
             button.setCheckable(True)
             theme.highlight_toggles(button)
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
@@ -98,10 +98,10 @@ class MaskBox(QGroupBox):
         self._canvas.radius = min(max(radius, _MIN_RADIUS_PX), _MAX_RADIUS_PX)
         with QSignalBlocker(self.brush_size):
             # The scale of the slider is logarithmic.
-            fraction = log(self._canvas.radius / _MIN_RADIUS_PX) / log(
+            slider_position = log(self._canvas.radius / _MIN_RADIUS_PX) / log(
                 _MAX_RADIUS_PX / _MIN_RADIUS_PX
             )
-            self.brush_size.setValue(round(_STEPS * fraction))
+            self.brush_size.setValue(round(_STEPS * slider_position))
         self._size_label.setText(tr("{radius:.0f} px", radius=self._canvas.radius))
         self._canvas.update()
 

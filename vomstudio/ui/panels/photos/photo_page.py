@@ -166,10 +166,10 @@ class PhotoPage(QWidget):
                 if isinstance(button, QToolButton) and name in (*TOOLS, "fit", "one_to_one"):
                     button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self._middle = QWidget()
-        middle = QVBoxLayout(self._middle)
-        middle.setContentsMargins(0, 0, 0, 0)
-        middle.setSpacing(0)
-        middle.addWidget(self.canvas, 1)
+        middle_layout = QVBoxLayout(self._middle)
+        middle_layout.setContentsMargins(0, 0, 0, 0)
+        middle_layout.setSpacing(0)
+        middle_layout.addWidget(self.canvas, 1)
         side = QWidget()
         column = QVBoxLayout(side)
         column.setContentsMargins(0, 0, 0, 0)
@@ -403,11 +403,11 @@ class PhotoPage(QWidget):
         elif used_pixels is None:
             text = tr("Reading…") if self.photo else ""
         else:
-            fraction = 100.0 * (1.0 - float(used_pixels[::4, ::4].mean()))
+            masked_percent = 100.0 * (1.0 - float(used_pixels[::4, ::4].mean()))
             text = (
                 tr("Nothing is masked.")
                 if used_pixels.all()
-                else tr("{share:.0f} % of this photo is masked.", share=max(fraction, 1.0))
+                else tr("{share:.0f} % of this photo is masked.", share=max(masked_percent, 1.0))
             )
         self.mask_box.status_label.setText(text)
 

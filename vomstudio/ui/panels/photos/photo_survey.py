@@ -494,7 +494,7 @@ class PhotoSurvey(QObject):
                     self._studio, photo_set.id, target, name
                 )
             self._studio.open_model(
-                target / Path(result.mesh).name, name, then=lambda _: self.model_made.emit()
+                target / Path(result.mesh).name, name, on_finished=lambda _: self.model_made.emit()
             )
 
         def failed(event: Failed) -> None:

@@ -90,9 +90,11 @@ class PhotosPanel(QWidget):
         self._survey, self._actions = survey, actions
         self.quality = ComboBox()
         self.quality.setObjectName("quality")
-        for title, name, tip in QUALITIES:
+        for title, name, tooltip in QUALITIES:
             self.quality.addItem(tr(title), name)
-            self.quality.setItemData(self.quality.count() - 1, tr(tip), Qt.ItemDataRole.ToolTipRole)
+            self.quality.setItemData(
+                self.quality.count() - 1, tr(tooltip), Qt.ItemDataRole.ToolTipRole
+            )
         self.quality.setCurrentIndex(self.quality.findData(survey.quality))
         self.quality.currentIndexChanged.connect(
             lambda _: survey.set_quality(self.quality.currentData())
@@ -120,18 +122,18 @@ class PhotosPanel(QWidget):
         self._findings.setWordWrap(True)
         self._findings.itemSelectionChanged.connect(self._select_photos_of_finding)
         self._plan = PlanView(self.select_photo)
-        middle = QSplitter(Qt.Orientation.Horizontal)
+        splitter = QSplitter(Qt.Orientation.Horizontal)
         for widget, stretch in ((self.table, 5), (self._findings, 4), (self._plan, 3)):
-            middle.addWidget(widget)
-            middle.setStretchFactor(middle.count() - 1, stretch)
-        middle.setChildrenCollapsible(False)
+            splitter.addWidget(widget)
+            splitter.setStretchFactor(splitter.count() - 1, stretch)
+        splitter.setChildrenCollapsible(False)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(4, 4, 4, 4)
         layout.setSpacing(4)
         layout.addWidget(self._make_header())
         self._pages = QStackedWidget()
         self._pages.addWidget(self._make_empty_page())
-        self._pages.addWidget(middle)
+        self._pages.addWidget(splitter)
         layout.addWidget(self._pages, 1)
         survey.rows_changed.connect(self._fill)
         survey.changed.connect(self._refresh)
@@ -203,10 +205,10 @@ class PhotosPanel(QWidget):
             key = QShortcut(QKeySequence(code), table)
             key.setContext(Qt.ShortcutContext.WidgetShortcut)
             key.activated.connect(self._open)
-        for column, (title, tip) in enumerate(_COLUMNS):
+        for column, (title, tooltip) in enumerate(_COLUMNS):
             header = QTableWidgetItem(tr(title))
             # `tr` of an empty text would return the header of the catalogue.
-            header.setToolTip(tr(tip) if tip else "")
+            header.setToolTip(tr(tooltip) if tooltip else "")
             table.setHorizontalHeaderItem(column, header)
         return table
 

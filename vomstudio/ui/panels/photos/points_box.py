@@ -115,13 +115,13 @@ class PointsBox(QGroupBox):
         self.name.editingFinished.connect(self._rename)
         self.role = ComboBox()
         self.role.setObjectName("point_role")
-        for text, role, tip in (
+        for text, role, tooltip in (
             (tr("control"), CONTROL, tr("Used to register the model.")),
             (tr("check"), CHECK, tr("Not used to register the model, but to check it.")),
             (tr("tie"), TIE, tr("Has no coordinates and only links photos.")),
         ):
             self.role.addItem(theme.swatch(COLORS[role]), text, role)
-            self.role.setItemData(self.role.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
+            self.role.setItemData(self.role.count() - 1, tooltip, Qt.ItemDataRole.ToolTipRole)
         self.role.currentIndexChanged.connect(self._change_role)
         row = QHBoxLayout()
         row.addWidget(self.name, 1)

@@ -125,9 +125,9 @@ class SetsPanel(QWidget):
         self.table = QTableWidget(0, len(columns))
         self.table.setObjectName("sets_table")
         self.table.setAccessibleName(tr("Proposed sets"))
-        for column, (title, tip) in enumerate(columns):
+        for column, (title, tooltip) in enumerate(columns):
             item = QTableWidgetItem(title)
-            item.setToolTip(tip)
+            item.setToolTip(tooltip)
             self.table.setHorizontalHeaderItem(column, item)
         self.table.verticalHeader().hide()
         self.table.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)

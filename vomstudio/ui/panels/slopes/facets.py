@@ -181,9 +181,9 @@ class FacetSlopesView(QWidget):
         for facet in () if result is None else result.analysis.facets:
             plane = Plane(facet.face.dip_direction_deg, facet.face.dip_deg)
             attitude = format_plane(plane, notation, 0, omits_hand_rule=True)
-            fractions = [getattr(facet, name).share for name, _, _ in _MODES]
+            shares = [getattr(facet, name).share for name, _, _ in _MODES]
             note = tr("It overhangs and is treated as a vertical face.") if facet.overhangs else ""
-            rows.append(((int(facet.id) + 1, attitude, *fractions, facet.area_m2), note))
+            rows.append(((int(facet.id) + 1, attitude, *shares, facet.area_m2), note))
         self.table.fill(rows)
         for widget in (self.mode, self.reset_button):
             allow(widget, None if rows else Finding("action.no-result"))
@@ -191,9 +191,9 @@ class FacetSlopesView(QWidget):
 
 def facet_shares(result: FacetsAnswer, mode: str) -> dict[int, float]:
     """Return the critical share for a failure mode by facet index."""
-    fractions = [getattr(facet, mode).share for facet in result.analysis.facets]
+    shares = [getattr(facet, mode).share for facet in result.analysis.facets]
     ids = [int(facet.id) for facet in result.analysis.facets]
-    return {i: fraction for i, fraction in zip(ids, fractions, strict=True) if fraction is not None}
+    return {i: share for i, share in zip(ids, shares, strict=True) if share is not None}
 
 
 def show_facet(studio: Studio, proposals: Proposals, row: int) -> None:

@@ -180,9 +180,9 @@ class SlopeResults(QWidget):
 def _mode_table() -> QTableWidget:
     table = QTableWidget(len(_MODES), len(_COLUMNS))
     table.setAccessibleName(tr("Failure modes"))
-    for column, (title, tip) in enumerate(_COLUMNS):
+    for column, (title, tooltip) in enumerate(_COLUMNS):
         header_item = QTableWidgetItem(tr(title))
-        header_item.setToolTip(tr(tip))
+        header_item.setToolTip(tr(tooltip))
         table.setHorizontalHeaderItem(column, header_item)
     for row, (_, title, _) in enumerate(_MODES):
         for column in range(len(_COLUMNS)):
@@ -221,5 +221,7 @@ def _mode(result: SlopeAnswer, name: str) -> Mode:
 
 
 def _cells(mode: Mode) -> list[str]:
-    fractions = ["–" if s is None else f"{100.0 * s:.1f} %" for s in (mode.share, mode.probability)]
-    return [f"{mode.critical:,}", f"{mode.of:,}", *fractions]
+    share_texts = [
+        "–" if s is None else f"{100.0 * s:.1f} %" for s in (mode.share, mode.probability)
+    ]
+    return [f"{mode.critical:,}", f"{mode.of:,}", *share_texts]

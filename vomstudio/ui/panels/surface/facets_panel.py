@@ -192,7 +192,7 @@ class FacetsPanel(ProposalsPanel):
         self.copy.allow(self._why_not())
         proposals, selection = self._facets.proposals, self._selection()
         no_selection = Finding("action.no-row")
-        for button, is_enabled, tip, reason in (
+        for button, is_enabled, tooltip, reason in (
             (
                 self.accept,
                 bool(selection),
@@ -219,7 +219,7 @@ class FacetsPanel(ProposalsPanel):
             ),
         ):
             button.setEnabled(is_enabled)
-            button.setToolTip(tip if is_enabled else str(reason))
+            button.setToolTip(tooltip if is_enabled else str(reason))
         if proposals is not None and not proposals.whole:
             self.accept_all.setToolTip(tr("Accept all listed facets of the part in view."))
 

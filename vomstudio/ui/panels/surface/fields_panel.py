@@ -81,8 +81,8 @@ class FieldsPanel(ModelPanel):
     def _make_parts(self) -> None:
         self.kind = ComboBox()
         self.kind.setObjectName("field_kind")
-        for key, kind in KINDS.items():
-            self.kind.addItem(tr(kind.title), key)
+        for key, field_kind in KINDS.items():
+            self.kind.addItem(tr(field_kind.title), key)
         for key, (title, _) in _PLANE_KINDS.items():
             self.kind.addItem(tr(title), key)
         self.kind.keep_narrow()
@@ -221,28 +221,28 @@ class FieldsPanel(ModelPanel):
         )
 
     def _field_request(self) -> FieldRequest | None:
-        kind = str(self.kind.currentData())
-        if kind == TO_PLANE:
-            return FieldRequest(kind, of=self._plane_id) if self._plane_id else None
-        if kind == TO_MODEL:
+        field_name = str(self.kind.currentData())
+        if field_name == TO_PLANE:
+            return FieldRequest(field_name, of=self._plane_id) if self._plane_id else None
+        if field_name == TO_MODEL:
             other_model = self.other_model.currentData()
-            return FieldRequest(kind, of=str(other_model)) if other_model else None
-        if kind in (MEASURABLE, EXPECTED):
+            return FieldRequest(field_name, of=str(other_model)) if other_model else None
+        if field_name in (MEASURABLE, EXPECTED):
             request = FieldRequest(
-                kind, self.measurable.length.value(), self.measurable.plane_source()
+                field_name, self.measurable.length.value(), self.measurable.plane_source()
             )
             return (
                 request if request.of and self._fields.resolve_plane(request) is not None else None
             )
-        return FieldRequest(kind, self.radius.value())
+        return FieldRequest(field_name, self.radius.value())
 
     def _show_rows(self) -> None:
-        kind = str(self.kind.currentData())
-        self._form.setRowVisible(self.radius, kind in KINDS)
-        self._form.setRowVisible(self.plane, kind == TO_PLANE)
-        self._form.setRowVisible(self.other_model, kind == TO_MODEL)
-        self._form.setRowVisible(self.measurable, kind in (MEASURABLE, EXPECTED))
-        is_direction = kind == "dip_direction"
+        field_name = str(self.kind.currentData())
+        self._form.setRowVisible(self.radius, field_name in KINDS)
+        self._form.setRowVisible(self.plane, field_name == TO_PLANE)
+        self._form.setRowVisible(self.other_model, field_name == TO_MODEL)
+        self._form.setRowVisible(self.measurable, field_name in (MEASURABLE, EXPECTED))
+        is_direction = field_name == "dip_direction"
         self.colour_blind.setVisible(is_direction)
         self.wheel.setVisible(is_direction)
         if is_direction:
@@ -250,7 +250,7 @@ class FieldsPanel(ModelPanel):
             north = model is not None and model.frame.has_north
             name = _COLOUR_BLIND_MAP if self.colour_blind.isChecked() else _HUE_MAP
             self.wheel.show_map(name, north_known=north)
-        description = KINDS[kind].says if kind in KINDS else _PLANE_KINDS[kind][1]
+        description = KINDS[field_name].says if field_name in KINDS else _PLANE_KINDS[field_name][1]
         lines = [tr(description)]
         if is_direction and self._model is not None and not self._model.frame.has_north:
             lines.append(tr("This model has no north: directions are in its own frame."))

@@ -194,7 +194,7 @@ class TracesPanel(ProposalsPanel):
         rows = self._selection()
         no_selection = Finding("action.no-row")
         open_tool = self._studio.open_tool is not None
-        for button, reason, tip in (
+        for button, reason, tooltip in (
             (
                 self.accept,
                 None if rows else no_selection,
@@ -221,7 +221,7 @@ class TracesPanel(ProposalsPanel):
             ),
         ):
             button.setEnabled(reason is None)
-            button.setToolTip(tip if reason is None else str(reason))
+            button.setToolTip(tooltip if reason is None else str(reason))
         count = 0 if self._model is None else traces.rejected_on(self._model.id)
         self.restore.setEnabled(count > 0)
         self.restore.setToolTip(

@@ -104,12 +104,12 @@ def commands(studio: Studio) -> list[Command]:
             partial(tool.mark_here, mark),
             icon=icon,
             shortcut=key,
-            tip=tr(tip),
+            tip=tr(tooltip),
             why_not=why_not_marking,
             is_viewport_key=True,
             is_checked=partial(is_mark_active, mark),
         )
-        for mark, (name, icon, key, tip) in MARKS.items()
+        for mark, (name, icon, key, tooltip) in MARKS.items()
     ]
 
 

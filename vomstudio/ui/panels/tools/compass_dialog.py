@@ -68,8 +68,8 @@ class CompassDialog(QDialog):
         initial = previous_compass or Compass(compass_id(model.id), model.id)
         self.north = ComboBox()
         self.north.setObjectName("compass_from")
-        for kind, title in _NORTHS:
-            self.north.addItem(tr(title), kind)
+        for north_kind, title in _NORTHS:
+            self.north.addItem(tr(title), north_kind)
         self.north.setCurrentIndex(self.north.findData(initial.north))
         self.day = _field("compass_day", initial.day, tr("such as 2024-05-12"))
         place = "" if initial.place is None else f"{initial.place[1]:.10g}, {initial.place[0]:.10g}"
@@ -138,14 +138,14 @@ class CompassDialog(QDialog):
         from vomstudio.registration.north import default_north_sigma_deg
         from vomstudio.studio.placing.read_north import resolve_north
 
-        kind: NorthKind = self.north.currentData()
+        north_kind: NorthKind = self.north.currentData()
         for field, is_visible in (
-            (self.day, kind == "magnetic"),
-            (self.place, kind != "grid"),
-            (self.declination, kind == "magnetic"),
+            (self.day, north_kind == "magnetic"),
+            (self.place, north_kind != "grid"),
+            (self.declination, north_kind == "magnetic"),
         ):
             self._form.setRowVisible(field, is_visible)
-        default_deg = default_north_sigma_deg(kind)
+        default_deg = default_north_sigma_deg(north_kind)
         self.doubt.setPlaceholderText(
             tr("{angle:g}°: compass, rocks and steel nearby", angle=default_deg)
             if default_deg

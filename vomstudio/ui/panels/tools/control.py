@@ -114,8 +114,8 @@ class ControlPanel(QWidget):
         self.click_box = ComboBox()
         self.click_box.setObjectName("what_is_clicked")
         self.click_box.addItem(tr("Control points"), "")
-        for kind, name in CLICKED:
-            self.click_box.addItem(tr(name), kind)
+        for known_kind, name in CLICKED:
+            self.click_box.addItem(tr(name), known_kind)
         self.click_box.addItem(tr("Plane or line by compass"), "plane")
         self.click_box.activated.connect(self._choose_click_target)
         self.lines = KnownTable()
@@ -207,17 +207,17 @@ class ControlPanel(QWidget):
         if name == self._tool.name:
             self._tool.begin()
         if name in (self._tool.name, self._lines_tool.name):
-            kind = self._lines_tool.kind if name == self._lines_tool.name else ""
-            self.click_box.setCurrentIndex(self.click_box.findData(kind))
+            known_kind = self._lines_tool.kind if name == self._lines_tool.name else ""
+            self.click_box.setCurrentIndex(self.click_box.findData(known_kind))
             self.refresh()
             self._show_compass()
 
     def _choose_click_target(self) -> None:
-        kind: KnownKind | str = self.click_box.currentData()
+        known_kind: KnownKind | str = self.click_box.currentData()
         for item, _ in KINDS:
-            if item == kind:
+            if item == known_kind:
                 self._lines_tool.choose(item)
-        self._studio.activate(self._lines_tool.name if kind else self._tool.name)
+        self._studio.activate(self._lines_tool.name if known_kind else self._tool.name)
         self._show_compass()
 
     def _solve(self) -> None:

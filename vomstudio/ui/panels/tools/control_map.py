@@ -144,11 +144,11 @@ class ControlMap(QWidget):
         for point in self._points:
             position = to_widget(point.x, point.y)
             if point.residual is not None and factor:
-                tip = to_widget(
+                tooltip = to_widget(
                     point.x + factor * point.residual[0], point.y + factor * point.residual[1]
                 )
                 painter.setPen(QPen(QColor(_RESIDUAL_COLOR), 1.8))
-                painter.drawLine(position, tip)
+                painter.drawLine(position, tooltip)
             painter.setPen(QPen(text_color if point.is_on_model else muted_color, 1.4))
             painter.setBrush(
                 text_color if point.is_used and point.is_on_model else Qt.BrushStyle.NoBrush

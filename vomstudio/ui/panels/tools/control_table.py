@@ -52,13 +52,13 @@ class ControlTable(QTableWidget):
         header.setMinimumSectionSize(34)
         self.verticalHeader().setDefaultSectionSize(23)
         self.setMinimumHeight(170)
-        for column, tip in (
+        for column, tooltip in (
             (TICK, tr("Ticked points register the model, the others check it.")),
             (_RESIDUAL, tr("Length of the residual (fitted minus given).")),
         ):
             item = self.horizontalHeaderItem(column)
             if item is not None:
-                item.setToolTip(tip)
+                item.setToolTip(tooltip)
         self._cells: list[list[QTableWidgetItem]] = []
 
     def choose_row(self, row: int) -> None:
@@ -112,12 +112,12 @@ class ControlTable(QTableWidget):
                 else:
                     item.setText("" if point.vertices else tr("not found"))
                     item.setToolTip("")
-                fraction = (
+                bar_share = (
                     residual.error_m / largest_error
                     if residual is not None and largest_error > 0.0
                     else 0.0
                 )
-                item.setData(_SHARE_ROLE, -fraction if point.name in blunders else fraction)
+                item.setData(_SHARE_ROLE, -bar_share if point.name in blunders else bar_share)
                 cells[LABEL].setIcon(alert if point.name in blunders else QIcon())
 
     @contextmanager
@@ -145,11 +145,11 @@ class _BarDelegate(QStyledItemDelegate):
         option: QStyleOptionViewItem,
         index: QModelIndex | QPersistentModelIndex,
     ) -> None:
-        fraction = float(index.data(_SHARE_ROLE) or 0.0)
-        if fraction:
-            color = QColor(_BLUNDER_COLOR if fraction < 0.0 else _BAR_COLOR)
+        bar_share = float(index.data(_SHARE_ROLE) or 0.0)
+        if bar_share:
+            color = QColor(_BLUNDER_COLOR if bar_share < 0.0 else _BAR_COLOR)
             color.setAlphaF(0.45)
             box = QRectF(option.rect).adjusted(1.0, 3.0, -1.0, -3.0)
-            box.setWidth(abs(fraction) * box.width())
+            box.setWidth(abs(bar_share) * box.width())
             painter.fillRect(box, color)
         super().paint(painter, option, index)

@@ -42,7 +42,7 @@ class KnownTable(QTableWidget):
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(RESIDUAL, QHeaderView.ResizeMode.Stretch)
         header.setMinimumSectionSize(34)
-        for column, tip in (
+        for column, tooltip in (
             (TICK, tr("Ticked ones register the model, the others check it.")),
             (
                 VALUE,
@@ -59,7 +59,7 @@ class KnownTable(QTableWidget):
         ):
             item = self.horizontalHeaderItem(column)
             if item is not None:
-                item.setToolTip(tip)
+                item.setToolTip(tooltip)
         self.hide()
 
     def show_lines(self, lines: Sequence[KnownLine], notation: str) -> None:

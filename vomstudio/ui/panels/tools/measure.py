@@ -46,8 +46,8 @@ class MeasurePanel(QWidget):
         self._tool = studio.tool_of(MeasureTool)
         self.kind_box = ComboBox()
         self.kind_box.setObjectName("measure_kind")
-        for kind, name in KINDS:
-            self.kind_box.addItem(tr(name), kind)
+        for dimension_kind, name in KINDS:
+            self.kind_box.addItem(tr(name), dimension_kind)
         self.kind_box.activated.connect(self._apply_fields)
         self.plane_box = PlaneBox(studio, None, follows_selection=True)
         self.plane_box.setObjectName("measure_plane")
@@ -73,8 +73,8 @@ class MeasurePanel(QWidget):
             signal.connect(self.refresh)
 
     def _apply_fields(self) -> None:
-        kind: Any = self.kind_box.currentData()
-        self._tool.choose(kind=kind)
+        dimension_kind: Any = self.kind_box.currentData()
+        self._tool.choose(kind=dimension_kind)
 
     def refresh(self, *_: object) -> None:
         """Show the current state of the tool."""

@@ -134,39 +134,39 @@ class _SelectCommands:
 
     # --- commands ----------------------------------------------------------------------------
     def create_mode_command(self, mode: ElementMode) -> Command:
-        title, key, tip = _MODES[mode]
+        title, key, tooltip = _MODES[mode]
         return Command(
             f"shape_{mode}",
             tr(title),
             lambda: self.tool.set_mode(mode),
             icon=MODE_ICONS[mode],
             shortcut=key,
-            tip=tr(tip),
+            tip=tr(tooltip),
             why_not=self.why_not_picking if mode == "pick" else self.why_not_choosing,
             is_viewport_key=True,
             is_checked=lambda: self.tool.mode == mode,
         )
 
     def create_target_command(self, target: Target) -> Command:
-        title, icon, tip = _TARGETS[target]
+        title, icon, tooltip = _TARGETS[target]
         return Command(
             f"select_{target}",
             tr(title),
             lambda: self.select.set_target(target),
             icon=icon,
-            tip=tr(tip),
+            tip=tr(tooltip),
             why_not=self.why_not_selecting,
             is_checked=lambda: self.select.target == target,
         )
 
     def create_combine_command(self, combination: Combine) -> Command:
-        icon, tip = _COMBINE_TIPS[combination]
+        icon, tooltip = _COMBINE_TIPS[combination]
         return Command(
             f"select_{combination}",
             tr(COMBINATIONS[combination]),
             lambda: self.tool.set_combine(combination),
             icon=icon,
-            tip=tr(tip),
+            tip=tr(tooltip),
             why_not=self.why_not_choosing,
             is_checked=lambda: self.tool.combine == combination,
         )
@@ -181,7 +181,7 @@ def commands(studio: Studio) -> list[Command]:
         text: str,
         run: Callable[[], object],
         icon: str,
-        tip: str,
+        tooltip: str,
         key: Keys = (),
         why_not: Callable[[], Finding | None] = factory.why_no_selection,
     ) -> Command:
@@ -191,7 +191,7 @@ def commands(studio: Studio) -> list[Command]:
             run,
             icon=icon,
             shortcut=key,
-            tip=tip,
+            tip=tooltip,
             why_not=why_not,
             is_viewport_key=bool(key),
         )
@@ -217,7 +217,7 @@ def commands(studio: Studio) -> list[Command]:
             lambda: factory.tool.changes.wider(),
             icon="arrow-expand-all",
             key=("+", "="),
-            tip=tr("Add the neighbours of the selected elements."),
+            tooltip=tr("Add the neighbours of the selected elements."),
             why_not=factory.why_nothing_chosen,
         ),
         create_command(
@@ -226,7 +226,7 @@ def commands(studio: Studio) -> list[Command]:
             lambda: factory.tool.changes.narrower(),
             icon="arrow-collapse-all",
             key="-",
-            tip=tr("Remove the elements at the edge."),
+            tooltip=tr("Remove the elements at the edge."),
             why_not=factory.why_nothing_chosen,
         ),
         create_command(
@@ -235,7 +235,7 @@ def commands(studio: Studio) -> list[Command]:
             lambda: factory.tool.changes.invert(),
             icon="select-inverse",
             key="Shift+I",
-            tip=tr("Select the inverse of the selection."),
+            tooltip=tr("Select the inverse of the selection."),
             why_not=factory.why_nothing_chosen,
         ),
         create_command(
@@ -243,7 +243,7 @@ def commands(studio: Studio) -> list[Command]:
             tr("Whole model"),
             lambda: factory.tool.changes.everything(),
             icon="select-all",
-            tip=tr("Select every face or point of the model."),
+            tooltip=tr("Select every face or point of the model."),
             why_not=factory.why_no_model,
         ),
         create_command(
@@ -251,7 +251,7 @@ def commands(studio: Studio) -> list[Command]:
             tr("Select plane"),
             factory.take_patch,
             icon="texture-box",
-            tip=tr("Select the faces or points of the selected plane."),
+            tooltip=tr("Select the faces or points of the selected plane."),
             why_not=factory.why_no_patch,
         ),
         create_command(
@@ -259,7 +259,7 @@ def commands(studio: Studio) -> list[Command]:
             tr("Measure plane"),
             factory.measure_plane,
             icon="layers-search-outline",
-            tip=tr("Fit a plane to the selected faces or points."),
+            tooltip=tr("Fit a plane to the selected faces or points."),
         ),
         create_command(
             "hide_elements",
@@ -267,7 +267,7 @@ def commands(studio: Studio) -> list[Command]:
             factory.select.hide_selected,
             icon="eye-off-outline",
             key="H",
-            tip=tr("Hide the selected part of the model. Undo restores it."),
+            tooltip=tr("Hide the selected part of the model. Undo restores it."),
         ),
         create_command(
             "isolate_elements",
@@ -275,7 +275,7 @@ def commands(studio: Studio) -> list[Command]:
             factory.select.changes.isolate,
             icon="eye-outline",
             key="Shift+H",
-            tip=tr("Hide the rest of the model. Earlier view (Shift+Z) restores it."),
+            tooltip=tr("Hide the rest of the model. Earlier view (Shift+Z) restores it."),
         ),
         create_command(
             "show_elements",
@@ -283,7 +283,7 @@ def commands(studio: Studio) -> list[Command]:
             factory.select.changes.show_all,
             icon="eye",
             key="U",
-            tip=tr("Show every face and point. Undo hides them."),
+            tooltip=tr("Show every face and point. Undo hides them."),
             why_not=factory.why_none_hidden,
         ),
         create_command(
@@ -291,6 +291,6 @@ def commands(studio: Studio) -> list[Command]:
             tr("Cut out"),
             factory.select.changes.cut_out,
             icon="scissors-cutting",
-            tip=tr("Create a model from the selection. The original is kept."),
+            tooltip=tr("Create a model from the selection. The original is kept."),
         ),
     ]

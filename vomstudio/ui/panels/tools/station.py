@@ -26,8 +26,8 @@ class StationPanel(QWidget):
         self._tool = studio.tool_of(StationTool)
         self.kind_box = ComboBox()
         self.kind_box.setObjectName("station_what")
-        for kind, name in STATION_KINDS:
-            self.kind_box.addItem(tr(name), kind)
+        for station_kind, name in STATION_KINDS:
+            self.kind_box.addItem(tr(name), station_kind)
         self.kind_box.activated.connect(self._apply_fields)
         self.number_edit, self.photo_edit = QLineEdit(), QLineEdit()
         self.number_edit.setPlaceholderText(tr("such as KB-17"))
