@@ -60,6 +60,8 @@ class Declaration:
         Number of decimals in a form.
     empty : str
         Text that a form shows for None.
+    form_unit : tuple of str and float, optional
+        Unit in a form and its number per unit of the option, such as ``("%", 100.0)`` for a share.
     flag_value : str, optional
         Value if the option is given without one. Without `flag_value`, the option requires a value.
     is_required : bool
@@ -82,6 +84,7 @@ class Declaration:
     metavar: str | None = None
     decimals: int = 3
     empty: str = to_translate("auto")
+    form_unit: tuple[str, float] | None = None
     flag_value: str | None = None
     is_required: bool = False
     is_repeated: bool = False
@@ -140,6 +143,7 @@ def option(
     metavar: str | None = None,
     decimals: int = 3,
     empty_text: str = to_translate("auto"),
+    form_unit: tuple[str, float] | None = None,
     flag_value: str | None = None,
 ) -> Any:
     """Declare a field of an options class; see `Declaration` for the parameters.
@@ -158,6 +162,7 @@ def option(
         "metavar": metavar,
         "decimals": decimals,
         "empty": empty_text,
+        "form_unit": form_unit,
         "flag_value": flag_value,
     }
     return field(default=default, metadata={_DECLARATION: metadata})

@@ -45,8 +45,6 @@ def camera_of(text: str, focal_mm: float | None = None) -> PlanCamera:
     photo.
     """
     text = text.strip()
-    if focal_mm is not None and not 0 < focal_mm < 1e5:
-        raise UsageError(Finding("number.not-positive", value=focal_mm), field="--focal")
     if _is_file(text):
         return _camera_of_photo(text, focal_mm)
     if re.match(r"^[\d.=,;xX×\s]*$|.*=", text):

@@ -30,7 +30,6 @@ from vomstudio.photogrammetry.survey.survey_options import (
 
 Manner = Literal["handheld", "drone", "terrain"]
 
-MANNERS: tuple[Manner, ...] = ("handheld", "drone", "terrain")
 OBLIQUE_DEG = 30.0
 """Angle of obliques from the perpendicular: view directions "up to 60 degrees with" the surface,
 horizontal and 30 degrees plunging at a cliff, zenithal and 60 degrees plunging over flat ground

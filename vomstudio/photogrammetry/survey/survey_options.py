@@ -29,64 +29,111 @@ class PlanOptions(Options):
     """
 
     width_m: float = option(
-        minimum=MIN_LENGTH_M, maximum=MAX_LENGTH_M, help=to_translate("width of the outcrop, m")
+        minimum=MIN_LENGTH_M,
+        maximum=MAX_LENGTH_M,
+        label=to_translate("Width"),
+        help=to_translate("width of the outcrop, m"),
+        tip=to_translate("Width of the outcrop"),
+        decimals=1,
     )
     height_m: float = option(
-        minimum=MIN_LENGTH_M, maximum=MAX_LENGTH_M, help=to_translate("height of the outcrop, m")
+        minimum=MIN_LENGTH_M,
+        maximum=MAX_LENGTH_M,
+        label=to_translate("Height"),
+        help=to_translate("height of the outcrop, m"),
+        tip=to_translate("Height of the outcrop"),
+        decimals=1,
     )
     distance_m: float | None = option(
         None,
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
+        label=to_translate("Distance"),
         help=to_translate("distance from the camera to the rock, m"),
+        tip=to_translate("Distance from the camera to the rock"),
+        decimals=2,
     )
     gsd_m: float | None = option(
         None,
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
+        label=to_translate("Pixel size"),
         help=to_translate("required size of a pixel on the rock, m"),
+        tip=to_translate("Size of a pixel on the rock"),
+        decimals=2,
+        form_unit=("mm", 1000.0),
     )
     plane_m: float | None = option(
         None,
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
+        label=to_translate("Smallest plane"),
         help=to_translate("size of the smallest plane to measure (1000 pixels across), m"),
+        tip=to_translate("Size of the smallest plane to measure"),
+        decimals=2,
+    )
+    manner: Literal["handheld", "drone", "terrain"] = option(
+        "handheld",
+        label=to_translate("Method"),
+        help=to_translate("on foot, by drone in front of a cliff, or by drone over flat ground"),
+        tip=to_translate("How the photos are taken"),
+        titles=(
+            to_translate("Hand-held camera"),
+            to_translate("Drone in front of a cliff"),
+            to_translate("Drone over flat ground"),
+        ),
     )
     overlap: float = option(
         0.7,
         minimum=MIN_OVERLAP,
         maximum=MAX_OVERLAP,
         metavar="SHARE",
+        label=to_translate("Overlap"),
         help=to_translate("overlap of neighbouring photos, 0.6 to 0.95"),
+        tip=to_translate("Overlap of neighbouring photos"),
+        decimals=0,
+        form_unit=("%", 100.0),
     )
-    manner: Literal["handheld", "drone", "terrain"] = option(
-        "handheld",
-        help=to_translate("on foot, by drone in front of a cliff, or by drone over flat ground"),
+    focal_mm: float | None = option(
+        None,
+        minimum=0.1,
+        maximum=1e5,
+        label=to_translate("Focal length"),
+        help=to_translate("focal length of the lens, mm"),
+        tip=to_translate("Focal length of an interchangeable lens"),
+        decimals=1,
+        empty_text=to_translate("fixed lens"),
     )
     aperture: float | None = option(
         None,
         minimum=0.5,
         maximum=128.0,
         metavar="N",
+        label=to_translate("F-number"),
         help=to_translate("f-number, if the aperture is adjustable"),
+        tip=to_translate("F-number, if the aperture is adjustable"),
         automatic_text=to_translate("8"),
+        decimals=1,
     )
-    focal_mm: float | None = option(None, help=to_translate("focal length of the lens, mm"))
     receiver_m: float | None = option(
         None,
         minimum=MIN_ERROR_M,
         maximum=MAX_LENGTH_M,
+        label=to_translate("Receiver error"),
         help=to_translate(
             "horizontal standard deviation of the camera's receiver, m; twice this value is"
             " assumed for heights"
         ),
+        tip=to_translate("Horizontal error (1σ): 3 m without RTK, 0.02 m with RTK"),
         automatic_text=to_translate("3"),
     )
     control_m: float | None = option(
         None,
         minimum=MIN_ERROR_M,
         maximum=MAX_LENGTH_M,
+        label=to_translate("Control error"),
         help=to_translate("standard deviation of control point coordinates, m"),
+        tip=to_translate("Standard deviation of a control point coordinate"),
         automatic_text=to_translate("0.02"),
     )
 

@@ -5,7 +5,15 @@ from __future__ import annotations
 from typing import Any, Generic, TypeVar
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtWidgets import QCheckBox, QDoubleSpinBox, QFormLayout, QLineEdit, QSpinBox, QWidget
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QDoubleSpinBox,
+    QFormLayout,
+    QHBoxLayout,
+    QLineEdit,
+    QSpinBox,
+    QWidget,
+)
 
 from vomstudio.core.options import UNITS, Declaration, declarations
 from vomstudio.core.words import tr
@@ -21,7 +29,8 @@ class OptionFields(QObject, Generic[Options]):
     """Form fields for an options class, without a layout.
 
     An option without a label has no field and keeps its value in `start`. If the program may
-    choose a number, its field shows "auto" at the minimum.
+    choose a number, its field shows "auto" at the minimum. `add_rows` arranges all fields except
+    those that the form has arranged itself with `place`.
 
     Parameters
     ----------
@@ -31,6 +40,8 @@ class OptionFields(QObject, Generic[Options]):
         Prefix of the object names: ``facet`` results in ``facet_angle``.
     start : options object, optional
         Initial values. By default, the defaults of the options class are used.
+    is_live : bool
+        Whether a number takes effect while it is typed, instead of when it is complete.
 
     Attributes
     ----------
@@ -44,11 +55,20 @@ class OptionFields(QObject, Generic[Options]):
 
     changed = Signal()
 
-    def __init__(self, options: type[Options], prefix: str, start: Options | None = None) -> None:
+    def __init__(
+        self,
+        options: type[Options],
+        prefix: str,
+        start: Options | None = None,
+        *,
+        is_live: bool = False,
+    ) -> None:
         super().__init__()
+        self._is_live = is_live
         self._class = options
         self._start = options() if start is None else start
         self._declared = {item.name: item for item in declarations(options) if item.label}
+        self._placed: set[str] = set()
         self.fields: dict[str, QWidget] = {}
         self.labels: dict[str, Label] = {}
         for name, item in self._declared.items():
@@ -73,24 +93,48 @@ class OptionFields(QObject, Generic[Options]):
         if isinstance(field, QCheckBox):
             field.setChecked(bool(value))
         elif isinstance(field, ComboBox):
-            field.setCurrentIndex(field.findData(value))
+            field.setCurrentIndex(max(0, field.findData(value)))
         elif isinstance(field, QLineEdit):
             field.setText(value or "")
         elif isinstance(field, QSpinBox | QDoubleSpinBox):
-            number: Any = field.minimum() if value is None else value
-            field.setValue(number)
+            number = field.minimum() if value is None else value * self._scale(name)
+            field.setValue(round(number) if isinstance(field, QSpinBox) else number)
 
     def show_automatic(self, name: str, value: float) -> None:
         """Show the number chosen by the program in a field that has no value."""
         field = self.fields[name]
         assert isinstance(field, QSpinBox | QDoubleSpinBox)
-        field.setSpecialValueText(f"{value:.3g}{field.suffix()}")
+        field.setSpecialValueText(f"{value * self._scale(name):.3g}{field.suffix()}")
+
+    def place(self, name: str) -> QWidget:
+        """Return a field that the form arranges itself, without a label."""
+        self._placed.add(name)
+        self.labels.pop(name, None)
+        return self.fields[name]
+
+    def place_row(self, *names: str) -> tuple[Label, QHBoxLayout]:
+        """Return the label of the first field, and a row of all fields with the other labels."""
+        row = QHBoxLayout()
+        row.setSpacing(4)
+        for k, name in enumerate(names):
+            self.labels[name].setBuddy(self.fields[name])
+            if k:
+                row.addWidget(self.labels[name])
+            row.addWidget(self.fields[name], 1)
+        self._placed.update(names)
+        return self.labels[names[0]], row
 
     def add_rows(self, form: QFormLayout) -> None:
-        """Add a row for each field that has a label."""
-        for name, label in self.labels.items():
-            label.setBuddy(self.fields[name])
-            form.addRow(label, self.fields[name])
+        """Add a row for each field that the form has not arranged itself."""
+        for name, field in self.fields.items():
+            if name in self._placed:
+                continue
+            self._placed.add(name)
+            if (label := self.labels.get(name)) is None:
+                form.addRow(field)
+            else:
+                label.setBuddy(field)
+                form.addRow(label, field)
 
     def options(self, **others: Any) -> Options:
         """Return the options with the values of the fields.
@@ -111,11 +155,14 @@ class OptionFields(QObject, Generic[Options]):
     def show_unit(self, unit: str) -> None:
         """Set the unit of length, such as m, that is shown for lengths and areas."""
         for name, field in self.fields.items():
-            symbol = UNITS.get(self._declared[name].unit or "", "")
-            if symbol in ("m", "m²"):
-                symbol = symbol.replace("m", f" {unit}", 1)
+            declaration = self._declared[name]
+            symbol = UNITS.get(declaration.unit or "", "")
+            if declaration.form_unit is not None:
+                symbol = declaration.form_unit[0]
+            elif symbol in ("m", "m²"):
+                symbol = symbol.replace("m", unit, 1)
             if isinstance(field, QDoubleSpinBox | QSpinBox):
-                field.setSuffix(symbol)
+                field.setSuffix(symbol if symbol in ("", "°") else f" {symbol}")
 
     def _create(self, declaration: Declaration) -> QWidget:
         if declaration.kind is bool:
@@ -140,14 +187,15 @@ class OptionFields(QObject, Generic[Options]):
             line.textChanged.connect(lambda _: self.changed.emit())
             return line
         spin = SpinBox() if declaration.kind is int else DoubleSpinBox()
+        scale = self._scale(declaration.name)
         low = 0 if _is_automatic(declaration) else declaration.kind(declaration.minimum or 0)
         high = declaration.kind(min(declaration.maximum or MAX_SHOWN, 2**31 - 1))
         if isinstance(spin, DoubleSpinBox):
             spin.setDecimals(declaration.decimals)
             if declaration.decimals:
                 spin.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
-        spin.setRange(low, high)
-        spin.setKeyboardTracking(False)
+        spin.setRange(low * scale, high * scale)
+        spin.setKeyboardTracking(self._is_live)
         if _is_automatic(declaration):
             spin.setSpecialValueText(tr(declaration.empty))
         spin.valueChanged.connect(lambda _: self.changed.emit())
@@ -162,14 +210,20 @@ class OptionFields(QObject, Generic[Options]):
         if isinstance(field, QLineEdit):
             return field.text().strip() or None
         assert isinstance(field, QSpinBox | QDoubleSpinBox)
-        value = _shown_number(field)
-        if _is_automatic(declaration) and value == field.minimum():
+        shown_number = _shown_number(field)
+        if _is_automatic(declaration) and shown_number == field.minimum():
             return None
+        value = declaration.kind(shown_number / self._scale(name))
         return (
             value
             if declaration.minimum is None
             else max(value, declaration.kind(declaration.minimum))
         )
+
+    def _scale(self, name: str) -> float:
+        """Return the number in the field per unit of the option."""
+        form_unit = self._declared[name].form_unit
+        return 1 if form_unit is None else form_unit[1]
 
 
 def _shown_number(field: QSpinBox | QDoubleSpinBox) -> float:

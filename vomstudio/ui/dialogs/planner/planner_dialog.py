@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,87 +16,42 @@ from PySide6.QtWidgets import (
     QFormLayout,
     QGridLayout,
     QHBoxLayout,
-    QLineEdit,
     QPushButton,
     QVBoxLayout,
     QWidget,
 )
 
-from vomstudio.core.errors import InputError, VomError
+from vomstudio.core.errors import InputError, UsageError, VomError
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.core.words import to_translate, tr
+from vomstudio.core.words import tr
 from vomstudio.io.photos.camera_table import find_camera, search_cameras
 from vomstudio.photogrammetry.survey.plan_camera import camera_of
 from vomstudio.photogrammetry.survey.plan_forecast import add_forecasts
-from vomstudio.photogrammetry.survey.planning import MANNERS, SurveyPlan, plan_survey
+from vomstudio.photogrammetry.survey.planning import SurveyPlan, plan_survey
 from vomstudio.photogrammetry.survey.survey_options import (
+    DEFAULT_APERTURE,
     DEFAULT_CONTROL_M,
     DEFAULT_RECEIVER_M,
-    MAX_OVERLAP,
-    MIN_OVERLAP,
     PlanOptions,
 )
 from vomstudio.products.report.field_sheet import figures, write_field_sheet
 from vomstudio.ui.base import file_filters
 from vomstudio.ui.base.command_targets import ask_for_target, start_folder
-from vomstudio.ui.base.controls import ComboBox, Label, SpinBox, allow
+from vomstudio.ui.base.controls import ComboBox, Label, allow
 from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.numbers import parse_number
-from vomstudio.ui.base.qt_background import QtBackground
+from vomstudio.ui.base.qt_background import NewestResult, QtBackground
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.texts import format_sentence
 from vomstudio.ui.dialogs.planner.plan_drawing import PlanDrawing
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
+from vomstudio.ui.widgets.options_form import OptionFields
 from vomstudio.ui.widgets.search_field import Match, SearchField
 
-_VIEW_KEY, _JOB_KEY = "survey_plan", "plan"
+_VIEW_KEY = "survey_plan"
 _TYPING_DELAY_MS = 200
-_MANNERS = dict(
-    zip(
-        MANNERS,
-        (
-            to_translate("Hand-held camera"),
-            to_translate("Drone in front of a cliff"),
-            to_translate("Drone over flat ground"),
-        ),
-        strict=True,
-    )
-)
-# Target quantities: name, key, unit, units per metre, default value.
-_TARGETS = (
-    (to_translate("Distance to the rock"), "distance_m", "m", 1.0, "30"),
-    (to_translate("Ground sampling distance"), "gsd_m", "mm", 1000.0, "10"),
-    (to_translate("Smallest plane to measure"), "plane_m", "m", 1.0, "5"),
-)
-_DEFAULTS = {
-    "camera": "",
-    "focal": "",
-    "aperture": "8",
-    "width": "80",
-    "height": "25",
-    "wish": "distance_m",
-    "value": "30",
-    "overlap": 70,
-    "manner": "handheld",
-    "receiver": "",
-    "control": "",
-}
+_TARGETS = {"distance_m": 30.0, "gsd_m": 0.01, "plane_m": 5.0}
+"""Default value of each option that may be the target, of which the dialog uses one."""
 _PRINT_DPI = 300
-_FIELDS = {
-    "--width": to_translate("Width of the outcrop"),
-    "--height": to_translate("Height of the outcrop"),
-    "--distance": to_translate("Distance to the rock"),
-    "--gsd": to_translate("Ground sampling distance"),
-    "--plane": to_translate("Smallest plane to measure"),
-    "--aperture": to_translate("F-number"),
-    "--focal": to_translate("Focal length"),
-    "--camera": to_translate("Camera"),
-    "--overlap": to_translate("Overlap"),
-    "--receiver": to_translate("Accuracy of the receiver"),
-    "--control": to_translate("Accuracy of the control points"),
-}
-"""Fields of the dialog, keyed by the option name in planning errors."""
-_OPTIONAL = ("focal", "receiver", "control")
 
 
 class PlannerDialog(QDialog):
@@ -109,18 +65,22 @@ class PlannerDialog(QDialog):
         self.resize(1120, 720)
         self._studio, self._survey = studio, survey
         self._background = QtBackground(self)
-        self._request_number = self._shown_number = 0
+        self._requests = NewestResult(self, self._show, self._show_error, lambda: None)
         self.plan: SurveyPlan | None = None
+        stored_view = studio.project.journal.view(_VIEW_KEY, {})
         self._compute_timer = QTimer(self)
         self._compute_timer.setSingleShot(True)
         self._compute_timer.setInterval(_TYPING_DELAY_MS)
         self._compute_timer.timeout.connect(self._compute)
         self.drawing = PlanDrawing()
+        start = _stored_options(stored_view)
+        self.options = OptionFields(PlanOptions, "plan", start, is_live=True)
+        self.options.changed.connect(self._schedule_plan)
         left_column = QWidget()
         left_column.setFixedWidth(430)
         column = QVBoxLayout(left_column)
         column.setContentsMargins(0, 0, 0, 0)
-        column.addLayout(self._make_form())
+        column.addLayout(self._make_form(str(stored_view.get("camera", "")), start))
         column.addWidget(self._make_results(), 1)
         columns = QHBoxLayout()
         columns.addWidget(left_column)
@@ -128,21 +88,15 @@ class PlannerDialog(QDialog):
         layout = QVBoxLayout(self)
         layout.addLayout(columns, 1)
         layout.addWidget(self._make_buttons())
-        stored_view = studio.project.journal.view(_VIEW_KEY, {})
-        is_valid = {
-            name: stored_view[name]
-            for name, value in _DEFAULTS.items()
-            if type(stored_view.get(name)) is type(value)
-        }
-        self._fill({**_DEFAULTS, **is_valid})
         self._compute()
 
     # --- widgets -----------------------------------------------------------------------------
-    def _make_form(self) -> QFormLayout:
+    def _make_form(self, camera: str, start: PlanOptions) -> QFormLayout:
         self.camera = SearchField(_camera_matches)
         self.camera.setObjectName("plan_camera")
         self.camera.setPlaceholderText(tr("Name, or 23.5x15.6,35,6000x4000"))
         self.camera.setToolTip(tr("Choose a camera, or enter sensor, focal length and image size."))
+        self.camera.setText(camera)
         self.camera.textChanged.connect(self._schedule_plan)
         self.camera.textChanged.connect(self._follow_camera)
         photo = QPushButton(tr("From a photo…"))
@@ -150,71 +104,32 @@ class PlannerDialog(QDialog):
         photo.setAutoDefault(False)
         photo.setToolTip(tr("Read camera and focal length from a photo."))
         photo.clicked.connect(self._browse_photo)
-        self.focal = self._create_number_field("plan_focal")
-        self.focal.setPlaceholderText(tr("Fixed lens"))
-        self.aperture = self._create_number_field("plan_aperture")
-        self.width_ = self._create_number_field("plan_width")
-        self.height_ = self._create_number_field("plan_height")
         self.target = ComboBox()
-        self.target.setObjectName("plan_wish")
-        for title, key, *_ in _TARGETS:
-            self.target.addItem(tr(title), key)
+        self.target.setObjectName("plan_target")
+        target_row = QHBoxLayout()
+        target_row.addWidget(self.target)
+        for name in _TARGETS:
+            field = self.options.place(name)
+            self.target.addItem(field.accessibleName(), name)
+            target_row.addWidget(field, 1)
+            if getattr(start, name) is not None:
+                self.target.setCurrentIndex(self.target.count() - 1)
+        self._show_target()
         self.target.currentIndexChanged.connect(self._convert_target)
-        self.value = self._create_number_field("plan_value")
-        self._unit = Label()
-        self.overlap = SpinBox()
-        self.overlap.setObjectName("plan_overlap")
-        self.overlap.setRange(round(100 * MIN_OVERLAP), round(100 * MAX_OVERLAP))
-        self.overlap.setSuffix(" %")
-        self.overlap.valueChanged.connect(self._schedule_plan)
-        self.manner = ComboBox()
-        self.manner.setObjectName("plan_manner")
-        for key, title in _MANNERS.items():
-            self.manner.addItem(tr(title), key)
-        self.manner.currentIndexChanged.connect(self._schedule_plan)
-        self.receiver = self._create_number_field("plan_receiver")
-        self.receiver.setPlaceholderText(f"{DEFAULT_RECEIVER_M:g}")
-        self.receiver.setToolTip(tr("Horizontal error (1σ): 3 m without RTK, 0.02 m with RTK."))
-        self.control = self._create_number_field("plan_control")
-        self.control.setPlaceholderText(f"{DEFAULT_CONTROL_M:g}")
-        self.control.setToolTip(tr("Standard deviation of a control point coordinate."))
+        self.options.show_automatic("receiver_m", DEFAULT_RECEIVER_M)
+        self.options.show_automatic("control_m", DEFAULT_CONTROL_M)
+        self.options.show_automatic("aperture", DEFAULT_APERTURE)
+        camera_row = QHBoxLayout()
+        camera_row.addWidget(self.camera, 1)
+        camera_row.addWidget(photo)
         form = QFormLayout()
         form.setVerticalSpacing(6)
-        form.addRow(tr("Camera"), _create_row((self.camera, 1), (photo, 0)))
-        form.addRow(
-            tr("Lens"),
-            _create_row((self.focal, 0), (Label(tr("mm   f/")), 0), (self.aperture, 0)),
-        )
-        form.addRow(
-            tr("Outcrop"),
-            _create_row(
-                (self.width_, 0),
-                (Label(tr("m wide")), 0),
-                (self.height_, 0),
-                (Label(tr("m high")), 0),
-            ),
-        )
-        form.addRow(tr("Method"), self.manner)
-        form.addRow(tr("Target"), _create_row((self.target, 0), (self.value, 0), (self._unit, 0)))
-        form.addRow(tr("Overlap"), _create_row((self.overlap, 0)))
-        form.addRow(
-            tr("Accuracy"),
-            _create_row(
-                (self.receiver, 0),
-                (Label(tr("m receiver")), 0),
-                (self.control, 0),
-                (Label(tr("m control")), 0),
-            ),
-        )
+        form.addRow(tr("Camera"), camera_row)
+        form.addRow(*self.options.place_row("focal_mm", "aperture"))
+        form.addRow(*self.options.place_row("width_m", "height_m"))
+        form.addRow(tr("Target"), target_row)
+        self.options.add_rows(form)
         return form
-
-    def _create_number_field(self, name: str) -> QLineEdit:
-        field = QLineEdit()
-        field.setObjectName(name)
-        field.setFixedWidth(76)
-        field.setAlignment(Qt.AlignmentFlag.AlignRight)
-        field.textChanged.connect(self._schedule_plan)
-        return field
 
     def _make_results(self) -> QWidget:
         box = QWidget()
@@ -252,62 +167,38 @@ class PlannerDialog(QDialog):
         return buttons
 
     # --- input -------------------------------------------------------------------------------
-    def _fill(self, values: dict[str, Any]) -> None:
-        self.camera.setText(str(values["camera"]))
-        for field, name in (
-            (self.focal, "focal"),
-            (self.aperture, "aperture"),
-            (self.width_, "width"),
-            (self.height_, "height"),
-            (self.receiver, "receiver"),
-            (self.control, "control"),
-        ):
-            field.setText(str(values[name]))
-        self.target.setCurrentIndex(max(0, self.target.findData(values["wish"])))
-        self._show_unit()
-        self.value.setText(str(values["value"]))
-        self.overlap.setValue(int(values["overlap"]))
-        self.manner.setCurrentIndex(max(0, self.manner.findData(values["manner"])))
-
-    def _values(self) -> dict[str, Any]:
-        return {
-            "camera": self.camera.text().strip(),
-            "focal": self.focal.text().strip(),
-            "aperture": self.aperture.text().strip(),
-            "width": self.width_.text().strip(),
-            "height": self.height_.text().strip(),
-            "wish": self.target.currentData(),
-            "value": self.value.text().strip(),
-            "overlap": self.overlap.value(),
-            "manner": self.manner.currentData(),
-            "receiver": self.receiver.text().strip(),
-            "control": self.control.text().strip(),
-        }
-
     def _follow_camera(self, text: str) -> None:
         """Propose a method by drone for the camera of a drone, and by hand for others."""
         model = find_camera(text.strip())
-        if model is not None and model.is_drone != (self.manner.currentData() != "handheld"):
-            self.manner.setCurrentIndex(
-                self.manner.findData("drone" if model.is_drone else "handheld")
-            )
+        manner = self.options.options().manner
+        if model is not None and model.is_drone != (manner != "handheld"):
+            self.options.show_value("manner", "drone" if model.is_drone else "handheld")
 
     def _convert_target(self) -> None:
         """Convert the target to the newly selected quantity, for the same plan."""
-        self._show_unit()
-        _, key, _, per_metre, default = _TARGETS[self.target.currentIndex()]
-        value = None
+        name = self.target.currentData()
+        value = _TARGETS[name]
         if self.plan is not None:
             value = {
                 "distance_m": self.plan.distance_m,
                 "gsd_m": self.plan.gsd_m,
                 "plane_m": self.plan.smallest_plane_m,
-            }[key]
-        self.value.setText(default if value is None else f"{value * per_metre:.3g}")
+            }[name]
+        self.options.show_value(name, value)
+        self._show_target()
         self._schedule_plan()
 
-    def _show_unit(self) -> None:
-        self._unit.setText(_TARGETS[self.target.currentIndex()][2])
+    def _show_target(self) -> None:
+        for name in _TARGETS:
+            self.options.fields[name].setVisible(name == self.target.currentData())
+
+    def _plan_options(self) -> PlanOptions:
+        """Return the options of the plan, with one target. Raises InputError, UsageError."""
+        target = self.target.currentData()
+        options = self.options.options(**{name: None for name in _TARGETS if name != target})
+        if getattr(options, target) is None:
+            raise InputError(Finding("number.not-positive", value=0.0))
+        return options
 
     def _browse_photo(self) -> None:
         start = str(self._survey.folder or start_folder(self._studio))
@@ -318,7 +209,7 @@ class PlannerDialog(QDialog):
             file_filters.photos(),
         )
         if name:
-            self.focal.clear()
+            self.options.show_value("focal_mm", None)
             self.camera.setText(name)
 
     def _schedule_plan(self, *_: object) -> None:
@@ -326,27 +217,29 @@ class PlannerDialog(QDialog):
 
     # --- results -----------------------------------------------------------------------------
     def _compute(self) -> None:
-        values = self._values()
-        self._request_number += 1
-        number = self._request_number
-        self._background.run(
-            lambda: _compute_plan(values),
-            partial(self._show, number),
-            lambda error: self._show(number, None, error),
-            key=_JOB_KEY,
-        )
+        try:
+            camera, options = self.camera.text().strip(), self._plan_options()
+            self._requests.request(partial(_compute_plan, camera, options))
+        except VomError as error:
+            self._requests.cancel()
+            self._show_error(error)
 
-    def _show(self, number: int, plan: SurveyPlan | None, error: VomError | None = None) -> None:
-        self.plan, self._shown_number = plan, number
+    def _show_error(self, error: VomError) -> None:
+        self._show(None, error)
+
+    def _show(self, plan: SurveyPlan | None, error: VomError | None = None) -> None:
+        self.plan = plan
         self.problem.setVisible(self.plan is None)
-        self.problem.setText("" if error is None else str(error))
+        self.problem.setText("" if error is None else error.message)
         if self.plan is not None:
-            self._studio.project.journal.set_view(_VIEW_KEY, self._values())
+            view = {"camera": self.camera.text().strip(), "options": asdict(self._plan_options())}
+            self._studio.project.journal.set_view(_VIEW_KEY, view)
         self._show_figures([] if self.plan is None else figures(self.plan))
         warnings = () if self.plan is None else self.plan.warnings
         self.warnings.setText("\n".join(f"⚠ {format_sentence(str(text))}" for text in warnings))
         has_fixed_aperture = self.plan is not None and self.plan.camera.f_number is not None
-        allow(self.aperture, Finding("action.aperture-fixed") if has_fixed_aperture else None)
+        aperture = self.options.fields["aperture"]
+        allow(aperture, Finding("action.aperture-fixed") if has_fixed_aperture else None)
         self.drawing.show_plan(self.plan)
         for button in (self.save_button, self.print_button):
             allow(button, None if error is None else cause_of(error))
@@ -430,6 +323,7 @@ class PlannerDialog(QDialog):
 
     def done(self, result: int) -> None:
         try:
+            self._requests.close()
             self._background.stop()
         finally:
             super().done(result)
@@ -448,47 +342,20 @@ def _camera_matches(text: str) -> list[Match]:
     ]
 
 
-def _create_row(*widgets: tuple[QWidget, int]) -> QHBoxLayout:
-    row = QHBoxLayout()
-    for widget, stretch in widgets:
-        row.addWidget(widget, stretch)
-    if not any(stretch for _, stretch in widgets):
-        row.addStretch(1)
-    return row
-
-
-def _compute_plan(values: dict[str, Any]) -> SurveyPlan:
-    """Compute the plan from the texts of the fields.
-
-    Raises
-    ------
-    VomError
-        If an input is missing or invalid.
-    """
-    if not values["camera"]:
-        raise InputError(Finding("plan.no-camera"))
-    target = next(row for row in _TARGETS if row[1] == values["wish"])
-    numbers: dict[str, float | None] = {}
-    for name in ("focal", "aperture", "width", "height", "value", "receiver", "control"):
-        numbers[name] = parse_number(values[name]) if values[name] else None
-        if numbers[name] is None and (values[name] or name not in _OPTIONAL):
-            field = tr(target[0] if name == "value" else _FIELDS[f"--{name}"])
-            raise InputError(Finding("number.invalid", text=values[name]), field=field)
-    target_value = {target[1]: (numbers["value"] or 0.0) / target[3]}
+def _stored_options(stored_view: Any) -> PlanOptions:
+    """Return the options stored with the project, or the defaults of the dialog."""
     try:
-        camera = camera_of(values["camera"], numbers["focal"])
-        options = PlanOptions(
-            width_m=numbers["width"] or 0.0,
-            height_m=numbers["height"] or 0.0,
-            overlap=values["overlap"] / 100.0,
-            manner=values["manner"],
-            # The field applies to other cameras if this one has no diaphragm.
-            aperture=(numbers["aperture"] or 0.0) if camera.f_number is None else None,
-            receiver_m=numbers["receiver"],
-            control_m=numbers["control"],
-            **target_value,
-        )
-        return add_forecasts(plan_survey(camera, options), options.receiver_m, options.control_m)
-    except VomError as error:
-        name = _FIELDS.get(error.field or "", "")
-        raise InputError(cause_of(error), field=tr(name) if name else None) from error
+        return PlanOptions(**stored_view["options"])
+    except (KeyError, TypeError, UsageError):
+        return PlanOptions(width_m=80.0, height_m=25.0, distance_m=_TARGETS["distance_m"])
+
+
+def _compute_plan(camera_text: str, options: PlanOptions) -> SurveyPlan:
+    """Compute a plan. Raises InputError or UsageError if the camera or the target is invalid."""
+    if not camera_text:
+        raise InputError(Finding("plan.no-camera"))
+    camera = camera_of(camera_text, options.focal_mm)
+    if camera.f_number is not None:
+        # The field applies to other cameras if this one has no diaphragm.
+        options = replace(options, aperture=None)
+    return add_forecasts(plan_survey(camera, options), options.receiver_m, options.control_m)
