@@ -144,9 +144,9 @@ def test_a_crs_that_is_none_is_said_and_threads_change_the_memory(window, sample
     assert said["stated"] == "EPSG:32633"
     assert not dialog.start_button.isEnabled()
     retype(dialog.crs, "")
-    dialog.resources.fields["threads"].setFocus()
-    dialog.resources.fields["threads"].selectAll()
-    QTest.keyClicks(dialog.resources.fields["threads"], "1")
+    dialog.options.fields["threads"].setFocus()
+    dialog.options.fields["threads"].selectAll()
+    QTest.keyClicks(dialog.options.fields["threads"], "1")
     driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
     settled(window)
     assert "reconstruction.memory" in shown_codes(dialog.memory.text())
@@ -177,8 +177,8 @@ def test_a_model_is_placed_by_micmac_control_and_found_again_where_it_is_saved(
     window.open_path(photos)
     looked_at(window)
     dialog = open_dialog(window)
-    dialog.quality.setFocus()
-    QTest.keyClick(dialog.quality, Qt.Key.Key_Home)
+    dialog.options.fields["quality"].setFocus()
+    QTest.keyClick(dialog.options.fields["quality"], Qt.Key.Key_Home)
     tick(dialog.control_button)
     retype(dialog.control, str(folder / "Ground-Pts3D.xml"))
     retype(dialog.marks, str(tmp_path / "marks.xml"))
@@ -267,8 +267,8 @@ def test_the_settings_follow_what_is_chosen_beside_them(window, sample) -> None:
     dialog = open_dialog(window)
     driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
     window.survey.set_quality("preview")
-    assert dialog.quality.currentData() == "preview"
-    dialog.resources.fields["seed"].setValue(7)
+    assert dialog.options.options().quality == "preview"
+    dialog.options.fields["seed"].setValue(7)
     driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
     assert window.survey.settings.seed == 7
     assert window.survey.settings.quality == "preview"

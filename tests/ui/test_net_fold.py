@@ -142,9 +142,10 @@ def test_the_lists_choose_once_for_all(window, studio, beds) -> None:
     first = window.view_panel.fold_box
     second = window.findChild(StatisticsPanel).fold_box
     first.set.setCurrentIndex(first.set.findData("bent"))
-    first.quality.setCurrentIndex(first.quality.findData("good"))
-    first.quality.activated.emit(first.quality.currentIndex())
+    quality = first.options.fields["quality"]
+    quality.setCurrentIndex(quality.findData("good"))
+    quality.activated.emit(quality.currentIndex())
     assert studio.fold.which == FoldFilter("good", "bent")
-    assert (second.quality.currentData(), second.set.currentData()) == ("good", "bent")
+    assert (second.options.options().quality, second.set.currentData()) == ("good", "bent")
     assert studio.attempt(edits.delete, ["t3"])
     assert second.set.currentData() == "bent"

@@ -51,7 +51,12 @@ class Declaration:
     choices : tuple of str, optional
         Allowed values.
     titles : tuple of str
-        Names of the choices in a form, in the same order. If empty, a form shows the values.
+        Names of the choices or suggestions in a form, in the same order. If empty, a form shows the
+        values.
+    suggestions : tuple of str
+        Usual values, which a form lists. Other values, such as names in a project, are allowed.
+    choice_tips : tuple of str
+        Descriptions of the choices, in the same order. If empty, the choices have none.
     minimum, maximum : float, optional
         Bounds, both inclusive.
     metavar : str, optional
@@ -59,7 +64,7 @@ class Declaration:
     decimals : int
         Number of decimals in a form.
     empty : str
-        Text that a form shows for None.
+        Text that a form shows for None. If empty, a list in a form has no entry for None.
     form_unit : tuple of str and float, optional
         Unit in a form and its number per unit of the option, such as ``("%", 100.0)`` for a share.
     flag_value : str, optional
@@ -79,6 +84,8 @@ class Declaration:
     automatic: str = ""
     choices: tuple[str, ...] | None = None
     titles: tuple[str, ...] = ()
+    suggestions: tuple[str, ...] = ()
+    choice_tips: tuple[str, ...] = ()
     minimum: float | None = None
     maximum: float | None = None
     metavar: str | None = None
@@ -138,6 +145,8 @@ def option(
     automatic_text: str = "",
     choices: tuple[str, ...] | None = None,
     titles: tuple[str, ...] = (),
+    suggestions: tuple[str, ...] = (),
+    choice_tips: tuple[str, ...] = (),
     minimum: float | None = None,
     maximum: float | None = None,
     metavar: str | None = None,
@@ -157,6 +166,8 @@ def option(
         "automatic": automatic_text,
         "choices": choices,
         "titles": titles,
+        "suggestions": suggestions,
+        "choice_tips": choice_tips,
         "minimum": minimum,
         "maximum": maximum,
         "metavar": metavar,
@@ -171,6 +182,11 @@ def option(
 def declarations(options: type[Any]) -> tuple[Declaration, ...]:
     """Return the declarations of an options class in the order of its fields."""
     return _declarations(typing.cast(Hashable, options))
+
+
+def find_declaration(options: type[Any], name: str) -> Declaration:
+    """Return the declaration of one option."""
+    return next(item for item in declarations(options) if item.name == name)
 
 
 @cache
@@ -220,37 +236,32 @@ class Options:
 
 def check_exclusive(options: Any, *names: str) -> None:
     """Raise UsageError if more than one of the named options is given."""
-    conflicting_declarations = [item for item in declarations(type(options)) if item.name in names]
-    conflicting_declarations = [
-        item for item in conflicting_declarations if getattr(options, item.name) != item.default
+    given_flags = [
+        item.flag
+        for item in declarations(type(options))
+        if item.name in names and getattr(options, item.name) != item.default
     ]
-    if len(conflicting_declarations) > 1:
-        raise UsageError(
-            Finding(
-                "option.conflict",
-                option=conflicting_declarations[0].flag,
-                other=conflicting_declarations[1].flag,
-            ),
-            field=conflicting_declarations[1].flag,
-        )
+    if len(given_flags) > 1:
+        finding = Finding("option.conflict", option=given_flags[0], other=given_flags[1])
+        raise UsageError(finding, field=given_flags[1])
 
 
 def check_alternatives(options: Any, *names: str) -> None:
     """Raise UsageError unless exactly one of the named options is given."""
     check_exclusive(options, *names)
-    options_by_name = {item.name: item for item in declarations(type(options))}
-    if all(getattr(options, name) == options_by_name[name].default for name in names):
-        flags = [options_by_name[name].flag for name in names]
+    items = [find_declaration(type(options), name) for name in names]
+    if all(getattr(options, item.name) == item.default for item in items):
+        flags = [item.flag for item in items]
         raise UsageError(Finding("option.none-given", options=flags), field=flags[0])
 
 
 def check_requires(options: Any, name: str, required_name: str) -> None:
     """Raise UsageError if an option is given without the other option on which it depends."""
-    options_by_name = {item.name: item for item in declarations(type(options))}
-    is_given = getattr(options, name) != options_by_name[name].default
-    if is_given and getattr(options, required_name) == options_by_name[required_name].default:
-        flag, needed_options = options_by_name[name].flag, options_by_name[required_name].flag
-        raise UsageError(Finding("option.requires", option=flag, other=needed_options), field=flag)
+    item, required_item = (find_declaration(type(options), key) for key in (name, required_name))
+    is_given = getattr(options, name) != item.default
+    if is_given and getattr(options, required_name) == required_item.default:
+        finding = Finding("option.requires", option=item.flag, other=required_item.flag)
+        raise UsageError(finding, field=item.flag)
 
 
 def given_options(options: Any) -> Mapping[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
@@ -18,6 +19,34 @@ from vomstudio.core.words import to_translate
 
 ONNX = "onnx"
 """Cost derived from the edges that a network detects."""
+COST_TITLES = {
+    "auto": to_translate("automatic"),
+    "colour": to_translate("same colour"),
+    "dark": to_translate("dark line"),
+    "light": to_translate("light line"),
+    "gradient": to_translate("brightness edge"),
+    "curvature": to_translate("surface edge"),
+    ONNX: to_translate("network edges"),
+}
+"""Titles of the costs except fields."""
+
+
+def _cost_option(*suggestions: str) -> Any:
+    return option(
+        None,
+        metavar="COST",
+        label=to_translate("Follow"),
+        help=to_translate(
+            "colour (similar to the way-points), dark, light, gradient (brightness edges),"
+            " curvature (surface edges), low values of a field, auto (the cost with the best"
+            " plane), or onnx (network edges)"
+        ),
+        tip=to_translate("Property that distinguishes the line from its surroundings"),
+        automatic_text=to_translate("colour; gradient with --propose"),
+        suggestions=suggestions,
+        titles=tuple(COST_TITLES[cost] for cost in suggestions),
+        empty_text="",
+    )
 
 
 @dataclass(frozen=True)
@@ -67,16 +96,7 @@ class CostOptions(Options):
         If a network is given without the cost ``onnx``, or this cost without a network.
     """
 
-    cost: str | None = option(
-        None,
-        metavar="COST",
-        help=to_translate(
-            "colour (similar to the way-points), dark, light, gradient (brightness edges),"
-            " curvature (surface edges), low values of a field, auto (the cost with the best"
-            " plane), or onnx (network edges)"
-        ),
-        automatic_text=to_translate("colour; gradient with --propose"),
-    )
+    cost: str | None = _cost_option(*COST_TITLES)
     onnx_model: str | None = option(
         None,
         metavar="FILE",
@@ -105,6 +125,7 @@ class FollowOptions(CostOptions):
         See `CostOptions`; also if cameras are given without a photo.
     """
 
+    cost: str | None = _cost_option("auto", "colour", "dark", "light", "gradient", "curvature")
     photo: str | None = option(
         None, metavar="PHOTO", help=to_translate("follow the contact in this photo of the model")
     )
@@ -139,6 +160,7 @@ class ProposalOptions(CostOptions):
         way-points.
     """
 
+    cost: str | None = _cost_option("dark", "light", "gradient", "curvature", ONNX)
     min_length_m: float | None = option(
         None,
         minimum=MIN_LENGTH_M,

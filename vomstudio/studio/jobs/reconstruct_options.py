@@ -22,7 +22,22 @@ class ReconstructOptions(Options):
     """
 
     quality: Literal["preview", "low", "medium", "high"] = option(
-        "medium", help=to_translate("fraction of the photo resolution to use")
+        "medium",
+        label=to_translate("Quality"),
+        help=to_translate("fraction of the photo resolution to use"),
+        tip=to_translate("Fraction of the photo resolution to use"),
+        titles=(
+            to_translate("Preview"),
+            to_translate("Low"),
+            to_translate("Medium"),
+            to_translate("High"),
+        ),
+        choice_tips=(
+            to_translate("takes minutes, to test the photos"),
+            to_translate("depth maps of 1000 pixels"),
+            to_translate("depth maps of 1600 pixels"),
+            to_translate("depth maps of 3200 pixels, takes hours"),
+        ),
     )
     gcp: str | None = option(
         None,

@@ -20,7 +20,6 @@ from PySide6.QtWidgets import (
     QHeaderView,
     QLineEdit,
     QRadioButton,
-    QSpinBox,
     QTableWidget,
     QTableWidgetItem,
     QVBoxLayout,
@@ -48,7 +47,7 @@ from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.number_formatting import gigabytes
 from vomstudio.ui.base.texts import format_sentence
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
-from vomstudio.ui.panels.photos.reconstruction_settings import QUALITIES, ReconstructionSettings
+from vomstudio.ui.panels.photos.reconstruction_settings import ReconstructionSettings
 from vomstudio.ui.widgets.crs_field import CrsField
 from vomstudio.ui.widgets.options_form import OptionFields
 
@@ -76,6 +75,8 @@ class ReconstructDialog(QDialog):
         self._apply_timer.setSingleShot(True)
         self._apply_timer.setInterval(_TYPING_DELAY_MS)
         self._apply_timer.timeout.connect(self._apply)
+        self.options = OptionFields(ReconstructOptions, "make", is_live=True)
+        self.options.changed.connect(self._schedule_apply)
         layout = QVBoxLayout(self)
         layout.addLayout(self._make_photos())
         layout.addWidget(self._make_registration())
@@ -106,12 +107,10 @@ class ReconstructDialog(QDialog):
             folder=html.escape(name),
         )
         form.addRow(tr("Photos"), rich_label(photos))
-        self.quality = ComboBox()
-        self.quality.setObjectName("make_quality")
-        for title, key, tooltip in QUALITIES:
-            self.quality.addItem(f"{tr(title)}: {tr(tooltip)}", key)
-        self.quality.currentIndexChanged.connect(self._apply)
-        form.addRow(tr("Quality"), self.quality)
+        label, row = self.options.place_row("quality")
+        self._quality_tip = Label()
+        row.addWidget(self._quality_tip, 2)
+        form.addRow(label, row)
         return form
 
     def _make_registration(self) -> QGroupBox:
@@ -177,42 +176,28 @@ class ReconstructDialog(QDialog):
 
     def _make_resources(self) -> QGroupBox:
         box = QGroupBox(tr("This computer"))
-        self.resources = OptionFields(ReconstructOptions, "make")
-        self.resources.changed.connect(self._schedule_apply)
-        fields, labels = self.resources.fields, self.resources.labels
-        for field in fields.values():
-            if isinstance(field, QSpinBox):
-                # The dialog waits for a pause in typing.
-                field.setKeyboardTracking(True)
         self.memory = Label()
         self.memory.setObjectName("make_memory")
         self.memory.setWordWrap(True)
-        thread_row = QHBoxLayout()
-        thread_row.addWidget(fields["threads"])
-        thread_row.addSpacing(8)
-        thread_row.addWidget(self.memory, 1)
-        seed_row = QHBoxLayout()
-        seed_row.addWidget(fields["seed"])
-        seed_row.addSpacing(16)
-        seed_row.addWidget(labels["scheduler"])
-        seed_row.addWidget(fields["scheduler"], 1)
         form = QFormLayout(box)
-        form.addRow(labels["threads"], thread_row)
-        form.addRow(labels["seed"], seed_row)
+        label, row = self.options.place_row("threads")
+        row.addWidget(self.memory, 2)
+        form.addRow(label, row)
+        form.addRow(*self.options.place_row("seed", "scheduler"))
+        self.options.add_rows(form)
         return box
 
     # --- settings ----------------------------------------------------------------------------
     def _fill(self) -> None:
         settings = self._shown_settings = self._survey.settings
         self._is_filling = True
-        self.quality.setCurrentIndex(self.quality.findData(settings.quality))
         self.control_button.setChecked(settings.control is not None)
         self.gps_button.setChecked(settings.control is None)
         self.control.setText("" if settings.control is None else str(settings.control))
         self.marks.setText("" if settings.marks is None else str(settings.marks))
         self.crs.setText(settings.crs or "")
-        for name in self.resources.fields:
-            self.resources.show_value(name, getattr(settings, name))
+        for name in self.options.fields:
+            self.options.show_value(name, getattr(settings, name))
         self._is_filling = False
 
     def _settings(self) -> ReconstructionSettings:
@@ -221,7 +206,7 @@ class ReconstructDialog(QDialog):
             return Path(text).expanduser() if text else None
 
         control = path(self.control) if self.control_button.isChecked() else None
-        previous_settings, resources = self._survey.settings, self.resources.options()
+        previous_settings, options = self._survey.settings, self.options.options()
         marks = path(self.marks) if control is not None else None
         try:
             crs = parse_crs(self.crs.text())[0] if self.crs.text().strip() else None
@@ -230,7 +215,6 @@ class ReconstructDialog(QDialog):
         is_same_control = (control, marks) == (previous_settings.control, previous_settings.marks)
         return replace(
             previous_settings,
-            quality=str(self.quality.currentData()),
             control=control,
             marks=marks,
             # Other changes confirm control files that were found automatically.
@@ -238,9 +222,7 @@ class ReconstructDialog(QDialog):
             and is_same_control
             and crs is None,
             crs=crs,
-            threads=resources.threads,
-            seed=resources.seed,
-            scheduler=resources.scheduler,
+            **{name: getattr(options, name) for name in self.options.fields},
         )
 
     def _schedule_apply(self, *_: object) -> None:
@@ -266,6 +248,9 @@ class ReconstructDialog(QDialog):
     # --- forecast ----------------------------------------------------------------------------
     def _show_forecast(self) -> None:
         survey = self._survey
+        quality = self.options.fields["quality"]
+        assert isinstance(quality, ComboBox)
+        self._quality_tip.setText(quality.currentData(Qt.ItemDataRole.ToolTipRole))
         has_gps = any(row.has_gps for row in survey.rows)
         self.gps_button.setText(
             tr("GPS positions of the photos")

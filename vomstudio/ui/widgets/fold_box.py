@@ -22,24 +22,20 @@ class FoldBox(QWidget):
         self._studio = studio
         self.options = OptionFields(FoldOptions, "fold")
         self.options.changed.connect(self._apply)
-        # The lists stand side by side without labels.
-        self.options.labels.clear()
-        quality, self.set = self.options.fields["quality"], ComboBox()
-        assert isinstance(quality, ComboBox)
-        self.quality = quality
+        self.set = ComboBox()
         tooltip = tr("Use planes of this set for the fold axis.")
         self.set.setObjectName("fold_set")
         self.set.setToolTip(tooltip)
         self.set.setAccessibleName(tooltip)
         self.set.activated.connect(self._apply)
-        for box in (self.quality, self.set):
-            box.keep_narrow()
-            box.setMinimumContentsLength(6)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(4)
-        row.addWidget(self.quality, 1)
-        row.addWidget(self.set, 1)
+        for box in (*map(self.options.place, tuple(self.options.fields)), self.set):
+            if isinstance(box, ComboBox):
+                box.keep_narrow()
+                box.setMinimumContentsLength(6)
+            row.addWidget(box, 1)
         connect_until_deleted(self, studio.fold.changed, self.refresh)
         studio.project_opened.connect(self.refresh)
         studio.edited.connect(self.refresh)

@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from PySide6.QtCore import QSignalBlocker
 
 from vomstudio.core.findings import Finding
-from vomstudio.core.words import to_translate, tr
+from vomstudio.core.options import find_declaration
+from vomstudio.core.words import tr
+from vomstudio.extraction.trace_options import COST_TITLES, FollowOptions
 from vomstudio.studio.tools.followed_line import AUTO
 from vomstudio.studio.tools.following import FollowingTool
 from vomstudio.ui.base.controls import ComboBox, allow
 from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.widgets.options_form import fill_choices
 
-COST_TITLES = (
-    (None, to_translate("straight line")),
-    (AUTO, to_translate("automatic")),
-    ("colour", to_translate("same colour")),
-    ("dark", to_translate("dark line")),
-    ("light", to_translate("light line")),
-    ("gradient", to_translate("brightness edge")),
-    ("curvature", to_translate("surface edge")),
-)
+
+def field_costs(names: Iterable[str]) -> list[tuple[str, str]]:
+    """Return titles and values of the costs that follow low values of fields."""
+    return [(tr("low values of {field}", field=name), name) for name in names]
 
 
 class FollowBox(ComboBox):
@@ -44,16 +43,12 @@ class FollowBox(ComboBox):
         with QSignalBlocker(self):
             if fields != self._fields:
                 self._fields = fields
-                self.clear()
-                for cost, title in COST_TITLES:
-                    self.addItem(tr(title), cost)
-                for name in fields:
-                    self.addItem(tr("low values of {field}", field=name), name)
-            titles = dict(COST_TITLES)
+                fill_choices(self, find_declaration(FollowOptions, "cost"), field_costs(fields))
+                self.insertItem(0, tr("straight line"), None)
             cost_in_use = self._tool.followed_by if self._tool.cost == AUTO else None
-            best_cost_name = tr(titles[AUTO])
-            if cost_in_use is not None and cost_in_use in titles:
-                best_cost_name = tr("automatic: {cost}", cost=tr(titles[cost_in_use]))
+            best_cost_name = tr(COST_TITLES[AUTO])
+            if cost_in_use in COST_TITLES:
+                best_cost_name = tr("automatic: {cost}", cost=tr(COST_TITLES[cost_in_use]))
             self.setItemText(self.findData(AUTO), best_cost_name)
             self.setCurrentIndex(max(0, self.findData(self._tool.cost)))
         allow(self, Finding("follow.continued") if self._tool.continued else None)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, Generic, TypeVar
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
     QCheckBox,
     QDoubleSpinBox,
     QFormLayout,
+    QGridLayout,
     QHBoxLayout,
     QLineEdit,
+    QSizePolicy,
     QSpinBox,
     QWidget,
 )
@@ -21,6 +24,7 @@ from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, Label, SpinBox
 
 Options = TypeVar("Options")
 
+_MIN_CELL_WIDTH_PX = 50
 MAX_SHOWN = 1e6
 """Maximum value of a field whose option has no upper bound."""
 
@@ -136,6 +140,23 @@ class OptionFields(QObject, Generic[Options]):
                 label.setBuddy(field)
                 form.addRow(label, field)
 
+    def add_cells(self, grid: QGridLayout, first_row: int = 0) -> None:
+        """Add the fields that the form has not arranged itself to a grid, two in a row."""
+        names = [name for name in self.fields if name not in self._placed]
+        for k, name in enumerate(names):
+            field = self.fields[name]
+            row, column = first_row + k // 2, 2 * (k % 2)
+            if (label := self.labels.get(name)) is None:
+                grid.addWidget(field, row, column, 1, 2)
+            else:
+                label.setBuddy(field)
+                grid.addWidget(label, row, column)
+                grid.addWidget(field, row, column + 1)
+            # The columns have equal widths, since a distance is as wide as an angle.
+            field.setMinimumWidth(_MIN_CELL_WIDTH_PX)
+            field.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self._placed.update(names)
+
     def options(self, **others: Any) -> Options:
         """Return the options with the values of the fields.
 
@@ -169,16 +190,9 @@ class OptionFields(QObject, Generic[Options]):
             box = QCheckBox(tr(declaration.label))
             box.toggled.connect(lambda _: self.changed.emit())
             return box
-        if declaration.choices is not None:
+        if declaration.choices is not None or declaration.suggestions:
             choice = ComboBox()
-            if _is_automatic(declaration):
-                choice.addItem(tr(declaration.empty), None)
-            for item, title in zip(
-                declaration.choices,
-                map(tr, declaration.titles or declaration.choices),
-                strict=True,
-            ):
-                choice.addItem(title, item)
+            fill_choices(choice, declaration)
             choice.activated.connect(lambda _: self.changed.emit())
             return choice
         if declaration.kind is str:
@@ -224,6 +238,32 @@ class OptionFields(QObject, Generic[Options]):
         """Return the number in the field per unit of the option."""
         form_unit = self._declared[name].form_unit
         return 1 if form_unit is None else form_unit[1]
+
+
+def fill_choices(
+    box: ComboBox, declaration: Declaration, others: Iterable[tuple[str, str]] = ()
+) -> None:
+    """Fill a combo box with the choices or suggestions of an option, and keep its selection.
+
+    Parameters
+    ----------
+    others : iterable of (str, str)
+        Titles and values of further entries, such as names in the project.
+    """
+    selected_value = box.currentData()
+    values = declaration.choices or declaration.suggestions
+    with QSignalBlocker(box):
+        box.clear()
+        if _is_automatic(declaration) and declaration.empty:
+            box.addItem(tr(declaration.empty), None)
+        first_row = box.count()
+        for value, title in zip(values, declaration.titles or values, strict=True):
+            box.addItem(tr(title), value)
+        for row, tip in enumerate(declaration.choice_tips, first_row):
+            box.setItemData(row, tr(tip), Qt.ItemDataRole.ToolTipRole)
+        for title, value in others:
+            box.addItem(title, value)
+        box.setCurrentIndex(max(0, box.findData(selected_value)))
 
 
 def _shown_number(field: QSpinBox | QDoubleSpinBox) -> float:

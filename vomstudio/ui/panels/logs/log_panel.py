@@ -126,6 +126,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         form.addRow(tr("Boundaries"), self.source_box)
         add_length_row(form, self._studio, lambda u: tr("Traces within ({unit})", unit=u), traces)
         form.addRow(tr("Bed"), self.bed)
+        overturned = self.options.place("overturned")
         self.options.add_rows(form)
         results = QSplitter()
         results.setChildrenCollapsible(False)
@@ -136,7 +137,6 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         results.setStretchFactor(1, 1)
         self.picture.setMinimumWidth(120)
         buttons = button_row(self.write, self.copy)
-        overturned = self.options.fields["overturned"]
         FormWithPicture.fill(self, form, overturned, buttons, self.message, picture=results)
 
     def _show_axes(self, axes: Axes) -> None:

@@ -21,8 +21,10 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.options import find_declaration
 from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.geometry.units import length_text
+from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ComboBox, ElidedLabel, Label, allow, escape_markup
 from vomstudio.ui.base.help_links import explain
@@ -31,8 +33,8 @@ from vomstudio.ui.panels.photos import reconstruction_folders
 from vomstudio.ui.panels.photos.photo_row import PhotoRow
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.panels.photos.plan_view import PlanView
-from vomstudio.ui.panels.photos.reconstruction_settings import QUALITIES
 from vomstudio.ui.widgets.collapsing_texts import CollapsingTexts
+from vomstudio.ui.widgets.options_form import fill_choices
 
 _MIN_WIDTH_PX = 360
 _THUMBNAIL_SIZE = QSize(72, 48)
@@ -90,11 +92,7 @@ class PhotosPanel(QWidget):
         self._survey, self._actions = survey, actions
         self.quality = ComboBox()
         self.quality.setObjectName("quality")
-        for title, name, tooltip in QUALITIES:
-            self.quality.addItem(tr(title), name)
-            self.quality.setItemData(
-                self.quality.count() - 1, tr(tooltip), Qt.ItemDataRole.ToolTipRole
-            )
+        fill_choices(self.quality, find_declaration(ReconstructOptions, "quality"))
         self.quality.setCurrentIndex(self.quality.findData(survey.quality))
         self.quality.currentIndexChanged.connect(
             lambda _: survey.set_quality(self.quality.currentData())

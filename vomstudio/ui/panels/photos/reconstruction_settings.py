@@ -2,27 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vomstudio.core.files.regular import is_regular, read_json
-from vomstudio.core.words import to_translate
 from vomstudio.io.control.control_files import find_control
 
 if TYPE_CHECKING:
     from vomstudio.studio.jobs.reconstruction_tasks import ReconstructionRequest
-
-QUALITIES = (
-    (to_translate("Preview"), "preview", to_translate("takes minutes, to test the photos")),
-    (to_translate("Low"), "low", to_translate("depth maps of 1000 pixels")),
-    (to_translate("Medium"), "medium", to_translate("depth maps of 1600 pixels")),
-    (to_translate("High"), "high", to_translate("depth maps of 3200 pixels, takes hours")),
-)
-"""Title, name and description of each quality.
-
-Titles and descriptions are marked for translation. Depth map sizes refer to the long side.
-"""
 
 
 @dataclass(frozen=True)
@@ -69,17 +57,9 @@ class ReconstructionSettings:
         """Return the request for a worker."""
         from vomstudio.studio.jobs.reconstruction_tasks import ReconstructionRequest
 
-        return ReconstructionRequest(
-            photos=photos,
-            out=out,
-            quality=self.quality,
-            crs=self.crs,
-            control=self.control,
-            marks=self.marks,
-            threads=self.threads,
-            seed=self.seed,
-            scheduler=self.scheduler,
-        )
+        values = {item.name: getattr(self, item.name) for item in fields(self)}
+        del values["has_sidecar_control"]
+        return ReconstructionRequest(photos=photos, out=out, **values)
 
 
 def read_request(request: Path) -> tuple[Path, ReconstructionSettings] | None:

@@ -106,11 +106,9 @@ class ElevationPanel(QWidget):
         form = narrow_form()
         form.addRow(tr("Model"), self.model)
         form.addRow(tr("Over"), self.plane)
+        boxes = button_row(*map(self.file_options.place, ("hillshade", "slope", "aspect")))
         self.grid.add_rows(form)
         self.file_options.add_rows(form)
-        boxes = button_row(
-            *(self.file_options.fields[name] for name in ("hillshade", "slope", "aspect"))
-        )
         form.addRow(tr("Also"), boxes)
         form.addRow(tr("File"), self._file)
         buttons = button_row(self.start, self.copy)

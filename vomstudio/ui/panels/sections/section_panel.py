@@ -132,7 +132,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         form.addRow(tr("Through"), self._through_row)
         self._line_row = create_row(self.take_line, self.draw_line)
         form.addRow(tr("Line"), self._line_row)
-        form.addRow("", self.section_options.fields["flip"])
+        form.addRow("", self.section_options.place("flip"))
         form.addRow(tr("Project"), self.direction)
         form.addRow("", self.domain_axes)
         form.addRow("", self.features)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -87,15 +86,6 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         self.take.clicked.connect(self._take_selected)
         self.angles = OptionFields(SlopeOptions, "slope", SlopeOptions(_FRICTION_DEG))
         self.angles.changed.connect(self._soon)
-        self.limits = ComboBox()
-        self.limits.setObjectName("slope_limits")
-        self.limits.addItem(tr("small circles"), "curved")
-        self.limits.addItem(tr("dip directions"), "straight")
-        self.limits.setToolTip(
-            tr("Lateral limits: small circles about the strike, or dip directions.")
-        )
-        self.limits.keep_narrow()
-        self.limits.activated.connect(self._soon)
         self.results = SlopeResults()
         self.results.planes_clicked.connect(self._select)
         self.facets = FacetSlopesView()
@@ -122,15 +112,13 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             tr("Planes"), _row(self.group_box, self.copy, self.figure, wide_part=self.group_box)
         )
         form.addRow(tr("Slope"), _row(self.slope_kind, self.face, self.take, wide_part=self.face))
-        fields, labels = self.angles.fields, self.angles.labels
-        angles = _row(
-            fields["friction_deg"],
-            labels["lateral_deg"],
-            fields["lateral_deg"],
-            self.limits,
-            wide_part=self.limits,
-        )
-        form.addRow(labels["friction_deg"], angles)
+        label, angles = self.angles.place_row("friction_deg", "lateral_deg")
+        limits = self.angles.place("limits")
+        assert isinstance(limits, ComboBox)
+        limits.keep_narrow()
+        angles.addWidget(limits, 1)
+        form.addRow(label, angles)
+        self.angles.add_rows(form)
         column = narrow_column(self)
         column.addLayout(limit_width(form))
         column.addWidget(self.message)
@@ -218,7 +206,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         return SlopeQuestion(dict(self._studio.records), *planes, face)
 
     def _options(self) -> SlopeOptions:
-        return replace(self.angles.options(), limits=self.limits.currentData())
+        return self.angles.options()
 
     def _facets_question(self) -> FacetsQuestion:
         studio, proposals = self._studio, self._studio.facets.proposals

@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QGridLayout,
     QPushButton,
-    QSizePolicy,
 )
 
 from vomstudio.core.findings import Finding
@@ -148,14 +147,9 @@ class FacetsPanel(ProposalsPanel):
         limits = QGridLayout()
         limits.setContentsMargins(0, 0, 0, 0)
         limits.setSpacing(3)
-        for k, (name, box) in enumerate(self.limits.fields.items()):
-            box.setMinimumWidth(MIN_WIDTH_PX)
-            # The columns have equal widths, since a distance is as wide as an angle.
-            box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-            limits.addWidget(self.limits.labels[name], k // 2, 2 * (k % 2))
-            limits.addWidget(box, k // 2, 2 * (k % 2) + 1)
+        self.limits.add_cells(limits)
         self.start.setMinimumWidth(MIN_WIDTH_PX)
-        limits.addWidget(create_row(self.start, self.copy), 2, 2, 1, 2)
+        limits.addWidget(create_row(self.start, self.copy), len(self.limits.fields) // 2, 2, 1, 2)
         limits.setColumnStretch(1, 1)
         limits.setColumnStretch(3, 1)
         # Wide buttons would widen the dock when facets are proposed.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.studio.surfaces.trace_proposals import ProposedLine, ProposedLines
-from vomstudio.ui.widgets.follow_box import COST_TITLES
 
 _FEATURE_TEXTS = {
     "dark": to_translate("Darker than its surroundings"),
@@ -13,11 +12,6 @@ _FEATURE_TEXTS = {
     "curvature": to_translate("A sharper edge or furrow than its surroundings"),
     "onnx": to_translate("A higher edge probability than its surroundings"),
 }
-
-
-def cost_choices() -> list[tuple[str, str]]:
-    """Return the costs for proposing lines, except fields, with their titles."""
-    return [(cost, tr(title)) for cost, title in COST_TITLES if cost in _FEATURE_TEXTS]
 
 
 def summary_text(proposals: ProposedLines, open_count: int) -> str:

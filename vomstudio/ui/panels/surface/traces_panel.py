@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import (
     QFileDialog,
     QGridLayout,
@@ -14,7 +13,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.findings import Finding
-from vomstudio.core.options import option_words
+from vomstudio.core.options import find_declaration, option_words
 from vomstudio.core.words import tr
 from vomstudio.extraction.trace_options import ONNX, ProposalOptions
 from vomstudio.geometry import transform
@@ -30,15 +29,16 @@ from vomstudio.ui.base.number_formatting import format_error_deg
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.proposed_trace_drawings import MAX_DOUBT, line_area
 from vomstudio.ui.panels.surface.model_panel import MIN_WIDTH_PX, ProposalsPanel
-from vomstudio.ui.panels.surface.trace_texts import cost_choices, reason_text, summary_text
+from vomstudio.ui.panels.surface.trace_texts import reason_text, summary_text
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
 from vomstudio.ui.widgets.copied_command import (
     CopyCommandButton,
     copy_command,
     find_model_arguments,
 )
+from vomstudio.ui.widgets.follow_box import field_costs
 from vomstudio.ui.widgets.number_table import Column
-from vomstudio.ui.widgets.options_form import OptionFields
+from vomstudio.ui.widgets.options_form import OptionFields, fill_choices
 
 _MIN_HEIGHT_PX = 130
 # Maximum distance of a click from a line, as a multiple of the resolution.
@@ -66,9 +66,12 @@ class TracesPanel(ProposalsPanel):
 
     # --- parts -------------------------------------------------------------------------------
     def _make_settings(self) -> None:
-        self.cost = ComboBox()
-        self.cost.setObjectName("proposed_cost")
-        self.cost.setToolTip(tr("Property that distinguishes the lines from their surroundings."))
+        start = ProposalOptions(cost=ProposalOptions().used_cost)
+        self.limits = OptionFields(ProposalOptions, "proposed", start)
+        self.limits.changed.connect(self._refresh_buttons)
+        cost = self.limits.place("cost")
+        assert isinstance(cost, ComboBox)
+        self.cost = cost
         self.cost.keep_narrow()
         self._fields: tuple[str, ...] | None = None
         self.cost.currentIndexChanged.connect(lambda _: self._refresh_buttons())
@@ -81,8 +84,6 @@ class TracesPanel(ProposalsPanel):
             tr("Network that computes edge probabilities from an RGB picture (0 to 1).")
         )
         self.network.textChanged.connect(lambda _: self._refresh_buttons())
-        self.limits = OptionFields(ProposalOptions, "proposed")
-        self.limits.changed.connect(self._refresh_buttons)
         self.copy = CopyCommandButton(
             self._copy_command, tr("the command for these lines, including rejected ones")
         )
@@ -128,15 +129,11 @@ class TracesPanel(ProposalsPanel):
         grid.setSpacing(3)
         grid.addWidget(Label(tr("Search for")), 0, 0)
         grid.addWidget(self.cost, 0, 1, 1, 3)
-        for k, (name, box) in enumerate(self.limits.fields.items()):
-            box.setMinimumWidth(MIN_WIDTH_PX)
-            box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-            grid.addWidget(self.limits.labels[name], 1, 2 * k)
-            grid.addWidget(box, 1, 2 * k + 1)
-        self.cost.setAccessibleName(tr("Search for"))
-        grid.addWidget(self._network_row, 2, 0, 1, 4)
-        grid.addWidget(self.start, 3, 0, 1, 3)
-        grid.addWidget(self.copy, 3, 3)
+        self.limits.add_cells(grid, 1)
+        row = grid.rowCount()
+        grid.addWidget(self._network_row, row, 0, 1, 4)
+        grid.addWidget(self.start, row + 1, 0, 1, 3)
+        grid.addWidget(self.copy, row + 1, 3)
         grid.setColumnStretch(1, 1)
         grid.setColumnStretch(3, 1)
         # Wide buttons would widen the dock when traces are proposed.
@@ -169,16 +166,8 @@ class TracesPanel(ProposalsPanel):
         fields = () if open_model is None else tuple(sorted(open_model.data.fields))
         if fields == self._fields:
             return
-        self._fields, previous = fields, self.cost.currentData()
-        with QSignalBlocker(self.cost):
-            self.cost.clear()
-            for cost, title in cost_choices():
-                self.cost.addItem(title, cost)
-            for name in fields:
-                self.cost.addItem(tr("low values of {field}", field=name), name)
-            self.cost.addItem(tr("network edges"), ONNX)
-            current = ProposalOptions().used_cost if previous is None else previous
-            self.cost.setCurrentIndex(max(0, self.cost.findData(current)))
+        self._fields = fields
+        fill_choices(self.cost, find_declaration(ProposalOptions, "cost"), field_costs(fields))
 
     def _why_not(self) -> Finding | None:
         is_onnx = self._model is not None and self.cost.currentData() == ONNX
@@ -232,9 +221,8 @@ class TracesPanel(ProposalsPanel):
 
     # --- state -------------------------------------------------------------------------------
     def _options(self) -> ProposalOptions:
-        cost = str(self.cost.currentData())
-        network = self.network.text().strip() if cost == ONNX else None
-        return self.limits.options(cost=cost, onnx_model=network)
+        is_onnx = self.cost.currentData() == ONNX
+        return self.limits.options(onnx_model=self.network.text().strip() if is_onnx else None)
 
     def _choose_network(self) -> None:
         name, _ = QFileDialog.getOpenFileName(

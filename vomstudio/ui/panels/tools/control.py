@@ -143,7 +143,6 @@ class ControlPanel(QWidget):
         form.addRow(tr("CRS"), self.crs_field)
         details = narrow_form()
         self.options.add_rows(details)
-        details.addRow(self.options.fields["keep_scale"])
         details.addRow(self.copy)
         column = narrow_column(self)
         column.addLayout(row)
