@@ -116,8 +116,7 @@ class Gestures(QObject):
         self._after_double_click = False
         self._last_hover = 0.0
         self._hover_event: PointerEvent | None = None
-        self._hover = QTimer(self)
-        self._hover.setSingleShot(True)
+        self._hover = QTimer(self, singleShot=True)
         self._hover.timeout.connect(self._emit_hover)
         # A tool whose measurements are delayed during a drag updates them when the cursor stops.
         self._still = QTimer(self)

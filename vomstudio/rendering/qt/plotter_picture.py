@@ -32,8 +32,7 @@ class PlotterPicture(QObject):
         self._present: Callable[[], None] = lambda: None
         self._request_paint = request_paint
         self._is_dirty, self._features_dirty, self._rest_pending = True, False, False
-        self._rest_timer = QTimer(self)
-        self._rest_timer.setSingleShot(True)
+        self._rest_timer = QTimer(self, singleShot=True)
         self._rest_timer.timeout.connect(self._come_to_rest)
 
     def begin(self, scene: Scene, present_callback: Callable[[], None]) -> None:

@@ -56,13 +56,9 @@ class ScenePicture(QObject):
         self._features_dirty = False
         self._first_done = False
         self._warming: Iterator[None] = iter(())
-        self._rest_timer = QTimer(self)
-        self._rest_timer.setSingleShot(True)
-        self._rest_timer.setInterval(REST_MS)
+        self._rest_timer = QTimer(self, singleShot=True, interval=REST_MS)
         self._rest_timer.timeout.connect(self._come_to_rest)
-        self._refine = QTimer(self)
-        self._refine.setSingleShot(True)
-        self._refine.setInterval(0)
+        self._refine = QTimer(self, singleShot=True, interval=0)
         self._refine.timeout.connect(self._refine_step)
         life.started.connect(self.redraw_once)
 

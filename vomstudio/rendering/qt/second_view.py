@@ -76,9 +76,7 @@ class SecondView(QWidget):
         self.gestures.pointer.connect(self.pointer)
         self._labels = _Labels(self)
         # Several changes are adopted together.
-        self._follow_timer = QTimer(self)
-        self._follow_timer.setSingleShot(True)
-        self._follow_timer.setInterval(0)
+        self._follow_timer = QTimer(self, singleShot=True, interval=0)
         self._follow_timer.timeout.connect(self.follow)
         source.content_changed.connect(self.follow_later)
 

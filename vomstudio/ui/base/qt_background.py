@@ -55,9 +55,7 @@ class NewestResult:
     ) -> None:
         self._background = QtBackground(owner)
         self._then, self._fail = on_finished, fail
-        self._slow = QTimer(owner)
-        self._slow.setSingleShot(True)
-        self._slow.setInterval(_SLOW_MS)
+        self._slow = QTimer(owner, singleShot=True, interval=_SLOW_MS)
         self._slow.timeout.connect(slow_callback)
 
     @property

@@ -36,8 +36,7 @@ def connect_until_deleted(
 
 class QtTimer:
     def __init__(self, parent: QObject, seconds: float, call: Call) -> None:
-        self._timer = QTimer(parent)
-        self._timer.setSingleShot(True)
+        self._timer = QTimer(parent, singleShot=True)
         self._timer.timeout.connect(lambda: call())
         self._seconds = seconds
 
@@ -93,8 +92,7 @@ class IncrementalWork:
     _running: ClassVar[list[IncrementalWork]] = []
 
     def __init__(self, parent: QObject) -> None:
-        self._timer = QTimer(parent)
-        self._timer.setSingleShot(True)
+        self._timer = QTimer(parent, singleShot=True)
         self._timer.timeout.connect(self._take_turn)
         self._work: Iterator[object] = iter(())
 

@@ -102,9 +102,7 @@ class FigureStyleDialog(QDialog):
         layout = QVBoxLayout(self)
         layout.addLayout(columns)
         layout.addWidget(buttons)
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
-        self._timer.setInterval(150)
+        self._timer = QTimer(self, singleShot=True, interval=150)
         self._timer.timeout.connect(self._draw_preview)
         # Enter in a number field must not press a button.
         for button in (self.reset_button, close, *self.colors.values()):

@@ -67,9 +67,7 @@ class FrameDialog(QDialog):
         self.setMinimumWidth(480)
         self.frame = model.frame
         # Wait for a pause in typing, because the search for a name reads the whole register.
-        self._check_timer = QTimer(self)
-        self._check_timer.setSingleShot(True)
-        self._check_timer.setInterval(300)
+        self._check_timer = QTimer(self, singleShot=True, interval=300)
         self._check_timer.timeout.connect(self._check)
         intro = Label(_describe_origin(model))
         intro.setWordWrap(True)

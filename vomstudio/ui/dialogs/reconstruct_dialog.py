@@ -71,9 +71,7 @@ class ReconstructDialog(QDialog):
         self._is_filling = False
         self._shown_settings = self._survey.settings
         """Settings that were last shown or changed here."""
-        self._apply_timer = QTimer(self)
-        self._apply_timer.setSingleShot(True)
-        self._apply_timer.setInterval(_TYPING_DELAY_MS)
+        self._apply_timer = QTimer(self, singleShot=True, interval=_TYPING_DELAY_MS)
         self._apply_timer.timeout.connect(self._apply)
         self.options = OptionFields(ReconstructOptions, "make", is_live=True)
         self.options.changed.connect(self._schedule_apply)

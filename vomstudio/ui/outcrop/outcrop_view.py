@@ -62,9 +62,7 @@ class OutcropView(QObject):
         self.history.changed.connect(self._emit_direction)
         self.history.changed.connect(self.state_changed)
         self._was_orthographic = False
-        self._camera_timer = QTimer(self)
-        self._camera_timer.setSingleShot(True)
-        self._camera_timer.setInterval(_SAVE_CAMERA_DELAY_MS)
+        self._camera_timer = QTimer(self, singleShot=True, interval=_SAVE_CAMERA_DELAY_MS)
         self._camera_timer.timeout.connect(self.save_camera)
 
     def attach_viewport(self, viewport: Viewport) -> None:

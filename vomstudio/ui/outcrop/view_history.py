@@ -67,9 +67,7 @@ class ViewHistory(QObject):
         self._current: _View | None = None
         self._back: list[_View] = []
         self._forward: list[_View] = []
-        self._settle_timer = QTimer(self)
-        self._settle_timer.setSingleShot(True)
-        self._settle_timer.setInterval(_SETTLE_DELAY_MS)
+        self._settle_timer = QTimer(self, singleShot=True, interval=_SETTLE_DELAY_MS)
         self._settle_timer.timeout.connect(self._settle)
 
     def watch(self, viewport: Viewport) -> None:

@@ -42,9 +42,7 @@ class LazyPanel(QWidget):
         super().__init__()
         self._studio = studio
         self._is_stale = True
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
-        self._timer.setInterval(_REFRESH_DELAY_MS)
+        self._timer = QTimer(self, singleShot=True, interval=_REFRESH_DELAY_MS)
         self._timer.timeout.connect(self.refresh)
 
     def show_now(self) -> None:

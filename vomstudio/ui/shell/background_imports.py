@@ -22,8 +22,7 @@ class BackgroundImports(QObject):
         super().__init__()
         self._background = QtBackground(self, "net import", threads=1)
         self._has_begun = False
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
+        self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self.begin)
 
     def begin(self) -> None:

@@ -22,8 +22,7 @@ class FirstPaint(QObject):
     def __init__(self, window: QWidget, callback: Callable[[], object]) -> None:
         super().__init__(window)
         self._window, self._callback = window, callback
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
+        self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self._run)
         self._timer.start(MAX_WAIT_MS)
         window.installEventFilter(self)

@@ -61,10 +61,8 @@ class StatusLine(QStatusBar):
         )
         for widget in self._permanent:
             self.addPermanentWidget(widget)
-        self._jobs_timer = QTimer(self)
-        self._jobs_timer.setSingleShot(True)
         # A job that ends within 0.2 s is not shown.
-        self._jobs_timer.setInterval(200)
+        self._jobs_timer = QTimer(self, singleShot=True, interval=200)
         self._jobs_timer.timeout.connect(self._show_jobs)
         studio.jobs_changed.connect(self._jobs_changed)
         studio.layers_written.connect(self._layers_written)

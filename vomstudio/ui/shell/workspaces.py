@@ -58,9 +58,7 @@ class Workspaces(QObject):
         self._hidden: tuple[QByteArray, bool] | None = None
         self._net = stored_state.get(_NET, "")
         self._has_begun = False
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
-        self._timer.setInterval(_SETTLE_MS)
+        self._timer = QTimer(self, singleShot=True, interval=_SETTLE_MS)
         self._timer.timeout.connect(self._settle)
 
     @property

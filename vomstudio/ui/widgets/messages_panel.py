@@ -72,8 +72,7 @@ class MessageBar(QFrame):
         super().__init__(parent)
         self.setAutoFillBackground(True)
         self._tools: QWidget | None = None
-        self._hint_timer = QTimer(self)
-        self._hint_timer.setSingleShot(True)
+        self._hint_timer = QTimer(self, singleShot=True)
         self._hint_timer.timeout.connect(self.hide)
         if parent is not None:
             parent.installEventFilter(self)

@@ -132,9 +132,7 @@ class PhotoCanvas(QWidget):
         self._is_doubled = False
         # Throttled, because tools fit planes at each move of the cursor.
         self._hover_event: PhotoPointer | None = None
-        self._hover = QTimer(self)
-        self._hover.setSingleShot(True)
-        self._hover.setInterval(_HOVER_MS)
+        self._hover = QTimer(self, singleShot=True, interval=_HOVER_MS)
         self._hover.timeout.connect(self._hovered)
 
     # --- content -----------------------------------------------------------------------------

@@ -68,9 +68,7 @@ class PlannerDialog(QDialog):
         self._requests = NewestResult(self, self._show, self._show_error, lambda: None)
         self.plan: SurveyPlan | None = None
         stored_view = studio.project.journal.view(_VIEW_KEY, {})
-        self._compute_timer = QTimer(self)
-        self._compute_timer.setSingleShot(True)
-        self._compute_timer.setInterval(_TYPING_DELAY_MS)
+        self._compute_timer = QTimer(self, singleShot=True, interval=_TYPING_DELAY_MS)
         self._compute_timer.timeout.connect(self._compute)
         self.drawing = PlanDrawing()
         start = _stored_options(stored_view)

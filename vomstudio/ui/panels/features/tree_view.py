@@ -120,9 +120,7 @@ class FeatureTree(QTreeWidget):
         header.setSectionResizeMode(SET, QHeaderView.ResizeMode.Fixed)
         header.resizeSection(SET, MAX_SET_WIDTH_PX)
         header.hideSection(SET)
-        self._fit_timer = QTimer(self)
-        self._fit_timer.setSingleShot(True)
-        self._fit_timer.setInterval(FIT_DELAY_MS)
+        self._fit_timer = QTimer(self, singleShot=True, interval=FIT_DELAY_MS)
         self._fit_timer.timeout.connect(self._fit_sets)
         self.model().rowsInserted.connect(self._fit_timer.start)
         # Limits the number of hidden rows that are measured for the column width.

@@ -154,13 +154,9 @@ class StereonetPanel(QWidget):
         layout.addWidget(self.canvas, 1)
         layout.addWidget(self.tools)
         self._paper_opacity = ""
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
-        self._timer.setInterval(_REDRAW_DELAY_MS)
+        self._timer = QTimer(self, singleShot=True, interval=_REDRAW_DELAY_MS)
         self._timer.timeout.connect(self.redraw)
-        self._emphasis = QTimer(self)
-        self._emphasis.setSingleShot(True)
-        self._emphasis.setInterval(_REDRAW_DELAY_MS)
+        self._emphasis = QTimer(self, singleShot=True, interval=_REDRAW_DELAY_MS)
         self._emphasis.timeout.connect(self._emphasise)
         self._connect()
 

@@ -73,9 +73,7 @@ class PhotoExports(QObject):
         self.problem: Finding | None = None
         document.points_changed.connect(self._points_changed)
         document.masks_changed.connect(self._masks_changed)
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
-        self._timer.setInterval(_WRITE_DELAY_MS)
+        self._timer = QTimer(self, singleShot=True, interval=_WRITE_DELAY_MS)
         self._timer.timeout.connect(self._write_next_mask)
 
     def begin(

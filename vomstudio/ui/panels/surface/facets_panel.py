@@ -74,9 +74,7 @@ class FacetsPanel(ProposalsPanel):
         )
         self._facets = studio.facets
         self._table_state: tuple[Proposals | None, int] = (None, 0)
-        self._live_timer = QTimer(self)
-        self._live_timer.setSingleShot(True)
-        self._live_timer.setInterval(_LIVE_MS)
+        self._live_timer = QTimer(self, singleShot=True, interval=_LIVE_MS)
         self._live_timer.timeout.connect(self._try_part)
         self._make_limits()
         self._make_decisions()

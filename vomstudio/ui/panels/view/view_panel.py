@@ -74,8 +74,7 @@ class ViewPanel(QWidget):
         self._look = view.look_along
         self._direction = Line(0.0, 0.0)
         self._is_stale = False
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
+        self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self._request_axis)
         self._requests = NewestResult(
             self, self._store_axis, lambda error: self._store_axis(finding_of(error)), lambda: None
