@@ -80,9 +80,7 @@ def compare(
     >>> found.n, round(found.mean_m, 6), round(found.std_m, 6)
     (1600, 0.05, 0.0)
     """
-    options = options_from_arguments(
-        CompareOptions, m3c2_m=m3c2_m, registration_error_m=registration_error_m
-    )
+    options = options_from_arguments(CompareOptions, locals())
     report = to_progress(progress, cancel)
     first, second = load_placed(model, "model"), load_placed(benchmark, "benchmark")
     findings: list[Finding] = []

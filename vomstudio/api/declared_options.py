@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
@@ -22,8 +22,20 @@ _CHECKS: dict[type, Callable[[Any, str], Any]] = {
 }
 
 
-def options_from_arguments(options: type[Options], **arguments: Any) -> Options:
+def options_from_arguments(
+    options: type[Options], arguments: Mapping[str, Any] | None = None, **converted: Any
+) -> Options:
     """Create an options object from arguments with the names of its fields.
+
+    Parameters
+    ----------
+    options : type
+        Options class of the operation.
+    arguments : mapping of str to object, optional
+        Arguments of the calling function (its ``locals()``). Names that are not options are
+        ignored.
+    **converted
+        Values that replace arguments, such as a plane converted to text.
 
     Raises
     ------
@@ -33,8 +45,11 @@ def options_from_arguments(options: type[Options], **arguments: Any) -> Options:
         If a value is not allowed; the error names the argument.
     """
     declarations_by_name = {item.name: item for item in declarations(options)}
+    values = {**(arguments or {}), **converted}
     checked = {
-        name: _convert_value(declarations_by_name[name], value) for name, value in arguments.items()
+        name: _convert_value(item, values[name])
+        for name, item in declarations_by_name.items()
+        if name in values
     }
     for name, value in checked.items():
         if value is None and (

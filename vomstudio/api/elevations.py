@@ -119,9 +119,7 @@ class ElevationModel(ElevationFigures):
         vs.errors.UsageError, vs.errors.TargetError
         """
         file = to_path(path, "path")
-        files = options_from_arguments(
-            DemFiles, hillshade=hillshade, slope=slope, aspect=aspect, contours_m=contours_m
-        )
+        files = options_from_arguments(DemFiles, locals())
         source = self._model._source
         return write_elevation(
             self.heights,
@@ -205,9 +203,7 @@ def dem(
     >>> model.heights.shape == (model.height, model.width)
     True
     """
-    options = options_from_arguments(
-        DemOptions, gsd_m=gsd_m, plane=plane_text(plane), limit_m=limit_m
-    )
+    options = options_from_arguments(DemOptions, locals(), plane=plane_text(plane))
     report = to_progress(progress)
     data = to_model(model)
     source = data._source

@@ -83,12 +83,9 @@ def extend(
     point = None if through is None else numbers(through, "through")
     options = options_from_arguments(
         ExtendOptions,
+        locals(),
         plane=plane_text(plane),
         through=None if point is None else ",".join(map(repr, point.ravel().tolist())),
-        error_deg=error_deg,
-        through_error_m=through_error_m,
-        thickness_m=thickness_m,
-        thickness_error_m=thickness_error_m,
     )
     with name_arguments_in_errors(ExtendOptions):
         options.check_points(of, "of")

@@ -133,16 +133,7 @@ def facets(
     from vomstudio.extraction.facet_search import search_facets
 
     report = to_progress(progress, cancel)
-    options = options_from_arguments(
-        FacetOptions,
-        angle_deg=angle_deg,
-        max_distance_m=max_distance_m,
-        min_points=min_points,
-        min_area_m2=min_area_m2,
-        min_coplanarity=min_coplanarity,
-        propose_sets=propose_sets,
-        preset=preset,
-    )
+    options = options_from_arguments(FacetOptions, locals())
     data, crs, _ = load_placed(model, "model")
     name = getattr(getattr(model, "path", None), "name", None) or ""
     result = search_facets(data, options, model=name, frame=crs or "local", progress=report)

@@ -124,13 +124,12 @@ def fractures(
     picture, replace = optional_path(plot, "plot"), check_flag(force, "force")
     options = options_from_arguments(
         FractureOptions,
+        locals(),
         area=_file(area, "area"),
         circle=None if circle is None else join_numbers(numbers(circle, "circle")),
         scanline=_file(scanline, "scanline"),
-        snap_m=snap_m,
         by=by if isinstance(by, str) else None,
         strikes=None if strikes is None else _ranges(strikes),
-        terzaghi_cap=terzaghi_cap,
         layer=_layer(layer, traces),
         plane=None if plane is None else plane_text(plane, "plane"),
     )

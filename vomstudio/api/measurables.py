@@ -86,15 +86,7 @@ def measurable(
     >>> 0.1 < found.shares["good"] < 0.2, found.shares["none"] + found.shares["poor"] > 0.6
     (True, True)
     """
-    options = options_from_arguments(
-        MeasurableOptions,
-        length_m=length_m,
-        noise_m=noise_m,
-        points=points,
-        resolution_m=resolution_m,
-        angle_deg=angle_deg,
-        registration_error_deg=registration_error_deg,
-    )
+    options = options_from_arguments(MeasurableOptions, locals())
     data, _, _ = load_placed(model, "model")
     result = measurable_map(data, to_plane(plane, "plane"), options, to_progress(progress, cancel))
     warn(result.warnings)

@@ -106,14 +106,10 @@ def displacement(
     """
     options = options_from_arguments(
         DisplacementOptions,
+        locals(),
         fault=plane_text(fault, "fault"),
         bed=None if bed is None else plane_text(bed, "bed"),
-        rake_deg=rake_deg,
         slip=None if slip is None else format_exact_line(Line(*parse_angles(slip, "slip", 2))),
-        sigma_m=sigma_m,
-        fault_error_deg=fault_error_deg,
-        bed_error_deg=bed_error_deg,
-        rake_error_deg=rake_error_deg,
     )
     with name_frame_arguments_in_errors():
         point_table = read_pairs(_table(pairs, 6, "pairs"), frame_options(crs, up, unit, to_crs))
@@ -252,9 +248,7 @@ def log(
     >>> round(found.total_m.value, 2), round(found.total_m.error95, 2)
     (5.0, 0.24)
     """
-    options = options_from_arguments(
-        LogOptions, sigma_m=sigma_m, bed_error_deg=bed_error_deg, overturned=overturned
-    )
+    options = options_from_arguments(LogOptions, locals())
     frame = frame_options(crs, up, unit, to_crs)
     with name_frame_arguments_in_errors():
         point_table = read_boundaries(_table(table, 3, "table"), frame)

@@ -151,36 +151,17 @@ def stereonet(
 
     options = options_from_arguments(
         StereonetOptions,
+        locals(),
         by=column_name(by),
-        projection=projection,
-        contour=contour,
         levels=None if levels is None else _levels_text(levels),
-        filled=filled,
-        each_set=each_set,
-        contour_set=contour_set,
-        kamb_sigma=kamb_sigma,
         untilt=None if untilt is None else plane_text(untilt, "untilt"),
         rotate=None if rotate is None else join_angles(rotate, "rotate", 3),
-        intersections=intersections,
         planes=_texts(planes, "planes", 2),
         cones=_texts(cones, "cones", 3),
         slip_lines=_texts(slip_lines, "slip_lines", 3),
-        girdles=girdles,
-        maxima=maxima,
-        errors=errors,
-        averages=averages,
-        fold=fold,
-        quality=quality,
-        only_set=only_set,
     )
     figure = options_from_arguments(
-        StereonetFigure,
-        size_mm=None if size_mm is None else _size_text(size_mm),
-        font=font,
-        font_size_pt=font_size_pt,
-        symbol_size_pt=symbol_size_pt,
-        line_width_pt=line_width_pt,
-        grey=grey,
+        StereonetFigure, locals(), size_mm=None if size_mm is None else _size_text(size_mm)
     )
     with name_arguments_in_errors(StereonetFigure):
         style = FigureStyle.from_options(figure)
@@ -290,12 +271,7 @@ def rose(
     from vomstudio.products.net.rose_contents import check_roses, roses_of_table
 
     options = options_from_arguments(
-        RoseOptions,
-        of=of,
-        by=column_name(by),
-        bin_deg=bin_deg,
-        weight=column_name(weight, "weight"),
-        scale=scale,
+        RoseOptions, locals(), by=column_name(by), weight=column_name(weight, "weight")
     )
     if ax is not None and getattr(ax, "name", None) != "rectilinear":
         raise wrong_type(ax, "matplotlib.axes.Axes", "ax")

@@ -205,15 +205,9 @@ def orthophoto(
     >>> picture.image.shape == (*picture.depth.shape, 4), picture.crs
     (True, 'EPSG:32633')
     """
+    # `fold` is a table or its fold here, but a file on the command line.
     options = options_from_arguments(
-        OrthoOptions,
-        trend_deg=trend_deg,
-        plunge_deg=plunge_deg,
-        plane=plane_text(plane),
-        # This is a table or its fold here, but a file on the command line.
-        fold=None if fold is None else "fold",
-        gsd_m=gsd_m,
-        flip=flip,
+        OrthoOptions, locals(), plane=plane_text(plane), fold=None if fold is None else "fold"
     )
     report = to_progress(progress)
     table = fold

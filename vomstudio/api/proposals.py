@@ -99,11 +99,7 @@ def propose_traces(
     from vomstudio.studio.jobs.edge_detection import open_edge_finder
 
     options = options_from_arguments(
-        ProposalOptions,
-        cost=cost,
-        min_length_m=min_length_m,
-        max_lines=max_lines,
-        onnx_model=path_text(onnx_model, "onnx_model"),
+        ProposalOptions, locals(), onnx_model=path_text(onnx_model, "onnx_model")
     )
     report = to_progress(progress, cancel)
     with (

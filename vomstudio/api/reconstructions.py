@@ -10,7 +10,6 @@ from typing import Literal
 from vomstudio.api.checking import (
     join_numbers,
     numbers,
-    optional_text,
     path_text,
     to_path,
     warn,
@@ -103,14 +102,9 @@ def reconstruct(
     report = to_progress(progress, cancel)
     options = options_from_arguments(
         ReconstructOptions,
-        quality=quality,
+        locals(),
         gcp=path_text(gcp, "gcp"),
         marks=path_text(marks, "marks"),
-        crs=optional_text(crs, "crs"),
-        scheduler=optional_text(scheduler, "scheduler"),
-        threads=threads,
-        seed=seed,
-        device=device,
         region=None if region is None else join_numbers(numbers(region, "region")),
     )
     with name_arguments_in_errors(ReconstructOptions):

@@ -181,6 +181,7 @@ def register(
     report = to_progress(progress, cancel)
     options = options_from_arguments(
         RegisterOptions,
+        locals(),
         pairs=path_text(pairs, "pairs"),
         gcp=path_text(gcp, "gcp"),
         marks=path_text(marks, "marks"),
@@ -196,18 +197,10 @@ def register(
         plumb=_rows(plumb, "plumb", (6, 7)),
         reference=path_text(reference, "reference"),
         stable=path_text(stable, "stable"),
-        north=north,
         date=optional_text(date, "date"),
-        declination_deg=declination_deg,
-        north_sigma_deg=north_sigma_deg,
-        click_sigma_m=click_sigma_m,
         crs=optional_text(crs, "crs"),
         to_crs=optional_text(to_crs, "to_crs"),
-        up=up,
-        unit=unit,
         without=tuple(str(optional_text(item, "without")) for item in to_list(without, "without")),
-        robust=robust,
-        keep_scale=keep_scale,
     )
     observations = given_options(options).keys() - {"click_sigma_m", "robust", "keep_scale"}
     if is_path(model_points) and (world_points is None or observations):

@@ -191,12 +191,10 @@ def section(
     point = None if through is None else numbers(through, "through")
     options = options_from_arguments(
         SectionOptions,
+        locals(),
         plane=plane_text(plane),
         through=None if point is None else ",".join(map(repr, point.ravel().tolist())),
-        # An array here, but a file on the command line.
         section_line=None if section_line is None else "section_line",
-        flip=flip,
-        slab_m=slab_m,
     )
     with name_arguments_in_errors(SectionOptions):
         if section_line is None:

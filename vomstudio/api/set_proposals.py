@@ -95,8 +95,7 @@ def sets(
     seed_list = [] if seeds is None else to_list(seeds, "seeds")
     options = options_from_arguments(
         SetOptions,
-        max_sets=max_sets,
-        exactly=exactly,
+        locals(),
         seeds=",".join(plane_text(seed, "seeds") for seed in seed_list) or None,
         scanline=None if scanline is None else join_numbers(numbers(scanline, "scanline")),
     )

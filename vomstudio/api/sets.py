@@ -89,9 +89,7 @@ def stats(
     >>> round(mean.trend_deg), round(mean.plunge_deg)
     (274, 50)
     """
-    options = options_from_arguments(
-        StatisticsOptions, by=column_name(by), directed=directed, weights=weights
-    )
+    options = options_from_arguments(StatisticsOptions, locals(), by=column_name(by))
     rows = to_orientation_table(table, azimuth)
     with name_arguments_in_errors(StatisticsOptions):
         result = table_statistics(rows, options)
@@ -171,12 +169,9 @@ def fold(
     rows = to_orientation_table(table, azimuth)
     options = options_from_arguments(
         FoldOptions,
-        kind=kind,
+        locals(),
         sets=None if sets is None else ",".join(map(str, to_list(sets, "sets"))),
-        only_set=only_set,
-        quality=quality,
         by=column_name(by),
-        waviness_deg=waviness_deg,
     )
     with name_arguments_in_errors(FoldOptions):
         result = table_fold(rows, options)
@@ -244,9 +239,7 @@ def slope(
     >>> found.planar.critical, found.planar.of, found.wedge.critical, found.wedge.of
     (1, 2, 1, 1)
     """
-    options = options_from_arguments(
-        SlopeOptions, friction_deg=friction_deg, lateral_deg=lateral_deg, limits=limits
-    )
+    options = options_from_arguments(SlopeOptions, locals())
     with name_argument_in_errors("face", "--face"):
         slope = slope_face(to_plane(face, "face"), options)
     rows = to_orientation_table(table, azimuth)

@@ -79,10 +79,7 @@ def surface(
     (True, 0.014)
     """
     options = options_from_arguments(
-        SurfaceOptions,
-        around=None if around is None else _around_text(around),
-        noise_m=noise_m,
-        gsd_m=gsd_m,
+        SurfaceOptions, locals(), around=None if around is None else _around_text(around)
     )
     data, crs, _ = load_placed(model, "model")
     with name_arguments_in_errors(SurfaceOptions):

@@ -192,20 +192,7 @@ def plan(
     from vomstudio.photogrammetry.survey.planning import plan_survey
     from vomstudio.products.report.field_sheet import check_format, write_field_sheet
 
-    options = options_from_arguments(
-        PlanOptions,
-        width_m=width_m,
-        height_m=height_m,
-        distance_m=distance_m,
-        gsd_m=gsd_m,
-        plane_m=plane_m,
-        overlap=overlap,
-        manner=manner,
-        aperture=aperture,
-        focal_mm=focal_mm,
-        receiver_m=receiver_m,
-        control_m=control_m,
-    )
+    options = options_from_arguments(PlanOptions, locals())
     page, replace = optional_path(sheet, "sheet"), check_flag(force, "force")
     with name_argument_in_errors("sheet", "--output"):
         if page is not None:

@@ -17,7 +17,7 @@ from typing import Any, Literal
 
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.core.words import to_translate
+from vomstudio.core.words import to_translate, tr
 
 _DECLARATION = "option"
 UNITS = {"m": "m", "m2": "m²", "deg": "°", "mm": "mm", "pt": "pt", "px": "px", "s": "s"}
@@ -289,3 +289,15 @@ def option_words(options: Any) -> list[str | tuple[str, str | float]]:
         else:
             words.append((item.flag, value if item.kind is float else str(value)))
     return words
+
+
+def option_texts(options: Any, **effective_values: Any) -> list[str]:
+    """Return the label and value of each option that has both, such as "Angle 20°"."""
+    texts = []
+    for item in declarations(type(options)):
+        value = effective_values.get(item.name, getattr(options, item.name))
+        if item.label and value is not None:
+            unit = UNITS.get(item.unit or "", "")
+            text = f"{value:.3g}" if item.kind is float else str(value)
+            texts.append(f"{tr(item.label)} {text}{unit if unit == '°' else f' {unit}'.rstrip()}")
+    return texts

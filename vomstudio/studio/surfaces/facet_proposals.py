@@ -15,6 +15,7 @@ import numpy as np
 from vomstudio.core.arrays import Float32Array, FloatArray, Int32Array
 from vomstudio.core.files.arrays import open_arrays
 from vomstudio.core.identifiers import new_id
+from vomstudio.core.options import option_texts
 from vomstudio.core.words import tr
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.geology.profiles import Thresholds
@@ -112,18 +113,13 @@ class Proposals:
     @property
     def provenance(self) -> str:
         """Description of the search for the notes of accepted facets."""
-        facet_options = self.options
-        parts = [tr("angle {angle:g}°", angle=facet_options.used_angle_deg)]
-        parts.append(tr("distance {distance:.3g} m", distance=self.result.reach_m))
-        parts.append(tr("at least {count} points", count=self.result.min_points))
-        if facet_options.min_area_m2:
-            parts.append(tr("at least {area:g} m²", area=facet_options.min_area_m2))
-        if facet_options.min_coplanarity is not None:
-            parts.append(tr("coplanarity at least {value:g}", value=facet_options.min_coplanarity))
-        return tr(
-            "Proposed facet ({limits}), accepted.",
-            limits=", ".join(parts),
+        limits = option_texts(
+            self.options,
+            angle_deg=self.options.used_angle_deg,
+            max_distance_m=self.result.reach_m,
+            min_points=self.result.min_points,
         )
+        return tr("Proposed facet ({limits}), accepted.", limits=", ".join(limits))
 
 
 class FacetProposals(ProposalQueue[Proposals]):
