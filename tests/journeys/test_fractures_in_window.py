@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shlex
 
 import numpy as np
@@ -320,6 +321,9 @@ def test_the_slip_of_a_faulted_bed_is_found_within_its_error(
     assert abs(moved.throw_m.value - down) <= moved.throw_m.error95
     assert moved.heave_m.value > 0
     assert "±" in cell(panel, 1)
+    # The rake is stated once, with the sign of the motion.
+    assert cell(panel, 5) == "-90°"
+    assert re.findall(r"\b90(?:\.0)?°", panel.message.text()) == []
     driver.keep_picture(window, "displacement_panel")
     target = tmp_path / "points.csv"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(target), ""))

@@ -292,11 +292,9 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
     def _result_text(self, result: DisplacementResult) -> str:
         displacements, notation = result.displacements, self._studio.settings.notation
         unit = length_unit(project_axes(self._studio))
-        is_slip_known = result.rake_deg is not None
+        code = "displacement.separation" if result.rake_deg is None else "displacement.net-slip"
         lines = [
-            Finding(
-                "displacement.net-slip" if is_slip_known else "displacement.separation", unit=unit
-            ).message,
+            Finding(code, unit=unit).message,
             tr(
                 "Fault {fault}, bed {bed} (95 %), points ± {sigma:.3g} {unit} (1σ).",
                 fault=format_attitude(result.fault, result.options.fault_error_deg, notation),
@@ -305,14 +303,6 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
                 unit=unit,
             ),
         ]
-        if is_slip_known:
-            lines.append(
-                tr(
-                    "Rake of the slip lineation {rake:.1f}° (0 to 180, 90 down dip). The slip"
-                    " rake of a pair has the sign of the motion.",
-                    rake=result.rake_deg,
-                )
-            )
         separations = [p.separations for p in displacements.pairs if p.separations is not None]
         if separations:
             lines.append(
