@@ -11,7 +11,9 @@ from PySide6.QtGui import QDesktopServices, QImage
 from PySide6.QtWidgets import QWidget
 
 from tests import appearance
+from tests.products.test_reconstruction_report import result
 from tests.tiers import first_in_default_tier
+from vomstudio.products.report.reconstruction import write_report
 from vomstudio.ui.base import theme
 from vomstudio.ui.widgets.html_page import HtmlPage, open_page
 
@@ -61,3 +63,18 @@ def test_a_page_is_dark_on_light_in_every_theme(
     assert appearance.strongest_contrast(pixels) > 7.0
     page.close()
     theme.use("system")
+
+
+def test_a_figure_keeps_clear_of_the_warning_above_it(qtbot: Any, tmp_path: Path) -> None:
+    path = tmp_path / "report.html"
+    write_report(path, result(warnings=["first", "last warning"]))
+    parent = QWidget()
+    qtbot.addWidget(parent)
+    document = HtmlPage(parent, path).text.document()
+    document.setTextWidth(800.0)
+    block, layout = document.find("last warning").block(), document.documentLayout()
+    # Margins are not part of a block's box.
+    gap = layout.blockBoundingRect(block.next()).top() - layout.blockBoundingRect(block).bottom()
+    assert block.next().text() == "\ufffc"
+    assert gap >= 16.0
+    assert block.next().blockFormat().leftMargin() == block.blockFormat().leftMargin()

@@ -23,7 +23,7 @@ table { border-collapse: collapse; margin: .6em 0; }
 td, th { padding: .15em 1em .15em 0; text-align: left; border-bottom: 1px solid #e4e4e4; }
 td { font-variant-numeric: tabular-nums; } tr.out td { background: #fbe9d0; }
 .note { background: #fff6e0; border-left: 4px solid #e69f00; padding: .3em .8em; margin: .4em 0; }
-img { max-width: 100%; } .small { color: #666; font-size: 13px; }
+.figure { margin: 24px 0 0 0; } img { max-width: 100%; } .small { color: #666; font-size: 13px; }
 """
 
 

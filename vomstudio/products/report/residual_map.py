@@ -107,15 +107,18 @@ def residual_map(registration: Mapping[str, Any], is_scaled: bool) -> str:
 
 def embed_figure(figure: Any, caption: str) -> str:
     """Embed a matplotlib figure in an HTML page."""
+    from matplotlib import rc_context
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     buffer = BytesIO()
-    FigureCanvasSVG(figure).print_svg(buffer)
+    # Qt's browser cannot draw letters as paths.
+    with rc_context({"svg.fonttype": "none"}):
+        FigureCanvasSVG(figure).print_svg(buffer)
     data = base64.b64encode(buffer.getvalue()).decode("ascii")
     text = escape(caption)
     return (
-        f'<figure><p><img src="data:image/svg+xml;base64,{data}" alt="{text}"></p>'
-        f'<figcaption class="small">{text}</figcaption></figure>'
+        f'<p class="figure"><img src="data:image/svg+xml;base64,{data}" alt="{text}"></p>'
+        f'<p class="small">{text}</p>'
     )
 
 
