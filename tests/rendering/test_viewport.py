@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtCore import QPoint, QPointF, QRect, Qt
 from PySide6.QtGui import QImage, QMouseEvent, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMainWindow
@@ -398,6 +398,25 @@ def test_the_scale_bar_is_true_in_the_orthographic_view(stage: Stage) -> None:
     row = picture[stage.view.height() - round(compass_and_scale.MARGIN) - 4]
     white = np.flatnonzero(row.min(axis=1) > 200)
     assert np.ptp(white) + 1 == pytest.approx(pixels, abs=2.5)
+
+
+@pytest.mark.full
+def test_the_scale_bar_names_its_depth_only_in_perspective_and_only_where_it_is_free(
+    stage: Stage,
+) -> None:
+    stage.show("w", wall())
+    box = compass_and_scale.scale_bar_box(stage.view.width(), stage.view.height()).toRect()
+
+    def picture_of_the_bar(widget: QRect) -> np.ndarray:
+        stage.view.set_covered(widget)
+        stage.settle(0.1)
+        return stage.picture()[box.top() : box.bottom(), box.left() : box.right()]
+
+    for is_orthographic in (True, False):
+        stage.view.moves.set_orthographic(is_orthographic)
+        stage.wait(lambda: stage.view.still)
+        free, covered = picture_of_the_bar(QRect()), picture_of_the_bar(box)
+        assert (free == covered).all() == is_orthographic
 
 
 def test_looking_along_a_direction_is_read_back(stage: Stage) -> None:
