@@ -15,7 +15,15 @@ from tests.conftest import use_home
 from tests.guards import has_failed
 from tests.shared_window import SharedWindow
 from vomstudio.core.paths import resource
+from vomstudio.ui.base import theme
 from vomstudio.ui.shell.main_window import MainWindow
+
+SCREENS = [
+    pytest.param((width, height, name), id=f"{width}x{height}-{name}")
+    for width, height in ((1600, 1000), (1280, 720), (960, 540))
+    for name in ("light", "dark")
+]
+"""Logical pixels and themes of windows; the last size is that of 1920 x 1080 at 200 %."""
 
 
 def bare_outcrop(folder: Path) -> Path:
@@ -98,6 +106,18 @@ def window(request: pytest.FixtureRequest) -> Iterator[MainWindow]:
     if has_failed(request.node):
         # The next test gets another one: who knows what state this one is in.
         shared.close(check=False)
+
+
+@pytest.fixture
+def screen(window: MainWindow, request: pytest.FixtureRequest) -> Iterator[str]:
+    """A size and theme of `SCREENS` that the window takes; their name, for pictures."""
+    width, height, name = request.param
+    window.actions_table.run(f"theme_{name}")
+    window.resize(width, height)
+    driver.pause(100)
+    assert (window.width(), window.height()) == (width, height)
+    yield f"{width}-{name}"
+    theme.use("system")
 
 
 @pytest.fixture

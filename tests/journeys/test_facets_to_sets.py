@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
 
 from tests import driver
 from tests.driver import wait
+from tests.journeys.conftest import SCREENS
 from vomstudio.core.paths import resource
 from vomstudio.project.kinds.patch import Patch
-from vomstudio.ui.base import theme
 from vomstudio.ui.panels.sets.sets_panel import SetsPanel
 from vomstudio.ui.panels.surface.facets_panel import FacetsPanel
 
 pytestmark = pytest.mark.full
-
-
-@pytest.fixture
-def themes() -> Iterator[None]:
-    yield
-    theme.use("system")
 
 
 def press(window, button) -> None:
@@ -57,24 +49,14 @@ def drawn_colors(window) -> set[tuple[float, ...]]:
     return set().union(*colors.values())
 
 
-@pytest.mark.usefixtures("themes")
-@pytest.mark.parametrize(
-    ("width", "height", "name"),
-    [
-        (1600, 1000, "dark"),
-        pytest.param(1280, 720, "light", marks=pytest.mark.slow),
-        (960, 540, "light"),
-    ],
-)
-def test_facets_become_coloured_sets_on_the_net(window, width, height, name) -> None:
+@pytest.mark.parametrize("screen", SCREENS, indirect=True)
+def test_facets_become_coloured_sets_on_the_net(window, screen) -> None:
     studio = window.studio
-    window.actions_table.run(f"theme_{name}")
-    window.resize(width, height)
     window.open_path(resource("sample", "sample.obj"))
     driver.settled(window)
     studio.set_next("joint", "")
     panel = find_facets(window)
-    driver.keep_picture(window, f"facets-{width}-{name}")
+    driver.keep_picture(window, f"facets-{screen}")
     assert panel.table.accessibleName() in net_sets(window)
     panel.filter.setText("quality:good area>0.3m2")
     listed = len(panel.listed())
@@ -88,7 +70,7 @@ def test_facets_become_coloured_sets_on_the_net(window, width, height, name) -> 
     window.actions_table.run("propose_sets")
     sets = window.findChild(SetsPanel)
     wait(lambda: sets.isVisible() and sets.result is not None, "the sets", 60.0)
-    driver.keep_picture(window, f"facets-sets-{width}-{name}")
+    driver.keep_picture(window, f"facets-sets-{screen}")
     before = dict(studio.records)
     names = {n for n in sets.result.names if n}
     assert len(names) >= 2
@@ -99,6 +81,6 @@ def test_facets_become_coloured_sets_on_the_net(window, width, height, name) -> 
     colors = net_sets(window)
     assert len(set(colors.values())) == len(colors)
     assert len(colors) == len(set_names(window))
-    driver.keep_picture(window, f"facets-coloured-{width}-{name}")
+    driver.keep_picture(window, f"facets-coloured-{screen}")
     studio.undo()
     assert dict(studio.records) == before

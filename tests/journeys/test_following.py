@@ -13,6 +13,7 @@ from PySide6.QtTest import QTest
 
 from tests import driver
 from tests.driver import click, drag, key, look_at, move, pixel, wait
+from tests.journeys.conftest import SCREENS
 from tests.messages import shown_values
 from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.project.kinds.patch import Patch
@@ -60,12 +61,10 @@ def test_three_clicks_make_a_trace_of_many_points(following, picks):
 
 
 @pytest.mark.full
-@pytest.mark.parametrize(("width", "height"), [(1600, 1000), (1280, 720), (960, 540)])
-def test_ten_traces_take_twenty_actions(following, picks, truth, width, height):
+@pytest.mark.parametrize("screen", SCREENS, indirect=True)
+def test_ten_traces_take_twenty_actions(screen, following, picks, truth):
     """A click, and a double click where the trace ends: the way between them is followed."""
     window, viewport, actions = following, following.viewport, 0
-    window.resize(width, height)
-    driver.pause(100)
     look_at(window, np.concatenate(list(picks.values())), 0.0, 10.0)
     # Two of the beds are picked a second time, between other points.
     lines = [*picks.items(), ("B01", picks["B01"][2:-2]), ("B03", picks["B03"][2:-2])]
@@ -78,7 +77,7 @@ def test_ten_traces_take_twenty_actions(following, picks, truth, width, height):
         QTest.mouseRelease(viewport, driver.LEFT, driver.NONE, end)
         actions += 2
         wait(lambda n=number: len(driver.traces(window)) == n + 1, "the trace")
-    driver.keep_picture(window, f"ten-traces-{width}")
+    driver.keep_picture(window, f"ten-traces-{screen}")
     assert actions <= 25
     traces = driver.traces(window)
     measured = window.studio.measured(trace.id for trace in traces)

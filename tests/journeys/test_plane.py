@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QApplication
 
 from tests import driver
 from tests.driver import CTRL, click, drag, key, look_at, move, open_outcrop, pixel, wait
+from tests.journeys.conftest import SCREENS
 from tests.tiers import first_in_default_tier
 from vomstudio.geometry.patches import runs_to_ids
 from vomstudio.project.kinds.patch import Patch
@@ -183,11 +184,8 @@ def test_a_plane_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     driver.dismiss(window)
 
 
-@pytest.mark.parametrize(
-    ("width", "height"), first_in_default_tier([(1600, 1000), (1280, 720), (960, 540)], 1)
-)
-def test_ten_planes_take_twenty_actions(window, outcrop, picks, width, height):
-    window.resize(width, height)
+@pytest.mark.parametrize("screen", first_in_default_tier(SCREENS), indirect=True)
+def test_ten_planes_take_twenty_actions(window, screen, outcrop, picks):
     at, viewport = ready(window, outcrop, picks), window.viewport
     tool, actions = window.studio.tool_of(PlaneTool), 0
     tool.set_tolerance(angle_deg=8.0, distance=0.02)
@@ -198,7 +196,7 @@ def test_ten_planes_take_twenty_actions(window, outcrop, picks, width, height):
         key(window, Qt.Key.Key_Return)
         actions += 2
         wait(lambda count=number + 1: len(patches(window)) == count, "the plane")
-    driver.keep_picture(window, "plane-3-ten")
+    driver.keep_picture(window, f"plane-3-ten-{screen}")
     assert actions == 20
     assert not tool.open
 
