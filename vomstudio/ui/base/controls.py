@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Sequence
 from html import escape
 
@@ -262,8 +263,7 @@ class ElidedLabel(Label):
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
         painter = QPainter(self)
         area = self.contentsRect()
-        metrics, elide = self.fontMetrics(), Qt.TextElideMode.ElideRight
-        lines = (metrics.elidedText(line, elide, area.width()) for line in self.text().split("\n"))
+        lines = (self.shorten(line, area.width()) for line in self.text().split("\n"))
         text = "\n".join(lines)
         self.style().drawItemText(
             painter,
@@ -274,6 +274,23 @@ class ElidedLabel(Label):
             text,
             self.foregroundRole(),
         )
+
+    def shorten(self, line: str, width_px: int) -> str:
+        """Return the part of a line that fits in a width."""
+        return self.fontMetrics().elidedText(line, Qt.TextElideMode.ElideRight, width_px)
+
+
+class HintLabel(ElidedLabel):
+    """Label that shows the first clauses that fit; the tooltip contains the full text."""
+
+    def shorten(self, line: str, width_px: int) -> str:
+        """Return the longest beginning of a line that fits and ends with a clause."""
+        metrics = self.fontMetrics()
+        ends = [match.start() for match in re.finditer(r"[.;,] ", line)]
+        for part in (line, *(f"{line[:end]}." for end in reversed(ends))):
+            if metrics.horizontalAdvance(part) <= width_px:
+                return part
+        return super().shorten(line, width_px)
 
 
 class PanelScrollArea(QScrollArea):

@@ -19,7 +19,7 @@ from vomstudio.core.words import tr
 from vomstudio.geometry import transform
 from vomstudio.project.records import Model
 from vomstudio.studio.tools.interaction_types import Pointer, PointerEvent
-from vomstudio.ui.base.controls import ElidedLabel, Label, escape_markup
+from vomstudio.ui.base.controls import ElidedLabel, HintLabel, Label, escape_markup
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.studio import Studio
 
@@ -34,7 +34,7 @@ class StatusLine(QStatusBar):
         explain(self, "numbers.md#the-status-line")
         self._studio = studio
         self._layers_time: datetime | None = None
-        self._hint = ElidedLabel()
+        self._hint = HintLabel()
         self._photo_hint = ""
         self._position = Label()
         self._badge = QToolButton()
