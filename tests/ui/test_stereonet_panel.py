@@ -23,6 +23,7 @@ from vomstudio.project import edits
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import Feature, Model
+from vomstudio.rendering.qt.painting import VERDICT_COLORS
 from vomstudio.studio.surfaces.proposed_planes import ProposedPlanes, proposal_indices
 from vomstudio.ui.base import theme
 from vomstudio.ui.commands.net import export_net
@@ -54,6 +55,15 @@ def net(window, studio):
     assert studio.attempt(edits.add_readings, readings)
     drawn(window)
     return window.net
+
+
+def colors_of(widget) -> set[str]:
+    picture = widget.grab().toImage()
+    return {
+        picture.pixelColor(x, y).name()
+        for x in range(picture.width())
+        for y in range(picture.height())
+    }
 
 
 def drawn(window) -> None:
@@ -400,6 +410,10 @@ def test_the_overlay_names_the_selection_where_no_label_of_the_net_is(net, windo
             apart = x0 / ratio > at.left() + wide or x1 / ratio < at.left()
             top, bottom = side - y1 / ratio, side - y0 / ratio
             assert apart or top >= at.bottom() or bottom <= at.top()
+    color = VERDICT_COLORS[studio.measured(["b1"])["b1"].verdict.quality]
+    assert color in colors_of(net._corner_label)
+    studio.selection.set(["b1", "b2"])
+    assert color not in colors_of(net._corner_label)
 
 
 def test_the_space_bar_opens_the_menu_of_contours(net, window):

@@ -7,8 +7,8 @@ from dataclasses import replace
 from functools import partial
 from time import perf_counter
 
-from PySide6.QtCore import QEvent, QPoint, Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QMouseEvent, QPalette
+from PySide6.QtCore import QEvent, QPoint, QRect, Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QIcon, QMouseEvent, QPainter, QPaintEvent, QPalette
 from PySide6.QtWidgets import (
     QBoxLayout,
     QHBoxLayout,
@@ -37,7 +37,7 @@ from vomstudio.studio.tools.interaction_types import is_click
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ElidedLabel
 from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.number_formatting import marked_attitude
+from vomstudio.ui.base.number_formatting import orientation_text
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.net.canvas import (
@@ -132,7 +132,7 @@ class StereonetPanel(QWidget):
             self._copy_command, tr("save the data as a table and copy the command")
         )
         # Neither the net nor the legend covers this corner.
-        self._corner_label = ElidedLabel()
+        self._corner_label = _CornerLabel()
         self._corner_label.setParent(self.canvas)
         self._corner_label.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.canvas.resized.connect(self._place_corner_label)
@@ -521,7 +521,7 @@ class StereonetPanel(QWidget):
         if line is None:
             self._name_selection()
         else:
-            self._corner_label.setText(format_line(line, 0))
+            self._corner_label.set_text(format_line(line, 0))
             self._place_corner_label()
 
     def _is_lasso(self) -> bool:
@@ -578,16 +578,42 @@ class StereonetPanel(QWidget):
             shown_ids = {i for c in self.roses.contents.counted.values() for i in c.ids}
         selected_ids = [i for i in ids if i in shown_ids]
         record = self._studio.records.get(selected_ids[-1]) if selected_ids else None
+        icon = QIcon()
         if len(selected_ids) > 1:
             text = tr("{count:,} selected", count=len(selected_ids))
         elif isinstance(record, Typed):
             measurement = self._studio.measured([record.id])[record.id]
-            attitude = marked_attitude(measurement, self._studio.settings.notation)
+            attitude = orientation_text(measurement, self._studio.settings.notation)
             text = ("{}  {}" if self._is_brief else "{}\n{}").format(record.name, attitude)
+            if measurement.verdict is not None:
+                icon = theme.verdict_icon(measurement.verdict.quality)
         else:
             text = ""
-        self._corner_label.setText(text)
+        self._corner_label.set_text(text, icon)
         self._place_corner_label()
+
+
+class _CornerLabel(ElidedLabel):
+    """Label with a coloured mark at the end of its last line."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._mark = QIcon()
+
+    def set_text(self, text: str, mark: QIcon | None = None) -> None:
+        """Show a text, with a mark if there is one."""
+        self._mark = mark or QIcon()
+        self.setText(text)
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
+        super().paintEvent(event)
+        metrics, area = self.fontMetrics(), self.contentsRect()
+        last_line = self.shorten(self.text().split("\n")[-1], area.width())
+        left = area.left() + metrics.horizontalAdvance(last_line) + 4
+        top = area.bottom() + 1 - metrics.height()
+        side = metrics.height()
+        self._mark.paint(QPainter(self), QRect(left, top, side, side))
 
 
 def _is_large(net: NetContents) -> bool:
