@@ -14,6 +14,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QFileDialog, QMessageBox
 
 from tests import driver
+from tests.journeys.conftest import SCREENS
 from tests.messages import shown_codes, shown_values
 from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.ui.dialogs.orthophoto_dialog import OrthoDialog
@@ -32,6 +33,7 @@ def picture(window, outcrop, tmp_path) -> Path:
     window.actions_table.all["orthophoto"].trigger()
     driver.wait(lambda: window.findChild(OrthoDialog) is not None, "the dialog")
     dialog = window.findChild(OrthoDialog)
+    assert window.screen().availableGeometry().contains(dialog.frameGeometry())
     driver.wait(dialog._start_button.isEnabled, "a proposed pixel size")
     folder = tmp_path / "pictures"
     folder.mkdir()
@@ -84,9 +86,13 @@ def said(window) -> str:
     return window.message_bar._text.text()
 
 
-@pytest.mark.parametrize("beside", [True, False])
+@pytest.mark.parametrize(
+    ("screen", "beside"),
+    [pytest.param(*each.values, each is not SCREENS[0], id=each.id) for each in SCREENS],
+    indirect=["screen"],
+)
 def test_lines_of_a_gis_become_traces_in_one_step(
-    window, picture, picks, truth, tmp_path, monkeypatch, beside
+    window, screen, picture, picks, truth, tmp_path, monkeypatch, beside
 ) -> None:
     drawn = {name: picks[name] for name in ("B01", "B02")}
     folder = picture.parent if beside else tmp_path
@@ -104,6 +110,7 @@ def test_lines_of_a_gis_become_traces_in_one_step(
         )
         assert np.degrees(np.arccos(abs(float(is_ @ wanted)))) < 2.0
         assert "cliff" in trace.notes
+    driver.keep_picture(window, f"orthophoto-back-{screen}")
     assert set(window.studio.selection.ids) == {t.id for t in driver.traces(window)}
     driver.focus(window)
     driver.key(window, Qt.Key.Key_Z, driver.CTRL)

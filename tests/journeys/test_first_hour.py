@@ -38,8 +38,11 @@ def test_the_first_hour_of_a_geologist(
     ("screen", "scale", "theme"),
     [
         ("1600x1000", 1, "dark"),
+        pytest.param("1600x1000", 1, "light", marks=SLOW),
         pytest.param("1280x720", 1, "light", marks=SLOW),
+        pytest.param("1280x720", 1, "dark", marks=SLOW),
         pytest.param("1920x1080", 2, "light", marks=SLOW),
+        pytest.param("1920x1080", 2, "dark", marks=SLOW),
     ],
 )
 def test_the_first_hour_on_a_real_model(
