@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import ast
 import importlib
+import inspect
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -70,6 +72,46 @@ def test_editors_are_told_of_the_same_names_from_the_same_places() -> None:
     assert set(told) == set(vs.__all__)
     for name, module in told.items():
         assert getattr(importlib.import_module(str(module)), name) is getattr(vs, name)
+
+
+def public_functions() -> Iterator[tuple[str, dict[str, object]]]:
+    """Yield the annotations of the public functions, methods and properties."""
+    for name in vs.__all__:
+        value = getattr(vs, name)
+        if inspect.isfunction(value):
+            yield name, value.__annotations__
+        elif inspect.isclass(value):
+            for method_name, member in inspect.getmembers_static(value):
+                function = getattr(member, "fget", getattr(member, "__func__", member))
+                if inspect.isfunction(function) and not method_name.startswith("_"):
+                    yield f"{name}.{method_name}", function.__annotations__
+            yield name, value.__init__.__annotations__
+
+
+def test_public_signatures_declare_their_types() -> None:
+    # The object that ``--json`` prints has values of many types.
+    undeclared = [
+        (name, parameter)
+        for name, annotations in public_functions()
+        for parameter, annotation in annotations.items()
+        if re.search(r"\bAny\b", str(annotation))
+        and not parameter.startswith("_")
+        and not name.endswith(".to_dict")
+    ]
+    assert undeclared == []
+
+
+@pytest.mark.parametrize(
+    ("name", "result"),
+    [
+        ("read_orientations", "pandas.DataFrame"),
+        ("fit_planes", "pandas.DataFrame"),
+        ("stereonet", "StereonetAxes"),
+        ("rose", "Axes"),
+    ],
+)
+def test_tables_and_figures_are_declared_as_such(name: str, result: str) -> None:
+    assert getattr(vs, name).__annotations__["return"] == result
 
 
 def test_nothing_of_the_program_imports_the_root() -> None:

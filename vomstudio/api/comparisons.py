@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,10 +18,13 @@ from vomstudio.registration.distances.compare_options import CompareOptions
 from vomstudio.registration.distances.comparison import Comparison
 from vomstudio.registration.overlap import crs_findings
 
+if TYPE_CHECKING:
+    from vomstudio.api.argument_types import ModelArgument
+
 
 def compare(
-    model: Any,
-    benchmark: Any,
+    model: ModelArgument,
+    benchmark: ModelArgument,
     *,
     m3c2_m: float | None = None,
     registration_error_m: float | None = None,

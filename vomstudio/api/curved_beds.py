@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from vomstudio.api.checking import warn
 from vomstudio.api.planes import to_groups
 from vomstudio.geology.beds.curved import CurvedBed, curved_bed
 
+if TYPE_CHECKING:
+    from collections.abc import Hashable
 
-def fit_curved(groups: Any, *, by: Any = None) -> CurvedBed:
+    from vomstudio.api.argument_types import GroupsArgument
+
+
+def fit_curved(groups: GroupsArgument, *, by: Hashable | None = None) -> CurvedBed:
     """Fit a surface to several traces of a curved bed, and compute its local dip.
 
     Parameters

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,6 +24,9 @@ from vomstudio.products.elevation.planning import HeightPlan, plan_heights, refe
 from vomstudio.products.elevation.results import ElevationFigures, WrittenElevation
 from vomstudio.products.elevation.shading import compute_dips, hillshade
 from vomstudio.products.elevation.writing import figures_of, write_elevation
+
+if TYPE_CHECKING:
+    from vomstudio.api.argument_types import ModelArgument, PlaneArgument
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -154,10 +157,10 @@ class ElevationModel(ElevationFigures):
 
 
 def dem(
-    model: Any,
+    model: ModelArgument,
     *,
     gsd_m: float | None = None,
-    plane: Any = None,
+    plane: PlaneArgument | None = None,
     limit_m: float | None = None,
     progress: ProgressArgument = None,
 ) -> ElevationModel:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vomstudio.api.checking import name_argument_in_errors, numbers, warn
 from vomstudio.api.comparisons import load_placed
@@ -21,13 +21,18 @@ from vomstudio.products.section.extension import ExtendedPlane
 from vomstudio.products.section.extension import extend as _extend
 from vomstudio.products.section.section_lines import parse_through
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from vomstudio.api.argument_types import ModelArgument, PlaneArgument, VerticesArgument
+
 
 def extend(
-    model: Any,
-    of: Any = None,
+    model: ModelArgument,
+    of: VerticesArgument | None = None,
     *,
-    plane: Any = None,
-    through: Any = None,
+    plane: PlaneArgument | None = None,
+    through: ArrayLike | None = None,
     error_deg: float | None = None,
     through_error_m: float = 0.0,
     thickness_m: float | None = None,

@@ -26,6 +26,9 @@ from vomstudio.extraction.followed_trace import FollowedTrace
 from vomstudio.extraction.trace_options import FollowOptions
 
 if TYPE_CHECKING:
+    import pandas
+
+    from vomstudio.api.argument_types import ModelArgument, VerticesArgument
     from vomstudio.extraction.calibrated_photos import CalibratedPhotos
 
 
@@ -50,11 +53,11 @@ class Facets(FacetTable):
         {"facet": (n,), "set": (n,)} int32 labels of the model points, -1 for no facet or set.
     """
 
-    table: Any = field(default=None, metadata=HIDDEN_IN_JSON)
+    table: pandas.DataFrame = field(default=None, metadata=HIDDEN_IN_JSON)
 
 
 def facets(
-    model: Any,
+    model: ModelArgument,
     *,
     angle_deg: float | None = None,
     max_distance_m: float | None = None,
@@ -151,8 +154,8 @@ def _to_facets(result: FacetTable) -> Facets:
 
 
 def follow(
-    model: Any,
-    through: Any,
+    model: ModelArgument,
+    through: VerticesArgument,
     *,
     cost: str | None = None,
     photo: str | Path | None = None,

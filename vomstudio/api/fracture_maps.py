@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -32,19 +32,22 @@ from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.fractures.network import FractureNetwork, MappedNetwork
 from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
 
+if TYPE_CHECKING:
+    from vomstudio.api.argument_types import LinesArgument, PlaneArgument, ShapeArgument
+
 
 def fractures(
-    traces: Any,
+    traces: LinesArgument,
     *,
-    area: Any = None,
+    area: ShapeArgument | None = None,
     circle: tuple[float, ...] | None = None,
-    scanline: Any = None,
+    scanline: ShapeArgument | None = None,
     snap_m: float = 0.0,
     by: str | Sequence[str] | None = None,
     strikes: Sequence[tuple[float, float]] | None = None,
     terzaghi_cap: float | None = None,
     layer: str | None = None,
-    plane: Any = None,
+    plane: PlaneArgument | None = None,
     plot: str | Path | None = None,
     force: bool = False,
     crs: str | None = None,

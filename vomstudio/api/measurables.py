@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from vomstudio.api.checking import to_plane, warn
 from vomstudio.api.comparisons import load_placed
@@ -12,10 +12,13 @@ from vomstudio.core.progress import CancelToken
 from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.products.surface.measurable_map import MeasurableMap, measurable_map
 
+if TYPE_CHECKING:
+    from vomstudio.api.argument_types import ModelArgument, PlaneArgument
+
 
 def measurable(
-    model: Any,
-    plane: Any,
+    model: ModelArgument,
+    plane: PlaneArgument,
     *,
     length_m: float | None = None,
     noise_m: float | None = None,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vomstudio.api.checking import (
     is_model,
@@ -30,9 +30,14 @@ from vomstudio.geology.orientation import Line
 from vomstudio.geometry.coordinate_limits import find_invalid_points
 from vomstudio.io.gate.point_tables import read_boundaries, read_pairs
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from vomstudio.api.argument_types import PointsArgument, TableArgument
+
 
 def displacement(
-    pairs: Any,
+    pairs: ArrayLike | TableArgument,
     *,
     fault: tuple[float, float],
     bed: tuple[float, float] | None = None,
@@ -123,7 +128,7 @@ def displacement(
 
 
 def threepoint(
-    points: Any,
+    points: PointsArgument,
     *,
     sigma_m: float = 0.0,
     crs: str | None = None,
@@ -187,7 +192,7 @@ def threepoint(
 
 
 def log(
-    table: Any,
+    table: PointsArgument,
     *,
     bed: tuple[float, float],
     sigma_m: float | None = None,

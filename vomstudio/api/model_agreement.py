@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from vomstudio.api.tables import to_orientation_table
 from vomstudio.geology import model_agreement as of_planes
 from vomstudio.geology.model_agreement import Agreement
 from vomstudio.io.text.oriented_planes import extract_planes
 
+if TYPE_CHECKING:
+    from vomstudio.api.argument_types import TableArgument
 
-def agreement(first: Any, second: Any) -> Agreement:
+
+def agreement(first: TableArgument, second: TableArgument) -> Agreement:
     """Test whether planes of two models of the same rock agree within their errors.
 
     Parameters

@@ -36,10 +36,15 @@ from vomstudio.geometry.units import Axes
 from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from vomstudio.api.argument_types import DataSetLike, VerticesArgument
     from vomstudio.geometry.registrations import Registration
     from vomstudio.io.models.reader import LoadedModel
     from vomstudio.project.records import Model
     from vomstudio.registration.results import RotationError
+    from vomstudio.rendering.plots.datasets import MultiBlock, PolyData
+    from vomstudio.rendering.plots.plotting import Plotter
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,7 +213,7 @@ class _Model:
         )
         return path
 
-    def plot(self) -> Any:
+    def plot(self) -> Plotter:
         """Return a PyVista plotter that shows the model.
 
         In a program that runs Qt, the plotter is a pyvistaqt window. Otherwise it is an
@@ -266,7 +271,9 @@ class Mesh(_Model):
     """
 
     @classmethod
-    def from_arrays(cls, points: Any, faces: Any, *, crs: str | None = None) -> Mesh:
+    def from_arrays(
+        cls, points: VerticesArgument, faces: ArrayLike, *, crs: str | None = None
+    ) -> Mesh:
         """Create a mesh from arrays of its vertices and triangles.
 
         Parameters
@@ -302,7 +309,7 @@ class Mesh(_Model):
         return cls(meshes.Mesh(vertices, rows.astype(np.int32)), _source_in_memory(crs))
 
     @classmethod
-    def from_pyvista(cls, mesh: Any, *, crs: str | None = None) -> Mesh:
+    def from_pyvista(cls, mesh: DataSetLike, *, crs: str | None = None) -> Mesh:
         """Create a mesh from a PyVista data set or its blocks, without textures.
 
         Parameters
@@ -364,7 +371,7 @@ class Mesh(_Model):
         """Texture coordinates (n, 2) float32, or None."""
         return self._data.uv  # type: ignore[no-any-return]
 
-    def to_pyvista(self) -> Any:
+    def to_pyvista(self) -> PolyData | MultiBlock:
         """Convert to a pyvista.PolyData, or to a pyvista.MultiBlock with one block per material.
 
         Points are World coordinates minus an integer origin, which is stored in
@@ -428,7 +435,7 @@ class PointCloud(_Model):
         """Unit normals (n, 3) float32, or None."""
         return self._data.normals  # type: ignore[no-any-return]
 
-    def to_pyvista(self) -> Any:
+    def to_pyvista(self) -> PolyData:
         """Convert to a pyvista.PolyData with colours, normals and fields.
 
         Points are World coordinates minus an integer origin, which is stored in

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from vomstudio.api.checking import (
     column_name,
@@ -21,14 +21,20 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology.rose_options import RoseOptions
 from vomstudio.products.net.figure_options import StereonetFigure, StereonetOptions
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from mplstereonet import StereonetAxes
+
+    from vomstudio.api.argument_types import OrientationsArgument
+
 AnglePair = tuple[float, float] | str
 AngleTriple = tuple[float, float, float] | str
 
 
 def stereonet(
-    table: Any,
+    table: OrientationsArgument,
     *,
-    ax: Any = None,
+    ax: StereonetAxes | None = None,
     contour: Literal["kamb", "exponential_kamb", "linear_kamb", "schmidt"] | None = None,
     by: str | None = None,
     projection: Literal["area", "angle"] = "area",
@@ -57,7 +63,7 @@ def stereonet(
     symbol_size_pt: float | None = None,
     line_width_pt: float | None = None,
     grey: bool = False,
-) -> Any:
+) -> StereonetAxes:
     """Draw poles, great circles, lines and means in a lower-hemisphere stereonet.
 
     Angles are in degrees and are given as tuples or as texts such as "125/26/30".
@@ -207,16 +213,16 @@ def _size_text(size: Any) -> str:
 
 
 def rose(
-    table: Any,
+    table: OrientationsArgument,
     *,
-    ax: Any = None,
+    ax: Axes | None = None,
     of: Literal["strike", "dip-direction", "trend", "dip", "plunge"] | None = None,
     by: str | None = None,
     bin_deg: float = 10.0,
     weight: str | None = None,
     scale: Literal["area", "length"] = "area",
     azimuth: Azimuth | None = None,
-) -> Any:
+) -> Axes:
     """Draw rose diagrams of azimuths, or histograms of dips or plunges, by set.
 
     Parameters

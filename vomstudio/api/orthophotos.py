@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,6 +30,9 @@ from vomstudio.products.ortho.requests import (
     direction_of,
     request_picture,
 )
+
+if TYPE_CHECKING:
+    from vomstudio.api.argument_types import ModelArgument, OrientationsArgument, PlaneArgument
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -147,12 +150,12 @@ class Orthophoto(OrthophotoFigures):
 
 
 def orthophoto(
-    model: Any,
+    model: ModelArgument,
     *,
     trend_deg: float | None = None,
     plunge_deg: float | None = None,
-    plane: Any = None,
-    fold: Any = None,
+    plane: PlaneArgument | None = None,
+    fold: OrientationsArgument | TableFold | None = None,
     gsd_m: float | None = None,
     flip: bool = False,
     progress: ProgressArgument = None,

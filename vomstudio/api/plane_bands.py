@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vomstudio.api.checking import name_argument_in_errors, require_positive
 from vomstudio.api.point_arguments import points as checked
@@ -13,9 +13,15 @@ from vomstudio.geology.band_figures import BandFigures, describe_band, table_pri
 from vomstudio.geology.plane_bands import CrossingPlane, PlaneBand, crossing_plane, find_plane_band
 from vomstudio.geometry.planes import fit_plane
 
+if TYPE_CHECKING:
+    from vomstudio.api.argument_types import OrientationsArgument, VerticesArgument
+
 
 def plane_band(
-    points: Any, *, sets: Any = None, resolution_m: float | None = None
+    points: VerticesArgument,
+    *,
+    sets: OrientationsArgument | None = None,
+    resolution_m: float | None = None,
 ) -> BandFigures | None:
     """Compute the planes compatible with a straight trace, and the sets it may belong to.
 
@@ -69,7 +75,7 @@ def plane_band(
 
 
 def plane_of_crossing(
-    first: Any, second: Any, *, resolution_m: float | None = None
+    first: VerticesArgument, second: VerticesArgument, *, resolution_m: float | None = None
 ) -> CrossingPlane:
     """Fit the plane that contains two crossing straight traces, if they are coplanar.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -37,6 +37,11 @@ from vomstudio.io.text.group_columns import COLUMNS, Words, group_words
 from vomstudio.project.tables.fit_options import FitOptions
 from vomstudio.project.tables.fitted_planes import FittedPlanes, fitted_planes
 
+if TYPE_CHECKING:
+    import pandas
+
+    from vomstudio.api.argument_types import GroupsArgument, PointsArgument
+
 Method = Literal["pca", "regression"]
 Axis = Literal["auto", "x", "y", "z"]
 Profile = Literal["error", "textbook"]
@@ -46,7 +51,7 @@ Profile = Literal["error", "textbook"]
 class OrientationFigures(Result):
     """Columns of the orientation table; None means undefined or not applicable."""
 
-    id: Any
+    id: Hashable
     name: str | None
     kind: str | None
     element: str | None
@@ -294,7 +299,7 @@ def _figures(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def fit_plane(
-    points: Any,
+    points: PointsArgument,
     *,
     method: Method = "pca",
     axis: Axis = "auto",
@@ -358,14 +363,14 @@ def fit_plane(
 
 
 def fit_planes(
-    groups: Any,
+    groups: GroupsArgument,
     *,
-    by: Any = None,
+    by: Hashable | None = None,
     method: Method = "pca",
     axis: Axis = "auto",
     resolution_m: float | None = None,
     profile: Profile = "error",
-) -> Any:
+) -> pandas.DataFrame:
     """Fit planes to many groups of points at once.
 
     Parameters
@@ -430,7 +435,10 @@ def fit_planes(
 
 
 def fit_parallel(
-    groups: Any, *, by: Any = None, same: Sequence[tuple[Any, Any]] = ()
+    groups: GroupsArgument,
+    *,
+    by: Hashable | None = None,
+    same: Sequence[tuple[Hashable, Hashable]] = (),
 ) -> ParallelBeds:
     """Fit parallel planes to several traces and test which traces belong to the same bed.
 
@@ -438,7 +446,7 @@ def fit_parallel(
     ----------
     groups, by : dict of id to (n, 3) array, or DataFrame
         See `fit_planes`; the points of each group must be in order along the trace.
-    same : sequence of (Any, Any), optional
+    same : sequence of (hashable, hashable), optional
         Pairs of ids that are tested for lying in the same plane. By default, each trace is
         tested with the next trace above it.
 

@@ -10,12 +10,12 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
 if TYPE_CHECKING:
-    from vomstudio.rendering.plots.plotting import DrawnFeature
+    from vomstudio.rendering.plots.plotting import DrawnFeature, Plotter
 
 
 def create_plotter(
     models: Sequence[Mesh | PointCloud], features: Sequence[DrawnFeature] = ()
-) -> Any:
+) -> Plotter:
     """Create a plotter of models and features, as a window if Qt runs, otherwise off-screen.
 
     Parameters

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 from vomstudio.api import feature_tables
 from vomstudio.api.checking import (
@@ -31,6 +31,12 @@ from vomstudio.project.verify import Verification, verify
 from vomstudio.studio.headless_project import HeadlessProject, Picks
 from vomstudio.studio.project_summary import ModelFacts, fitted_records, model_facts
 from vomstudio.studio.surfaces.grid_coverage import GridShare, grid_shares
+
+if TYPE_CHECKING:
+    import pandas
+
+    from vomstudio.api.argument_types import VerticesArgument
+    from vomstudio.rendering.plots.plotting import Plotter
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -72,7 +78,7 @@ class ProjectModel(ModelFacts):
         """
         return self._project._read(self.id)
 
-    def plot(self) -> Any:
+    def plot(self) -> Plotter:
         """Return a plotter that shows the model; see `Mesh.plot`."""
         return self.read().plot()
 
@@ -207,7 +213,7 @@ class Project:
         """Whether there are changes since the last save."""
         return self._open_desk().session.dirty
 
-    def planes(self) -> Any:
+    def planes(self) -> pandas.DataFrame:
         """Return all planes as a DataFrame with the columns of the orientation table.
 
         ``geometry`` is the centroid as a shapely Point with z (World frame, metres), or None if
@@ -215,30 +221,30 @@ class Project:
         """
         return feature_tables.orientations(self._records, self._measurements, "plane")
 
-    def lines(self) -> Any:
+    def lines(self) -> pandas.DataFrame:
         """Return all lines (lineations, fold axes) as a DataFrame like that of `planes`."""
         return feature_tables.orientations(self._records, self._measurements, "line")
 
-    def traces(self) -> Any:
+    def traces(self) -> pandas.DataFrame:
         """Return all traces as a DataFrame of shapely LineStrings with z (World frame, metres)."""
         return feature_tables.shapes(self._records, self._measurements, "traces")
 
-    def patches(self) -> Any:
+    def patches(self) -> pandas.DataFrame:
         """Return all patches as a DataFrame with their outlines as shapely Polygons with z."""
         return feature_tables.shapes(self._records, self._measurements, "patches")
 
-    def stations(self) -> Any:
+    def stations(self) -> pandas.DataFrame:
         """Return all stations and samples as a DataFrame, with ``number`` and ``photo``.
 
         ``geometry`` is a shapely Point with z.
         """
         return feature_tables.shapes(self._records, self._measurements, "stations")
 
-    def contacts(self) -> Any:
+    def contacts(self) -> pandas.DataFrame:
         """Return all contact lines, which have no plane, as a DataFrame with ``length_m``."""
         return feature_tables.shapes(self._records, self._measurements, "contacts")
 
-    def lithologies(self) -> Any:
+    def lithologies(self) -> pandas.DataFrame:
         """Return all rock areas as a DataFrame.
 
         The columns include ``lithology``, ``area_m2`` (area of the enclosed surface) and
@@ -302,7 +308,7 @@ class Project:
         self._open_desk()
         return verify(self._folder)
 
-    def plot(self) -> Any:
+    def plot(self) -> Plotter:
         """Return a PyVista plotter with models, features, labels and planes; see `Mesh.plot`.
 
         A model whose file is missing is omitted, with a warning.
@@ -357,7 +363,7 @@ class Project:
 
     def add_trace(
         self,
-        points: Any,
+        points: VerticesArgument,
         *,
         model: str | ProjectModel,
         type: str,

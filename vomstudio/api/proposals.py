@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from vomstudio.api.checking import path_text
 from vomstudio.api.comparisons import is_array, load_placed
@@ -14,9 +14,12 @@ from vomstudio.core.progress import CancelToken
 from vomstudio.extraction.proposals.traces import ProposedTraces
 from vomstudio.extraction.trace_options import ProposalOptions
 
+if TYPE_CHECKING:
+    from vomstudio.api.argument_types import ModelArgument
+
 
 def propose_traces(
-    model: Any,
+    model: ModelArgument,
     *,
     cost: str | None = None,
     min_length_m: float | None = None,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence, Sized
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -35,14 +35,19 @@ from vomstudio.registration.register_options import BESIDE, RegisterOptions
 from vomstudio.registration.results import Placed
 from vomstudio.studio.placing.register_order import register_model
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from vomstudio.api.argument_types import PointsArgument, VerticesArgument
+
 
 def register(
-    model_points: Any,
-    world_points: Any = None,
+    model_points: PointsArgument,
+    world_points: VerticesArgument | None = None,
     *,
-    sigma_m: Any = None,
+    sigma_m: ArrayLike | None = None,
     click_sigma_m: float | None = None,
-    check: Any = None,
+    check: ArrayLike | None = None,
     keep_scale: bool = False,
     robust: bool = False,
     pairs: str | Path | None = None,
@@ -54,10 +59,10 @@ def register(
     horizon: str | Path | None = None,
     orientations: str | Path | None = None,
     scale_bars: str | Path | None = None,
-    scale: Any = (),
-    bearing: Any = (),
-    level: Any = (),
-    plumb: Any = (),
+    scale: ArrayLike = (),
+    bearing: ArrayLike = (),
+    level: ArrayLike = (),
+    plumb: ArrayLike = (),
     reference: str | Path | None = None,
     stable: str | Path | None = None,
     north: Literal["grid", "true", "magnetic"] = "grid",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,6 +30,11 @@ from vomstudio.products.section.writing import (
     figures_of,
     write_section,
 )
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from vomstudio.api.argument_types import ModelArgument, PlaneArgument
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -98,7 +103,7 @@ class Section:
         """Findings about the model, such as an assumed frame."""
         return self._model.warnings
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return the object that ``--json`` prints, without the names of files."""
         return to_dict(self.figures) | {"warnings": plain(self.warnings)}
 
@@ -140,11 +145,11 @@ class Section:
 
 
 def section(
-    model: Any,
+    model: ModelArgument,
     *,
-    plane: Any = None,
-    through: Any = None,
-    section_line: Any = None,
+    plane: PlaneArgument | None = None,
+    through: ArrayLike | None = None,
+    section_line: ArrayLike | None = None,
     flip: bool = False,
     slab_m: float | None = None,
 ) -> Section:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,21 +17,27 @@ from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.io.gate.point_tables import read_places
 from vomstudio.io.text.set_columns import DISCONTINUITY, PROBABILITY, SET, pieces_of
 
+if TYPE_CHECKING:
+    import pandas
+    from numpy.typing import ArrayLike
+
+    from vomstudio.api.argument_types import OrientationsArgument
+
 
 @dataclass(frozen=True, repr=False)
 class ProposedSets(SetProposal):
     """Proposed sets; ``table`` has the columns ``set`` ("" if none) and ``set_probability``."""
 
-    table: Any = field(default=None, metadata=HIDDEN_IN_JSON)
+    table: pandas.DataFrame = field(default=None, metadata=HIDDEN_IN_JSON)
 
 
 def sets(
-    table: Any,
+    table: OrientationsArgument,
     *,
     max_sets: int | None = None,
     exactly: int | None = None,
     seeds: Sequence[tuple[float, float] | str] | None = None,
-    scanline: Any = None,
+    scanline: ArrayLike | None = None,
     azimuth: Azimuth | None = None,
 ) -> ProposedSets:
     """Propose sets among planes, with a class of outliers.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from vomstudio.api.checking import (
     column_name,
@@ -26,9 +26,12 @@ from vomstudio.geology.table_folds import TableFold, table_fold
 from vomstudio.geology.table_slopes import TableSlope, slope_face, table_slope
 from vomstudio.io.text.slip_reading import extract_slips
 
+if TYPE_CHECKING:
+    from vomstudio.api.argument_types import OrientationsArgument
+
 
 def stats(
-    table: Any,
+    table: OrientationsArgument,
     *,
     by: str | None = None,
     directed: bool = False,
@@ -98,7 +101,7 @@ def stats(
 
 
 def fold(
-    table: Any,
+    table: OrientationsArgument,
     *,
     kind: str | None = None,
     sets: Sequence[str] | None = None,
@@ -180,7 +183,7 @@ def fold(
 
 
 def slope(
-    table: Any,
+    table: OrientationsArgument,
     face: str | tuple[float, float],
     *,
     friction_deg: float,
@@ -249,7 +252,7 @@ def slope(
 
 
 def repeats(
-    table: Any,
+    table: OrientationsArgument,
     *,
     by: str | None = None,
     interpreter: str | None = None,
@@ -309,7 +312,7 @@ def repeats(
     return table_repeats(rows, options.by, options.interpreter)
 
 
-def slip(table: Any) -> TableSlip:
+def slip(table: OrientationsArgument) -> TableSlip:
     """Compute the P and T axes of faults with known slip, and their common strain axes.
 
     Parameters

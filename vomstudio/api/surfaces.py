@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,11 +15,16 @@ from vomstudio.products.surface.analysis import SurfaceFigures, analyse
 from vomstudio.products.surface.patch import extract_around, parse_around
 from vomstudio.products.surface.surface_options import SurfaceOptions
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from vomstudio.api.argument_types import ModelArgument
+
 
 def surface(
-    model: Any,
+    model: ModelArgument,
     *,
-    around: Any = None,
+    around: tuple[ArrayLike, float] | None = None,
     noise_m: float | None = None,
     gsd_m: float | None = None,
     progress: ProgressArgument = None,

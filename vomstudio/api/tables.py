@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -32,6 +32,9 @@ from vomstudio.project.picks import read_picks
 from vomstudio.project.tables.orientation_table import COLUMNS, Row, line_row, orientation_row
 from vomstudio.project.tables.registration_comments import registration_lines
 
+if TYPE_CHECKING:
+    import pandas
+
 FORMS = {figure.name: figure.form for figure in catalogue.ORIENTATION}
 TABLE_IN_MEMORY = "the table"
 _ANGLES = (
@@ -51,7 +54,7 @@ _ANGLES = (
 Azimuth = Literal["strike", "dipdir"]
 
 
-def read_orientations(path: str | Path, *, azimuth: Azimuth | None = None) -> Any:
+def read_orientations(path: str | Path, *, azimuth: Azimuth | None = None) -> pandas.DataFrame:
     """Read planes and lines from a text table with any delimiter and angle convention.
 
     Parameters

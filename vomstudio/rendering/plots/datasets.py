@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,13 +16,16 @@ from vomstudio.core.arrays import ByteArray, FloatArray, GenericArray, Int32Arra
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 
+if TYPE_CHECKING:
+    from pyvista import MultiBlock, PolyData
+
 
 def local_origin(bounds: FloatArray) -> FloatArray:
     """Return an integer origin (3,), in metres, near the centre of bounds (2, 3)."""
     return np.asarray(np.round(np.mean(bounds, axis=0)), np.float64)
 
 
-def mesh_dataset(mesh: Mesh, origin: FloatArray) -> Any:
+def mesh_dataset(mesh: Mesh, origin: FloatArray) -> PolyData | MultiBlock:
     """Return a mesh as PolyData, or as MultiBlock with one block per material.
 
     Parameters
@@ -54,7 +57,7 @@ def mesh_dataset(mesh: Mesh, origin: FloatArray) -> Any:
     return blocks
 
 
-def cloud_dataset(cloud: PointCloud, origin: FloatArray) -> Any:
+def cloud_dataset(cloud: PointCloud, origin: FloatArray) -> PolyData:
     """Return a point cloud as PolyData with colours, normals and fields."""
     import pyvista
 

@@ -6,7 +6,7 @@ import os
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from vomstudio.rendering.plots.datasets import (
     texture_file,
 )
 from vomstudio.rendering.view.first_view import first_view
+
+if TYPE_CHECKING:
+    from pyvista import Plotter
 
 MODEL_COLOR = "#b8b2a8"
 
@@ -51,7 +54,7 @@ class DrawnFeature:
 
 def draw(
     plotter: Any, models: Sequence[Mesh | PointCloud], features: Sequence[DrawnFeature]
-) -> Any:
+) -> Plotter:
     """Add models and features to a plotter, and view the exposed side of the first model.
 
     Models and features are in the World frame; a common origin is subtracted from all
@@ -137,7 +140,7 @@ def _look(plotter: Any, models: Sequence[Mesh | PointCloud]) -> None:
     plotter.reset_camera()
 
 
-def off_screen_plotter() -> Any:
+def off_screen_plotter() -> Plotter:
     """Return a plotter that draws off screen.
 
     In a notebook, `show` displays a static picture; `screenshot` returns the pixels.
