@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.extraction.planes_by_construction import clouds_of, sheet
-from vomstudio.io.text.orientation_reading import read_orientations
+from vomstudio.io.gate.orientation_files import read_orientations
 from vomstudio.project.journal.database import read_replay
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.kinds.trace import Trace

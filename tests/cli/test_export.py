@@ -9,7 +9,7 @@ import pytest
 import vomstudio as vs
 from tests.messages import shown_codes
 from vomstudio.geometry.frames import Frame
-from vomstudio.io.text.orientation_reading import read_orientations
+from vomstudio.io.gate.orientation_files import read_orientations
 from vomstudio.project import edits
 from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.kinds.trace import Trace

@@ -10,8 +10,8 @@ import shapely
 
 from tests.extraction.planes_by_construction import angle_deg, clouds_of, normal_of, sheet
 from tests.messages import messages
+from vomstudio.io.gate.orientation_files import read_orientations
 from vomstudio.io.models.opening import read_model
-from vomstudio.io.text.orientation_reading import read_orientations
 
 PROMISED = {"facets", "table", "coverage", "near_planar_share", "sets"}
 ATTITUDES = [(40.0, 70.0), (130.0, 85.0), (250.0, 15.0)]

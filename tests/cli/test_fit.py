@@ -12,7 +12,7 @@ from tests.messages import by_code, messages, shown_values
 from vomstudio.core.findings import Finding
 from vomstudio.core.paths import resource
 from vomstudio.geology.profiles import PROFILES_BY_NAME
-from vomstudio.io.text.orientation_reading import read_orientations
+from vomstudio.io.gate.orientation_files import read_orientations
 from vomstudio.project.tables.orientation_table import COLUMNS
 
 PLANE = "x,y,z\n0,0,0\n10,0,1\n0,10,0\n10,10,1.01\n5,3,0.5\n2,8,0.21\n"

@@ -156,3 +156,10 @@ def test_dips_are_counted_in_a_histogram(run, write, tmp_path: Path) -> None:
     none = run("rose", write(TABLE), "-o", tmp_path / "s.svg", "--of", "plunge")
     assert none.code == 2
     assert "no lines" in none.said
+
+
+def test_one_column_of_azimuths_makes_a_rose(run, write, tmp_path) -> None:
+    path, image = write("strike\n10\n12\n14\n"), tmp_path / "rose.svg"
+    ran = run("rose", path, "-o", image, "--json")
+    assert (ran.code, ran.json["n"], ran.json["of"]) == (0, 3, "strike")
+    assert run("stats", path, "--json").json["error"]["code"] == "table.missing-column"

@@ -14,7 +14,7 @@ from tests.messages import by_code
 from vomstudio.core.errors import InputError
 from vomstudio.geology.faults.kinematics import fault_movements
 from vomstudio.geology.orientation import Plane, slip_from_rake
-from vomstudio.io.text.slip_reading import read_slips
+from vomstudio.io.gate.orientation_files import read_slips
 from vomstudio.project.exports.export import export_project
 
 SPECIMEN = Path(__file__).parents[1] / "specimens" / "schema1.vom"
@@ -224,3 +224,15 @@ def test_directed_rakes_on_a_horizontal_plane_count_from_the_stated_strike(
             fault_movements(table.dip_direction_deg, table.dip_deg, table.slip_rake_deg)[1][0]
         )
     np.testing.assert_allclose(ways[0], ways[1], atol=1e-4)
+
+
+def test_the_azimuth_of_a_table_without_a_header_is_an_option(run, write) -> None:
+    """The order of OpenStereo: dip direction, dip, trend, plunge, sense."""
+    path = write("90\t60\t90\t60\t2\n270\t62\t270\t62\t2\n", "faults.txt")
+    asked = run("slip", path, "--json")
+    assert (asked.code, asked.json["error"]["code"]) == (2, "orientation.ambiguous-azimuth")
+    read = run("slip", path, "--azimuth", "dipdir", "--json").json
+    assert [fault["dip_direction_deg"] for fault in read["faults"]] == [90.0, 270.0]
+    columns = "1=dip_direction,2=dip,3=trend,4=plunge,5=sense"
+    assert run("slip", path, "--columns", columns, "--json").json["faults"] == read["faults"]
+    assert vs.slip(path, azimuth="dipdir").to_dict()["faults"] == read["faults"]

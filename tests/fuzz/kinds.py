@@ -234,9 +234,9 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
             "images.txt",
         )
     },
-    "t.csv": ("t.csv", _of(f"{_TEXT}oriented_planes", "read_planes")),
+    "t.csv": ("t.csv", _of("vomstudio.io.gate.orientation_files", "read_orientations")),
     "field.csv": ("field.csv", _of("vomstudio.project.imports.field_table", "read_field_table")),
-    "slips.txt": ("slips.txt", _of(f"{_TEXT}slip_reading", "read_slips")),
+    "slips.txt": ("slips.txt", _of("vomstudio.io.gate.orientation_files", "read_slips")),
     "log.csv": ("log.csv", _of("vomstudio.io.gate.point_tables", "read_boundaries")),
     "points.csv": ("points.csv", _of("vomstudio.io.gate.point_tables", "read_points")),
     "pixels.csv": ("pixels.csv", _of(f"{_TEXT}pixel_tables", "read_pixels")),

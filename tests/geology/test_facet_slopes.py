@@ -14,7 +14,7 @@ from vomstudio.geology.orientation import Plane, normals_to_planes
 from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.geology.slopes import SlopeFace
 from vomstudio.geology.table_slopes import table_slope
-from vomstudio.io.text.orientation_reading import read_orientations
+from vomstudio.io.gate.orientation_files import read_orientations
 
 
 @pytest.fixture

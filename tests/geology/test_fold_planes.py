@@ -13,7 +13,7 @@ from vomstudio.geology.fold_options import FoldOptions
 from vomstudio.geology.fold_planes import FoldFilter, select_planes
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.table_folds import table_fold
-from vomstudio.io.text.orientation_reading import read_orientations
+from vomstudio.io.gate.orientation_files import read_orientations
 
 QUALITIES = ["good", "poor", "doubtful", "good", "", "Good", "1"]
 SETS = ["a", "a", "b", "b", "a", "A", ""]

@@ -240,7 +240,7 @@ def test_groups_by_chance_are_those_of_a_simulation() -> None:
 
 def test_bedding_of_big_elk_is_two_limbs(data_dir: Path) -> None:
     from vomstudio.geology.sets.proposals import propose_sets
-    from vomstudio.io.text.orientation_reading import read_orientations
+    from vomstudio.io.gate.orientation_files import read_orientations
 
     found = propose_sets(
         read_orientations(data_dir / "planes" / "big_elk_strike_dip.txt", "strike")

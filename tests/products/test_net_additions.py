@@ -24,7 +24,7 @@ from vomstudio.geology.orientation import (
     planes_to_poles,
 )
 from vomstudio.geology.stereonet import project
-from vomstudio.io.text.orientation_reading import read_orientations
+from vomstudio.io.gate.orientation_files import read_orientations
 from vomstudio.products.net.contents import (
     MARKERS,
     Contouring,

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from vomstudio.geology.common_rotation_errors import Turns, shared_rotations
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geometry.rotation_errors import enlarged_semi_axes
-from vomstudio.io.text.orientation_reading import read_orientations
+from vomstudio.io.gate.orientation_files import read_orientations
 from vomstudio.products.net.contents import (
     NetContents,
     NetLineEllipse,

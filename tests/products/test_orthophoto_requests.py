@@ -19,7 +19,7 @@ from vomstudio.geology.orientation import Plane, lines_to_vectors
 from vomstudio.geology.table_folds import TableFold, table_fold
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.text.orientation_reading import read_orientations
+from vomstudio.io.gate.orientation_files import read_orientations
 from vomstudio.products.ortho import tiles
 from vomstudio.products.ortho.drawn_picture import draw_picture, drawn_figures
 from vomstudio.products.ortho.ortho_options import OrthoOptions

@@ -10,7 +10,7 @@ import pytest
 
 from vomstudio.core.errors import UsageError
 from vomstudio.geology.orientation import Line, Plane, angle_between_lines, normals_to_planes
-from vomstudio.io.text.orientation_reading import read_orientations
+from vomstudio.io.gate.orientation_files import read_orientations
 from vomstudio.products.net.table_net import net_of_table
 
 

@@ -11,7 +11,7 @@ from tests.messages import refused
 from tests.samples import ZIGZAG, bed
 from vomstudio.core.errors import TargetError, UsageError
 from vomstudio.geometry.frames import Frame
-from vomstudio.io.text.orientation_reading import read_orientations
+from vomstudio.io.gate.orientation_files import read_orientations
 from vomstudio.project import edits
 from vomstudio.project.exports.export import export_project
 from vomstudio.project.folder import ProjectFolder

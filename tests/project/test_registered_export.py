@@ -13,7 +13,7 @@ from vomstudio.geology.common_rotation_errors import region
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.rotation_errors import direction_covariance
-from vomstudio.io.text.orientation_reading import read_orientations
+from vomstudio.io.gate.orientation_files import read_orientations
 from vomstudio.project.exports.export import export_records
 from vomstudio.project.records import Model, Record
 

@@ -281,7 +281,7 @@ def rose(
     )
     if ax is not None and getattr(ax, "name", None) != "rectilinear":
         raise wrong_type(ax, "matplotlib.axes.Axes", "ax")
-    rows = to_orientation_table(table, azimuth)
+    rows = to_orientation_table(table, azimuth, azimuth_only=True)
     with name_arguments_in_errors(RoseOptions):
         roses = roses_of_table(
             rows,

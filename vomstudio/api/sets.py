@@ -14,7 +14,7 @@ from vomstudio.api.checking import (
     warn,
 )
 from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
-from vomstudio.api.tables import Azimuth, to_orientation_table, to_text_table
+from vomstudio.api.tables import Azimuth, check_azimuth, to_orientation_table, to_text_table
 from vomstudio.geology.coverage.repeat_options import RepeatOptions
 from vomstudio.geology.coverage.table_repeats import TableRepeats, table_repeats
 from vomstudio.geology.faults.table_slip import TableSlip, table_slip
@@ -27,7 +27,7 @@ from vomstudio.geology.table_slopes import TableSlope, slope_face, table_slope
 from vomstudio.io.text.slip_reading import extract_slips
 
 if TYPE_CHECKING:
-    from vomstudio.api.argument_types import OrientationsArgument
+    from vomstudio.api.argument_types import OrientationsArgument, TableArgument
 
 
 def stats(
@@ -312,7 +312,7 @@ def repeats(
     return table_repeats(rows, options.by, options.interpreter)
 
 
-def slip(table: OrientationsArgument) -> TableSlip:
+def slip(table: TableArgument, *, azimuth: Azimuth | None = None) -> TableSlip:
     """Compute the P and T axes of faults with known slip, and their common strain axes.
 
     Parameters
@@ -320,7 +320,11 @@ def slip(table: OrientationsArgument) -> TableSlip:
     table : DataFrame or path
         DataFrame, or the path of a file, with strike (right-hand rule) or dip direction and
         dip of the faults, trend and plunge or rake of the striae, and the sense of slip; or
-        the columns of this program's lines on planes; or FaultKin's.
+        the columns of this program's lines on planes; or those of FaultKin, Win-Tensor,
+        T-TECTO or OpenStereo.
+    azimuth : {"strike", "dipdir"}, optional
+        Meaning of a column named ``fault_azimuth`` or ``fazi``, or of the first column if there
+        is no header.
 
     Returns
     -------
@@ -353,7 +357,7 @@ def slip(table: OrientationsArgument) -> TableSlip:
     >>> round(axes.shortening.plunge_deg), round(axes.extension.trend_deg)
     (90, 90)
     """
-    rows = extract_slips(to_text_table(table))
+    rows = extract_slips(to_text_table(table, has_header=True), check_azimuth(azimuth))
     result = table_slip(rows)
     warn(result.warnings)
     return result

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -12,7 +11,10 @@ from vomstudio.api.checking import (
     check_choice,
     is_path,
     looks_like_radians,
+    name_argument_in_errors,
+    optional_text,
     pairs,
+    required_text,
     to_path,
     warn,
     wrong_type,
@@ -20,13 +22,15 @@ from vomstudio.api.checking import (
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Line, Plane
-from vomstudio.io.text import orientation_reading
+from vomstudio.io.gate import orientation_files
+from vomstudio.io.gate.attribute_tables import read_any_table
+from vomstudio.io.text.column_mapping import known_meaning
 from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.flags import parse_flag
 from vomstudio.io.text.orientation_columns import ALIASES
 from vomstudio.io.text.orientation_reading import OrientationTable, extract_orientations
 from vomstudio.io.text.registration_comments import stated_registrations
-from vomstudio.io.text.tables import TextTable, read_table, table_from_cells
+from vomstudio.io.text.tables import TextTable, table_from_cells
 from vomstudio.project import catalogue
 from vomstudio.project.picks import read_picks
 from vomstudio.project.tables.orientation_table import COLUMNS, Row, line_row, orientation_row
@@ -34,6 +38,8 @@ from vomstudio.project.tables.registration_comments import registration_lines
 
 if TYPE_CHECKING:
     import pandas
+
+    from vomstudio.api.argument_types import PathArgument
 
 FORMS = {figure.name: figure.form for figure in catalogue.ORIENTATION}
 TABLE_IN_MEMORY = "the table"
@@ -54,18 +60,30 @@ _ANGLES = (
 Azimuth = Literal["strike", "dipdir"]
 
 
-def read_orientations(path: str | Path, *, azimuth: Azimuth | None = None) -> pandas.DataFrame:
-    """Read planes and lines from a text table with any delimiter and angle convention.
+def read_orientations(
+    path: PathArgument,
+    *,
+    azimuth: Azimuth | None = None,
+    columns: Mapping[str, str] | None = None,
+    layer: str | None = None,
+) -> pandas.DataFrame:
+    """Read planes and lines from a table, a point layer or a workbook.
 
     Parameters
     ----------
     path : str or Path
-        CSV or text file with dip directions and dips, right-hand-rule strikes and dips (with
-        or without a quadrant), trends and plunges of poles or lines, or the columns of this
-        program.
+        Text table with any delimiter, GeoPackage, GeoJSON, shapefile or workbook (.xlsx, .ods)
+        with dip directions and dips, right-hand-rule strikes and dips (with or without a
+        quadrant), trends and plunges of poles or lines, declinations and inclinations, normals,
+        both angles in one cell, or the columns of this program.
     azimuth : {"strike", "dipdir"}, optional
         Meaning of a column named only ``azimuth``, or of the first column if there is no
         header: "strike" or "dipdir".
+    columns : dict of str to str, optional
+        Meaning of columns by name, or by number from 1, such as
+        ``{"azi": "dip_direction", "inc": "dip"}``.
+    layer : str, optional
+        Layer of a GIS file, or sheet of a workbook, if several contain orientations.
 
     Returns
     -------
@@ -98,8 +116,12 @@ def read_orientations(path: str | Path, *, azimuth: Azimuth | None = None) -> pa
     >>> beds.attrs["convention"]
     "planes as strike (right-hand rule)/dip ('strike', 'dip')"
     """
-    table = orientation_reading.read_orientations(
-        to_path(path, "path"), check_azimuth(azimuth), repeats=True
+    table = orientation_files.read_orientations(
+        to_path(path, "path"),
+        check_azimuth(azimuth),
+        columns=check_columns(columns),
+        layer=optional_text(layer, "layer"),
+        repeats=True,
     )
     findings = _table_findings(table)
     warn(findings)
@@ -128,6 +150,33 @@ def check_azimuth(azimuth: Any) -> Azimuth | None:
     return azimuth  # type: ignore[no-any-return]
 
 
+def check_columns(columns: Any) -> dict[str, str]:
+    """Check the stated meanings of columns.
+
+    Parameters
+    ----------
+    columns : object
+
+    Returns
+    -------
+    dict of str to str
+
+    Raises
+    ------
+    InputError, UsageError
+        If the value is not a mapping of texts, or a meaning is unknown.
+    """
+    if columns is None:
+        return {}
+    if not isinstance(columns, Mapping):
+        raise wrong_type(columns, "dict[str, str]", "columns")
+    with name_argument_in_errors("columns", "--columns"):
+        return {
+            str(name): known_meaning(required_text(meaning, "columns"))
+            for name, meaning in columns.items()
+        }
+
+
 def to_orientation_table(
     table: Any,
     azimuth: Azimuth | None = None,
@@ -135,6 +184,7 @@ def to_orientation_table(
     name: str = "table",
     *,
     repeats: bool = False,
+    azimuth_only: bool = False,
 ) -> OrientationTable:
     """Convert a DataFrame, a file or two arrays (dip direction, dip) to an orientation table.
 
@@ -149,8 +199,8 @@ def to_orientation_table(
         Stack depth of this call below the user's line.
     name : str
         Name of the argument.
-    repeats : bool
-        Whether rows that repeat a pick are included.
+    repeats, azimuth_only : bool
+        As for `read_orientations` of `vomstudio.io.gate.orientation_files`.
 
     Returns
     -------
@@ -162,13 +212,13 @@ def to_orientation_table(
     """
     azimuth = check_azimuth(azimuth)
     if is_path(table):
-        rows = read_picks(to_path(table, name), azimuth, repeats=repeats)
+        rows = read_picks(to_path(table, name), azimuth, repeats=repeats, azimuth_only=azimuth_only)
     elif hasattr(table, "columns") and hasattr(table, "itertuples"):
         names, cells = _cells_of(_drop_stated_angles(table), name)
         registrations = registration_lines(getattr(table, "attrs", {}).get("registrations", ()))
         comments = (*registrations, f"CRS: {dataframe_crs(table) or 'local'}")
         text_table = table_from_cells(names, cells, TABLE_IN_MEMORY, comments)
-        rows = extract_orientations(text_table, azimuth, repeats=repeats)
+        rows = extract_orientations(text_table, azimuth, repeats=repeats, azimuth_only=azimuth_only)
     else:
         rows = extract_orientations(_arrays(table, name), None)
     warn(_table_findings(rows), depth)
@@ -186,7 +236,7 @@ def _drop_stated_angles(frame: Any) -> Any:
     return frame.drop(columns=list(claimed_columns)) if claimed_columns else frame
 
 
-def to_text_table(table: Any, name: str = "table") -> TextTable:
+def to_text_table(table: Any, name: str = "table", *, has_header: bool = False) -> TextTable:
     """Convert a DataFrame or a file to a table of texts.
 
     Parameters
@@ -194,6 +244,8 @@ def to_text_table(table: Any, name: str = "table") -> TextTable:
     table : DataFrame or path
     name : str, optional
         Name of the argument.
+    has_header : bool
+        As for `vomstudio.io.text.rows.read_rows`.
 
     Returns
     -------
@@ -204,7 +256,7 @@ def to_text_table(table: Any, name: str = "table") -> TextTable:
     InputError
     """
     if is_path(table):
-        return read_table(to_path(table, name))
+        return read_any_table(to_path(table, name), has_header=has_header)
     if not (hasattr(table, "columns") and hasattr(table, "itertuples")):
         raise wrong_type(table, "pandas.DataFrame, str, pathlib.Path", name)
     names, cells = _cells_of(table, name)

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import (
     Subparsers,
-    add_azimuth,
     add_command,
     add_output,
     progress_reporter,
@@ -19,6 +18,7 @@ from vomstudio.cli.common.arguments import (
 from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.naming import name_input_in_errors
+from vomstudio.cli.common.orientation_tables import add_table_options, read_table_picks
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.unitless_lengths import add_unitless_names
 from vomstudio.core.findings import Finding
@@ -47,7 +47,7 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar=("TABLE", "OTHER"),
         help=tr("compare planes measured on the model and on the benchmark"),
     )
-    add_azimuth(parser)
+    add_table_options(parser)
     add_frame(parser)
     parser.add_argument(
         "--project",
@@ -131,12 +131,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 def _compare_planes(args: argparse.Namespace) -> Agreement:
     from vomstudio.geology.model_agreement import compare_orientations
-    from vomstudio.io.text.oriented_planes import read_planes
+    from vomstudio.io.text.oriented_planes import extract_planes
 
     tables = []
     for path in args.orientations:
         report_reading(args, path)
-        tables.append(read_planes(path, args.azimuth))
+        tables.append(extract_planes(read_table_picks(args, path)))
     table, other_table = tables
     progress_reporter(args).stage(tr("Comparing orientations"))
     return compare_orientations(table, other_table)

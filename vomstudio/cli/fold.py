@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import (
     Subparsers,
-    add_azimuth,
     add_command,
     report_reading,
 )
 from vomstudio.cli.common.declared_options import add_options, parse_options
+from vomstudio.cli.common.orientation_tables import add_table_options, read_table_picks
 from vomstudio.cli.common.output import Output
 from vomstudio.core.words import tr
 from vomstudio.geology.fold_options import FoldOptions
@@ -33,7 +33,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes, or a project"))
     add_options(parser, FoldOptions)
-    add_azimuth(parser)
+    add_table_options(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -47,11 +47,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Object that receives the results, warnings and progress.
     """
     from vomstudio.geology.table_folds import table_fold
-    from vomstudio.project.picks import read_picks
 
     options = parse_options(args, FoldOptions)
     progress = report_reading(args, args.table)
-    table = read_picks(args.table, args.azimuth)
+    table = read_table_picks(args, args.table)
     progress.stage(tr("Finding the fold axis"))
     fold_result = table_fold(table, options)
     out.result(fold_result.to_dict())

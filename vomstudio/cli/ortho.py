@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vomstudio.cli.common.arguments import (
     Subparsers,
-    add_azimuth,
     add_command,
     add_output,
     report_reading,
 )
 from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
+from vomstudio.cli.common.orientation_tables import add_table_options, read_table_picks
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.text_tables import azimuth
 from vomstudio.cli.common.unitless_lengths import add_unitless_names, unit_of
@@ -46,7 +46,7 @@ def add_parser(subparsers: Subparsers) -> None:
     add_options(parser, OrthoDrawing)
     add_frame(parser)
     add_project(parser)
-    add_azimuth(parser)
+    add_table_options(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -91,7 +91,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     ):
         if target is not None:
             check_target(target, force=args.force)
-    fold = None if options.fold is None else _fold(options.fold, args.azimuth)
+    fold = None if options.fold is None else _fold(options.fold, args)
     items = () if drawing.draw is None else read_items(Path(drawing.draw))
     drawn_domain = None if drawing.domain is None else territory(items, drawing.domain)
     direction = (
@@ -194,11 +194,10 @@ def _place_model(args: argparse.Namespace, loaded_model: LoadedModel) -> _Placem
     )
 
 
-def _fold(table: str, azimuth: Any) -> TableFold:
+def _fold(table: str, args: argparse.Namespace) -> TableFold:
     from vomstudio.geology.table_folds import table_fold
-    from vomstudio.project.picks import read_picks
 
-    return table_fold(read_picks(table, azimuth))
+    return table_fold(read_table_picks(args, table))
 
 
 def _result_text(result: dict[str, Any], unit: str) -> str:

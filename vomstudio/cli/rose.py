@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common.arguments import (
     Subparsers,
-    add_azimuth,
     add_command,
     add_output,
     report_reading,
 )
 from vomstudio.cli.common.declared_options import add_options, parse_options
+from vomstudio.cli.common.orientation_tables import add_table_options, read_table_picks
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.set_colors import select_colors
 from vomstudio.core.findings import Finding
@@ -36,7 +36,7 @@ def add_parser(subparsers: Subparsers) -> None:
     add_output(parser, tr("output figure (.svg, .pdf or .png)"), is_required=True)
     for options in OPTION_CLASSES:
         add_options(parser, options)
-    add_azimuth(parser)
+    add_table_options(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -54,14 +54,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.net.figure_style import FigureStyle
     from vomstudio.products.net.rose import mean_words
     from vomstudio.products.net.rose_contents import check_roses, roses_of_table
-    from vomstudio.project.picks import read_picks
 
     format_ = picture_format(args.output, "--output")
     options, figure = parse_options(args, RoseOptions), parse_options(args, RoseFigure)
     style, colors = FigureStyle.from_options(figure), parse_options(args, SetColors).colors_by_set
     check_target(args.output, force=args.force, inputs=[args.table])
     progress = report_reading(args, args.table)
-    table = read_picks(args.table, args.azimuth)
+    table = read_table_picks(args, args.table, azimuth_only=True)
     progress.stage(tr("Drawing the rose diagram"))
     angle_kind = options.of or ("strike" if table.is_plane.any() else "trend")
     roses = roses_of_table(

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common.arguments import (
     Subparsers,
-    add_azimuth,
     add_command,
     add_output,
     progress_reporter,
 )
 from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
+from vomstudio.cli.common.orientation_tables import add_table_options
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.unitless_lengths import add_unitless_names, unit_of
 from vomstudio.core.errors import InputError
@@ -36,7 +36,7 @@ def add_parser(subparsers: Subparsers) -> None:
     add_options(parser, SectionOptions)
     add_output(parser, tr("output section (.csv, .dxf or .svg)"), is_required=True)
     add_options(parser, SectionFeatures)
-    add_azimuth(parser)
+    add_table_options(parser)
     add_frame(parser)
     add_project(parser)
 
@@ -57,6 +57,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         If the model is not suitable for a section.
     """
     from vomstudio.io.gate.points import ModelFrame
+    from vomstudio.io.text.table_options import TableOptions
     from vomstudio.products.section import writing
     from vomstudio.products.section.cutting import cut_model
     from vomstudio.products.section.directions import ProjectionDirections, assign_domain_axes
@@ -80,7 +81,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     model = read_in_world(args.model, progress_reporter(args), frame_options(args), args.project)
     section_features = ReadFeatures()
     if features.features is not None:
-        section_features = read_features(features.features, args.azimuth, ModelFrame(model.crs))
+        section_features = read_features(
+            features.features, parse_options(args, TableOptions), ModelFrame(model.crs)
+        )
     directions = (
         assign_domain_axes(section_features.items, "--along")
         if is_by_domain

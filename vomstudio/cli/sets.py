@@ -8,13 +8,13 @@ from typing import Any
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import (
     Subparsers,
-    add_azimuth,
     add_command,
     add_output,
     report_reading,
 )
 from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
+from vomstudio.cli.common.orientation_tables import add_table_options, read_table_picks
 from vomstudio.cli.common.output import Output
 from vomstudio.core.words import tr, tr_n
 from vomstudio.geology.sets.set_options import SetOptions
@@ -28,7 +28,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes"))
     add_output(parser, tr("output table with the set of each plane"), is_required=True)
     add_options(parser, SetOptions)
-    add_azimuth(parser)
+    add_table_options(parser)
     add_frame(parser)
 
 
@@ -46,13 +46,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.core.files.extensions import check_table_target
     from vomstudio.geology.sets.proposals import propose_sets
     from vomstudio.io.gate.point_tables import read_places
-    from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.io.text.set_columns import pieces_of, table_with_sets
 
     options = parse_options(args, SetOptions)
     check_table_target(args.output, force=args.force, inputs=[args.table])
     progress = report_reading(args, args.table)
-    table = read_orientations(args.table, args.azimuth)
+    table = read_table_picks(args, args.table)
     positions = read_places(table, frame_options(args))
     proposal = propose_sets(
         table,

@@ -7,8 +7,11 @@ from pathlib import Path
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, report_reading
+from vomstudio.cli.common.declared_options import parse_options
+from vomstudio.cli.common.orientation_tables import add_table_options
 from vomstudio.cli.common.output import Output
 from vomstudio.core.words import tr, tr_n
+from vomstudio.io.text.table_options import TableOptions
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -28,6 +31,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "--plot", metavar="FILE", help=tr("also draw the nets (.svg, .pdf or .png)")
     )
     parser.add_argument("--force", action="store_true", help=tr("replace an existing FILE"))
+    add_table_options(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -42,14 +46,21 @@ def run(args: argparse.Namespace, out: Output) -> None:
     """
     from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.geology.faults.table_slip import table_slip
-    from vomstudio.io.text.slip_reading import read_slips
+    from vomstudio.io.gate.orientation_files import read_slips
+    from vomstudio.io.text.column_mapping import parse_columns
     from vomstudio.products.net.figure import picture_format
 
     if args.plot is not None:
         format_ = picture_format(args.plot, "--plot")
         check_target(args.plot, force=args.force, inputs=[args.table])
     progress = report_reading(args, args.table)
-    table = read_slips(Path(args.table))
+    options = parse_options(args, TableOptions)
+    table = read_slips(
+        Path(args.table),
+        options.azimuth,
+        columns=parse_columns(options.columns),
+        layer=options.layer,
+    )
     progress.stage(tr("Computing kinematic axes"))
     slip_result = table_slip(table)
     if args.plot is not None:

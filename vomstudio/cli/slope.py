@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import (
     Subparsers,
-    add_azimuth,
     add_command,
     add_output,
     report_reading,
 )
 from vomstudio.cli.common.declared_options import add_options, parse_options
+from vomstudio.cli.common.orientation_tables import add_table_options, read_table_picks
 from vomstudio.cli.common.output import Output
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
@@ -40,7 +40,7 @@ def add_parser(subparsers: Subparsers) -> None:
     add_options(parser, SlopeFaces)
     add_output(parser, tr("output table with the shares of each facet"))
     add_options(parser, SlopeOptions)
-    add_azimuth(parser)
+    add_table_options(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -72,14 +72,13 @@ def _run_face(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.geology.table_slopes import slope_face, table_slope
     from vomstudio.products.net.figure import picture_format
-    from vomstudio.project.picks import read_picks
 
     face = slope_face(args.face, parse_options(args, SlopeOptions))
     if args.plot is not None:
         format_ = picture_format(args.plot, "--plot")
         check_target(args.plot, force=args.force, inputs=[args.table])
     progress = report_reading(args, args.table)
-    table = read_picks(args.table, args.azimuth)
+    table = read_table_picks(args, args.table)
     slope = table_slope(table, face, progress)
     if args.plot is not None:
         progress.stage(tr("Drawing the stereonets"))
@@ -105,7 +104,6 @@ def _run_facets(args: argparse.Namespace, out: Output) -> None:
         slope_fields,
         write_facet_slopes,
     )
-    from vomstudio.project.picks import read_picks
     from vomstudio.studio.world_models import read_in_world
 
     options = parse_options(args, SlopeOptions)
@@ -116,9 +114,9 @@ def _run_facets(args: argparse.Namespace, out: Output) -> None:
     if args.output is not None:
         check_table_target(args.output, force=args.force, inputs=inputs)
     progress = report_reading(args, args.table)
-    table = read_picks(args.table, args.azimuth)
+    table = read_table_picks(args, args.table)
     report_reading(args, args.facets)
-    facets = read_picks(args.facets, args.azimuth)
+    facets = read_table_picks(args, args.facets)
     model = None if args.labelled_model is None else read_in_world(args.labelled_model, progress)
     faces = read_facet_slopes(facets, None if model is None else model.data)
     slopes = facet_slopes(table, faces, options, progress)

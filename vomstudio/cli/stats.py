@@ -8,11 +8,11 @@ from typing import Any
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import (
     Subparsers,
-    add_azimuth,
     add_command,
     report_reading,
 )
 from vomstudio.cli.common.declared_options import add_options, parse_options
+from vomstudio.cli.common.orientation_tables import add_table_options, read_table_picks
 from vomstudio.cli.common.output import Output
 from vomstudio.core.words import tr, tr_n
 from vomstudio.geology.populations.statistics_options import StatisticsOptions
@@ -28,7 +28,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines, or a project"))
     add_options(parser, StatisticsOptions)
-    add_azimuth(parser)
+    add_table_options(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -42,11 +42,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Object that receives the results, warnings and progress.
     """
     from vomstudio.geology.populations.table_statistics import table_statistics
-    from vomstudio.project.picks import read_picks
 
     options = parse_options(args, StatisticsOptions)
     progress = report_reading(args, args.table)
-    table = read_picks(args.table, args.azimuth)
+    table = read_table_picks(args, args.table)
     progress.stage(tr("Computing statistics"))
     statistics = table_statistics(table, options)
     result = statistics.to_dict()

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common.arguments import (
     Subparsers,
-    add_azimuth,
     add_command,
     add_output,
     report_reading,
 )
 from vomstudio.cli.common.declared_options import add_options, parse_options
+from vomstudio.cli.common.orientation_tables import add_table_options, read_table_picks
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.set_colors import select_colors
 from vomstudio.core.findings import Finding
@@ -39,7 +39,7 @@ def add_parser(subparsers: Subparsers) -> None:
     add_output(parser, tr("output figure (.svg, .pdf or .png)"), is_required=True)
     for options in OPTION_CLASSES:
         add_options(parser, options)
-    add_azimuth(parser)
+    add_table_options(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -57,7 +57,6 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.net.figure_style import FigureStyle
     from vomstudio.products.net.preparation import contouring_of, read_wishes
     from vomstudio.products.net.table_net import net_of_table, replace_colors
-    from vomstudio.project.picks import read_picks
 
     format_ = picture_format(args.output, "--output")
     options = parse_options(args, StereonetOptions)
@@ -66,7 +65,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     colors = parse_options(args, SetColors).colors_by_set
     check_target(args.output, force=args.force, inputs=[args.table])
     progress = report_reading(args, args.table)
-    table = read_picks(args.table, args.azimuth)
+    table = read_table_picks(args, args.table)
     progress.stage(tr("Drawing the stereonet"))
     net = net_of_table(
         table,

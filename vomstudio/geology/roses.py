@@ -269,7 +269,8 @@ def select_angles(azimuth_deg: FloatArray, angle_deg: FloatArray, of: str) -> Fl
     Returns
     -------
     (n,) ndarray
-        NaN for azimuths of horizontal planes and vertical lines.
+        NaN for azimuths of horizontal planes and vertical lines. An unknown dip or plunge (NaN)
+        does not exclude an azimuth.
 
     Raises
     ------
@@ -287,7 +288,7 @@ def select_angles(azimuth_deg: FloatArray, angle_deg: FloatArray, of: str) -> Fl
     has_no_azimuth = (
         np.abs(angle_deg) > 90.0 - MIN_INCLINATION_DEG
         if of == "trend"
-        else ~(angle_deg > MIN_INCLINATION_DEG)
+        else angle_deg <= MIN_INCLINATION_DEG
     )
     azimuths = np.where(has_no_azimuth, np.nan, azimuth_deg)
     return np.asarray((azimuths - 90.0) % 360.0 if of == "strike" else azimuths)

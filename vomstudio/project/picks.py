@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
+from vomstudio.io.gate.orientation_files import NO_COLUMNS, read_orientations
 from vomstudio.io.text.orientation_columns import Azimuth
-from vomstudio.io.text.orientation_reading import OrientationTable, read_orientations
+from vomstudio.io.text.orientation_reading import OrientationTable
 from vomstudio.project.paths import is_project
 
 
 def read_picks(
-    path: str | Path, azimuth: Azimuth | None = None, *, repeats: bool = False
+    path: str | Path,
+    azimuth: Azimuth | None = None,
+    *,
+    columns: Mapping[str, str] = NO_COLUMNS,
+    layer: str | None = None,
+    repeats: bool = False,
+    azimuth_only: bool = False,
 ) -> OrientationTable:
     """Read the planes and lines of a table or of a project, which may be open in a window.
 
     Parameters
     ----------
     path : str or Path
-        Table, or project folder.
-    azimuth : {"strike", "dipdir"}, optional
-        Meaning of a column named only ``azimuth``.
-    repeats : bool, optional
-        Whether to include rows that repeat another pick.
+        Table, point layer, workbook or project folder.
+    azimuth, columns, layer, repeats, azimuth_only
+        As for `read_orientations`.
 
     Returns
     -------
@@ -34,7 +40,14 @@ def read_picks(
     """
     path = Path(path)
     if not is_project(path):
-        return read_orientations(path, azimuth, repeats=repeats)
+        return read_orientations(
+            path,
+            azimuth,
+            columns=columns,
+            layer=layer,
+            repeats=repeats,
+            azimuth_only=azimuth_only,
+        )
     # Tables are read without the libraries of projects.
     from vomstudio.project.exports.export import refuse_empty, thresholds_of
     from vomstudio.project.exports.feature_table import feature_table

@@ -14,7 +14,7 @@ from tests.specimens.figures import copy_of
 from vomstudio.cli import main
 from vomstudio.core.files.plain_characters import replace_control_characters
 from vomstudio.io.exchange.columns import delimited_text
-from vomstudio.io.text.orientation_reading import read_orientations
+from vomstudio.io.gate.orientation_files import read_orientations
 from vomstudio.project import edits
 from vomstudio.project.exports.export import export_project
 from vomstudio.project.folder import ProjectFolder

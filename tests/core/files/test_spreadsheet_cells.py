@@ -14,7 +14,7 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.io.control.control_files import read_control, read_marks
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.writing import write_control, write_marks
-from vomstudio.io.text.orientation_reading import read_orientations
+from vomstudio.io.gate.orientation_files import read_orientations
 from vomstudio.io.text.tables import read_points
 from vomstudio.project.tables.orientation_table import orientation_row, write_orientation_csv
 

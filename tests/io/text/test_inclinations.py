@@ -9,7 +9,7 @@ import pytest
 
 from tests.messages import refused
 from vomstudio.core.errors import UsageError
-from vomstudio.io.text.orientation_reading import read_orientations
+from vomstudio.io.gate.orientation_files import read_orientations
 
 GEMS = """Type,Azimuth,Inclination,OrientationConfidenceDegrees,OrientationPoints_ID
 bedding,30,40,2,B01

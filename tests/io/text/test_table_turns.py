@@ -12,7 +12,8 @@ from scipy.stats import chi2
 import vomstudio as vs
 from tests.messages import by_code
 from vomstudio.geology.common_rotation_errors import NO_ROTATION
-from vomstudio.io.text.orientation_reading import OrientationTable, read_orientations
+from vomstudio.io.gate.orientation_files import read_orientations
+from vomstudio.io.text.orientation_reading import OrientationTable
 from vomstudio.project.tables.registration_comments import registration_lines
 
 FACTOR = float(np.sqrt(chi2.ppf(0.95, 2)))

@@ -16,7 +16,8 @@ from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import Line, Plane, line_from_rake
 from vomstudio.geology.quality import governing_confidence_deg, judge, resolution_tilt_deg
 from vomstudio.geometry.planes import fit_plane
-from vomstudio.io.text.orientation_reading import OrientationTable, read_orientations
+from vomstudio.io.gate.orientation_files import read_orientations
+from vomstudio.io.text.orientation_reading import OrientationTable
 from vomstudio.project.tables.orientation_table import (
     COLUMNS,
     Row,

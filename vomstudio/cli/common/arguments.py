@@ -197,15 +197,6 @@ def add_output(parser: Parser, description: str, *, is_required: bool = False) -
     parser.add_argument("--force", action="store_true", help=tr("replace an existing FILE"))
 
 
-def add_azimuth(parser: Parser) -> None:
-    """Add ``--azimuth``, the meaning of azimuths in a table."""
-    parser.add_argument(
-        "--azimuth",
-        choices=["strike", "dipdir"],
-        help=tr("meaning of a column called azimuth, or of the first column without a header"),
-    )
-
-
 def progress_reporter(args: argparse.Namespace) -> Reporter:
     """Return the reporter for the long-running tasks of a command."""
     reporter: Reporter = args.reporter

@@ -8,7 +8,8 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
-from vomstudio.cli.common.arguments import Parser, add_azimuth
+from vomstudio.cli.common.arguments import Parser
+from vomstudio.cli.common.orientation_tables import add_table_options, read_table_picks
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -25,19 +26,14 @@ def add_sets(parser: Parser) -> None:
         metavar="TABLE",
         help=tr("orientation table with sets to compare with a straight trace"),
     )
-    add_azimuth(parser)
+    add_table_options(parser)
 
 
 def read_sets(args: argparse.Namespace) -> list[SetPrior]:
     """Read the sets of planes. Raises InputError, GeometryError, UsageError."""
     from vomstudio.geology.band_figures import table_priors
-    from vomstudio.io.text.orientation_reading import read_orientations
 
-    return (
-        []
-        if args.sets_table is None
-        else table_priors(read_orientations(args.sets_table, args.azimuth))
-    )
+    return [] if args.sets_table is None else table_priors(read_table_picks(args, args.sets_table))
 
 
 def figures_by_trace(

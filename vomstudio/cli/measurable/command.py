@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import (
     Subparsers,
-    add_azimuth,
     add_command,
     add_output,
     progress_reporter,
@@ -23,6 +22,7 @@ from vomstudio.cli.common.frames_of_models import (
     unknown_unit,
 )
 from vomstudio.cli.common.labelled_models import write_labelled
+from vomstudio.cli.common.orientation_tables import add_table_options, read_table_picks
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.unitless_lengths import add_unitless_names
 from vomstudio.core.errors import UsageError
@@ -48,7 +48,7 @@ def add_parser(subparsers: Subparsers) -> None:
     add_options(parser, MeasurableTarget)
     add_options(parser, MeasurableOptions)
     add_output(parser, tr("output map: a raster (.tif) or the model with its fields (.ply)"))
-    add_azimuth(parser)
+    add_table_options(parser)
     add_frame(parser)
     add_project(parser)
 
@@ -78,7 +78,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.studio.world_models import read_in_world
 
     options, target = parse_options(args, MeasurableOptions), parse_options(args, MeasurableTarget)
-    plane, reading = _plane(target, args.azimuth)
+    plane, reading = _plane(target, args)
     raster = args.output is not None and Path(args.output).suffix.lower() in RASTER_ENDINGS
     if args.output is not None:
         if not raster:
@@ -117,17 +117,16 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.text(_result_text(measurability_map))
 
 
-def _plane(target: MeasurableTarget, azimuth: Any) -> tuple[Plane, tuple[Finding, ...]]:
+def _plane(target: MeasurableTarget, args: argparse.Namespace) -> tuple[Plane, tuple[Finding, ...]]:
     """Return the plane given by the user or the mean plane of a table, with its findings."""
     if target.plane is not None:
         from vomstudio.geology.notation import plane_option
 
         return plane_option(target.plane), ()
     from vomstudio.geology.populations.table_means import mean_plane
-    from vomstudio.project.picks import read_picks
 
     assert target.mean is not None
-    table = read_picks(target.mean, azimuth)
+    table = read_table_picks(args, target.mean)
     return mean_plane(table, target.set), tuple(table.warnings)
 
 

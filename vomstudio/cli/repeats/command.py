@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import (
     Subparsers,
-    add_azimuth,
     add_command,
     report_reading,
 )
 from vomstudio.cli.common.declared_options import add_options, parse_options
+from vomstudio.cli.common.orientation_tables import add_table_options, read_table_picks
 from vomstudio.cli.common.output import Output
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
@@ -36,7 +36,7 @@ def add_parser(subparsers: Subparsers) -> None:
         help=tr("table of planes or lines with repeats, or a project"),
     )
     add_options(parser, RepeatOptions)
-    add_azimuth(parser)
+    add_table_options(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -50,10 +50,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Object that receives the results, warnings and progress.
     """
     from vomstudio.geology.coverage.table_repeats import table_repeats
-    from vomstudio.project.picks import read_picks
 
     progress = report_reading(args, args.table)
-    table = read_picks(args.table, args.azimuth, repeats=True)
+    table = read_table_picks(args, args.table, repeats=True)
     progress.stage(tr("Comparing repeated picks"))
     options = parse_options(args, RepeatOptions)
     repeats = table_repeats(table, options.by, options.interpreter)

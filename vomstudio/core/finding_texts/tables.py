@@ -192,8 +192,41 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate(
             "The azimuth may be strike or dip direction. Specify it with --azimuth strike or"
-            " --azimuth dipdir, or name the column."
+            " --azimuth dipdir, or state the columns, as in --columns {example}."
         ),
+    ),
+    "orientation.two-conventions": (
+        "warning",
+        to_translate(
+            "{column} has two conventions: {other_count} cells with letters, and {count} pairs of"
+            " numbers, read as {notation}."
+        ),
+    ),
+    "orientation.other-axes": (
+        "warning",
+        to_translate(
+            "The lines are the axes {used}; {axes} are not used. Choose another axis with"
+            " --columns, such as K3dec=trend,K3inc=plunge."
+        ),
+    ),
+    "columns.invalid": (
+        "error",
+        to_translate(
+            "“{text}” does not state the meaning of a column. Write NAME=MEANING, such as"
+            " azi=dip_direction,inc=dip."
+        ),
+    ),
+    "columns.unknown-meaning": (
+        "error",
+        to_translate("“{meaning}” is not a known meaning. Use one of: {meanings}."),
+    ),
+    "table.no-layers": (
+        "error",
+        to_translate("A text table has no layer “{layer}”. Omit --layer."),
+    ),
+    "table.places-unused": (
+        "warning",
+        to_translate("The positions of the points are not used: {reason}"),
     ),
     "orientation.overturned-dip": (
         "error",

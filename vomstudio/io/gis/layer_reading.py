@@ -16,6 +16,7 @@ from functools import partial
 from pathlib import Path
 
 from vomstudio.core.errors import InputError
+from vomstudio.core.files.file_kinds import recognise_kind
 from vomstudio.core.files.memory_limit import limit_for_file
 from vomstudio.core.files.names import utf8_name
 from vomstudio.core.files.regular import open_regular, read_json, require_regular_siblings
@@ -44,11 +45,15 @@ _MAX_KML_TAGS = 2_000_000
 """Maximum number of tags; GDAL stores all of them, using about 300 bytes for each."""
 _MAX_ATTRIBUTES = 2000
 """Maximum number of columns of an SQLite table (SQLite: Limits in SQLite)."""
+SPREADSHEETS = frozenset({"xlsx", "ods"})
+"""Kinds of workbooks; their sheets are layers without geometry."""
 _gdal_lock = threading.Lock()
 
 
 @contextlib.contextmanager
-def readable_layers(path: Path, read_error: Callable[[], InputError]) -> Iterator[Path]:
+def readable_layers(
+    path: Path, read_error: Callable[[], InputError], *, has_sheets: bool = False
+) -> Iterator[Path]:
     """Yield a path of the file from which pyogrio can read layers inside the block.
 
     Parameters
@@ -57,6 +62,8 @@ def readable_layers(path: Path, read_error: Callable[[], InputError]) -> Iterato
     read_error : callable
         Function that returns the error for a file that is not a valid GeoPackage, GeoJSON,
         shapefile, DXF or KML file.
+    has_sheets : bool
+        Whether the file may be a workbook.
 
     Raises
     ------
@@ -69,7 +76,7 @@ def readable_layers(path: Path, read_error: Callable[[], InputError]) -> Iterato
     try:
         with open_regular(path) as file:
             header = file.read(_HEAD_BYTES)
-        if not _is_known(header):
+        if not (_is_known(header) or (has_sheets and is_spreadsheet(header))):
             raise read_error()
         if header.startswith(SQLITE_MARK):
             require_geopackage(path)
@@ -115,6 +122,12 @@ def _is_known(head: bytes) -> bool:
     return head.startswith((SQLITE_MARK, _SHAPEFILE)) or (
         any(kind.match(head) for kind in (_JSON, _DXF, _KML)) and b"<OGRVRT" not in head
     )
+
+
+def is_spreadsheet(head: bytes) -> bool:
+    """Return whether a file is a workbook, from its first bytes."""
+    kind = recognise_kind(head)
+    return kind is not None and kind.key in SPREADSHEETS
 
 
 def _refuse_truncated_dxf(path: Path, head: bytes) -> None:

@@ -21,11 +21,13 @@ def pack(header: Mapping[str, Any], arrays: Sequence[AnyArray | None]) -> bytes:
     ----------
     header : mapping
     arrays : sequence of (n,) array or None
-        Numbers, dates, bytes or text; None values among objects are preserved.
+        Numbers, bytes or text; None values among objects are preserved, and dates become text.
     """
     parts = [_block(json.dumps(header).encode())]
     for array in arrays:
         values = np.empty(0, np.object_) if array is None else np.asarray(array)
+        if values.dtype.kind in "mM":
+            values = values.astype(np.str_).astype(np.object_)
         if values.dtype != np.object_:
             parts += [_block(values.dtype.str.encode()), _block(np.ascontiguousarray(values).data)]
         elif all(value is None or isinstance(value, bytes) for value in values):

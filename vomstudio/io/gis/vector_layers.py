@@ -15,6 +15,7 @@ from typing import Any
 
 from vomstudio.core.arrays import AnyArray, ObjectArray
 from vomstudio.core.errors import InputError, from_dict
+from vomstudio.core.files.file_kinds import kind_of
 from vomstudio.core.files.regular import open_regular, require_regular
 from vomstudio.core.files.untrusted import reader_process
 from vomstudio.core.files.untrusted.databases import SQLITE_MARK
@@ -22,12 +23,14 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.io.gis.dxf_blocks import count_block_entities
-from vomstudio.io.gis.layer_reading import readable_layers
+from vomstudio.io.gis.layer_reading import SPREADSHEETS, readable_layers
 from vomstudio.io.gis.layer_transport import pack, unpack
 from vomstudio.io.text.file_text import MAX_OBJECTS
 
 _MAX_SMALL_BYTES = 2 << 20
 """Every driver reads such a file in a fraction of a second."""
+_ZIP_MARK = b"PK\x03\x04"
+"""First bytes of a workbook, which is compressed."""
 _MAX_SMALL_ENTITIES = 50_000
 """Entities of a DXF, with its blocks inserted, that are read as fast."""
 
@@ -63,7 +66,11 @@ class VectorLayer:
 
 
 def list_layers(
-    path: Path, read_error: Callable[[], InputError], progress: Progress | None = None
+    path: Path,
+    read_error: Callable[[], InputError],
+    progress: Progress | None = None,
+    *,
+    has_sheets: bool = False,
 ) -> list[VectorLayer]:
     """List the names and kinds of the layers of a file.
 
@@ -73,22 +80,25 @@ def list_layers(
     read_error : callable
         As for `readable_layers`.
     progress : Progress, optional
+    has_sheets : bool
+        Whether the file may be a workbook, whose sheets are layers.
 
     Raises
     ------
     InputError, Cancelled
     """
-    return _request_layers(path, {"names": []}, read_error, progress)
+    return _request_layers(path, {"names": [], "sheets": has_sheets}, read_error, progress)
 
 
 def read_layers(
     path: Path,
     names: Iterable[str | None],
-    columns: Collection[str],
+    columns: Collection[str] | None,
     read_error: Callable[[], InputError],
     progress: Progress | None = None,
     *,
     is_flat: bool = True,
+    has_sheets: bool = False,
 ) -> list[VectorLayer]:
     """Read layers by name.
 
@@ -97,12 +107,15 @@ def read_layers(
     path : Path
     names : iterable of str or None
         Names of the layers; None for the only layer.
-    columns : collection of str
-        Names of the columns to read, in lower case.
+    columns : collection of str or None
+        Names of the columns to read, in lower case; None for all.
     read_error, progress
         As for `list_layers`.
     is_flat : bool
         Whether to drop heights.
+    has_sheets : bool
+        Whether the file may be a workbook. All cells of its sheets are rows of text, also those of
+        a header.
 
     Raises
     ------
@@ -110,8 +123,9 @@ def read_layers(
     """
     request = {
         "names": list(names),
-        "columns": sorted(columns),
+        "columns": None if columns is None else sorted(columns),
         "flat": is_flat,
+        "sheets": has_sheets,
         "max_features": MAX_OBJECTS,
     }
     return _request_layers(path, request, read_error, progress)
@@ -127,7 +141,7 @@ def _request_layers(
     reporter = SilentProgress() if progress is None else progress
     reporter.step(0)
     if _is_small(path):
-        with readable_layers(path, read_error) as readable:
+        with readable_layers(path, read_error, has_sheets=request["sheets"]) as readable:
             return read_named_layers(path, readable, request)
     message = {"path": os.fspath(path.absolute()), **request}
     header, arrays = unpack(reader_process.run_reader(__name__, message, reporter, path))
@@ -160,7 +174,8 @@ def _is_small(path: Path) -> bool:
     """Return whether GDAL reads a file and its sidecar files in a fraction of a second."""
     try:
         with open_regular(path) as file:
-            if file.read(len(SQLITE_MARK)) == SQLITE_MARK:
+            mark = file.read(len(SQLITE_MARK))
+            if mark == SQLITE_MARK or mark.startswith(_ZIP_MARK):
                 return False
         size = sum(path.stat().st_size for path in path.parent.glob(f"{_escape_glob(path.stem)}.*"))
         if max(size, path.stat().st_size) > _MAX_SMALL_BYTES:
@@ -206,11 +221,16 @@ def read_named_layers(
     if not listed_layers:
         return []
     kinds = dict(listed_layers)
+    kind = kind_of(readable_path)
+    is_spreadsheet = kind is not None and kind.key in SPREADSHEETS
+    # Otherwise, GDAL guesses the header and the types of the columns.
+    options = {"HEADERS": "DISABLE", "FIELD_TYPES": "STRING"} if is_spreadsheet else {}
     layers, remaining = [], request["max_features"]
     for layer in request["names"]:
-        info = pyogrio.read_info(readable_path, layer=layer)
+        info = pyogrio.read_info(readable_path, layer=layer, **options)
         fields = tuple(map(str, info["fields"]))
-        columns = [field for field in fields if field.casefold() in request["columns"]]
+        wanted = request["columns"]
+        columns = [field for field in fields if wanted is None or field.casefold() in wanted]
         metadata, _, shapes, values = pyogrio.raw.read(
             readable_path,
             layer=layer,
@@ -218,8 +238,9 @@ def read_named_layers(
             force_2d=request["flat"],
             # Not every driver can count features before reading them.
             max_features=remaining + 1,
+            **options,
         )
-        remaining -= 0 if shapes is None else len(shapes)
+        remaining -= len(next(iter(values), ())) if shapes is None else len(shapes)
         if remaining < 0:
             raise InputError(
                 Finding("file.too-many-parts", limit=request["max_features"], parts=tr("entries")),
@@ -248,7 +269,9 @@ def _answer(request: dict[str, Any]) -> bytes:
     """Process a request in the reader process."""
     path = Path(request["path"])
     try:
-        with readable_layers(path, lambda: _Unreadable(path.name)) as readable:
+        with readable_layers(
+            path, lambda: _Unreadable(path.name), has_sheets=request["sheets"]
+        ) as readable:
             layers = read_named_layers(path, readable, request)
         header: dict[str, Any] = {"layers": []}
         arrays = []

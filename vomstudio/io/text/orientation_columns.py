@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -12,7 +12,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.geology.notation import parse_angle, parse_azimuth
+from vomstudio.geology.notation import parse_angle, parse_azimuth, parse_plane
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.flags import is_overturned
@@ -40,13 +40,21 @@ ALIASES: dict[str, set[str]] = {
         "dipstowards",
         "dipstoward",
     },
-    "azimuth": {"azimuth", "azimut", "azim", "azi", "az"},
-    "inclination": {"inclination", "incl", "inc"},
-    "trend": {"trend", "bearing", "trendazimuth", "plungeazimuth", "plungedirection", "plungedir"},
-    "plunge": {"plunge", "plungeangle", "plungeamount"},
+    "azimuth": {"azimuth", "azimut", "azim", "azi", "az", "fazi", "faultazimuth"},
+    "inclination": {"inclination", "incl", "inc", "finc", "faultinclination"},
+    "trend": {"trend", "bearing", "trendazimuth", "plungeazimuth", "plungedirection", "plungedir"}
+    | {"lazi", "lineazimuth", "striaetrend", "linetrend"},
+    "plunge": {"plunge", "plungeangle", "plungeamount"}
+    | {"linc", "lineinclination", "striaeplunge", "lineplunge"},
+    "declination": {"dec", "decl", "declination"},
     "pole trend": {"poletrend", "trendofpole", "poleazimuth"},
     "pole plunge": {"poleplunge", "plungeofpole"},
-    "attitude": {"attitude", "orientation", "planeorientation"},
+    "normal x": {"nx", "normalx", "xnormal"},
+    "normal y": {"ny", "normaly", "ynormal"},
+    "normal z": {"nz", "normalz", "znormal"},
+    "attitude": {"attitude", "orientation", "planeorientation"}
+    | {"dipdirectiondip", "dipdirdip", "dddip", "strikedip", "strikerhrdip"},
+    "line attitude": {"trendplunge", "lineorientation", "lineattitude"},
     "element": {"element"},
     "kind": {"kind", "type", "featuretype", "planetype"},
     "set": {"set", "sets", "setname", "family"},
@@ -59,12 +67,18 @@ LINE_WORDS = ("lineation", "slickenline", "slickenfib", "stria", "fold axis", "h
 _LINE_CODE = re.compile(r"l\d*")
 """Code of a lineation, such as L1, beside S1 of a foliation."""
 _GEMS_FIELD = "orientationconfidencedegrees"
+_GEMPY_FIELDS = {"azimuth", "dip", "polarity"}
+_LOOP_FIELDS = {"featurename", "nx", "ny", "nz"}
+_AXIS = re.compile(r"k([123])(?:dec|declination|trend|azi)")
+"""Declination of a principal axis of the magnetic susceptibility, such as K1dec."""
+_AXIS_PLUNGES = ("inc", "inclination", "plunge")
 _COMPASS_POINT = re.compile(r"[NSEW]{1,3}", re.IGNORECASE)
 _BEARING = re.compile(
     r"[NSEW]{1,3}(\s*\d+([.,]\d+)?\s*(°\s*)?[EW]?)?|\d+([.,]\d+)?\s*(°\s*)?[NSEW]{1,3}",
     re.IGNORECASE,
 )
 
+_QUADRANT_PAIR = re.compile(r"[NS]\s*\d+.*[EW].*\d", re.IGNORECASE)
 _FIELD_NOTATION = re.compile(r"[°º˚]|^\s*[NSEW]{1,3}\s*(\d|$)", re.IGNORECASE)
 """Angle in field notation: 45°, N45E, NW."""
 
@@ -121,6 +135,36 @@ class OrientationColumns:
         """Whether the columns are those of the USGS standard GeMS, with right-hand-rule strikes."""
         return any(normalise_name(name) == _GEMS_FIELD for name in self.table.names or ())
 
+    @property
+    def are_gempy_fields(self) -> bool:
+        """Whether the columns are those of GemPy, whose azimuth is a dip direction."""
+        return set(map(normalise_name, self.table.names or ())) >= _GEMPY_FIELDS
+
+    @property
+    def are_loop_fields(self) -> bool:
+        """Whether the columns are those of LoopStructural, whose normals point to younger rocks."""
+        return set(map(normalise_name, self.table.names or ())) >= _LOOP_FIELDS
+
+    def principal_axes(self) -> dict[str, tuple[int, int]]:
+        """Return the columns of declination and inclination of each axis K1, K2, K3."""
+        names = [normalise_name(name) for name in self.table.names or ()]
+        axes = {}
+        for i, name in enumerate(names):
+            if (match := _AXIS.fullmatch(name)) is None:
+                continue
+            plunges = [f"k{match[1]}{word}" for word in _AXIS_PLUNGES]
+            if (place := next((j for j, n in enumerate(names) if n in plunges), None)) is not None:
+                axes[f"K{match[1]}"] = (i, place)
+        return dict(sorted(axes.items()))
+
+    def attitude_column(self) -> int | None:
+        """Return the first column in which each cell contains both angles of a plane, or None."""
+        for column in range(self.table.width):
+            cells = [cell for cell in self.table.cells(column) if cell]
+            if cells and column not in self.known and all(map(is_attitude, cells)):
+                return column
+        return None
+
     def are_lines(self) -> BoolArray:
         """Return whether the type or structure of each row (n,) denotes a line."""
         column = self.find("kind")
@@ -156,7 +200,7 @@ class OrientationColumns:
         """
         cells = self.words("overturned", rows)
         if cells is None:
-            return None
+            return self._overturned_polarity(rows)
         flags = [is_overturned(cell) for cell in cells]
         unclear = [i for i, flag in enumerate(flags) if flag is None]
         if unclear:
@@ -171,6 +215,13 @@ class OrientationColumns:
         return tuple(
             flag is True if cell else None for cell, flag in zip(cells, flags, strict=True)
         )
+
+    def _overturned_polarity(self, rows: IntArray) -> tuple[bool | None, ...] | None:
+        """Return whether the polarity of GemPy is -1, or None without such a column."""
+        if not self.are_gempy_fields:
+            return None
+        polarity = self.table.numbers([self.table.find("polarity")])[rows, 0]
+        return tuple(None if value != value else bool(value < 0) for value in polarity.tolist())
 
     def quoted_names(self, *columns: int) -> str:
         """Return the names of columns for a sentence."""
@@ -260,6 +311,36 @@ class OrientationColumns:
         """Return whether all cells are compass points."""
         cells = [cell for cell in self.table.cells(column) if cell]
         return bool(cells) and all(_COMPASS_POINT.fullmatch(cell) for cell in cells)
+
+
+def is_attitude(cell: str) -> bool:
+    """Return whether a cell contains both angles of a plane: 120/30, N30E/45SE, 45 -> 120."""
+    if not any(sign in cell for sign in "/→>") and _QUADRANT_PAIR.search(cell) is None:
+        return False
+    try:
+        parse_plane(cell)
+    except InputError:
+        return False
+    return True
+
+
+def has_orientations(names: Sequence[str]) -> bool:
+    """Return whether the names of columns include angles of planes or lines."""
+    words = {normalise_name(name) for name in names}
+    return any(words & ALIASES[meaning] for meaning in _ANGLE_MEANINGS) or any(
+        _AXIS.fullmatch(word) for word in words
+    )
+
+
+_ANGLE_MEANINGS = (
+    "dip",
+    "inclination",
+    "plunge",
+    "pole plunge",
+    "normal x",
+    "attitude",
+    "line attitude",
+)
 
 
 def convention_in_name(path: Path) -> Azimuth | None:

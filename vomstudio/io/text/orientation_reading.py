@@ -20,16 +20,21 @@ from vomstudio.core.errors import InputError, UsageError, VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.common_rotation_errors import Turns
-from vomstudio.geology.notation import parse_plane
+from vomstudio.geology.notation import parse_line, parse_plane
 from vomstudio.geology.orientation import Plane, lines_to_vectors, planes_to_poles
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.text.column_names import normalise_name
-from vomstudio.io.text.file_text import MAX_OBJECTS
-from vomstudio.io.text.orientation_columns import Azimuth, OrientationColumns, convention_in_name
+from vomstudio.io.text.orientation_columns import (
+    Azimuth,
+    OrientationColumns,
+    convention_in_name,
+    has_orientations,
+    is_attitude,
+)
 from vomstudio.io.text.registration_comments import stated_bowing_deg, table_rotation_errors
 from vomstudio.io.text.repeated_rows import exclude_repeats
 from vomstudio.io.text.rows import shorten
-from vomstudio.io.text.tables import TextTable, read_table
+from vomstudio.io.text.tables import TextTable
 
 _QUADRANT_NAMES = {"direction", "dir", "side", "sense", "dips"}
 """Column names that denote a dip quadrant if the cells are compass points."""
@@ -103,18 +108,24 @@ class OrientationTable:
         return np.where(self.is_plane[:, None], poles, lines)
 
 
-def read_orientations(
-    path: str | Path, azimuth: Azimuth | None = None, *, repeats: bool = False
+def extract_orientations(
+    table: TextTable,
+    azimuth: Azimuth | None = None,
+    *,
+    repeats: bool = False,
+    azimuth_only: bool = False,
 ) -> OrientationTable:
-    """Read planes and lines from a text table.
+    """Extract planes and lines from a table.
 
     Parameters
     ----------
-    path : str or Path
+    table : TextTable
     azimuth : {"strike", "dipdir"}, optional
         Meaning of a column named `azimuth`, or of the first column in a table without a header.
     repeats : bool
         Whether to include rows that repeat another pick according to the column `repeat_of`.
+    azimuth_only : bool
+        Whether a table may contain azimuths without dips or plunges, which become NaN.
 
     Raises
     ------
@@ -123,16 +134,10 @@ def read_orientations(
     UsageError
         If `azimuth` is required but not given.
     """
-    return extract_orientations(read_table(path, max_lines=MAX_OBJECTS), azimuth, repeats=repeats)
-
-
-def extract_orientations(
-    table: TextTable, azimuth: Azimuth | None = None, *, repeats: bool = False
-) -> OrientationTable:
-    """Extract planes and lines from a table in the same way as `read_orientations`."""
     if not len(table):
         raise InputError(Finding("table.no-rows"), file=table.path, line=table.header_line)
-    return _TableReader(table if repeats else exclude_repeats(table), azimuth).result()
+    reader = _TableReader(table if repeats else exclude_repeats(table), azimuth)
+    return reader.read_azimuths() if azimuth_only and reader.has_only_azimuths else reader.result()
 
 
 class _TableReader:
@@ -144,8 +149,43 @@ class _TableReader:
         self.warnings: list[Finding] = list(table.notes)
         self.columns = OrientationColumns(table, self.warnings)
         self.conventions: list[str] = []
+        self.is_downward: BoolArray | None = None
         n = len(table)
         self.dip_direction, self.dip, self.trend, self.plunge = np.full((4, n), np.nan)
+
+    @property
+    def has_only_azimuths(self) -> bool:
+        """Whether the table has a column of azimuths and none of dips or plunges."""
+        names = self.table.names
+        if names is None:
+            return self.table.width == 1 and not any(map(is_attitude, self.table.cells(0)))
+        meanings = ("strike", "dip direction", "azimuth", "trend")
+        has_azimuth = any(self.columns.find(meaning) is not None for meaning in meanings)
+        return has_azimuth and not has_orientations(names)
+
+    def read_azimuths(self) -> OrientationTable:
+        """Interpret a table without dips and plunges, which become NaN."""
+        meanings = ("strike", "dip direction", "azimuth", "trend")
+        names = self.table.names
+        meaning = next((m for m in meanings if self.columns.take(m) is not None), "azimuth")
+        column = 0 if names is None else self.columns.take(meaning) or 0
+        if meaning == "azimuth":
+            meaning = {"strike": "strike", "dipdir": "dip direction"}.get(self.azimuth or "", "")
+            if not meaning:
+                raise self._ambiguous_azimuth(column)
+        azimuths = self.columns.azimuths(column, np.zeros(len(self.table), bool))
+        if meaning == "trend":
+            self.trend = azimuths
+        else:
+            self.dip_direction = wrap360(azimuths + (90.0 if meaning == "strike" else 0.0))
+        self.conventions.append(
+            tr(
+                "azimuths as {meaning} ({columns}), without dips or plunges",
+                meaning=meaning,
+                columns=self.columns.quoted_names(column),
+            )
+        )
+        return self._table(np.isfinite(self.dip_direction), np.isfinite(self.trend))
 
     def result(self) -> OrientationTable:
         """Interpret the table."""
@@ -153,9 +193,14 @@ class _TableReader:
         self._read_lines()
         if not self.conventions:
             raise self._no_orientations()
+        return self._table(
+            np.isfinite(self.dip_direction) & np.isfinite(self.dip),
+            np.isfinite(self.trend) & np.isfinite(self.plunge),
+        )
+
+    def _table(self, has_plane: BoolArray, has_line: BoolArray) -> OrientationTable:
+        """Return the rows that are planes or lines."""
         table = self.table
-        has_plane = np.isfinite(self.dip_direction) & np.isfinite(self.dip)
-        has_line = np.isfinite(self.trend) & np.isfinite(self.plunge)
         geometry = self._geometry(has_plane, has_line)
         row_indices = np.flatnonzero(geometry != _NONE)
         dropped_lines = tuple(int(n) for n in table.line_numbers[geometry == _NONE])
@@ -176,6 +221,8 @@ class _TableReader:
             )
         is_plane = geometry[row_indices] == _PLANE
         overturned = self.columns.overturned(row_indices)
+        if overturned is None and self.is_downward is not None:
+            overturned = tuple(self.is_downward[row_indices].tolist())
 
         def select(values: FloatArray, mask: BoolArray) -> FloatArray:
             return np.where(mask, values[row_indices], np.nan)
@@ -208,13 +255,15 @@ class _TableReader:
         attitude, dip = self.columns.take("attitude"), self.columns.take("dip")
         strike, direction = self.columns.take("strike"), self.columns.take("dip direction")
         azimuth = self.columns.take("azimuth")
+        is_named = strike is not None or direction is not None
         if dip is None:
             inclination = self.columns.take("inclination")
-            is_named = strike is not None or direction is not None
             if inclination is not None and azimuth is not None and not is_named:
                 self._read_inclinations(azimuth, inclination)
                 return
-            if is_named:
+            dip = inclination if is_named else None
+        if dip is None:
+            if is_named and attitude is None:
                 raise InputError(
                     Finding(
                         "table.missing-column", column="dip", columns=table.names, names=("dip",)
@@ -223,7 +272,7 @@ class _TableReader:
                     line=table.header_line,
                     field="dip",
                 )
-            self._read_poles_or_text(attitude)
+            self._read_planes_without_dip(attitude)
             return
         quadrant = self.columns.take("quadrant")
         if (
@@ -285,6 +334,10 @@ class _TableReader:
         return quadrants[0] if len(quadrants) == 1 else None
 
     def _read_headerless(self) -> None:
+        attitude = self.columns.attitude_column()
+        if attitude is not None:
+            self._read_attitudes(attitude)
+            return
         if self.table.width < 2:
             raise InputError(
                 Finding("table.column-count", count=1, columns=("dip direction", "dip")),
@@ -293,13 +346,6 @@ class _TableReader:
             )
         is_given = self.azimuth is not None
         self.azimuth = self.azimuth or convention_in_name(self.table.path)
-        if self.azimuth is None:
-            raise UsageError(
-                Finding("orientation.ambiguous-azimuth"),
-                file=self.table.path,
-                line=int(self.table.line_numbers[0]),
-                field="column 1",
-            )
         self._read_azimuth(0, 1)
         if not is_given:
             self.conventions.append(tr(BY_FILE_NAME))
@@ -307,15 +353,21 @@ class _TableReader:
     def _read_azimuth(self, azimuth: int, dip: int) -> None:
         if self.azimuth == "strike":
             self._read_strike(azimuth, dip, None)
-        elif self.azimuth == "dipdir":
+        elif self.azimuth == "dipdir" or self.columns.are_gempy_fields:
             self._read_dip_direction(azimuth, dip)
         else:
-            raise UsageError(
-                Finding("orientation.ambiguous-azimuth"),
-                file=self.table.path,
-                line=self.table.header_line,
-                field=self.table.label(azimuth),
-            )
+            raise self._ambiguous_azimuth(azimuth)
+
+    def _ambiguous_azimuth(self, column: int) -> UsageError:
+        has_names = self.table.names is not None
+        name = self.table.label(column)
+        example = f"{name}=dip_direction" if has_names else "1=trend,2=plunge"
+        return UsageError(
+            Finding("orientation.ambiguous-azimuth", example=example),
+            file=self.table.path,
+            line=self.table.header_line if has_names else int(self.table.line_numbers[0]),
+            field=self.table.label(column),
+        )
 
     def _read_inclinations(self, azimuth: int, inclination: int) -> None:
         """Read azimuth and inclination as plane or line, depending on the type of each row."""
@@ -381,7 +433,9 @@ class _TableReader:
             else tr("planes as strike (right-hand rule)/dip ({columns})", columns=quoted_names)
         )
 
-    def _read_poles_or_text(self, attitude: int | None) -> None:
+    def _read_planes_without_dip(self, attitude: int | None) -> None:
+        """Read planes as poles, as normals, or as text with both angles."""
+        normals = [self.columns.take(f"normal {axis}") for axis in "xyz"]
         trend, plunge = self.columns.take("pole trend"), self.columns.take("pole plunge")
         if trend is not None and plunge is not None:
             inclinations = self.columns.inclinations(plunge, 0.0)
@@ -394,14 +448,55 @@ class _TableReader:
                 )
             )
         elif attitude is not None:
-            convention = {"strike": "strike/dip", "dipdir": "dipdir/dip"}.get(self.azimuth or "")
-            self._read_text([attitude], convention)
-            pair = "strike/dip" if self.azimuth == "strike" else "dip direction/dip"
-            self.conventions.append(
-                tr(
-                    "planes as written in {column}; two bare numbers are {notation}",
-                    column=self.columns.quoted_names(attitude),
-                    notation=pair,
+            self._read_attitudes(attitude)
+        elif None not in normals:
+            self._read_normals([column for column in normals if column is not None])
+        elif not has_orientations(self.table.names or ()):
+            column = self.columns.attitude_column()
+            if column is not None:
+                self._read_attitudes(column)
+
+    def _read_normals(self, columns: list[int]) -> None:
+        """Read planes from their normals, which need not be of unit length or point up."""
+        normals = self.table.numbers(columns)
+        length = np.linalg.norm(normals, axis=1)
+        with np.errstate(invalid="ignore"):
+            is_valid = np.isfinite(length) & (length > 0.0)
+            upward = normals / np.where(is_valid, length, np.nan)[:, None]
+            upward *= np.where(upward[:, 2] < 0.0, -1.0, 1.0)[:, None]
+            self.dip = np.degrees(np.arccos(np.clip(upward[:, 2], -1.0, 1.0)))
+            self.dip_direction = wrap360(np.degrees(np.arctan2(upward[:, 0], upward[:, 1])))
+        self.dip_direction[self.dip == 0.0] = 0.0
+        if self.columns.are_loop_fields:
+            self.is_downward = np.asarray(normals[:, 2] < 0.0)
+        self.conventions.append(
+            tr("planes as normals ({columns})", columns=self.columns.quoted_names(*columns))
+        )
+
+    def _read_attitudes(self, column: int) -> None:
+        """Read planes from cells with both angles."""
+        is_strike = self.azimuth == "strike" or (
+            self.azimuth is None and normalise_name(self.table.label(column)).startswith("strike")
+        )
+        self._read_text([column], "strike/dip" if is_strike else "dipdir/dip")
+        self.conventions.append(
+            tr(
+                "planes as written in {column}; two bare numbers are {notation}",
+                column=self.columns.quoted_names(column),
+                notation="strike/dip" if is_strike else "dip direction/dip",
+            )
+        )
+        has_letters = [
+            any(sign.isalpha() for sign in cell) for cell in self.table.cells(column) if cell
+        ]
+        if any(has_letters) and not all(has_letters):
+            self.warnings.append(
+                Finding(
+                    "orientation.two-conventions",
+                    column=self.columns.quoted_names(column),
+                    count=len(has_letters) - sum(has_letters),
+                    other_count=sum(has_letters),
+                    notation="strike/dip" if is_strike else "dip direction/dip",
                 )
             )
 
@@ -453,6 +548,12 @@ class _TableReader:
         trend = self.columns.take("trend")
         if trend is None and self.columns.find("dip") is None:
             trend = self.columns.take("azimuth")
+        if plunge is None and trend is None and not self.conventions:
+            trend, plunge = self._read_declinations()
+        if plunge is None and trend is not None and self.columns.find("trend") is not None:
+            plunge = self.columns.take("inclination")
+        if plunge is None and trend is None and not self.conventions:
+            self._read_line_text()
         if plunge is None and trend is None:
             return
         if plunge is None or trend is None:
@@ -479,12 +580,48 @@ class _TableReader:
             )
         )
 
+    def _read_declinations(self) -> tuple[int | None, int | None]:
+        """Return the columns of declination and inclination of a line."""
+        axes = self.columns.principal_axes()
+        if len(axes) > 1:
+            self.warnings.append(
+                Finding("orientation.other-axes", used=next(iter(axes)), axes=list(axes)[1:])
+            )
+        if axes:
+            return next(iter(axes.values()))
+        return self.columns.take("declination"), self.columns.take("inclination")
+
+    def _read_line_text(self) -> None:
+        """Read lines from cells with trend and plunge, as in 120/30."""
+        column = self.columns.take("line attitude")
+        if column is None:
+            return
+        for i, cell in enumerate(self.table.cells(column)):
+            if not cell:
+                continue
+            try:
+                line = parse_line(cell)
+            except VomError as error:
+                raise InputError(
+                    error,
+                    file=self.table.path,
+                    line=int(self.table.line_numbers[i]),
+                    field=self.table.label(column),
+                ) from error
+            self.trend[i], self.plunge[i] = line.trend_deg, line.plunge_deg
+        self.conventions.append(
+            tr("lines as trend/plunge ({columns})", columns=self.columns.quoted_names(column))
+        )
+
     def _geometry(self, has_plane: BoolArray, has_line: BoolArray) -> IntArray:
         """Return the geometry (n,) of each row; a row that has both is a plane with a line."""
         result = np.where(has_plane, _PLANE, np.where(has_line, _LINE, _NONE))
         column = self.columns.find("element")
         if column is None:
-            if n_with_both := int(np.count_nonzero(has_plane & has_line)):
+            # The type decides, as in the tables of Orient.
+            has_both = has_plane & has_line
+            result[has_both & self.columns.are_lines()] = _LINE
+            if n_with_both := int(np.count_nonzero(has_both & (result == _PLANE))):
                 self.warnings.append(Finding("orientation.planes-with-lines", count=n_with_both))
             return result
         for i, cell in enumerate(self.table.cells(column)):

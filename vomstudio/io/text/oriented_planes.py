@@ -2,32 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.model_agreement import OrientedPlane
-from vomstudio.io.text.orientation_columns import Azimuth
-from vomstudio.io.text.orientation_reading import OrientationTable, read_orientations
-
-
-def read_planes(path: str | Path, azimuth: Azimuth | None = None) -> list[OrientedPlane]:
-    """Read the planes of a file (`extract_planes`).
-
-    Parameters
-    ----------
-    path : str or Path
-    azimuth : optional
-        As for `read_orientations`.
-
-    Raises
-    ------
-    InputError, UsageError
-    """
-    return extract_planes(read_orientations(path, azimuth))
+from vomstudio.io.text.orientation_reading import OrientationTable
 
 
 def extract_planes(table: OrientationTable) -> list[OrientedPlane]:

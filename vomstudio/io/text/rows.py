@@ -34,6 +34,10 @@ DELIMITER_NAMES = {";": "semicolon", "\t": "tab", ",": "comma", " ": "spaces"}
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eEdD][+-]?\d+)?")
 _COMMA_NUMBER = re.compile(r"[+-]?(\d+,\d*|,\d+)([eEdD][+-]?\d+)?")
 _SPECIAL_NUMBERS = {"nan": float("nan"), "inf": float("inf"), "infinity": float("inf")}
+# 120/30, N30E/45SE or 45SE: angles in field notation, which are never the name of a column.
+_ANGLES = re.compile(
+    r"[NSEW]?\s?\d{1,3}([.,]\d+)?\s?°?\s?([EW]\s*/\s*|\s?[/→]\s*)\d{1,3}([.,]\d+)?\s?°?\s?[NSEW]{0,2}"
+)
 _MISSING = {"", "na", "n/a", "null", "none", "-"}
 # Separator between traces: dashes, or `>` in GMT.
 _SEPARATOR = re.compile(r"(-{2,}|={2,}|_{2,}|>.*)")
@@ -336,7 +340,10 @@ def refuse_decimal_commas(path: Path, data: list[str], numbers: list[int], delim
 def is_header(cells: list[str], delimiter: str) -> bool:
     """Return whether a row is a header, which contains a word or only missing values."""
     decimal_comma = delimiter in ";\t"
-    if any(parse_number(cell, decimal_comma=decimal_comma) is None for cell in cells):
+    if any(
+        parse_number(cell, decimal_comma=decimal_comma) is None and not _ANGLES.fullmatch(cell)
+        for cell in cells
+    ):
         return True
     return all(cell.casefold() in _MISSING for cell in cells)
 

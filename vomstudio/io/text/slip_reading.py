@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray
-from vomstudio.core.errors import GeometryError, InputError
+from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import parse_rake
@@ -28,32 +28,14 @@ from vomstudio.geology.orientation import (
 )
 from vomstudio.geology.slip import slip_rake
 from vomstudio.io.text.column_names import normalise_name
-from vomstudio.io.text.file_text import MAX_OBJECTS
+from vomstudio.io.text.orientation_columns import Azimuth
 from vomstudio.io.text.repeated_rows import exclude_repeats
 from vomstudio.io.text.rows import parse_number
-from vomstudio.io.text.tables import TextTable, read_table
+from vomstudio.io.text.slip_columns import SLIP_NAMES
+from vomstudio.io.text.tables import TextTable
 
 MAX_OFF_PLANE_DEG = 10.0
 """Maximum angle between striae and their plane; larger angles are reported."""
-
-_NAMES = {
-    "dip_direction": (
-        "on_plane_dip_direction_deg",
-        "dip_direction_deg",
-        "dip_direction",
-        "dipdir",
-        "dip_dir",
-        "dd",
-    ),
-    "strike": ("strike", "strike_rhr_deg", "strike_rhr", "fault_strike"),
-    "dip": ("on_plane_dip_deg", "dip_deg", "dip", "fault_dip"),
-    "slip_rake": ("slip_rake_deg", "slip_rake"),
-    "trend": ("trend_deg", "trend", "azimuth", "striae_trend", "line_trend"),
-    "plunge": ("plunge_deg", "plunge", "striae_plunge", "line_plunge"),
-    "rake": ("rake_deg", "rake", "pitch"),
-    "sense": ("sense", "slip_sense", "slip", "movement"),
-    "id": ("name", "label", "id"),
-}
 
 _SINGLE_SENSES = {
     "normal": ("n", "normal", "nf"),
@@ -81,6 +63,11 @@ _OBLIQUE_SENSES = {
 
 
 _SENSE_WORDS = ("N", "R", "S", "D", "TR", "TL", "NR", "NL")
+_ORDERS = {
+    5: ("fault_azimuth", "dip", "trend", "plunge", "sense"),
+    4: ("fault_azimuth", "dip", "rake", "sense"),
+}
+"""Columns of tables without a header, by their number."""
 _EXAMPLE_HEADER = ("dip_direction", "dip", "trend", "plunge", "sense")
 
 
@@ -106,26 +93,33 @@ class SlipTable:
         return len(self.ids)
 
 
-def read_slips(path: str | Path) -> SlipTable:
-    """Read a table of faults with slip.
+def extract_slips(table: TextTable, azimuth: Azimuth | None = None) -> SlipTable:
+    """Extract faults without repeats from a table.
+
+    Parameters
+    ----------
+    table : TextTable
+    azimuth : {"strike", "dipdir"}, optional
+        Meaning of a column named `azimuth` of the fault, or of the first column without a header.
 
     Raises
     ------
     InputError
         If columns are missing, angles or senses of slip are not valid, or no row is complete;
         states file, line and column.
+    UsageError
+        If `azimuth` is required but not given.
     """
-    return extract_slips(read_table(path, max_lines=MAX_OBJECTS))
-
-
-def extract_slips(table: TextTable) -> SlipTable:
-    """Extract faults without repeats from a table. Raises the same errors as `read_slips`."""
-    table = exclude_repeats(table)
+    table = _name_columns(exclude_repeats(table), azimuth)
     columns = {
         key: column
-        for key, names in _NAMES.items()
+        for key, names in SLIP_NAMES.items()
         if (column := _column(table, names)) is not None
     }
+    if not {"strike", "dip_direction"} & columns.keys() and "fault_azimuth" in columns:
+        columns["strike" if azimuth == "strike" else "dip_direction"] = columns["fault_azimuth"]
+        if azimuth is None:
+            raise _ambiguous_azimuth(table, columns["fault_azimuth"])
     _require_columns(table, columns)
     cells = {key: table.cells(column) for key, column in columns.items()}
     notes = list(table.notes)
@@ -161,6 +155,31 @@ def extract_slips(table: TextTable) -> SlipTable:
         np.array([slip for _, _, slip in faults]),
         tuple(dropped_rows),
         (*notes, *_row_findings(dropped_rows, off_plane_lines)),
+    )
+
+
+def _name_columns(table: TextTable, azimuth: Azimuth | None) -> TextTable:
+    """Name the columns of a table without a header, in the order of T-TECTO and OpenStereo."""
+    names = _ORDERS.get(table.width)
+    if table.names is not None or names is None:
+        return table
+    senses = [normalise_name(word) for word in table.cells(table.width - 1) if word]
+    known_senses = _SENSES.keys() | _OBLIQUE_SENSES.keys() | _NUMBERED_SENSES.keys()
+    if not senses or not set(senses) <= known_senses:
+        return table
+    if azimuth is None:
+        raise _ambiguous_azimuth(table, 0)
+    return replace(table, names=names)
+
+
+def _ambiguous_azimuth(table: TextTable, column: int) -> UsageError:
+    header = ",".join(f"{i}={name}" for i, name in enumerate(_EXAMPLE_HEADER, 1))
+    example = header if table.names is None else f"{table.label(column)}=dip_direction"
+    return UsageError(
+        Finding("orientation.ambiguous-azimuth", example=example),
+        file=table.path,
+        line=table.header_line or int(table.line_numbers[0]),
+        field=table.label(column),
     )
 
 

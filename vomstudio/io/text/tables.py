@@ -293,8 +293,10 @@ def table_from_cells(
     rows: Sequence[Sequence[str]],
     title: str,
     comments: Sequence[str] = (),
+    notes: Sequence[Finding] = (),
+    numbers: Sequence[int] | None = None,
 ) -> TextTable:
-    """Create a table from cells in memory; its line numbers are the row numbers from 1.
+    """Create a table from cells in memory.
 
     Parameters
     ----------
@@ -305,11 +307,16 @@ def table_from_cells(
         Name of the table for error messages.
     comments : sequence of str
         Comments as in a file.
+    notes : sequence of Finding
+        Findings about the table.
+    numbers : sequence of int, optional
+        Number of each row; by default they are counted from 1.
     """
     width = len(names) if names is not None else len(rows[0]) if rows else 0
     cells = [list(row) for row in rows]
-    header, numbers = None if names is None else list(names), list(range(1, len(cells) + 1))
-    text = TextRows(header, None, width, ",", [], cells, numbers, [], [], [])
+    header = None if names is None else list(names)
+    row_numbers = list(range(1, len(cells) + 1) if numbers is None else numbers)
+    text = TextRows(header, None, width, ",", [], cells, row_numbers, [], [], [])
     return TextTable(
         path=Path(title),
         names=None if header is None else tuple(header),
@@ -317,9 +324,9 @@ def table_from_cells(
         width=width,
         delimiter=",",
         comments=tuple(comments),
-        notes=(),
+        notes=tuple(notes),
         separators=(),
-        line_numbers=np.asarray(numbers, dtype=np.int64),
+        line_numbers=np.asarray(row_numbers, dtype=np.int64),
         _text=text,
     )
 

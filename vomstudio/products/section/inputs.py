@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,11 +13,8 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.io.gate.points import ModelFrame, points_to_world
 from vomstudio.io.gate.stated_crs import StatedCrs, table_crs
+from vomstudio.io.text.table_options import NO_TABLE_OPTIONS, TableOptions
 from vomstudio.products.ortho.interpretation import Item, items_of_table, read_items
-
-if TYPE_CHECKING:
-    from vomstudio.io.text.orientation_columns import Azimuth
-
 
 GIS_ENDINGS = (".gpkg", ".geojson", ".json", ".shp", ".dxf")
 
@@ -173,15 +169,17 @@ class ReadFeatures:
 
 
 def read_features(
-    path: str | Path, azimuth: Azimuth | None = None, model: ModelFrame | None = None
+    path: str | Path,
+    options: TableOptions = NO_TABLE_OPTIONS,
+    model: ModelFrame | None = None,
 ) -> ReadFeatures:
     """Read the features of a project, or the planes of an orientation table with x, y, z.
 
     Parameters
     ----------
     path : str or Path
-    azimuth : optional
-        Meaning of a table column named azimuth.
+    options : TableOptions
+        Columns and layer of a table.
     model : ModelFrame, optional
         Frame of the model that the section cuts; the coordinates of a table are converted to it.
 
@@ -192,10 +190,16 @@ def read_features(
     path = Path(path)
     if path.is_dir() or path.name == "journal.sqlite":
         return ReadFeatures(read_items(path))
-    from vomstudio.io.text.orientation_reading import read_orientations
+    from vomstudio.io.gate.orientation_files import read_orientations
+    from vomstudio.io.text.column_mapping import parse_columns
     from vomstudio.io.text.tables import coordinate_columns
 
-    table = read_orientations(path, azimuth)
+    table = read_orientations(
+        path,
+        options.azimuth,
+        columns=parse_columns(options.columns),
+        layer=options.layer,
+    )
     columns = coordinate_columns(table.table)
     placed_points = points_to_world(
         table.table.numbers(columns)[table.row_indices],

@@ -1,0 +1,212 @@
+"""Attributes of GIS layers and sheets of workbooks as text tables."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vomstudio.core.arrays import FloatArray
+from vomstudio.core.errors import InputError, UsageError
+from vomstudio.core.files.file_kinds import FileKind, kind_of, other_kind
+from vomstudio.core.findings import Finding
+from vomstudio.io.gate.frame_options import FrameOptions
+from vomstudio.io.gate.points import points_to_world
+from vomstudio.io.gate.stated_crs import StatedCrs, table_crs
+from vomstudio.io.gis.axis_units import MAX_DEGREES, stated_axes, suggested_zone
+from vomstudio.io.gis.layer_reading import SPREADSHEETS, is_geojson_without_crs
+from vomstudio.io.gis.vector_layers import VectorLayer, list_layers, read_layers
+from vomstudio.io.text.column_names import normalise_name
+from vomstudio.io.text.file_text import MAX_OBJECTS
+from vomstudio.io.text.orientation_columns import has_orientations
+from vomstudio.io.text.rows import is_header
+from vomstudio.io.text.tables import COORDINATES, TextTable, read_table, table_from_cells
+
+LAYER_KINDS = frozenset({"geojson", "geopackage", "shapefile"}) | SPREADSHEETS
+"""Kinds of files whose layers or sheets are read as tables."""
+TABLE_ENDINGS = (".gpkg", ".geojson", ".json", ".shp", ".xlsx", ".ods")
+"""Usual extensions of such files, for file dialogs."""
+_OWN_LAYERS = ("planes", "lines")
+"""Layers of the exports of this program that contain orientations."""
+_HIDDEN_LAYERS = {"layer_styles"}
+"""Tables of a GeoPackage without measurements."""
+_MAX_DIFFERENCE_M = 1e-3
+
+
+def read_any_table(
+    path: str | Path, layer: str | None = None, *, has_header: bool = False
+) -> TextTable:
+    """Read a text table, or the attributes of a GIS layer or the sheet of a workbook.
+
+    Parameters
+    ----------
+    path : str or Path
+        Text table, GeoPackage, GeoJSON, shapefile or workbook.
+    layer : str, optional
+        Name of the layer or sheet, required if several contain orientations.
+    has_header : bool
+        As for `vomstudio.io.text.rows.read_rows`.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read.
+    UsageError
+        If the layer is missing, or several layers contain orientations.
+    """
+    path = Path(path)
+    kind = kind_of(path)
+    if kind is not None and kind.key in LAYER_KINDS:
+        return _read_layer(path, kind, layer)
+    if layer is not None:
+        raise UsageError(Finding("table.no-layers", layer=layer), file=path, field="--layer")
+    return read_table(path, has_header=has_header, max_lines=MAX_OBJECTS)
+
+
+def _read_layer(path: Path, kind: FileKind, layer: str | None) -> TextTable:
+    def unreadable() -> InputError:
+        return other_kind(path, kind)
+
+    listed = list_layers(path, unreadable, has_sheets=True)
+    names = [each.name for each in listed if each.name not in _HIDDEN_LAYERS]
+    if layer is not None and layer not in names:
+        finding = Finding("drawing.unknown-layer", layer=layer, layers=names)
+        raise UsageError(finding, file=path, field="--layer")
+    points = [each.name for each in listed if each.name in names and _may_have_points(each)]
+    requested = (points or names) if layer is None else [layer]
+    layers = read_layers(path, requested, None, unreadable, is_flat=False, has_sheets=True)
+    build_table = _sheet_table if kind.key in SPREADSHEETS else _attribute_table
+    tables = {each.name: build_table(path, each) for each in layers}
+    tables = {name: table for name, table in tables.items() if table.width and len(table)}
+    if not tables:
+        raise InputError(Finding("table.no-rows"), file=path)
+    return _select_table(path, tables)
+
+
+def _may_have_points(layer: VectorLayer) -> bool:
+    return layer.kind is None or "Point" in layer.kind or "Unknown" in layer.kind
+
+
+def _select_table(path: Path, tables: Mapping[str, TextTable]) -> TextTable:
+    """Return the only table with orientations, the tables of this program, or the first table."""
+    candidates = {
+        name: table
+        for name, table in tables.items()
+        if table.names is not None and has_orientations(table.names)
+    }
+    if len(candidates) > 1 and (own := [n for n in _OWN_LAYERS if n in candidates]):
+        return _join([candidates[name] for name in own])
+    if len(candidates) > 1:
+        finding = Finding("drawing.several-layers", layers=list(candidates))
+        raise UsageError(finding, file=path, field="--layer")
+    return next(iter(candidates.values() or tables.values()))
+
+
+def _join(tables: list[TextTable]) -> TextTable:
+    """Return the rows of several tables; a missing column is empty."""
+    names = tuple(dict.fromkeys(name for table in tables for name in table.names or ()))
+    rows = [
+        [cells.get(name, "") for name in names]
+        for table in tables
+        for row in table.rows
+        for cells in [dict(zip(table.names or (), row, strict=True))]
+    ]
+    first = tables[0]
+    return table_from_cells(names, rows, str(first.path), first.comments, first.notes)
+
+
+def _sheet_table(path: Path, sheet: VectorLayer) -> TextTable:
+    """Return a sheet of a workbook; its first row that is not empty may be a header."""
+    columns = [[_cell(value) for value in values] for values in (sheet.columns or {}).values()]
+    rows = [list(row) for row in zip(*columns, strict=True)]
+    numbers = [number for number, row in enumerate(rows, 1) if any(row)]
+    rows = [row for row in rows if any(row)]
+    width = max((i + 1 for row in rows for i, cell in enumerate(row) if cell), default=0)
+    rows = [row[:width] for row in rows]
+    names = None
+    if rows and is_header([cell for cell in rows[0] if cell], ","):
+        names, rows, numbers = rows[0], rows[1:], numbers[1:]
+    return table_from_cells(names, rows, str(path), numbers=numbers)
+
+
+def _attribute_table(path: Path, layer: VectorLayer) -> TextTable:
+    """Return the attributes of a layer, with the coordinates of its points."""
+    columns = {
+        name: [_cell(value) for value in values] for name, values in (layer.columns or {}).items()
+    }
+    crs, points, notes = _positions(path, layer)
+    if points is not None:
+        _add_coordinates(columns, points)
+    rows = [list(row) for row in zip(*columns.values(), strict=True)]
+    return table_from_cells(tuple(columns), rows, str(path), (f"CRS: {crs or 'local'}",), notes)
+
+
+def _positions(
+    path: Path, layer: VectorLayer
+) -> tuple[str | None, FloatArray | None, tuple[Finding, ...]]:
+    """Return the CRS and the coordinates (n, 3) of the points of a layer, in metres.
+
+    Degrees are converted to a suggested CRS. Positions that cannot be used are reported, because
+    the orientations do not depend on them.
+    """
+    import shapely
+
+    if layer.shapes is None or not len(layer.shapes):
+        return None, None, ()
+    shapes = shapely.from_wkb(layer.shapes, on_invalid="ignore")
+    is_point = shapely.get_type_id(shapes) == 0
+    if not is_point.any():
+        return None, None, ()
+    points = np.column_stack([f(shapes) for f in (shapely.get_x, shapely.get_y, shapely.get_z)])
+    points[is_point & np.isnan(points[:, 2]), 2] = 0.0
+    finite_points = points[np.isfinite(points).all(axis=1), :2]
+    if not len(finite_points):
+        return None, None, ()
+    bounds = np.array([finite_points.min(axis=0), finite_points.max(axis=0)])
+    stated_crs = StatedCrs(layer.crs) if layer.crs is not None else table_crs(path, ())[0]
+    if is_geojson_without_crs(path) and np.abs(bounds).max() > MAX_DEGREES:
+        stated_crs = StatedCrs()
+    try:
+        options = FrameOptions()
+        if stated_axes(stated_crs.text).kind == "geographic":
+            options = FrameOptions(to_crs=suggested_zone(bounds))
+        placed = points_to_world(points, file=path, stated_crs=stated_crs, options=options)
+    except InputError as error:
+        return None, None, (Finding("table.places-unused", reason=str(error)),)
+    notes = tuple(item for item in placed.findings if item.code != "frame.assumed")
+    return placed.crs, placed.points, notes
+
+
+def _add_coordinates(columns: dict[str, list[str]], points: FloatArray) -> None:
+    """Add the columns x, y and z; attributes with these names and other values are renamed."""
+    for axis, values in zip("xyz", points.T, strict=True):
+        cells = ["" if np.isnan(value) else repr(float(value)) for value in values]
+        accepted_names = {axis, *COORDINATES[axis]}
+        taken = [name for name in columns if normalise_name(name) in accepted_names]
+        if len(taken) == 1 and _is_equal(columns[taken[0]], values):
+            continue
+        for name in taken:
+            columns[f"{name}_attribute"] = columns.pop(name)
+        columns[axis] = cells
+
+
+def _is_equal(cells: Collection[str], values: FloatArray) -> bool:
+    try:
+        numbers = np.array([float(cell) if cell else np.nan for cell in cells])
+    except ValueError:
+        return False
+    return bool(np.allclose(numbers, values, rtol=0.0, atol=_MAX_DIFFERENCE_M, equal_nan=True))
+
+
+def _cell(value: Any) -> str:
+    """Return the text of an attribute; "" if it is missing."""
+    if value is None or value != value:
+        return ""
+    if isinstance(value, bool | np.bool_):
+        return "true" if value else "false"
+    if isinstance(value, float | np.floating):
+        return f"{float(value):.15g}"
+    text = str(value).strip()
+    return "" if text == "NaT" else text

@@ -1,0 +1,78 @@
+"""Reading of planes, lines and fault slips from text tables, GIS layers and workbooks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from vomstudio.io.gate.attribute_tables import read_any_table
+from vomstudio.io.text.column_mapping import name_columns
+from vomstudio.io.text.orientation_columns import Azimuth
+from vomstudio.io.text.orientation_reading import OrientationTable, extract_orientations
+from vomstudio.io.text.slip_reading import SlipTable, extract_slips
+
+NO_COLUMNS: Mapping[str, str] = {}
+
+
+def read_orientations(
+    path: str | Path,
+    azimuth: Azimuth | None = None,
+    *,
+    columns: Mapping[str, str] = NO_COLUMNS,
+    layer: str | None = None,
+    repeats: bool = False,
+    azimuth_only: bool = False,
+) -> OrientationTable:
+    """Read planes and lines from a table, a point layer or a workbook.
+
+    Parameters
+    ----------
+    path : str or Path
+        Text table, GeoPackage, GeoJSON, shapefile or workbook.
+    azimuth : {"strike", "dipdir"}, optional
+        Meaning of a column named `azimuth`, or of the first column in a table without a header.
+    columns : mapping of str to str
+        Meaning of columns by name or number; see `vomstudio.io.text.column_mapping`.
+    layer : str, optional
+        Layer or sheet that contains the table.
+    repeats : bool
+        Whether to include rows that repeat another pick according to the column `repeat_of`.
+    azimuth_only : bool
+        Whether a table may contain azimuths without dips or plunges, which become NaN.
+
+    Raises
+    ------
+    InputError
+        If the table or its angles are not valid; states file, line and column.
+    UsageError
+        If an option is required but not given, or does not match the file.
+    """
+    table = name_columns(read_any_table(path, layer), columns)
+    return extract_orientations(table, azimuth, repeats=repeats, azimuth_only=azimuth_only)
+
+
+def read_slips(
+    path: str | Path,
+    azimuth: Azimuth | None = None,
+    *,
+    columns: Mapping[str, str] = NO_COLUMNS,
+    layer: str | None = None,
+) -> SlipTable:
+    """Read a table of faults with slip.
+
+    Parameters
+    ----------
+    path, azimuth, columns, layer
+        As for `read_orientations`.
+
+    Raises
+    ------
+    InputError
+        If columns are missing, angles or senses of slip are not valid, or no row is complete;
+        states file, line and column.
+    UsageError
+        As for `read_orientations`.
+    """
+    # Rows without a header may contain a word for the sense of slip.
+    table = name_columns(read_any_table(path, layer, has_header=True), columns)
+    return extract_slips(table, azimuth)
