@@ -23,7 +23,7 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.io.gate import orientation_files
-from vomstudio.io.gate.attribute_tables import read_any_table
+from vomstudio.io.gate.orientation_files import read_any_table
 from vomstudio.io.text.column_mapping import known_meaning
 from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.flags import parse_flag

@@ -10,7 +10,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError, UsageError
-from vomstudio.core.files.file_kinds import FileKind, kind_of, other_kind
+from vomstudio.core.files.file_kinds import FileKind, other_kind
 from vomstudio.core.findings import Finding
 from vomstudio.io.gate.frame_options import FrameOptions
 from vomstudio.io.gate.points import points_to_world
@@ -19,15 +19,10 @@ from vomstudio.io.gis.axis_units import MAX_DEGREES, stated_axes, suggested_zone
 from vomstudio.io.gis.layer_reading import SPREADSHEETS, is_geojson_without_crs
 from vomstudio.io.gis.vector_layers import VectorLayer, list_layers, read_layers
 from vomstudio.io.text.column_names import normalise_name
-from vomstudio.io.text.file_text import MAX_OBJECTS
 from vomstudio.io.text.orientation_columns import has_orientations
 from vomstudio.io.text.rows import is_header
-from vomstudio.io.text.tables import COORDINATES, TextTable, read_table, table_from_cells
+from vomstudio.io.text.tables import COORDINATES, TextTable, table_from_cells
 
-LAYER_KINDS = frozenset({"geojson", "geopackage", "shapefile"}) | SPREADSHEETS
-"""Kinds of files whose layers or sheets are read as tables."""
-TABLE_ENDINGS = (".gpkg", ".geojson", ".json", ".shp", ".xlsx", ".ods")
-"""Usual extensions of such files, for file dialogs."""
 _OWN_LAYERS = ("planes", "lines")
 """Layers of the exports of this program that contain orientations."""
 _HIDDEN_LAYERS = {"layer_styles"}
@@ -35,19 +30,16 @@ _HIDDEN_LAYERS = {"layer_styles"}
 _MAX_DIFFERENCE_M = 1e-3
 
 
-def read_any_table(
-    path: str | Path, layer: str | None = None, *, has_header: bool = False
-) -> TextTable:
-    """Read a text table, or the attributes of a GIS layer or the sheet of a workbook.
+def read_layer_table(path: Path, kind: FileKind, layer: str | None) -> TextTable:
+    """Read the attributes of a layer, or a sheet of a workbook, as a table.
 
     Parameters
     ----------
-    path : str or Path
-        Text table, GeoPackage, GeoJSON, shapefile or workbook.
-    layer : str, optional
+    path : Path
+    kind : FileKind
+        Kind of the file.
+    layer : str or None
         Name of the layer or sheet, required if several contain orientations.
-    has_header : bool
-        As for `vomstudio.io.text.rows.read_rows`.
 
     Raises
     ------
@@ -56,16 +48,7 @@ def read_any_table(
     UsageError
         If the layer is missing, or several layers contain orientations.
     """
-    path = Path(path)
-    kind = kind_of(path)
-    if kind is not None and kind.key in LAYER_KINDS:
-        return _read_layer(path, kind, layer)
-    if layer is not None:
-        raise UsageError(Finding("table.no-layers", layer=layer), file=path, field="--layer")
-    return read_table(path, has_header=has_header, max_lines=MAX_OBJECTS)
 
-
-def _read_layer(path: Path, kind: FileKind, layer: str | None) -> TextTable:
     def unreadable() -> InputError:
         return other_kind(path, kind)
 

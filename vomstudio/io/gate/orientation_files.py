@@ -5,13 +5,52 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from vomstudio.io.gate.attribute_tables import read_any_table
+from vomstudio.core.errors import UsageError
+from vomstudio.core.files.file_kinds import kind_of
+from vomstudio.core.findings import Finding
 from vomstudio.io.text.column_mapping import name_columns
+from vomstudio.io.text.file_text import MAX_OBJECTS
 from vomstudio.io.text.orientation_columns import Azimuth
 from vomstudio.io.text.orientation_reading import OrientationTable, extract_orientations
 from vomstudio.io.text.slip_reading import SlipTable, extract_slips
+from vomstudio.io.text.tables import TextTable, read_table
 
+LAYER_KINDS = frozenset({"geojson", "geopackage", "shapefile", "xlsx", "ods"})
+"""Kinds of files whose layers or sheets are read as tables."""
 NO_COLUMNS: Mapping[str, str] = {}
+
+
+def read_any_table(
+    path: str | Path, layer: str | None = None, *, has_header: bool = False
+) -> TextTable:
+    """Read a text table, or the attributes of a GIS layer or the sheet of a workbook.
+
+    Parameters
+    ----------
+    path : str or Path
+        Text table, GeoPackage, GeoJSON, shapefile or workbook.
+    layer : str, optional
+        Name of the layer or sheet, required if several contain orientations.
+    has_header : bool
+        As for `vomstudio.io.text.rows.read_rows`.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read.
+    UsageError
+        If the layer is missing, or several layers contain orientations.
+    """
+    path = Path(path)
+    kind = kind_of(path)
+    if kind is not None and kind.key in LAYER_KINDS:
+        # Most tables are text and do not need the libraries of GIS files.
+        from vomstudio.io.gate.attribute_tables import read_layer_table
+
+        return read_layer_table(path, kind, layer)
+    if layer is not None:
+        raise UsageError(Finding("table.no-layers", layer=layer), file=path, field="--layer")
+    return read_table(path, has_header=has_header, max_lines=MAX_OBJECTS)
 
 
 def read_orientations(
