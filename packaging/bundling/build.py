@@ -43,9 +43,9 @@ import importlib, pkgutil, vomstudio
 for module in pkgutil.walk_packages(vomstudio.__path__, "vomstudio."):
     if not module.name.endswith("__main__"):
         importlib.import_module(module.name)
-import cv2, lxml.etree, matplotlib.backends.backend_agg, mplstereonet, numba, open3d, pandas
-import pyceres, pycolmap, pyogrio, pyproj, pyvista.plotting, rasterio, scipy.optimize, shapely
-import matplotlib.backends.backend_qtagg, pyvistaqt, qtawesome
+import cv2, geopandas, lxml.etree, matplotlib.backends.backend_agg, mplstereonet, numba, open3d
+import pandas, pyceres, pycolmap, pyogrio, pyproj, pyvista.plotting, rasterio, scipy.optimize
+import matplotlib.backends.backend_qtagg, pyvistaqt, qtawesome, shapely
 
 """
 

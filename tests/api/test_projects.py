@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import geopandas
 import numpy as np
 import pandas
 import pytest
@@ -51,7 +52,10 @@ def test_a_project_is_made_measured_on_and_opened_again(
         assert list(planes["id"]) == [trace, fault]
         assert list(planes.columns) == [*COLUMNS, "geometry"]
         assert planes["geometry"][0].equals(shapely.Point(fit.x, fit.y, fit.z))
-        line = project.traces()["geometry"][0]
+        assert isinstance(planes, geopandas.GeoDataFrame)
+        traces = project.traces()
+        assert planes.crs == traces.crs == project.patches().crs == "EPSG:32633"
+        line = traces.geometry[0]
         assert np.array(line.coords) == pytest.approx(bed, abs=1e-6)
         assert len(project.lines()) == len(project.patches()) == 0
         # Tables go on into the statistics; shapes do no harm there.
@@ -77,6 +81,19 @@ def test_a_project_is_made_measured_on_and_opened_again(
         pandas.testing.assert_frame_equal(again.planes(), planes)
         assert isinstance(again.models[0].read(), vs.Mesh)
     assert (folder / "project.gpkg").is_file()
+
+
+def test_layers_of_models_without_a_common_crs_have_none(folder: Path, tmp_path: Path) -> None:
+    path = tmp_path / "triangle.obj"
+    path.write_text("v 1 2 3\nv 4 2 3\nv 1 6 5\nf 1 2 3\n")
+    with vs.Project.create(folder) as project:
+        with warned("frame.assumed"):
+            model = project.add_model(path)
+        assert project.traces().crs is None
+        project.add_trace([[1, 2, 3], [4, 2, 3], [1, 6, 5]], model=model, type="fault")
+        assert project.traces().crs is project.planes().crs is None
+        assert project.traces().geometry[0].geom_type == "LineString"
+        assert project.traces().geometry.has_z.all()
 
 
 def test_leaving_without_saving_discards_and_can_be_taken_back(folder: Path, bed: Any) -> None:

@@ -26,7 +26,8 @@ UNDER_THE_WINDOW = (
 )
 QT_AND_VTK = ("PySide6", "shiboken6", "qtpy", "qtawesome", "vtk", "vtkmodules", "pyvista")
 SLOW_TO_IMPORT = ("scipy", "pandas", "matplotlib", "mplstereonet", "numba", "laspy", "pyproj")
-SLOW_TO_IMPORT += ("shapely", "pyogrio", "PIL", "rasterio", "embreex", "lxml", "tomlkit")
+SLOW_TO_IMPORT += ("shapely", "geopandas", "pyogrio", "PIL", "rasterio", "embreex", "lxml")
+SLOW_TO_IMPORT += ("tomlkit",)
 
 
 def loaded_after(statements: str) -> set[str]:

@@ -1,4 +1,4 @@
-"""Features of a project as DataFrames with geometry, and for plots."""
+"""Features of a project as GeoDataFrames, and for plots."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from vomstudio.api.tables import frame
 from vomstudio.geometry.plane_discs import disc_of_fit
+from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.gis.layers import Layer
 from vomstudio.project.figures import Subject
 from vomstudio.project.kind import color_of
@@ -18,9 +19,12 @@ from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Feature, Record
 from vomstudio.project.tables.orientation_table import COLUMNS
 from vomstudio.project.tables.project_layers import project_layers
-from vomstudio.project.tables.project_table import project_table
+from vomstudio.project.tables.project_table import ProjectTable, project_table
 
 if TYPE_CHECKING:
+    from geopandas import GeoDataFrame
+    from pandas import DataFrame
+
     from vomstudio.rendering.plots.plotting import DrawnFeature
 
 Records = Mapping[str, Record]
@@ -29,7 +33,7 @@ _WHITE = "#ffffff"
 
 def orientations(
     records: Records, measurements: Measurements, geometry: Literal["plane", "line"]
-) -> Any:
+) -> GeoDataFrame:
     """Return the orientation table of planes or lines, with points in the column `geometry`.
 
     Parameters
@@ -40,9 +44,8 @@ def orientations(
 
     Returns
     -------
-    DataFrame
+    GeoDataFrame
     """
-    import pandas
     import shapely
 
     table = project_table(records, measurements)
@@ -51,17 +54,16 @@ def orientations(
     positions = [
         None if row["x"] is None else shapely.Point(row["x"], row["y"], row["z"]) for row in rows
     ]
-    dataframe["geometry"] = pandas.Series(positions, dtype=object)
-    dataframe.attrs["crs"], dataframe.attrs["north"] = table.crs, table.north
-    dataframe.attrs["registrations"] = list(table.registrations)
-    return dataframe
+    geodataframe = _geodataframe(dataframe, positions, table)
+    geodataframe.attrs["registrations"] = list(table.registrations)
+    return geodataframe
 
 
 def shapes(
     records: Records,
     measurements: Measurements,
     name: Literal["traces", "patches", "stations", "contacts", "lithologies"],
-) -> Any:
+) -> GeoDataFrame:
     """Return a layer of points, lines or rings, as in the GeoPackage.
 
     Parameters
@@ -73,7 +75,7 @@ def shapes(
 
     Returns
     -------
-    DataFrame
+    GeoDataFrame
     """
     import pandas
 
@@ -84,10 +86,18 @@ def shapes(
     if layers:
         columns |= layers[0].columns
         geometry = _geometry(layers[0])
-    dataframe = pandas.DataFrame(columns)
-    dataframe["geometry"] = pandas.Series(geometry, dtype=object)
-    dataframe.attrs["crs"], dataframe.attrs["north"] = table.crs, table.north
-    return dataframe
+    return _geodataframe(pandas.DataFrame(columns), geometry, table)
+
+
+def _geodataframe(dataframe: DataFrame, geometry: list[Any], table: ProjectTable) -> GeoDataFrame:
+    from geopandas import GeoDataFrame, GeoSeries
+
+    # Coordinates are in metres, also if the unit of the CRS is a foot.
+    crs = world_crs(table.crs, table.unit_m)
+    series = GeoSeries(geometry, index=dataframe.index, crs=crs)
+    geodataframe = GeoDataFrame(dataframe, geometry=series)
+    geodataframe.attrs["north"] = table.north
+    return geodataframe
 
 
 def _columns(name: str) -> list[str]:

@@ -33,7 +33,7 @@ from vomstudio.studio.project_summary import ModelFacts, fitted_records, model_f
 from vomstudio.studio.surfaces.grid_coverage import GridShare, grid_shares
 
 if TYPE_CHECKING:
-    import pandas
+    from geopandas import GeoDataFrame
 
     from vomstudio.api.argument_types import VerticesArgument
     from vomstudio.rendering.plots.plotting import Plotter
@@ -213,39 +213,43 @@ class Project:
         """Whether there are changes since the last save."""
         return self._open_desk().session.dirty
 
-    def planes(self) -> pandas.DataFrame:
-        """Return all planes as a DataFrame with the columns of the orientation table.
+    def planes(self) -> GeoDataFrame:
+        """Return all planes, with the columns of the orientation table.
 
-        ``geometry`` is the centroid as a shapely Point with z (World frame, metres), or None if
-        the plane has no position.
+        Returns
+        -------
+        geopandas.GeoDataFrame
+            ``geometry`` is the centroid as a shapely Point with z (World frame, metres), or None
+            if the plane has no position. ``crs`` is the CRS of the World frame, or None if the
+            features have no common CRS. ``.attrs["north"]`` describes the north of the azimuths.
         """
         return feature_tables.orientations(self._records, self._measurements, "plane")
 
-    def lines(self) -> pandas.DataFrame:
-        """Return all lines (lineations, fold axes) as a DataFrame like that of `planes`."""
+    def lines(self) -> GeoDataFrame:
+        """Return all lines (lineations, fold axes) in a table like that of `planes`."""
         return feature_tables.orientations(self._records, self._measurements, "line")
 
-    def traces(self) -> pandas.DataFrame:
-        """Return all traces as a DataFrame of shapely LineStrings with z (World frame, metres)."""
+    def traces(self) -> GeoDataFrame:
+        """Return all traces as shapely LineStrings with z (World frame, metres)."""
         return feature_tables.shapes(self._records, self._measurements, "traces")
 
-    def patches(self) -> pandas.DataFrame:
-        """Return all patches as a DataFrame with their outlines as shapely Polygons with z."""
+    def patches(self) -> GeoDataFrame:
+        """Return all patches, with their outlines as shapely Polygons with z (World, metres)."""
         return feature_tables.shapes(self._records, self._measurements, "patches")
 
-    def stations(self) -> pandas.DataFrame:
-        """Return all stations and samples as a DataFrame, with ``number`` and ``photo``.
+    def stations(self) -> GeoDataFrame:
+        """Return all stations and samples, with ``number`` and ``photo``.
 
         ``geometry`` is a shapely Point with z.
         """
         return feature_tables.shapes(self._records, self._measurements, "stations")
 
-    def contacts(self) -> pandas.DataFrame:
-        """Return all contact lines, which have no plane, as a DataFrame with ``length_m``."""
+    def contacts(self) -> GeoDataFrame:
+        """Return all contact lines, which have no plane, with their ``length_m``."""
         return feature_tables.shapes(self._records, self._measurements, "contacts")
 
-    def lithologies(self) -> pandas.DataFrame:
-        """Return all rock areas as a DataFrame.
+    def lithologies(self) -> GeoDataFrame:
+        """Return all rock areas.
 
         The columns include ``lithology``, ``area_m2`` (area of the enclosed surface) and
         ``outline_m2`` (area of the flattened outline). ``geometry`` is the outline as a shapely
