@@ -102,7 +102,7 @@ def test_one_plane_has_the_figures_of_its_row(picks: Any) -> None:
 
 def test_attributes_are_the_columns() -> None:
     for kind in (vs.PlaneFit, vs.LineFit):
-        assert tuple(field.name for field in fields(kind)) == COLUMNS
+        assert tuple(field.name for field in fields(kind)) == (*COLUMNS, "warnings")
 
 
 def test_a_horizontal_plane_has_no_azimuth_and_is_taken_as_a_plane_all_the_same() -> None:
@@ -123,6 +123,19 @@ def test_a_horizontal_plane_has_no_azimuth_and_is_taken_as_a_plane_all_the_same(
     cliff = vs.read(SAMPLE.with_name("sample.obj"))
     by_fit = vs.section(cliff, plane=flat, through=cliff.bounds.mean(axis=0))
     assert by_fit.length_m == vs.section(cliff, plane="0/0", through=cliff.bounds.mean(0)).length_m
+
+
+def test_reasons_and_notes_of_the_verdict_are_warnings_with_values() -> None:
+    straight = vs.fit_plane([[k, 0.01 * (k % 2), 0.01 * (k % 3)] for k in range(5)])
+    by_code = {each.code: each for each in straight.warnings}
+    assert straight.reason_codes == "plane.too-straight"
+    assert by_code["plane.too-straight"].values["error_deg"] > 80
+    assert " ".join(each.message for each in straight.warnings) == (
+        f"{straight.quality_reason} {straight.quality_notes}"
+    )
+    assert "warnings" not in straight.to_dict()
+    with pytest.raises(FrozenInstanceError):
+        straight.warnings = ()  # type: ignore[misc]
 
 
 def test_a_plane_has_no_figures_of_lines() -> None:

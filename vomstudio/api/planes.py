@@ -26,7 +26,7 @@ from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import html_table
-from vomstudio.core.results import Result
+from vomstudio.core.results import HIDDEN_IN_JSON, Result
 from vomstudio.core.words import tr
 from vomstudio.geology.beds.parallel import ParallelBeds, parallel_beds
 from vomstudio.geology.notation import format_attitude
@@ -117,6 +117,7 @@ class OrientationFigures(Result):
     model: str | None
     frame: str | None
     notes: str | None
+    warnings: tuple[Finding, ...] = field(default=(), metadata=HIDDEN_IN_JSON)
 
     @property
     def centroid(self) -> FloatArray | None:
@@ -178,6 +179,8 @@ class PlaneFit(OrientationFigures):
         Attributes of a feature of a project.
     element
         "plane".
+    warnings
+        Reasons and notes of the verdict as findings with ``code``, ``message`` and ``values``.
 
     Notes
     -----
@@ -189,6 +192,8 @@ class PlaneFit(OrientationFigures):
     >>> flat = vs.fit_plane([[0, 0, 1], [4, 0, 1], [0, 4, 1], [3, 3, 1]])
     >>> flat.undefined, flat.dip_direction_deg, flat.dip_deg, flat.normal.tolist()
     (True, None, 0.0, [0.0, 0.0, 1.0])
+    >>> [warning.code for warning in flat.warnings]
+    ['plane.too-few-points']
     """
 
     dip_deg: float
@@ -265,36 +270,41 @@ _AZIMUTHS = ("dip_direction_deg", "strike_rhr_deg", "pole_trend_deg", "trend_deg
 """Azimuths; if the flag `undefined` is set, they have conventional values without meaning."""
 
 
-def to_plane_fit(row: Mapping[str, Any]) -> PlaneFit:
+def to_plane_fit(row: Mapping[str, Any], warnings: Sequence[Finding] = ()) -> PlaneFit:
     """Convert a row of the orientation table to a plane fit.
 
     Parameters
     ----------
     row : mapping
+    warnings : sequence of Finding, optional
+        Reasons and notes of the verdict.
 
     Returns
     -------
     PlaneFit
     """
-    return PlaneFit(**_figures(row))
+    return PlaneFit(**_figures(row), warnings=tuple(warnings))
 
 
-def to_line_fit(row: Mapping[str, Any]) -> LineFit:
+def to_line_fit(row: Mapping[str, Any], warnings: Sequence[Finding] = ()) -> LineFit:
     """Convert a row of the orientation table to a line fit.
 
     Parameters
     ----------
     row : mapping
+    warnings : sequence of Finding, optional
+        Reasons and notes of the verdict.
 
     Returns
     -------
     LineFit
     """
-    return LineFit(**_figures(row))
+    return LineFit(**_figures(row), warnings=tuple(warnings))
 
 
 def _figures(row: Mapping[str, Any]) -> dict[str, Any]:
-    values = {field.name: row[field.name] for field in fields(OrientationFigures)}
+    columns = (each.name for each in fields(OrientationFigures) if each.name != "warnings")
+    values = {name: row[name] for name in columns}
     return values | dict.fromkeys(_AZIMUTHS) if row["undefined"] else values
 
 
@@ -359,7 +369,7 @@ def fit_plane(
     fitted_groups = _fit_groups(single_group, options, resolution_m)
     if not fitted_groups.rows:
         raise GeometryError(fitted_groups.skipped[0]["reason"])
-    return to_plane_fit(fitted_groups.rows[0])
+    return to_plane_fit(fitted_groups.rows[0], fitted_groups.warnings[0])
 
 
 def fit_planes(

@@ -295,7 +295,10 @@ class Project:
         orientations = fitted_records(self._records, self._measurements, self._folder, [feature])
         if orientations.rows:
             row = orientations.rows[0]
-            return to_plane_fit(row) if row["element"] == "plane" else to_line_fit(row)
+            measurement = self._measurements.of(self._records, [row["id"]])[row["id"]]
+            warnings = () if measurement.verdict is None else measurement.verdict.warnings
+            to_fit = to_plane_fit if row["element"] == "plane" else to_line_fit
+            return to_fit(row, warnings)
         missing_plane = Finding("feature.without-plane")
         reason = orientations.skipped[0]["reason"] if orientations.skipped else missing_plane
         raise GeometryError(reason, field=id)

@@ -47,6 +47,11 @@ class Verdict:
         """Name of the threshold profile."""
         return self.limits.profile
 
+    @property
+    def warnings(self) -> tuple[Finding, ...]:
+        """Reasons, followed by notes."""
+        return (*self.reasons, *self.notes)
+
 
 # Own choice: if a trace is closer to the outcrop face than this angle, its plane may be the face
 # itself. A plane with a larger error is poor in any case.

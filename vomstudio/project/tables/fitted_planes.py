@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.geology.orientation import Plane
@@ -37,11 +38,14 @@ class FittedPlanes:
         ``id`` and ``reason`` (a finding) of each group that has no plane.
     bands : mapping of PlaneBand
         Bands of planes compatible with straight groups, by group ID.
+    warnings : list of tuple of Finding
+        Reasons and notes of the verdict of each row.
     """
 
     rows: list[Row]
     skipped: list[dict[str, Any]]
     bands: Mapping[Any, PlaneBand]
+    warnings: list[tuple[Finding, ...]]
 
 
 def fitted_planes(
@@ -85,6 +89,7 @@ def fitted_planes(
     rows: list[Row] = []
     skipped_groups: list[dict[str, Any]] = []
     bands: dict[Any, PlaneBand] = {}
+    warnings: list[tuple[Finding, ...]] = []
     # Vectorised: processing single vectors takes a hundred times as long.
     planes = iter(Plane.from_normals([fit.normal for fit in fits if fit.error is None]))
     progress.stage(tr("Judging planes"), len(fits))
@@ -98,6 +103,7 @@ def fitted_planes(
         if band is not None:
             bands[name] = band
         verdict = judge(fit, resolution_m=resolution_m, outcrop_normal=None, thresholds=thresholds)
+        warnings.append(verdict.warnings)
         extra_columns: dict[str, Any] = {
             column: values.get(name) or None for column, values in metadata.items()
         }
@@ -112,4 +118,4 @@ def fitted_planes(
                 **extra_columns,
             )
         )
-    return FittedPlanes(rows, skipped_groups, bands)
+    return FittedPlanes(rows, skipped_groups, bands, warnings)
