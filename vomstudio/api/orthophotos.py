@@ -213,8 +213,9 @@ def orthophoto(
         OrthoOptions, locals(), plane=plane_text(plane), fold=None if fold is None else "fold"
     )
     report = to_progress(progress)
-    table = fold
-    if fold is not None and not isinstance(fold, TableFold):
+    if fold is None or isinstance(fold, TableFold):
+        table = fold
+    else:
         with name_argument_in_errors("fold", "table"):
             table = fold_of(fold)
     with name_arguments_in_errors(OrthoOptions):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -111,7 +111,9 @@ def sets(
         proposal = propose_sets(rows, options, pieces=pieces_of(rows, positions))
     # A DataFrame keeps its columns.
     own_frame = hasattr(table, "columns") and hasattr(table, "itertuples")
-    frame = table.copy() if own_frame else frame_of_table(rows, rows.warnings)
+    frame = (
+        cast("pandas.DataFrame", table).copy() if own_frame else frame_of_table(rows, rows.warnings)
+    )
     row_indices = np.asarray(proposal.rows, np.int64)
     row_indices = rows.row_indices[row_indices] if own_frame else row_indices
     names, shares = np.full(len(frame), "", dtype=object), np.full(len(frame), np.nan)

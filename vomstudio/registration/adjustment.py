@@ -464,7 +464,7 @@ def _evaluate(problem: _Problem, fit: Similarity) -> Adjustment:
     inverse, null = invert_determined(information)
     shared_shifts = -(inverse @ (moves.T @ residuals) * units)[7:]
     residuals = remove_shared_errors(moves, residuals, inverse, len(rows.residuals))
-    rows = replace(rows, misses=residuals[: len(rows.residuals)] * sigma)
+    rows = replace(rows, residuals=residuals[: len(rows.residuals)] * sigma)
     redundancy = float(len(rows.residuals) - (7 - null.shape[1]))
     drift = estimate_drift(rows, moves, residuals)
     fraction, spread, factor = estimate_covariance(rows, moves, residuals, inverse, drift)

@@ -278,7 +278,8 @@ def _window_tree(local_points: FloatArray) -> NeighbourTree:
         return SmallPointTree(local_points)
     from scipy.spatial import cKDTree
 
-    return cKDTree(local_points)
+    tree: NeighbourTree = cKDTree(local_points)
+    return tree
 
 
 def _mean_nearest(tree: object, queries: FloatArray) -> float:

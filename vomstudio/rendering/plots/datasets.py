@@ -17,7 +17,8 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 
 if TYPE_CHECKING:
-    from pyvista import MultiBlock, PolyData
+    from pyvista import MultiBlock as MultiBlock
+    from pyvista import PolyData as PolyData
 
 
 def local_origin(bounds: FloatArray) -> FloatArray:
@@ -69,7 +70,9 @@ def cloud_dataset(cloud: PointCloud, origin: FloatArray) -> PolyData:
     return data
 
 
-def _block(mesh: Mesh, faces: Int32Array, origin: FloatArray, material: Material | None) -> Any:
+def _block(
+    mesh: Mesh, faces: Int32Array, origin: FloatArray, material: Material | None
+) -> PolyData:
     import pyvista
 
     places, rows = np.unique(faces, return_inverse=True)

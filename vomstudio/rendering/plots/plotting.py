@@ -23,7 +23,7 @@ from vomstudio.rendering.plots.datasets import (
 from vomstudio.rendering.view.first_view import first_view
 
 if TYPE_CHECKING:
-    from pyvista import Plotter
+    from pyvista import Plotter as Plotter
 
 MODEL_COLOR = "#b8b2a8"
 
@@ -53,7 +53,7 @@ class DrawnFeature:
 
 
 def draw(
-    plotter: Any, models: Sequence[Mesh | PointCloud], features: Sequence[DrawnFeature]
+    plotter: Plotter, models: Sequence[Mesh | PointCloud], features: Sequence[DrawnFeature]
 ) -> Plotter:
     """Add models and features to a plotter, and view the exposed side of the first model.
 
@@ -150,6 +150,6 @@ def off_screen_plotter() -> Plotter:
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
         # VTK would choose the same window, but only after a warning about the missing display.
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
-    plotter: Any = pyvista.Plotter(off_screen=True)
-    plotter.set_background("white")
+    plotter: Plotter = pyvista.Plotter(off_screen=True)
+    plotter.set_background("white")  # type: ignore[arg-type]
     return plotter

@@ -25,6 +25,7 @@ __all__ = [
     "format_error_deg",
     "gigabytes",
     "length",
+    "marked_attitude",
     "natural_sort_key",
     "number",
     "orientation_text",
@@ -38,6 +39,27 @@ def orientation_text(measurement: Measurement, notation: str) -> str:
         return measurement.attitude(notation)
     feature_kind = kind_named(measurement.kind)
     return (feature_kind.headline(measurement) if feature_kind is not None else None) or "–"
+
+
+MARKS = {"good": "●", "doubtful": "▲", "poor": "■"}
+"""Marks of verdicts in plain text, with the shapes of the coloured marks."""
+
+
+def marked_attitude(measurement: Measurement, notation: str) -> str:
+    """Return the attitude with its error and the mark of its verdict, for plain text.
+
+    Parameters
+    ----------
+    measurement : Measurement
+    notation : str
+        Notation of planes.
+
+    Returns
+    -------
+    str
+    """
+    text = orientation_text(measurement, notation)
+    return text if measurement.verdict is None else f"{text} {MARKS[measurement.verdict.quality]}"
 
 
 def slip_names() -> dict[str, str]:

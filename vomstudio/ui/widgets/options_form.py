@@ -102,7 +102,10 @@ class OptionFields(QObject, Generic[Options]):
             field.setText(value or "")
         elif isinstance(field, QSpinBox | QDoubleSpinBox):
             number = field.minimum() if value is None else value * self._scale(name)
-            field.setValue(round(number) if isinstance(field, QSpinBox) else number)
+            if isinstance(field, QSpinBox):
+                field.setValue(round(number))
+            else:
+                field.setValue(number)
 
     def show_automatic(self, name: str, value: float) -> None:
         """Show the number chosen by the program in a field that has no value."""
@@ -208,7 +211,10 @@ class OptionFields(QObject, Generic[Options]):
             spin.setDecimals(declaration.decimals)
             if declaration.decimals:
                 spin.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
-        spin.setRange(low * scale, high * scale)
+        if isinstance(spin, DoubleSpinBox):
+            spin.setRange(low * scale, high * scale)
+        else:
+            spin.setRange(round(low * scale), round(high * scale))
         spin.setKeyboardTracking(self._is_live)
         if _is_automatic(declaration):
             spin.setSpecialValueText(tr(declaration.empty))
