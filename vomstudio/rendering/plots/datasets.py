@@ -78,7 +78,9 @@ def _block(
     places, rows = np.unique(faces, return_inverse=True)
     used_places = places.astype(np.int64)
     corners: Any = rows.reshape(-1, 3).astype(np.int64)
-    data: Any = pyvista.PolyData.from_regular_faces(mesh.vertices[used_places] - origin, corners)
+    data: PolyData = pyvista.PolyData.from_regular_faces(
+        mesh.vertices[used_places] - origin, corners
+    )
     _add_values(data, mesh.colors, mesh.fields, used_places)
     if mesh.uv is not None:
         # VTK requires separate texture coordinates for every corner.
