@@ -271,11 +271,11 @@ def _rows_reader(count: int | None, width: int | None) -> Reader:
         if width is not None and value and set(map(len, value)) != {width}:
             raise ValueError
         try:
-            total = sum(chain.from_iterable(value))
+            value_sum = sum(chain.from_iterable(value))
         except OverflowError:
             raise ValueError from None
         # A sum that includes NaN is NaN.
-        if not -math.inf < total < math.inf:
+        if not -math.inf < value_sum < math.inf:
             raise ValueError
         return tuple(map(tuple, value))
 

@@ -116,7 +116,7 @@ def find_scattered_points(positions: FloatArray) -> tuple[BoolArray, float]:
     is_filled = (count >= _MIN_BLOCK_POINTS) & (
         spreads[:, 0] > _MIN_SCATTERED_VARIATION * spreads.sum(axis=1)
     )
-    area = grid.side**2 / _POINTS_PER_CELL ** (2.0 / 3.0)
+    area = grid.cell_size**2 / _POINTS_PER_CELL ** (2.0 / 3.0)
     return np.repeat(is_filled, np.diff(grid.starts))[grid.row_of], area
 
 
@@ -279,7 +279,7 @@ def _search_cells(
             grid.keys,
             grid.row,
             grid.layer,
-            grid.side,
+            grid.cell_size,
             centres,
             to_kernel_array(cells[position], np.int64),
             neighbours,

@@ -151,8 +151,10 @@ def _axis_region(
     tangent_components = means @ cross_axes.T
     inverse = np.linalg.inv(tangent_components.T @ tangent_components)
     covariance = inverse @ (tangent_components.T * variances) @ tangent_components @ inverse
-    spread, directions = np.linalg.eigh(covariance)
-    angles = np.degrees(np.arctan(np.sqrt(np.maximum(spread, 0.0) * 2.0 * f95(smallest_count - 1))))
+    eigenvalues, directions = np.linalg.eigh(covariance)
+    angles = np.degrees(
+        np.arctan(np.sqrt(np.maximum(eigenvalues, 0.0) * 2.0 * f95(smallest_count - 1)))
+    )
     return (float(angles[1]), float(angles[0])), directions[:, 1] @ cross_axes
 
 

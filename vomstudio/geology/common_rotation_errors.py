@@ -188,9 +188,9 @@ def resultant(
     MovedVectors
     """
     s = np.ones(len(vectors_with_derivatives.vectors)) if signs is None else signs
-    total = s @ vectors_with_derivatives.vectors
-    length = float(np.linalg.norm(total))
-    mean = total / length
+    vector_sum = s @ vectors_with_derivatives.vectors
+    length = float(np.linalg.norm(vector_sum))
+    mean = vector_sum / length
     projector = (np.eye(3) - np.outer(mean, mean)) / length
     return vectors_with_derivatives.result(mean, s[:, None, None] * projector)
 

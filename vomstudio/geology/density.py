@@ -78,15 +78,15 @@ def density(
     kernel = _Kernel.of(method, np.atleast_2d(np.asarray(vectors)).shape[0], sigma)
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
     g = np.atleast_2d(np.asarray(position, dtype=np.float64))
-    total = np.zeros(len(g))
+    densities = np.zeros(len(g))
     for i in range(0, len(g), BLOCK_SIZE):
         near_points = _select_contributing(v, g[i : i + BLOCK_SIZE], kernel)
         step = max(1, MAX_PAIRS // max(len(near_points), 1))
         for j in range(i, min(i + BLOCK_SIZE, len(g)), step):
             k = min(j + step, i + BLOCK_SIZE)
-            total[j:k] = kernel.count(np.abs(g[j:k] @ near_points.T))
+            densities[j:k] = kernel.count(np.abs(g[j:k] @ near_points.T))
     correction = 0.0 if method == "schmidt" else 0.5
-    return np.maximum((total - correction) / kernel.scale, 0.0)
+    return np.maximum((densities - correction) / kernel.scale, 0.0)
 
 
 @dataclass(frozen=True)

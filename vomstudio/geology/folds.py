@@ -138,7 +138,7 @@ class FoldAxis:
     @property
     def figures(self) -> AxisFigures:
         """Results as plain numbers and text."""
-        direction, total = self.confidence_axis, self.total
+        direction, total_region = self.confidence_axis, self.total
         return AxisFigures(
             BetaFigures(
                 self.beta.trend_deg,
@@ -148,9 +148,9 @@ class FoldAxis:
                 self.confidence_direction_deg,
                 _line_figures(direction),
                 self.registration_error_deg,
-                None if total is None else total.largest_deg,
-                None if total is None else total.smallest_deg,
-                None if total is None else _line_figures(total.line),
+                None if total_region is None else total_region.largest_deg,
+                None if total_region is None else total_region.smallest_deg,
+                None if total_region is None else _line_figures(total_region.line),
             ),
             plane_figures(self.pi_plane),
             self.eigenvalues,
@@ -423,15 +423,15 @@ def build_axis(
     beta = Line.from_vector(axes[2])
     pi_plane = beta.normal_plane()
     covariance = None if axis_with_derivatives is None else axis_with_derivatives.covariance()[0]
-    total = (
+    total_region = (
         None if semi_axes is None else region(axes[2], covariance, (*semi_axes, larger_direction))
     )
     registration, registration_findings = None, list[Finding]()
     if covariance is not None:
         registration = region(axes[2], covariance).largest_deg
-        registration_findings = [_registration_finding(registration, total)]
+        registration_findings = [_registration_finding(registration, total_region)]
     direction = None if semi_axes is None else Line.from_vector(larger_direction)
-    verdict = judge(None if total is None else total.largest_deg)
+    verdict = judge(None if total_region is None else total_region.largest_deg)
     off_deg = np.degrees(np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0)))
     error_findings = [] if semi_axes is None else [error_finding(semi_axes)]
     return FoldAxis(
@@ -449,7 +449,7 @@ def build_axis(
         verdict=verdict.name,
         reasons=(*verdict.reasons, *notes, *error_findings, *registration_findings),
         registration_error_deg=registration,
-        total=total,
+        total=total_region,
     )
 
 
@@ -516,8 +516,8 @@ def _limbs(shape: PoleShape) -> LimbFigures | None:
 
 def _leave_one_out(poles: FloatArray, beta: FloatArray) -> InfluentialPlane | None:
     """Find the plane whose omission rotates beta most."""
-    total = poles.T @ poles
-    tensors = total - poles[:, :, None] * poles[:, None, :]
+    tensor = poles.T @ poles
+    tensors = tensor - poles[:, :, None] * poles[:, None, :]
     axes = np.linalg.eigh(tensors)[1][:, :, 0]
     angle = np.degrees(np.arccos(np.minimum(np.abs(axes @ beta), 1.0)))
     worst_row = int(np.argmax(angle))
@@ -542,15 +542,17 @@ def _outliers_finding(
     )
 
 
-def _registration_finding(registration_deg: float, total: ConfidenceRegion | None) -> Finding:
+def _registration_finding(
+    registration_deg: float, total_region: ConfidenceRegion | None
+) -> Finding:
     """Report the error of beta due to the registration, common to all planes of a model."""
-    if total is None:
+    if total_region is None:
         return Finding("fold.registration-alone", error_deg=registration_deg)
-    is_weak = total.largest_deg > WEAK_AXIS_DEG
+    is_weak = total_region.largest_deg > WEAK_AXIS_DEG
     return Finding(
         "fold.registration-weak" if is_weak else "fold.registration",
         error_deg=registration_deg,
-        major_deg=total.largest_deg,
-        minor_deg=total.smallest_deg,
+        major_deg=total_region.largest_deg,
+        minor_deg=total_region.smallest_deg,
         limit_deg=WEAK_AXIS_DEG,
     )

@@ -184,8 +184,8 @@ def mean_plane(planes: Sequence[UncertainPlane]) -> UncertainPlane:
     if n <= 3:
         dof = 2.0 * (n - 1.0)
         scatter = float(np.trace(scatter)) * (np.eye(3) - np.outer(mean, mean))
-    spread = float(joint_quantile(np.array([dof]))[0]) * scatter / n
-    return UncertainPlane(mean if mean[2] >= 0.0 else -mean, spread, dof)
+    region = float(joint_quantile(np.array([dof]))[0]) * scatter / n
+    return UncertainPlane(mean if mean[2] >= 0.0 else -mean, region, dof)
 
 
 def scatter_deg(planes: Sequence[UncertainPlane], mean: UncertainPlane) -> float:

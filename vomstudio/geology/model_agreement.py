@@ -137,8 +137,8 @@ def compare_orientations(
         if (j := names[1].get(name)) is not None:
             pairs.append((i, j, "name"))
     remaining = [
-        [k for k in range(len(planes)) if k not in {pair[side] for pair in pairs}]
-        for side, planes in enumerate((first, second))
+        [k for k in range(len(planes)) if k not in {pair[index] for pair in pairs}]
+        for index, planes in enumerate((first, second))
     ]
     pairs += [(i, j, "nearness") for i, j in _mutual_nearest_pairs(first, second, *remaining)]
     pairs.sort()

@@ -111,15 +111,15 @@ def count_histogram(
     a, w, n_excluded = _valid_rows(np.abs(np.asarray(angle_deg, dtype=np.float64).ravel()), weights)
     bin_of_row = np.minimum(np.floor((a + 1e-7) / bin_deg).astype(np.intp), bins - 1)
     sums = np.bincount(bin_of_row, w, minlength=bins)
-    total = float(w.sum())
-    if total <= 0:
-        return AngleHistogram(bin_deg, len(a), total, np.zeros(bins), None, None, n_excluded)
-    mean = float(w @ a) / total
-    effective = total**2 / float(w @ w)
+    total_weight = float(w.sum())
+    if total_weight <= 0:
+        return AngleHistogram(bin_deg, len(a), total_weight, np.zeros(bins), None, None, n_excluded)
+    mean = float(w @ a) / total_weight
+    effective = total_weight**2 / float(w @ w)
     std = None
     if effective > 1.0 + 1e-9:
-        std = math.sqrt(float(w @ (a - mean) ** 2) / total * effective / (effective - 1.0))
-    return AngleHistogram(bin_deg, len(a), total, sums / total, mean, std, n_excluded)
+        std = math.sqrt(float(w @ (a - mean) ** 2) / total_weight * effective / (effective - 1.0))
+    return AngleHistogram(bin_deg, len(a), total_weight, sums / total_weight, mean, std, n_excluded)
 
 
 def _valid_rows(
@@ -163,11 +163,11 @@ def count_rose(
         w,
         minlength=half_count if is_axial else bins,
     )
-    total = float(w.sum())
-    fractions = sums / total if total > 0 else np.zeros(len(sums))
+    total_weight = float(w.sum())
+    fractions = sums / total_weight if total_weight > 0 else np.zeros(len(sums))
     angle = np.radians(a * (360.0 / period))
     east, north = float(w @ np.sin(angle)), float(w @ np.cos(angle))
-    resultant = math.hypot(east, north) / total if total > 0 else 0.0
+    resultant = math.hypot(east, north) / total_weight if total_weight > 0 else 0.0
     mean = None
     if resultant > 1e-9:
         mean = math.degrees(math.atan2(east, north)) % 360.0 * period / 360.0
@@ -175,11 +175,13 @@ def count_rose(
     resultant = min(resultant, 1.0)
     counts = int((w > 0).sum())
     p = (
-        rayleigh_p(total**2 / float(w @ w), resultant)
+        rayleigh_p(total_weight**2 / float(w @ w), resultant)
         if counts >= MIN_RAYLEIGH_DIRECTIONS
         else None
     )
-    return Rose(bin_deg, is_axial, len(a), total, full_circle, mean, resultant, p, n_excluded)
+    return Rose(
+        bin_deg, is_axial, len(a), total_weight, full_circle, mean, resultant, p, n_excluded
+    )
 
 
 def rayleigh_p(n: float, resultant: float) -> float:

@@ -437,11 +437,11 @@ def count_pairs_between_sets(n: int, sets: IntArray | None) -> int:
     -------
     int
     """
-    total = n * (n - 1) // 2
+    pair_count = n * (n - 1) // 2
     if sets is None:
-        return total
+        return pair_count
     sizes = np.bincount(sets[sets >= 0])
-    return total - int(np.sum(sizes * (sizes - 1) // 2))
+    return pair_count - int(np.sum(sizes * (sizes - 1) // 2))
 
 
 def intersections(

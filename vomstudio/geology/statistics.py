@@ -203,11 +203,11 @@ def fisher(vectors: npt.ArrayLike, is_directed: bool, weights: FloatArray | None
     if not is_directed:
         v = flip_to(v, orientation_tensor(v, weights)[1][0])
     n = len(v)
-    total = w @ v
-    resultant = float(np.linalg.norm(total))
+    resultant_vector = w @ v
+    resultant = float(np.linalg.norm(resultant_vector))
     if resultant < 1e-9 * n:
         raise GeometryError(Finding("orientation.no-mean"))
-    mean = total / resultant
+    mean = resultant_vector / resultant
     # Compute n - R without cancellation: each term is 1 - cos of the angle to the mean.
     shortfall = 0.5 * float(w @ np.sum((v - mean) ** 2, axis=1))
     is_identical = shortfall < n * ZERO_EIGENVALUE

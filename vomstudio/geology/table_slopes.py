@@ -254,8 +254,8 @@ def set_numbers(table: OrientationRows) -> IntArray | None:
     if table.sets is None:
         return None
     names = [table.sets[row] for row in np.flatnonzero(table.is_plane)]
-    numbers = {name: number for number, name in enumerate(dict.fromkeys(names)) if name}
-    return np.array([numbers.get(name, -1) for name in names], np.int64)
+    number_by_set = {name: number for number, name in enumerate(dict.fromkeys(names)) if name}
+    return np.array([number_by_set.get(name, -1) for name in names], np.int64)
 
 
 @dataclass(frozen=True)
@@ -315,8 +315,8 @@ def _plane_zones(face: SlopeFace, normals: FloatArray) -> tuple[Zones, Zones, Zo
     )
 
 
-def _critical_share(critical_count: int, total: int) -> float | None:
-    return critical_count / total if total else None
+def _critical_share(critical_count: int, total_count: int) -> float | None:
+    return critical_count / total_count if total_count else None
 
 
 @dataclass(frozen=True)
@@ -382,7 +382,13 @@ def _split_draws(draws: int, n: int) -> list[tuple[int, int]]:
 
 
 def _messages(
-    face: SlopeFace, n: int, rows: int, n_known: int, total: int, parallel_count: int, same_set: int
+    face: SlopeFace,
+    n: int,
+    rows: int,
+    n_known: int,
+    pair_count: int,
+    parallel_count: int,
+    same_set: int,
 ) -> list[Finding]:
     """Return the findings about the results."""
     findings: list[Finding] = []
@@ -402,7 +408,7 @@ def _messages(
         )
     if parallel_count:
         findings.append(Finding("slope.parallel-pairs", count=parallel_count))
-    if not total:
+    if not pair_count:
         findings.append(Finding("slope.no-pairs"))
     if 0 < n_known < n:
         findings.append(Finding("slope.errors-unknown", count=n - n_known))

@@ -122,7 +122,7 @@ def _axes(table: OrientationRows, rows: IntArray, excluded_deg: FloatArray) -> F
     `excluded_deg` (n,) are 95 % half-angles that are removed from the total error.
     """
     azimuth, dip = table.dip_direction_deg[rows], table.dip_deg[rows]
-    major_rad, minor_rad, total, rake = (
+    major_rad, minor_rad, total_deg, rake = (
         column_numbers(table, rows, name)
         for name in (
             "max_confidence95_deg",
@@ -136,7 +136,7 @@ def _axes(table: OrientationRows, rows: IntArray, excluded_deg: FloatArray) -> F
     )
     # An error of the dip direction tilts the plane along its strike by the sine of the dip.
     cross_axes = cross_axes * np.sin(np.radians(dip))
-    has_split_errors = ~np.isfinite(major_rad) & ~np.isfinite(total) & np.isfinite(long_axes)
+    has_split_errors = ~np.isfinite(major_rad) & ~np.isfinite(total_deg) & np.isfinite(long_axes)
     major_rad = np.where(has_split_errors, long_axes, major_rad)
     minor_rad = np.where(
         has_split_errors,
@@ -148,7 +148,8 @@ def _axes(table: OrientationRows, rows: IntArray, excluded_deg: FloatArray) -> F
     error_axis_angles = np.nan_to_num(major_rad)
     narrow = np.where(np.isfinite(minor_rad), minor_rad, error_axis_angles)
     semi = np.stack(
-        enlarged_semi_axes(error_axis_angles, narrow, np.nan_to_num(total), excluded_deg), axis=-1
+        enlarged_semi_axes(error_axis_angles, narrow, np.nan_to_num(total_deg), excluded_deg),
+        axis=-1,
     )
     sigma = np.radians(np.minimum(semi, MAX_SEMI_AXIS_DEG)) / math.sqrt(CHI2_TWO)
     return np.asarray(sigma[..., None] * _frames(azimuth, dip, np.nan_to_num(rake)))

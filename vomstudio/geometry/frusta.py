@@ -181,10 +181,12 @@ def frustum_at(
     if distances.min() <= max_distance_px:
         return int(distances.argmin())
     ends = np.roll(corners, -1, axis=1)
-    side = (ends[..., 0] - corners[..., 0]) * (y - corners[..., 1]) - (
+    cross_products = (ends[..., 0] - corners[..., 0]) * (y - corners[..., 1]) - (
         ends[..., 1] - corners[..., 1]
     ) * (x - corners[..., 0])
-    is_inside = np.isfinite(side).all(axis=1) & ((side >= 0).all(axis=1) | (side <= 0).all(axis=1))
+    is_inside = np.isfinite(cross_products).all(axis=1) & (
+        (cross_products >= 0).all(axis=1) | (cross_products <= 0).all(axis=1)
+    )
     if not is_inside.any():
         return None
     area = np.abs((corners[..., 0] * ends[..., 1] - ends[..., 0] * corners[..., 1]).sum(axis=1))

@@ -155,20 +155,20 @@ def _effective_count(u: FloatArray, v: FloatArray, r: FloatArray) -> float:
 
 
 def _excess_variances(
-    u: FloatArray, v: FloatArray, r: FloatArray, side: int
+    u: FloatArray, v: FloatArray, r: FloatArray, cells_per_side: int
 ) -> tuple[float, float]:
     """Return the variance per independent point, estimated from the means of cells.
 
     The first value is computed from side x side cells, the second from wider cells.
     """
     if len(u) > MAX_SORTED_POINTS:
-        count, sums = _sums(u, v, u, v, r, side)
-        four = (side // 2, 2, side // 2, 2)
+        count, sums = _sums(u, v, u, v, r, cells_per_side)
+        four = (cells_per_side // 2, 2, cells_per_side // 2, 2)
         wide_counts, heights = (
             x.reshape(four).sum(axis=(1, 3)).ravel() for x in (count, sums[:, 2])
         )
         return _excess_variance(count, sums[:, 2]), _excess_variance(wide_counts, heights)
-    fine_cells, coarse_cells = (equal_cells(u, v, k) for k in (side, side // 2))
+    fine_cells, coarse_cells = (equal_cells(u, v, k) for k in (cells_per_side, cells_per_side // 2))
     fine_excess, coarse_excess = (
         _excess_variance(np.bincount(c), np.bincount(c, r)) for c in (fine_cells, coarse_cells)
     )
@@ -181,7 +181,7 @@ def _excess_variance(count: GenericArray, sums: GenericArray) -> float:
     return float((cell_sums * cell_sums / cell_counts).sum()) / (len(cell_sums) - 3.0)
 
 
-def _leaning_variance(u: FloatArray, v: FloatArray, r: FloatArray, side: int) -> float:
+def _leaning_variance(u: FloatArray, v: FloatArray, r: FloatArray, cells_per_side: int) -> float:
     """Return the variance that would tilt the plane to the median attitude of its cells.
 
     The variance is 0 if the attitudes of the cells do not differ significantly from the plane.
@@ -190,7 +190,7 @@ def _leaning_variance(u: FloatArray, v: FloatArray, r: FloatArray, side: int) ->
 
     # Round positions so that the points of a lattice row fall into one cell regardless of the tilt.
     rows, columns = (np.round(x / max(1e-3 * float(x.std()), 1e-300)) for x in (u, v))
-    aa, ab, bb, ah, bh = _products(rows, columns, u, v, r, side)
+    aa, ab, bb, ah, bh = _products(rows, columns, u, v, r, cells_per_side)
     area = aa * bb - ab * ab
     is_valid = area > 1e-6 * aa * bb
     slopes = np.stack([bb * ah - ab * bh, aa * bh - ab * ah])[:, is_valid] / area[is_valid]
@@ -207,20 +207,25 @@ def _leaning_variance(u: FloatArray, v: FloatArray, r: FloatArray, side: int) ->
         or (median_slopes**2 <= error**2 * quantile / 2.0).all()
     ):
         return 0.0
-    spread = np.array([(u * u).mean(), (v * v).mean()])
-    return float(TILT_MARGIN**2 * (median_slopes**2 @ spread))
+    mean_squares = np.array([(u * u).mean(), (v * v).mean()])
+    return float(TILT_MARGIN**2 * (median_slopes**2 @ mean_squares))
 
 
 def _products(
-    rows: FloatArray, columns: FloatArray, u: FloatArray, v: FloatArray, r: FloatArray, side: int
+    rows: FloatArray,
+    columns: FloatArray,
+    u: FloatArray,
+    v: FloatArray,
+    r: FloatArray,
+    cells_per_side: int,
 ) -> tuple[FloatArray, ...]:
     """Return the sums of uu, uv, vv, ur and vr about the mean of each cell."""
     if len(u) > MAX_SORTED_POINTS:
-        count, sums = _sums(rows, columns, u, v, r, side)
+        count, sums = _sums(rows, columns, u, v, r, cells_per_side)
         a, b, h = (sums[:, :3] / np.maximum(count, 1)[:, None]).T
         mean_products = a * a, a * b, b * b, a * h, b * h
         return tuple(np.asarray(sums[:, 3 + i] - count * x) for i, x in enumerate(mean_products))
-    cell = equal_cells(rows, columns, side)
+    cell = equal_cells(rows, columns, cells_per_side)
     count = np.maximum(np.bincount(cell), 1)
     a, b, h = (x - (np.bincount(cell, x) / count)[cell] for x in (u, v, r))
     products = a * a, a * b, b * b, a * h, b * h
@@ -228,18 +233,26 @@ def _products(
 
 
 def _sums(
-    rows: FloatArray, columns: FloatArray, u: FloatArray, v: FloatArray, r: FloatArray, side: int
+    rows: FloatArray,
+    columns: FloatArray,
+    u: FloatArray,
+    v: FloatArray,
+    r: FloatArray,
+    cells_per_side: int,
 ) -> tuple[IntArray, FloatArray]:
     """Return the counts and sums of side x side cells of nearly equal count; see `cell_sums`."""
     sample = slice(None, None, max(1, len(u) // N_BOUND_POINTS))
     order = np.argsort(rows[sample])
-    slabs = np.array_split(columns[sample][order], side)
-    parts = np.empty((side, side - 1))
+    slabs = np.array_split(columns[sample][order], cells_per_side)
+    parts = np.empty((cells_per_side, cells_per_side - 1))
     for slab, bounds in zip(slabs, parts, strict=True):
         slab.sort()
-        bounds[:] = [slab[len(slab) * i // side] for i in range(1, side)]
+        bounds[:] = [slab[len(slab) * i // cells_per_side] for i in range(1, cells_per_side)]
     ends = np.cumsum([len(slab) for slab in slabs])[:-1]
-    count, sums = np.zeros(side * side, np.int64), np.zeros((side * side, 8))
+    count, sums = (
+        np.zeros(cells_per_side * cells_per_side, np.int64),
+        np.zeros((cells_per_side * cells_per_side, 8)),
+    )
     first_coordinates, second_coordinates, *values = (
         to_kernel_array(x, np.float64) for x in (rows, columns, u, v, r)
     )
@@ -248,14 +261,14 @@ def _sums(
     return count, sums
 
 
-def equal_cells(u: AnyArray, v: AnyArray, side: int) -> IntArray:
+def equal_cells(u: AnyArray, v: AnyArray, cells_per_side: int) -> IntArray:
     """Assign points to side x side cells with equal numbers of points.
 
     Parameters
     ----------
     u, v : (n,) ndarray
         Coordinates in the plane.
-    side : int
+    cells_per_side : int
         Number of cells along each axis.
 
     Returns
@@ -265,15 +278,15 @@ def equal_cells(u: AnyArray, v: AnyArray, side: int) -> IntArray:
     """
     n = len(u)
     slab = np.empty(n, np.int16)
-    slab[np.argsort(u, kind="stable")] = _split_equally(np.arange(n), np.int64(n), side)
+    slab[np.argsort(u, kind="stable")] = _split_equally(np.arange(n), np.int64(n), cells_per_side)
     order = np.argsort(v, kind="stable")
     order = order[np.argsort(slab[order], kind="stable")]
-    count = np.bincount(slab, minlength=side)
+    count = np.bincount(slab, minlength=cells_per_side)
     slab_of_point = slab[order].astype(np.int64)
     starts = np.cumsum(count) - count
     cell = np.empty(n, np.int64)
-    cell[order] = slab_of_point * side + _split_equally(
-        np.arange(n) - starts[slab_of_point], count[slab_of_point], side
+    cell[order] = slab_of_point * cells_per_side + _split_equally(
+        np.arange(n) - starts[slab_of_point], count[slab_of_point], cells_per_side
     )
     return cell
 

@@ -277,8 +277,8 @@ def _regress(
     sac, sbc = covariance[:, a, axis], covariance[:, b, axis]
     determinant = saa * sbb - sab * sab
     # Smaller spread of the two other coordinates, which is zero for a plane parallel to the axis.
-    spread = determinant / np.maximum(saa + sbb, np.finfo(np.float64).tiny)
-    is_parallel = np.sqrt(np.maximum(spread, 0.0)) <= np.maximum(rounding, 1e-7)
+    slope_variance = determinant / np.maximum(saa + sbb, np.finfo(np.float64).tiny)
+    is_parallel = np.sqrt(np.maximum(slope_variance, 0.0)) <= np.maximum(rounding, 1e-7)
     safe = np.where(is_parallel, 1.0, determinant)
     pa = (sbb * sac - sab * sbc) / safe
     pb = (saa * sbc - sab * sac) / safe

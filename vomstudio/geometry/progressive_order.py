@@ -107,14 +107,14 @@ def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> Pro
             return replace(
                 arrangement, rows=finite_indices[arrangement.rows].astype(arrangement.rows.dtype)
             )
-        side = float((high - low).max()) * (1.0 + 1e-9) or 1.0
+        cube_size = float((high - low).max()) * (1.0 + 1e-9) or 1.0
         row_bits = max(1, len(points).bit_length())
         depth = _depth(row_bits)
-        keys = _keys(points, low, side, depth, row_bits, each)
+        keys = _keys(points, low, cube_size, depth, row_bits, each)
         check()
         keys.sort()
         check()
-        levels, spacing = _levels(keys >> np.uint64(row_bits), side, depth, each)
+        levels, spacing = _levels(keys >> np.uint64(row_bits), cube_size, depth, each)
         check()
         order = np.argsort(levels, kind="stable")
         keys = keys.take(order)
@@ -155,7 +155,12 @@ def _bounds(points: FloatArray, item: _RunBlocks) -> tuple[FloatArray, FloatArra
 
 
 def _keys(
-    points: FloatArray, low: FloatArray, side: float, depth: int, row_bits: int, item: _RunBlocks
+    points: FloatArray,
+    low: FloatArray,
+    cube_size: float,
+    depth: int,
+    row_bits: int,
+    item: _RunBlocks,
 ) -> UInt64Array:
     """Pack curve positions and rows into integers, which sort faster than argsort."""
     keys = np.empty(len(points), np.uint64)
@@ -165,7 +170,7 @@ def _keys(
     def encode(part: slice) -> None:
         code = np.zeros(part.stop - part.start, np.uint64)
         for axis in range(3):
-            position = (points[part, axis] - low[axis]) * (cells / side)
+            position = (points[part, axis] - low[axis]) * (cells / cube_size)
             code |= tables[axis][np.minimum(position.astype(np.int16), cells - 1)]
         _shuffle(code, depth)
         rows = np.arange(part.start, part.stop, dtype=np.uint64)
@@ -202,7 +207,7 @@ def _shuffle(code: UInt64Array, depth: int) -> None:
 
 
 def _levels(
-    codes: UInt64Array, side: float, depth: int, item: _RunBlocks
+    codes: UInt64Array, cube_size: float, depth: int, item: _RunBlocks
 ) -> tuple[ByteArray, FloatArray]:
     """Return the level of each point along the curve, and the spacing of every level."""
     count = len(codes)
@@ -228,7 +233,7 @@ def _levels(
     coarser_counts = np.maximum(
         np.searchsorted(filled_counts, cumulated / 2.0, side="right") - 1, 0
     )
-    return levels, side / 2.0**coarser_counts * np.sqrt(
+    return levels, cube_size / 2.0**coarser_counts * np.sqrt(
         filled_counts[coarser_counts] / np.maximum(cumulated, 1)
     )
 

@@ -192,7 +192,7 @@ class Registration:
 
         if self.covariance is not None and self.centre is not None:
             covariance_matrix = np.array(self.covariance, np.float64)
-            total = 0.0
+            variance = 0.0
             for corner_index in np.ndindex(2, 2, 2):
                 x, y, z = np.where(corner_index, bounds[1], bounds[0]) - self.centre
                 # A rotation w moves the corner by w x p, a change of scale along p.
@@ -202,7 +202,7 @@ class Registration:
                         np.eye(3),
                     ]
                 )
-                total += float(np.trace(moves @ covariance_matrix @ moves.T))
-            return float(np.sqrt(max(total, 0.0) / 8.0 / 3.0))
+                variance += float(np.trace(moves @ covariance_matrix @ moves.T))
+            return float(np.sqrt(max(variance, 0.0) / 8.0 / 3.0))
         rms = self.rms_check_m or self.rms_control_m
         return None if rms is None else float(rms / np.sqrt(3.0))

@@ -75,8 +75,8 @@ def errors_95_deg(rotation: FloatArray, directions: FloatArray) -> FloatArray:
     (n,) ndarray
         Degrees, at most 90.
     """
-    spread = direction_covariance(rotation, directions)
-    largest_variances = np.linalg.eigvalsh(spread)[:, -1]
+    covariances = direction_covariance(rotation, directions)
+    largest_variances = np.linalg.eigvalsh(covariances)[:, -1]
     return np.asarray(
         np.minimum(np.degrees(np.sqrt(CHI2_TWO * np.maximum(largest_variances, 0.0))), 90.0)
     )

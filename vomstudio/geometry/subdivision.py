@@ -167,8 +167,8 @@ def _corners(
     is_border = np.ones(len(key), np.bool_)
     is_border[order[:-1][is_inner]] = is_border[order[1:][is_inner]] = False
     start, end, patch_of_side = start[is_border], end[is_border], patch_of_side[is_border]
-    side = positions[end] - positions[start]
-    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    edges = positions[end] - positions[start]
+    edges /= np.linalg.norm(edges, axis=1, keepdims=True)
     # At a vertex of an outline one side arrives and one leaves.
     arrives = np.argsort(patch_of_side * size + end, kind="stable")
     leaves = np.argsort(patch_of_side * size + start, kind="stable")
@@ -182,7 +182,7 @@ def _corners(
         arrives = arrives[np.searchsorted(arriving, shared_corners)]
         leaves = leaves[np.searchsorted(leaving, shared_corners)]
         arriving = shared_corners
-    bend = np.linalg.norm(np.cross(side[arrives], side[leaves]), axis=1)
-    forward = (side[arrives] * side[leaves]).sum(axis=1)
+    bend = np.linalg.norm(np.cross(edges[arrives], edges[leaves]), axis=1)
+    forward = (edges[arrives] * edges[leaves]).sum(axis=1)
     is_corner = (bend > max_bend) | (forward < 0.0)
     return arriving[is_corner] // size, arriving[is_corner] % size

@@ -85,14 +85,14 @@ def bed_lines(feature: Any, records: Mapping[str, Record]) -> list[str]:
         return []
     lines = []
     for boundary, lithology, notes in feature.beds:
-        subject = ", ".join(filter(None, (lithology, notes)))
+        description = ", ".join(filter(None, (lithology, notes)))
         if boundary.startswith(POINT):
             boundary_number = _number(boundary) + 1
             lines.append(
-                tr("bed from point {number}: {what}", number=boundary_number, what=subject)
+                tr("bed from point {number}: {what}", number=boundary_number, what=description)
             )
         elif (trace := get_feature(records, boundary)) is not None:
-            lines.append(tr("bed from {trace}: {what}", trace=trace.name, what=subject))
+            lines.append(tr("bed from {trace}: {what}", trace=trace.name, what=description))
     return lines
 
 

@@ -72,13 +72,13 @@ class Compacted:
 
     Attributes
     ----------
-    numbers : mapping of int to int
+    seq_map : mapping of int to int
         Row numbers in the new journal by row number in the previous one.
     last : int
         Number of the last row at the time of the compaction.
     """
 
-    numbers: Mapping[int, int]
+    seq_map: Mapping[int, int]
     last: int
 
 
@@ -100,9 +100,9 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted
         raise DocumentError(Finding("compaction.damaged"))
     new_path = folder / NEW_NAME
     try:
-        numbers = write_compacted_journal(new_path, session, journal)
+        seq_map = write_compacted_journal(new_path, session, journal)
         journal.copy_to(folder / BACKUP_NAME)
-        replace_journal(new_path, folder, session, journal, numbers)
+        replace_journal(new_path, folder, session, journal, seq_map)
     except TargetError:
         remove(new_path)
         remove(folder / BACKUP_NAME)
@@ -113,7 +113,7 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted
         for path in _unused(folder, session):
             make_folder(backup, folder)
             path.replace(backup / path.name)
-    return Compacted(numbers, journal.last_number)
+    return Compacted(seq_map, journal.last_number)
 
 
 def write_compacted_journal(
@@ -146,7 +146,7 @@ def write_compacted_journal(
         If the journal cannot be written.
     """
     remove(new_path)
-    numbers: dict[int, int] = {}
+    seq_map: dict[int, int] = {}
     try:
         compacted = SqliteJournal(new_path, create=True)
     except VomError as error:
@@ -155,7 +155,7 @@ def write_compacted_journal(
     try:
         originals = {} if journal is None else {row.seq: row for row in journal.rows()}
         for row in _rows(session):
-            of_seq = None if row.of is None else numbers[row.of]
+            of_seq = None if row.of is None else seq_map[row.of]
             original = originals.get(row.seq)
             if original is None and row.kind == "do":
                 seq = compacted.append(
@@ -170,7 +170,7 @@ def write_compacted_journal(
                     row.kind, of_seq, row.label, row.before, row.after, original
                 )
             if row.kind in ("do", "draft"):
-                numbers[row.seq] = seq
+                seq_map[row.seq] = seq
         if journal is not None:
             compacted.copy_views(journal)
     except NotWritten as error:
@@ -186,7 +186,7 @@ def write_compacted_journal(
         # The write-ahead log could not be merged and would be lost.
         remove(new_path)
         raise write_error(new_path, OSError(errno.EIO, os.strerror(errno.EIO)))
-    return numbers
+    return seq_map
 
 
 def replace_journal(
@@ -194,7 +194,7 @@ def replace_journal(
     folder: Path,
     session: Session,
     journal: SqliteJournal,
-    numbers: Mapping[int, int],
+    seq_map: Mapping[int, int],
 ) -> None:
     """Replace the project's journal with the file `new_path` and continue the session in it.
 
@@ -206,7 +206,7 @@ def replace_journal(
         Project folder.
     session : Session
     journal : SqliteJournal
-    numbers : mapping of int to int
+    seq_map : mapping of int to int
         Row numbers in the new journal by row number in the previous one.
 
     Raises
@@ -226,7 +226,7 @@ def replace_journal(
         with contextlib.suppress(VomError):
             journal.reopen()
         raise write_error(folder / JOURNAL_NAME, error) from error
-    session.use_journal(journal, numbers)
+    session.use_journal(journal, seq_map)
     try:
         journal.reopen_replaced(head)
     except VomError as error:
@@ -259,12 +259,12 @@ def undo_compaction(
     finally:
         backup.close()
     old_journal = SqliteJournal(new_path)
-    numbers = {new_path: seq for seq, new_path in compacted.numbers.items()}
+    seq_map = {new_path: seq for seq, new_path in compacted.seq_map.items()}
     try:
         for row in journal.rows():
             if row.seq > compacted.last:
-                undone_row = None if row.of_seq is None else numbers.get(row.of_seq)
-                numbers[row.seq] = old_journal.copy_row(
+                undone_row = None if row.of_seq is None else seq_map.get(row.of_seq)
+                seq_map[row.seq] = old_journal.copy_row(
                     row.kind, undone_row, row.label, row.before, row.after, row
                 )
     except BaseException:
@@ -272,7 +272,7 @@ def undo_compaction(
         remove(new_path)
         raise
     old_journal.close()
-    replace_journal(new_path, folder, session, journal, numbers)
+    replace_journal(new_path, folder, session, journal, seq_map)
     remove(backup_path)
 
 

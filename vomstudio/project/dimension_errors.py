@@ -158,8 +158,8 @@ def thickness_error(
     return Z95 * float(np.sqrt(max(variance, 0.0)))
 
 
-def _error_name(figure: str, suffix: str) -> str:
-    name, unit = figure.rsplit("_", 1)
+def _error_name(quantity: str, suffix: str) -> str:
+    name, unit = quantity.rsplit("_", 1)
     return f"{name}_{suffix}_{unit}"
 
 

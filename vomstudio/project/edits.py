@@ -235,10 +235,10 @@ def add_features(records: Records, features: Sequence[Feature]) -> Edit:
     if not new_records:
         raise DocumentError(Finding("edit.empty"))
     first_record = next(iter(new_records.values()))
-    subject = f"{len(new_records)} features"
+    description = f"{len(new_records)} features"
     if len(new_records) == 1 and isinstance(first_record, Feature):
-        subject = f"{kind_of(first_record).noun(first_record)} {first_record.name}"
-    return change(records, f"Add {subject}", new_records)
+        description = f"{kind_of(first_record).noun(first_record)} {first_record.name}"
+    return change(records, f"Add {description}", new_records)
 
 
 def set_line(
@@ -344,10 +344,10 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
         key.removesuffix("_id").removesuffix("_name").replace("_", " ") for key in values
     )
     attributes = " and ".join(attribute_names)
-    subject = f"{len(new_records)} features"
+    description = f"{len(new_records)} features"
     if len(new_records) == 1:
-        subject = next(iter(new_records.values())).name  # type: ignore[union-attr]
-    return change(records, f"Change {attributes} of {subject}", new_records)
+        description = next(iter(new_records.values())).name  # type: ignore[union-attr]
+    return change(records, f"Change {attributes} of {description}", new_records)
 
 
 def has_name_of_other_type(records: Records, feature: Feature) -> bool:
@@ -432,8 +432,8 @@ def delete(records: Records, ids: Iterable[str]) -> Edit:
     features: list[Feature] = [_get(records, id_, Feature) for id_ in ids]
     if not features:
         raise DocumentError(Finding("selection.empty"))
-    subject = features[0].name if len(features) == 1 else f"{len(features)} features"
-    return change(records, f"Delete {subject}", {feature.id: None for feature in features})
+    description = features[0].name if len(features) == 1 else f"{len(features)} features"
+    return change(records, f"Delete {description}", {feature.id: None for feature in features})
 
 
 def add_type(records: Records, kind: FeatureType) -> Edit:

@@ -270,7 +270,7 @@ class ProjectFolder:
         try:
             shutil.rmtree(part, ignore_errors=True)
             part.mkdir(parents=True)
-            numbers = self._copy_journal(part / JOURNAL_NAME)
+            seq_map = self._copy_journal(part / JOURNAL_NAME)
             moves = self._copy_files(part) if owns_folder else False
             self.assets.write(part)
             if folder.exists():
@@ -284,7 +284,7 @@ class ProjectFolder:
             raise TargetError(cause_of(error), file=folder) from error
         lock, journal = _open_saved(folder)
         was_dirty = self.session.dirty
-        old_use_journal = self.session.use_journal(journal, numbers)
+        old_use_journal = self.session.use_journal(journal, seq_map)
         if was_dirty and not untitled and self.write_failure is None:
             old_session = Session(old_use_journal)
             old_session.discard_unsaved()

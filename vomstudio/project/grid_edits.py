@@ -52,9 +52,11 @@ def mark_cells(records: Records, grid_id: str, cells: Iterable[int], mark: str) 
         raise DocumentError(Finding("edit.no-change"))
     for cell in selected_cells:
         marks[cell] = mark
-    subject = "1 cell" if len(selected_cells) == 1 else f"{len(selected_cells)} cells"
+    description = "1 cell" if len(selected_cells) == 1 else f"{len(selected_cells)} cells"
     return change(
-        records, f"Mark {subject} as {MARKS[mark]}", {grid.id: replace(grid, marks="".join(marks))}
+        records,
+        f"Mark {description} as {MARKS[mark]}",
+        {grid.id: replace(grid, marks="".join(marks))},
     )
 
 

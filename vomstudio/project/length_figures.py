@@ -23,8 +23,8 @@ MAX_LENGTH_DIGITS = 6
 """Maximum number of significant digits of a length."""
 
 
-def _registration_error_name(figure: str) -> str:
-    name, unit = figure.rsplit("_", 1)
+def _registration_error_name(quantity: str) -> str:
+    name, unit = quantity.rsplit("_", 1)
     return f"{name}_registration95_{unit}"
 
 
@@ -38,8 +38,8 @@ def _error_of(name: str, figures: Mapping[str, float]) -> float | None:
     """Return the 95 % error of a figure with all known parts, or None if it is unknown."""
     if name == "thickness_m":
         return _thickness_error(figures)
-    total = figures.get("distance_error95_m") if name == "distance_m" else None
-    return figures.get(_registration_error_name(name)) if total is None else total
+    distance_error = figures.get("distance_error95_m") if name == "distance_m" else None
+    return figures.get(_registration_error_name(name)) if distance_error is None else distance_error
 
 
 def _format_with_error(value: float, error: float | None, *, metric: bool) -> str:

@@ -268,8 +268,8 @@ def world_lines(features: Sequence[Picked], models: Sequence[Model | None]) -> l
     result: list[FloatArray] = [_NO_POINTS] * len(features)
     for indices in rows.values():
         lines = [features[i].vertices for i in indices]
-        numbers = chain.from_iterable(chain.from_iterable(lines))
-        flat_coordinates = np.fromiter(numbers, np.float64, 3 * sum(map(len, lines)))
+        coordinates = chain.from_iterable(chain.from_iterable(lines))
+        flat_coordinates = np.fromiter(coordinates, np.float64, 3 * sum(map(len, lines)))
         world = transform.apply(rows_of(models[indices[0]]), flat_coordinates.reshape(-1, 3))
         start = 0
         for i, line in zip(indices, lines, strict=True):

@@ -46,14 +46,14 @@ def repair(folder: Path, session: Session, journal: SqliteJournal) -> Repaired:
     if not problems:
         raise DocumentError(Finding("journal.sound"))
     new_path = folder / compaction.NEW_NAME
-    numbers = compaction.write_compacted_journal(new_path, session, journal)
+    seq_map = compaction.write_compacted_journal(new_path, session, journal)
     repaired = read_replay(new_path)
     if repaired.records != dict(session.records) or repaired.saved != dict(session.saved):
         compaction.remove(new_path)
         raise DocumentError(Finding("journal.inconsistent"))
     backup = _free_name(folder)
     journal.copy_to(backup)
-    compaction.replace_journal(new_path, folder, session, journal, numbers)
+    compaction.replace_journal(new_path, folder, session, journal, seq_map)
     session.problems = ()
     return Repaired(backup, problems)
 

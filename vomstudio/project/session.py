@@ -214,18 +214,18 @@ class Session:
         seq = self._journal.append("draft", after=state)
         self.draft = None if state is None else Draft(seq, dict(state))
 
-    def use_journal(self, journal: Journal, numbers: Mapping[int, int] | None = None) -> Journal:
+    def use_journal(self, journal: Journal, seq_map: Mapping[int, int] | None = None) -> Journal:
         """Continue in another journal with the same steps, and return the previous journal.
 
-        `numbers` maps row numbers of the previous journal to those of the new one if they differ.
+        `seq_map` maps row numbers of the previous journal to those of the new one if they differ.
         """
         old_journal, self._journal = self._journal, journal
-        if numbers:
-            self._done = [(numbers[seq], edit) for seq, edit in self._done]
-            self._undone = [(numbers[seq], edit) for seq, edit in self._undone]
-            self._saved_top = numbers.get(self._saved_top, self._saved_top)
+        if seq_map:
+            self._done = [(seq_map[seq], edit) for seq, edit in self._done]
+            self._undone = [(seq_map[seq], edit) for seq, edit in self._undone]
+            self._saved_top = seq_map.get(self._saved_top, self._saved_top)
             if self.draft is not None:
-                self.draft = Draft(numbers[self.draft.seq], self.draft.state)
+                self.draft = Draft(seq_map[self.draft.seq], self.draft.state)
         return old_journal
 
     def done_steps(self) -> list[tuple[int, Edit]]:

@@ -339,9 +339,9 @@ def _fixed_scale(kinds: Sequence[Observed]) -> float | None:
 
 def _first_scale(kinds: Sequence[Observed], model: FloatArray, world: FloatArray) -> float:
     if len(model) >= 2:
-        spread = np.linalg.norm(model - model.mean(axis=0))
-        if spread > 0:
-            return float(np.linalg.norm(world - world.mean(axis=0)) / spread)
+        distances = np.linalg.norm(model - model.mean(axis=0))
+        if distances > 0:
+            return float(np.linalg.norm(world - world.mean(axis=0)) / distances)
     for kind in kinds:
         length = getattr(kind, "length", None)
         if length is not None and len(length):

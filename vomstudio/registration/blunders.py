@@ -218,10 +218,10 @@ def _find_blunders(
 
     trust_stated : compare residuals with the stated errors, not with each other
     """
-    total = sum(len(kind.labels) for kind in kinds)
+    observation_count = sum(len(kind.labels) for kind in kinds)
     excluded_singles: list[Single] = []
     blunder_by_single: dict[Single, Blunder] = {}
-    while len(blunder_by_single) < total // 3:
+    while len(blunder_by_single) < observation_count // 3:
         worst_test = _worst(
             _test_all(kinds, excluded_singles, fit_of_all, trust_stated=trust_stated)
         )
@@ -233,7 +233,7 @@ def _find_blunders(
     else:
         # More than a third of the observations look wrong, so there must be another cause.
         if (
-            total // 3
+            observation_count // 3
             and _worst(_test_all(kinds, excluded_singles, fit_of_all, trust_stated=trust_stated))
             is not None
         ):
@@ -257,7 +257,7 @@ def _find_blunders(
 
 def _hidden_outliers(kinds: Sequence[Observed]) -> list[Single]:
     """Return the points that a robust fit excludes, or none if they are more than a third."""
-    total = sum(len(kind.labels) for kind in kinds)
+    observation_count = sum(len(kind.labels) for kind in kinds)
     outliers: list[Single] = []
     for index, kind in enumerate(kinds):
         if isinstance(kind, Points) and len(kind.labels) >= _MIN_POINTS_SUBSET:
@@ -268,7 +268,7 @@ def _hidden_outliers(kinds: Sequence[Observed]) -> list[Single]:
             if len(kind.labels) < _MIN_POINTS_ROBUST and not _far_better(kind, fit, agree):
                 continue
             outliers += [(index, int(row)) for row in np.flatnonzero(~agree)]
-    return outliers if len(outliers) <= total // 3 else []
+    return outliers if len(outliers) <= observation_count // 3 else []
 
 
 def _far_better(points: Points, fit: Similarity, is_consistent: BoolArray) -> bool:
@@ -295,7 +295,7 @@ def _clear_consistent(
     trust_stated: bool,
 ) -> None:
     """Remove consistent observations from the outliers, and update other errors."""
-    total = sum(len(kind.labels) for kind in kinds)
+    observation_count = sum(len(kind.labels) for kind in kinds)
     for excluded_single in [*excluded_singles]:
         others_excluded = [
             other_single for other_single in excluded_singles if other_single != excluded_single
@@ -305,7 +305,7 @@ def _clear_consistent(
         result = next((item for item in results if item.single == excluded_single), None)
         if result is None:
             continue
-        if result.chance < _SIGNIFICANCE / total:
+        if result.chance < _SIGNIFICANCE / observation_count:
             blunder_by_single[excluded_single] = result.blunder
         else:
             excluded_singles.remove(excluded_single)
@@ -379,7 +379,7 @@ def _test_all(
     redundancy = fit_of_all.redundancy
     squares = float((residuals**2).sum())
     remaining = _remaining(kinds, out)
-    total = sum(len(kind.labels) for _, kind, _ in remaining)
+    observation_count = sum(len(kind.labels) for _, kind, _ in remaining)
     candidates: list[tuple[Single, Observed, int, FloatArray]] = []
     statistics: list[tuple[float, int, bool]] = []
     for position, (index, kind, row_numbers) in enumerate(remaining):
@@ -419,7 +419,7 @@ def _test_all(
             tested_single,
             float(p),
             float(s),
-            total,
+            observation_count,
             _describe(kind, kind.labels[index], misclosure),
         )
         for (tested_single, kind, index, misclosure), p, s in zip(
@@ -482,9 +482,9 @@ def leave_one_out(
     list of LeaveOneOut
         Results for the directions; empty if they agree, or if there are too many directions.
     """
-    total = sum(len(kind.labels) for kind in kinds if isinstance(kind, Directions))
+    direction_count = sum(len(kind.labels) for kind in kinds if isinstance(kind, Directions))
     has_only_directions = all(isinstance(kind, _DIRECTIONS) for kind in kinds)
-    if not has_only_directions or not _MIN_DIRECTIONS <= total <= _MAX_DIRECTIONS:
+    if not has_only_directions or not _MIN_DIRECTIONS <= direction_count <= _MAX_DIRECTIONS:
         return []
     typical_errors = np.where(
         np.isfinite(fit_of_all.rows.sigma), fit_of_all.rows.sigma, _DEFAULT_ERROR_RAD

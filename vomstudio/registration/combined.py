@@ -67,8 +67,10 @@ class Combined:
 
     def size_of(self, error: FloatArray) -> tuple[float, float]:
         """Return the size of errors (m,) in metres at `about` and in degrees."""
-        numbers = np.linalg.pinv(self.whitening) @ error
-        return float(np.linalg.norm(numbers[4:])), float(np.degrees(np.linalg.norm(numbers[:3])))
+        components = np.linalg.pinv(self.whitening) @ error
+        return float(np.linalg.norm(components[4:])), float(
+            np.degrees(np.linalg.norm(components[:3]))
+        )
 
 
 def difference(fit: Similarity, other: Similarity, centre: FloatArray) -> FloatArray:

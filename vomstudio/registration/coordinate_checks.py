@@ -241,9 +241,9 @@ def swapped_label_findings(
         return []
     best_swap: tuple[float, int, int] | None = None
     for i, k in combinations(range(len(labels)), 2):
-        order = np.arange(len(labels))
-        order[[i, k]] = k, i
-        rms_misfit = _rms(model, world[order])
+        label_order = np.arange(len(labels))
+        label_order[[i, k]] = k, i
+        rms_misfit = _rms(model, world[label_order])
         if rms_misfit is not None and (best_swap is None or rms_misfit < best_swap[0]):
             best_swap = rms_misfit, i, k
     if best_swap is None or best_swap[0] > _MAX_SWAPPED_RATIO * rms:

@@ -54,7 +54,7 @@ def widen_by_likelihood(
     if not linear_half_width > _MAX_LINEAR_RAD:
         return result
     axis = axes[:, -1]
-    rotation = max(_turn_to(kinds, result, centre, side * axis) for side in (1.0, -1.0))
+    rotation = max(_turn_to(kinds, result, centre, sign * axis) for sign in (1.0, -1.0))
     times = rotation / linear_half_width
     if not times > 1.0:
         return result

@@ -128,13 +128,13 @@ class Points:
         if self.covariance is None:
             return sigma, axes
         rotation = fit.scale * fit.rotation
-        total = rotation @ self.covariance @ rotation.T + sigma[:, :, None] ** 2 * np.eye(3)
-        diagonal = np.einsum("nii->ni", total)
-        off_axes = np.abs(total - diagonal[:, :, None] * np.eye(3)).max(axis=(1, 2))
+        covariance = rotation @ self.covariance @ rotation.T + sigma[:, :, None] ** 2 * np.eye(3)
+        diagonal = np.einsum("nii->ni", covariance)
+        off_axes = np.abs(covariance - diagonal[:, :, None] * np.eye(3)).max(axis=(1, 2))
         sigma = np.sqrt(diagonal)
         is_inclined = np.isfinite(off_axes) & (off_axes > _ON_AXES * diagonal.max(axis=1))
         if is_inclined.any():
-            values, vectors = np.linalg.eigh(total[is_inclined])
+            values, vectors = np.linalg.eigh(covariance[is_inclined])
             sigma[is_inclined] = np.sqrt(np.maximum(values, 0.0))
             axes[is_inclined] = np.swapaxes(vectors, 1, 2)
         return sigma, axes

@@ -430,9 +430,9 @@ def _worth_adding(
     for corner in corners:
         moves = jacobian(corner - result.centre)
         gain = covariance @ moves.T
-        spread = moves @ gain + np.diag(sigma**2)
+        variances = moves @ gain + np.diag(sigma**2)
         # Points that fit exactly have a singular scatter matrix.
-        inverse = np.linalg.pinv(spread, hermitian=True)
+        inverse = np.linalg.pinv(variances, hermitian=True)
         variance_after = _worst((covariance - gain @ inverse @ gain.T)[:3, :3])
         if best_addition is None or variance_after < best_addition[0]:
             best_addition = variance_after, corner

@@ -294,7 +294,7 @@ def estimate_covariance(
         [len(part) - np.trace(response) for part, response in zip(parts, responses, strict=True)]
     )
     fraction = np.ones(m)
-    spread = inverse @ (moves[~is_unknown].T @ follow[~is_unknown]) @ inverse
+    covariance = inverse @ (moves[~is_unknown].T @ follow[~is_unknown]) @ inverse
     variance_of_variances = np.zeros(len(inverse))
     variances = np.ones(len(parts))
     if parts and (dof > 0.1).all():
@@ -314,12 +314,14 @@ def estimate_covariance(
         fraction[g] = np.sqrt(variance) * doubt[g]
         extra_variance = doubt[g][:, None] ** 2
         part = variance * (inverse @ ((moves[g] * extra_variance).T @ follow[g]) @ inverse)
-        spread = spread + part
+        covariance = covariance + part
         variance_of_variances += np.diag(part) ** 2 / max(float(f) * independent_part, 1.0)
     # Degrees of freedom of a sum of estimated variances (Satterthwaite).
-    total = np.maximum(np.diag(spread), 1e-300)
-    effective_freedoms = np.clip(total**2 / np.maximum(variance_of_variances, 1e-300), 1.0, 1e9)
-    return fraction, spread, t.ppf(0.975, effective_freedoms) / norm.ppf(0.975)
+    total_variances = np.maximum(np.diag(covariance), 1e-300)
+    effective_freedoms = np.clip(
+        total_variances**2 / np.maximum(variance_of_variances, 1e-300), 1.0, 1e9
+    )
+    return fraction, covariance, t.ppf(0.975, effective_freedoms) / norm.ppf(0.975)
 
 
 def _same_group(rows: Rows, parts: Sequence[IntArray]) -> dict[str, FloatArray]:
@@ -327,4 +329,4 @@ def _same_group(rows: Rows, parts: Sequence[IntArray]) -> dict[str, FloatArray]:
     groups: dict[str, list[int]] = {}
     for index, part in enumerate(parts):
         groups.setdefault(rows.groups[part[0]], []).append(index)
-    return {name: np.array(numbers) for name, numbers in groups.items()}
+    return {name: np.array(rows) for name, rows in groups.items()}

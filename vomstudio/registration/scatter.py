@@ -115,8 +115,8 @@ def scatter_of(
             moves, inverse, known_covariances
         ) <= chi2.ppf(_CONFIDENCE, freedom):
             rho = fit_serial_correlation(weights @ moves, white) if is_ordered else 0.0
-            spread = roots @ moves
-            meat = np.einsum("nik,nil->kl", spread, correlate(spread, rho))
+            whitened_moves = roots @ moves
+            meat = np.einsum("nik,nil->kl", whitened_moves, correlate(whitened_moves, rho))
             covariance = inverse @ meat @ inverse / np.outer(units, units)
             sigma = np.sqrt(np.einsum("nii->i", known_covariances) / n)
             return Scatter(sigma, covariance, rho)
@@ -143,8 +143,8 @@ def scatter_of(
         ]
     )
     # Degrees of freedom of a sum of estimated variances (Satterthwaite).
-    total = fractions.sum(axis=0)
-    item = total**2 / np.maximum(
+    totals = fractions.sum(axis=0)
+    item = totals**2 / np.maximum(
         (fractions**2 / np.maximum(degrees_of_freedom, 1.0)[:, None]).sum(axis=0), 1e-300
     )
     factor = t.ppf(0.975, np.clip(item, 1.0, None)) / norm.ppf(0.975)

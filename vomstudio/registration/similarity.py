@@ -81,8 +81,8 @@ def fit_similarity(
     w = w / w.sum()
     ca, cb = w @ a, w @ b
     da, db = a - ca, b - cb
-    for spread in (da, db):
-        axes = np.linalg.svd(spread * np.sqrt(w)[:, None], compute_uv=False)
+    for offsets in (da, db):
+        axes = np.linalg.svd(offsets * np.sqrt(w)[:, None], compute_uv=False)
         if not axes[1] > _COLLINEAR_RATIO * axes[0]:
             raise GeometryError(Finding("control.collinear"))
     u, s, vt = np.linalg.svd((db * w[:, None]).T @ da)
@@ -182,8 +182,8 @@ def _next(fit: Similarity, a: FloatArray, b: FloatArray, is_used: BoolArray) -> 
     inverse = np.linalg.pinv(information_rows.T @ information_rows)
     outside_moves = moves[outside_rows]
     residuals = (b - placed_points)[outside_rows]
-    spread = np.eye(3) + outside_moves @ inverse @ outside_moves.transpose(0, 2, 1)
-    statistic = (residuals * np.linalg.solve(spread, residuals[..., None])[..., 0]).sum(axis=1)
+    covariances = np.eye(3) + outside_moves @ inverse @ outside_moves.transpose(0, 2, 1)
+    statistic = (residuals * np.linalg.solve(covariances, residuals[..., None])[..., 0]).sum(axis=1)
     order = np.argsort(statistic, kind="stable")[: max(1, count // _STEP_DIVISOR)]
     limit = 3 * variance * float(f.ppf(_CONFIDENCE, 3, degrees_of_freedom))
     first_rows = outside_rows[order[:1]][statistic[order[:1]] <= limit]

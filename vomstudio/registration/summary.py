@@ -245,9 +245,12 @@ def _lenses(registration: Registration) -> list[Fact]:
     """Return the bowing and the stretch that the errors of the lenses allow."""
     facts = []
     if registration.lens_bowing95_deg is not None:
-        side = registration.lens_bowing95_deg / 2.0
-        text = tr("dips at the edge wrong by up to {side:.2g}° relative to the centre", side=side)
-        facts.append(_fact("lens-bowing", text, side_deg=side))
+        half_width_deg = registration.lens_bowing95_deg / 2.0
+        text = tr(
+            "dips at the edge wrong by up to {side:.2g}° relative to the centre",
+            side=half_width_deg,
+        )
+        facts.append(_fact("lens-bowing", text, side_deg=half_width_deg))
     if registration.lens_stretch95:
         percent = 100.0 * registration.lens_stretch95
         facts.append(

@@ -84,15 +84,18 @@ class ErrorCollector:
         bool
             Whether the error was forwarded; False if it repeats within `MIN_REPEAT_INTERVAL_S`.
         """
-        subject, finding = "an unknown error", Finding("program.internal-error", error="unknown")
+        description, finding = (
+            "an unknown error",
+            Finding("program.internal-error", error="unknown"),
+        )
         with contextlib.suppress(Exception):
-            subject = error_location(error)
-            finding = _error_finding(error, subject)
+            description = error_location(error)
+            finding = _error_finding(error, description)
 
         def details() -> str:
             return f"{context}\n{''.join(traceback.format_exception(error))}".strip()
 
-        return self.report_finding(finding, subject, details)
+        return self.report_finding(finding, description, details)
 
     def report_finding(
         self, finding: Finding, error_key: str, details: Callable[[], str] = str

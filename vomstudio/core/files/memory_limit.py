@@ -116,8 +116,8 @@ def _limit_private_memory(limit: int) -> Iterator[None]:
 
 def _file_limit(path: Path) -> int | None:
     """Return the limit of private memory in bytes, or None if the system does not support it."""
-    used_private_bytes, total = private_bytes(), machine_bytes()
-    if used_private_bytes is None or total is None:
+    used_private_bytes, machine_memory_bytes = private_bytes(), machine_bytes()
+    if used_private_bytes is None or machine_memory_bytes is None:
         return None
     try:
         size = path.stat().st_size
@@ -129,4 +129,4 @@ def _file_limit(path: Path) -> int | None:
     needed_limit = _ALLOWANCE_BYTES + size * _BYTES_PER_FILE_BYTE_BY_SUFFIX.get(
         path.suffix.lower(), _BYTES_PER_FILE_BYTE
     )
-    return used_private_bytes + min(needed_limit, total)
+    return used_private_bytes + min(needed_limit, machine_memory_bytes)

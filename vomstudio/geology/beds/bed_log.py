@@ -158,5 +158,5 @@ def bed_log(
         )
     if reordered:
         warnings.append(Finding("log.boundaries-moved", boundaries=reordered))
-    total = true_thickness(int(order[0]), int(order[-1]))
-    return BedLog(n, tuple(intervals), total, tuple(reordered), tuple(warnings))
+    total_thickness = true_thickness(int(order[0]), int(order[-1]))
+    return BedLog(n, tuple(intervals), total_thickness, tuple(reordered), tuple(warnings))

@@ -237,9 +237,9 @@ def _fit_slopes(
     """Return the slopes (n, 2) and the larger half-angles (n,) of their 95 % regions, degrees."""
     gradient = np.stack(_design_gradients(u, v, degree), axis=1) / size
     slopes = gradient @ fit.coefficients
-    spread = variance * np.einsum("nak,kl,nbl->nab", gradient, fit.shape, gradient)
+    covariances = variance * np.einsum("nak,kl,nbl->nab", gradient, fit.shape, gradient)
     limit = float(joint_quantile(np.array([degrees_of_freedom]))[0]) * degrees_of_freedom
-    largest_variances = np.linalg.eigvalsh(spread)[:, 1]
+    largest_variances = np.linalg.eigvalsh(covariances)[:, 1]
     return slopes, np.degrees(np.arctan(np.sqrt(np.maximum(largest_variances, 0.0) * limit)))
 
 
@@ -265,9 +265,9 @@ def _neighbour_inflation(residuals: FloatArray, cuts: IntArray) -> float:
     ends = cuts[1:][cuts[1:] > 0] - 1
     is_last[ends] = True
     first = np.flatnonzero(~is_last[:-1])
-    total = float(residuals @ residuals)
-    if total <= 0.0 or not len(first):
+    squares_sum = float(residuals @ residuals)
+    if squares_sum <= 0.0 or not len(first):
         return 1.0
-    r = float(residuals[first] @ residuals[first + 1]) / len(first) / (total / len(residuals))
+    r = float(residuals[first] @ residuals[first + 1]) / len(first) / (squares_sum / len(residuals))
     # With few residual degrees of freedom, the correlation of neighbours becomes negative.
     return max(1.0, (1.0 + min(r, 0.98)) / (1.0 - min(r, 0.98)))

@@ -183,8 +183,8 @@ def plane_estimate_from_attitude(
     from vomstudio.geometry.rotation_errors import Z95
 
     normal = plane.normal()
-    side = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-    u = np.asarray(side / np.linalg.norm(side))
+    tangent = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    u = np.asarray(tangent / np.linalg.norm(tangent))
     tilt = np.tan(np.radians(error95_deg)) ** 2 / CHI2_TWO
     return PlaneEstimate(
         np.asarray(through, np.float64),
@@ -233,8 +233,8 @@ def repeat_planes(
             Finding("beds.too-many", thickness_m=thickness_m, n=high - low + 1, maximum=MAX_BEDS),
             field="thickness",
         )
-    numbers = np.arange(min(int(low), 0), max(int(high), 0) + 1)
-    return PlaneSeries(numbers, thickness_m, (error95_m / Z95) ** 2)
+    indices = np.arange(min(int(low), 0), max(int(high), 0) + 1)
+    return PlaneSeries(indices, thickness_m, (error95_m / Z95) ** 2)
 
 
 def bands(plane: PlaneEstimate, repeats: PlaneSeries, points: FloatArray) -> PlaneDistances:

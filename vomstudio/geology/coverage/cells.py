@@ -66,10 +66,10 @@ class SquareGrid:
     def numbers(self, positions: FloatArray) -> IntArray:
         """Return the cells (n,) for integer columns and rows (n, 2); -1 if outside."""
         is_inside = ((positions >= 0) & (positions < [self.columns, self.rows])).all(axis=1)
-        numbers = np.full(len(positions), -1, np.int64)
+        cell_numbers = np.full(len(positions), -1, np.int64)
         column, row = positions[is_inside].astype(np.int64).T
-        numbers[is_inside] = row * self.columns + column
-        return numbers
+        cell_numbers[is_inside] = row * self.columns + column
+        return cell_numbers
 
     def corners(self, numbers: IntArray) -> FloatArray:
         """Return the corners (n, 4, 3) of cells in the grid plane, starting at the lower left."""

@@ -138,7 +138,7 @@ def measure_coverage(
     """
     kind = np.array(list(marks.ljust(grid.count, UNINSPECTED_MARK)[: grid.count]))
     has_surface = covered_areas > MIN_COVERED_SHARE * grid.cell**2
-    total = float(covered_areas[has_surface].sum())
+    total_area = float(covered_areas[has_surface].sum())
 
     def cell_share(mark: str) -> CellShare:
         is_selected = has_surface & (kind == mark)
@@ -147,7 +147,7 @@ def measure_coverage(
             int(is_selected.sum()),
             area,
             float(surface[is_selected].sum()),
-            area / total if total > 0 else None,
+            area / total_area if total_area > 0 else None,
         )
 
     fractions = {mark: cell_share(mark) for mark in MARK_TITLES}
@@ -172,7 +172,7 @@ def measure_coverage(
         for c, length in lengths_by_cell.items():
             lengths[c] += length
     names = tuple(cell_name(grid, c) for c in sorted(contradictory))
-    inspected_m2 = total - fractions[UNINSPECTED_MARK].covered_m2
+    inspected_m2 = total_area - fractions[UNINSPECTED_MARK].covered_m2
     return FaceCoverage(
         int(has_surface.sum()),
         grid.cell,
@@ -180,7 +180,7 @@ def measure_coverage(
         fractions[INSPECTED_MARK],
         fractions[EMPTY_MARK],
         fractions[UNMEASURABLE_MARK],
-        inspected_m2 / total if total > 0 else None,
+        inspected_m2 / total_area if total_area > 0 else None,
         names,
         n_inside,
         area,

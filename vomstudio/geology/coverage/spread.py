@@ -236,11 +236,13 @@ def check_stated_errors(structures: Sequence[RepeatedStructure]) -> StatedErrorT
     n = sum(len(stated_structure.rows) - 1 for stated_structure in stated_structures)
     if not n:
         return None
-    total, degrees_of_freedom = (
+    chi_square, degrees_of_freedom = (
         sum(stated_structure.chi_square() for stated_structure in stated_structures),
         2 * n,
     )
-    low, high = (np.sqrt(total / float(chi2.ppf(q, degrees_of_freedom))) for q in (0.975, 0.025))
+    low, high = (
+        np.sqrt(chi_square / float(chi2.ppf(q, degrees_of_freedom))) for q in (0.975, 0.025)
+    )
     n_within = sum(
         int(
             sum(
@@ -254,10 +256,10 @@ def check_stated_errors(structures: Sequence[RepeatedStructure]) -> StatedErrorT
     high_share = float(beta.ppf(0.975, n_within + 1, n - n_within)) if n_within < n else 1.0
     return StatedErrorTest(
         n,
-        total,
+        chi_square,
         degrees_of_freedom,
-        float(chi2.sf(total, degrees_of_freedom)),
-        float(np.sqrt(total / degrees_of_freedom)),
+        float(chi2.sf(chi_square, degrees_of_freedom)),
+        float(np.sqrt(chi_square / degrees_of_freedom)),
         float(low),
         float(high),
         float(

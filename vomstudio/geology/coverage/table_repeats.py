@@ -268,9 +268,9 @@ def _errors(table: OrientationRows, vectors: FloatArray) -> FloatArray:
         axes[planes] = axes_without_registration(table, planes)
     if len(lines):
         largest_column_numbers = column_numbers(table, lines, "max_confidence95_deg")
-        total = column_numbers(table, lines, "total95_deg")
+        total95_deg = column_numbers(table, lines, "total95_deg")
         registration = np.nan_to_num(column_numbers(table, lines, "registration_error_deg"))
-        picking_errors = np.sqrt(np.maximum(total**2 - registration**2, 0.0))
+        picking_errors = np.sqrt(np.maximum(total95_deg**2 - registration**2, 0.0))
         largest_known = np.nan_to_num(
             np.where(np.isfinite(picking_errors), picking_errors, largest_column_numbers)
         )

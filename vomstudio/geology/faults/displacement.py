@@ -146,9 +146,9 @@ def net_slip_of_piercing_points(
     def vector(p: FloatArray) -> tuple[FloatArray, FloatArray]:
         return p[:3] - p[3:6], _tilted_normal(fault, p[6:8])
 
-    spread = _parameter_sigmas(errors, fault95=errors.fault95_deg)
+    sigmas = _parameter_sigmas(errors, fault95=errors.fault95_deg)
     return _displacement(
-        "net slip", fault, vector, np.concatenate([points, np.zeros(2)]), spread, errors
+        "net slip", fault, vector, np.concatenate([points, np.zeros(2)]), sigmas, errors
     )
 
 
@@ -160,7 +160,7 @@ def net_slip_of_cutoffs(
     rake_deg: float,
     errors: DisplacementErrors = NO_ERRORS,
     *,
-    subject: str = "net slip",
+    description: str = "net slip",
 ) -> Displacement:
     """Compute the net slip from the cutoffs of a bed and a slip lineation.
 
@@ -176,7 +176,7 @@ def net_slip_of_cutoffs(
     rake_deg : float
         Rake of the lineation as defined by `orientation.rake_of` (90 is down dip), degrees.
     errors : DisplacementErrors
-    subject : str
+    description : str
         Name of the result.
 
     Returns
@@ -204,11 +204,11 @@ def net_slip_of_cutoffs(
             slip_direction @ bed_normal_tilted
         ) * slip_direction, normal
 
-    spread = _parameter_sigmas(
+    sigmas = _parameter_sigmas(
         errors, fault95=errors.fault95_deg, bed95=errors.bed95_deg, rake95=errors.rake95_deg
     )
     return _displacement(
-        subject, fault, vector, np.concatenate([points, np.zeros(5)]), spread, errors
+        description, fault, vector, np.concatenate([points, np.zeros(5)]), sigmas, errors
     )
 
 
@@ -261,7 +261,7 @@ def separations(
                 bed,
                 rake,
                 errors_without_rake,
-                subject="separation",
+                description="separation",
             )
         except GeometryError:
             slips[rake] = None
@@ -330,13 +330,13 @@ def _derivatives(
 
 
 def _propagate(
-    f: Callable[[FloatArray], FloatArray], position: FloatArray, spread: FloatArray
+    f: Callable[[FloatArray], FloatArray], position: FloatArray, sigmas: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the values of a function and their standard deviations."""
     values = f(position)
-    if not spread.any():
+    if not sigmas.any():
         return values, np.zeros(len(values))
-    slope = _derivatives(f, position) * spread
+    slope = _derivatives(f, position) * sigmas
     return values, np.sqrt(np.sum(slope**2, axis=1))
 
 
@@ -345,7 +345,7 @@ def _measured(value: float, sigma: float, errors: DisplacementErrors) -> Measure
 
 
 def _displacement(
-    subject: str,
+    description: str,
     fault: Plane,
     vector: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
     position: FloatArray,
@@ -369,7 +369,7 @@ def _displacement(
     line = Line.from_vector(d, is_directed=True) if has_moved else None
     rake = math.degrees(math.atan2(dip.value, strike.value)) if has_moved else None
     return Displacement(
-        subject,
+        description,
         net,
         throw,
         heave,

@@ -193,8 +193,8 @@ def right_dihedra(normals: FloatArray, slips: FloatArray) -> RightDihedra:
     -------
     RightDihedra
     """
-    side = np.linspace(-1.0, 1.0, GRID_SIZE)
-    x, y = np.meshgrid(side, side)
+    grid_coordinates = np.linspace(-1.0, 1.0, GRID_SIZE)
+    x, y = np.meshgrid(grid_coordinates, grid_coordinates)
     directions = unproject(np.stack([x.ravel(), y.ravel()], axis=-1))
     directions = directions[np.isfinite(directions).all(axis=1)]
     return RightDihedra(directions, compressed_share(directions, normals, slips))

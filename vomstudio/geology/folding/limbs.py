@@ -153,16 +153,18 @@ class Limbs:
         halving = first - second
         length = float(np.linalg.norm(halving))
         halving /= length
-        spread = np.zeros((3, 3))
+        covariance = np.zeros((3, 3))
         for normal, variance_along, distance in zip(
             (first, second), along_variances, across_variances, strict=True
         ):
             cross_direction = np.cross(axis, normal)
-            spread += variance_along * np.outer(
+            covariance += variance_along * np.outer(
                 cross_direction, cross_direction
             ) + distance * np.outer(axis, axis)
         projection = np.eye(3) - np.outer(halving, halving)
-        widest_value = float(np.linalg.eigvalsh(projection @ spread @ projection)[-1]) / length**2
+        widest_value = (
+            float(np.linalg.eigvalsh(projection @ covariance @ projection)[-1]) / length**2
+        )
         # Limbs are recognised by a small scatter, which is often due to chance if there are few
         # planes.
         widening = 1.0 + 1.0 / max(n - 2.0, 1.0)
@@ -202,8 +204,8 @@ def find_limbs(
     # Cut where the scatter within both groups is smallest.
     n = np.arange(1, len(angles))
     left_sums = np.cumsum(angles)[:-1]
-    right_sums, total = angles.sum() - left_sums, float(np.sum(angles**2))
-    within_squares = total - left_sums**2 / n - right_sums**2 / (len(angles) - n)
+    right_sums, total_squares = angles.sum() - left_sums, float(np.sum(angles**2))
+    within_squares = total_squares - left_sums**2 / n - right_sums**2 / (len(angles) - n)
     cut = (
         int(np.argmin(within_squares[1:-1])) + 2
         if len(angles) > 4

@@ -184,13 +184,13 @@ def describe_shape(
     PoleShape
     """
     off_deg = np.degrees(np.abs(np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))))
-    spread = np.degrees(np.arccos(np.minimum(np.abs(poles @ axes[0]), 1.0)))
+    angles_deg = np.degrees(np.arccos(np.minimum(np.abs(poles @ axes[0]), 1.0)))
     return PoleShape(
         poles,
         axes,
         rms(off_deg),
         float(np.quantile(off_deg, 0.9)),
-        rms(spread),
+        rms(angles_deg),
         arc_deg(poles, axes),
         vollmer(values),
         fit_small_circle(poles, axes),
@@ -453,8 +453,8 @@ def _test_mixture(
     singular = np.linalg.svd(design, compute_uv=False)
     if singular[-1] <= 1e-6 * singular[0]:
         return p, math.inf
-    spread = float(np.linalg.inv(design.T @ design)[0, 0])
-    return p, math.degrees(t95(dof) * axis_fit.sigma * math.sqrt(n / dof * spread))
+    variance = float(np.linalg.inv(design.T @ design)[0, 0])
+    return p, math.degrees(t95(dof) * axis_fit.sigma * math.sqrt(n / dof * variance))
 
 
 def _design(x: FloatArray, axis: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -554,9 +554,9 @@ def _fit_mixture(poles: FloatArray, normals: FloatArray, sigma: float) -> tuple[
         logs = -0.5 * (angles / sigma) ** 2 - math.log(sigma) + np.log([fraction, 1.0 - fraction])
         top = logs.max(axis=1, keepdims=True)
         membership = np.exp(logs - top)
-        total = membership.sum(axis=1, keepdims=True)
-        updated_value = float(np.sum(top[:, 0] + np.log(total[:, 0])))
-        membership /= total
+        totals = membership.sum(axis=1, keepdims=True)
+        updated_value = float(np.sum(top[:, 0] + np.log(totals[:, 0])))
+        membership /= totals
         if updated_value - likelihood < 1e-5 * n:
             break
         likelihood = updated_value

@@ -284,8 +284,10 @@ def _exclude_own_plane(
     pair_counts[1:] -= count_critical_lines([slope], lines)[0]
 
 
-def _critical_share(critical_count: int, total: int) -> CriticalShare:
-    return CriticalShare(critical_count, total, critical_count / total if total else None)
+def _critical_share(critical_count: int, total_count: int) -> CriticalShare:
+    return CriticalShare(
+        critical_count, total_count, critical_count / total_count if total_count else None
+    )
 
 
 def _warnings(facets: Sequence[FacetFace], skipped_count: int) -> list[Finding]:

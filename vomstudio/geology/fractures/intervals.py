@@ -63,12 +63,12 @@ def density_interval(weights: FloatArray, size: float, dispersion: float = 1.0) 
     positive_weights = weights[weights > 0]
     if not len(positive_weights):
         return 0.0, None
-    total = float(positive_weights.sum())
+    total_weight = float(positive_weights.sum())
     inflation = 1.0 + STUDENT_FACTOR * (dispersion - 1.0)
     variance = inflation * float(np.sum(positive_weights**2))
     max_square_weight = inflation * float(positive_weights.max())
-    low = variance / total * float(gammaincinv(total**2 / variance, TAIL_PROBABILITY))
-    upper_total, variance = total + max_square_weight, variance + max_square_weight**2
+    low = variance / total_weight * float(gammaincinv(total_weight**2 / variance, TAIL_PROBABILITY))
+    upper_total, variance = total_weight + max_square_weight, variance + max_square_weight**2
     high = (
         variance
         / upper_total

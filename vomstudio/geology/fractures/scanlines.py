@@ -294,11 +294,14 @@ def axial_mean_deg(azimuth_deg: FloatArray, weights: FloatArray) -> tuple[float 
     resultant : float
         Resultant length, 0 to 1.
     """
-    total = float(weights.sum())
-    if total <= 0:
+    total_weight = float(weights.sum())
+    if total_weight <= 0:
         return None, 0.0
     angle = np.radians(2 * azimuth_deg)
-    east, north = float(weights @ np.sin(angle)) / total, float(weights @ np.cos(angle)) / total
+    east, north = (
+        float(weights @ np.sin(angle)) / total_weight,
+        float(weights @ np.cos(angle)) / total_weight,
+    )
     length = math.hypot(east, north)
     if length < 1e-9:
         return None, length

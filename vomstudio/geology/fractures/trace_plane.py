@@ -380,10 +380,10 @@ def vertices_with_heights(shapes: ObjectArray) -> tuple[list[FloatArray], BoolAr
     points, part = shapely.get_coordinates(parts, include_z=True, return_index=True)
     is_invalid = _mask_of_rows(part, ~np.isfinite(points).all(axis=1), len(parts))
     lines = np.split(points, np.flatnonzero(np.diff(part)) + 1) if len(points) else []
-    numbers = np.unique(part)
+    line_ids = np.unique(part)
     usable_lines = [
         line
-        for line, number in zip(lines, numbers, strict=True)
+        for line, number in zip(lines, line_ids, strict=True)
         if not is_invalid[number] and not lacks_heights[line_rows[part_of[number]]]
     ]
     is_open = [bool((line[0] != line[-1]).any()) for line in usable_lines]
@@ -430,19 +430,19 @@ def _extent(shape: Any, option: str) -> float:
     """Return the area within the rings of a shape with heights, or the length of its lines."""
     import shapely
 
-    total = 0.0
+    total_length = 0.0
     for part in shapely.get_parts(shape):
         ring = part.exterior if part.geom_type == "Polygon" else part
         points = shapely.get_coordinates(ring, include_z=True)
         if option == "area":
             centred_points = points - points.mean(axis=0)
-            total += (
+            total_length += (
                 float(np.linalg.norm(np.cross(centred_points[:-1], centred_points[1:]).sum(axis=0)))
                 / 2
             )
         else:
-            total += float(_lengths(points).sum())
-    return total
+            total_length += float(_lengths(points).sum())
+    return total_length
 
 
 def _drop_heights(shapes: Any) -> ObjectArray:

@@ -98,14 +98,14 @@ def mean_length_from_ends(lengths: FloatArray, cut_ends: FloatArray) -> Paramete
         None if no end is inside the window.
     """
     traces = (2.0 - cut_ends) / 2.0
-    total = float(traces.sum())
-    if total <= 0:
+    total_length = float(traces.sum())
+    if total_length <= 0:
         return None
-    mean = float(lengths.sum()) / total
+    mean = float(lengths.sum()) / total_length
     if len(lengths) < 2:
         return Parameter(mean, None, None)
     n = len(lengths)
-    error = math.sqrt(n / (n - 1) * float(np.sum((lengths - mean * traces) ** 2))) / total
+    error = math.sqrt(n / (n - 1) * float(np.sum((lengths - mean * traces) ** 2))) / total_length
     factor = math.exp(min(Z95 * error / mean, 50.0))
     return Parameter(mean, mean / factor, mean * factor)
 

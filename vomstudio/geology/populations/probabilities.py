@@ -32,19 +32,19 @@ def chi2_tail(degrees_of_freedom: int, chi_square: float) -> float:
     if chi_square <= 0.0:
         return 1.0
     half_statistic = chi_square / 2.0
-    total, term = 0.0, 0.0
+    series_sum, term = 0.0, 0.0
     if degrees_of_freedom % 2:
-        total = math.erfc(math.sqrt(half_statistic))
+        series_sum = math.erfc(math.sqrt(half_statistic))
         term = math.exp(-half_statistic) * math.sqrt(half_statistic) / math.gamma(1.5)
         for k in range((degrees_of_freedom - 1) // 2):
-            total += term
+            series_sum += term
             term *= half_statistic / (k + 1.5)
-        return min(total, 1.0)
+        return min(series_sum, 1.0)
     term = math.exp(-half_statistic)
     for k in range(degrees_of_freedom // 2):
-        total += term
+        series_sum += term
         term *= half_statistic / (k + 1.0)
-    return min(total, 1.0)
+    return min(series_sum, 1.0)
 
 
 def f_tail(numerator_freedom: float, denominator_freedom: float, ratio: float) -> float:

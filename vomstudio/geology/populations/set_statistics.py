@@ -254,7 +254,7 @@ def _fisher_figures(
     if reason is not None:
         return None, reason
     mean_figures = fisher(v, is_directed, weights)
-    registration, total = mean_regions(v, mean_figures, is_directed, turns, weights)
+    registration, total_region = mean_regions(v, mean_figures, is_directed, turns, weights)
     mean = mean_figures.mean.vector()
     one_sided = v if is_directed else flip_to(v, mean)
     figures = FisherFigures(
@@ -264,7 +264,7 @@ def _fisher_figures(
         mean_figures.alpha95_deg,
         mean_figures.R,
         None if registration is None else registration.largest_deg,
-        None if total is None else total.largest_deg,
+        None if total_region is None else total_region.largest_deg,
         fisher_p(one_sided, mean, mean_figures.kappa) if weights is None else None,
     )
     if mean_figures.kappa is None:

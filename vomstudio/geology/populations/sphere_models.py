@@ -120,11 +120,11 @@ def estimate_bingham(eigenvalues: npt.ArrayLike) -> Bingham | None:
         nodes = bingham_nodes(-a, -b)
         squares = np.stack([nodes.places[:, 2] ** 2, nodes.places[:, 1] ** 2], axis=-1)
         mean = nodes.mean(squares)
-        spread = nodes.mean(squares[:, :, None] * squares[:, None, :]) - np.outer(mean, mean)
+        covariance = nodes.mean(squares[:, :, None] * squares[:, None, :]) - np.outer(mean, mean)
         # d mean / d(-a, -b) = spread: take a Newton step, limited to valid values.
-        step = np.linalg.solve(spread + 1e-300 * np.eye(2), mean - target)
+        step = np.linalg.solve(covariance + 1e-300 * np.eye(2), mean - target)
         if b <= 0.0 and b + step[1] <= 0.0:
-            step = np.array([(mean[0] - target[0]) / spread[0, 0], 0.0])
+            step = np.array([(mean[0] - target[0]) / covariance[0, 0], 0.0])
         new_a = a + float(step[0]) if a + step[0] > 0.2 * a else 0.2 * a
         new_b = b + float(step[1])
         new_b = max(new_b, 0.2 * b if b > 1e-9 else 0.0)
@@ -231,9 +231,11 @@ def kent_concentrations(resultant: float, square_difference: float) -> tuple[flo
         p = nodes.places
         sufficient = np.stack([-(1.0 - p[:, 0]), p[:, 1] ** 2 - p[:, 2] ** 2], axis=-1)
         expected_moments = nodes.mean(sufficient)
-        spread = nodes.mean(sufficient[:, :, None] * sufficient[:, None, :])
-        spread -= np.outer(expected_moments, expected_moments)
-        step = np.linalg.solve(spread, np.array([-shortfall, square_difference]) - expected_moments)
+        covariance = nodes.mean(sufficient[:, :, None] * sufficient[:, None, :])
+        covariance -= np.outer(expected_moments, expected_moments)
+        step = np.linalg.solve(
+            covariance, np.array([-shortfall, square_difference]) - expected_moments
+        )
         step_factor = 1.0
         while step_factor > 1e-6 and not _is_valid_kent(
             kappa + step_factor * step[0], beta + step_factor * step[1]
@@ -280,8 +282,8 @@ def _nodes(
 ) -> QuadratureNodes:
     top = float(log_density.max())
     mass = np.exp(log_density - top) * weights
-    total = float(mass.sum())
-    return QuadratureNodes(positions, mass / total, math.log(total * fold) + top)
+    total_mass = float(mass.sum())
+    return QuadratureNodes(positions, mass / total_mass, math.log(total_mass * fold) + top)
 
 
 # Goodness of fit -------------------------------------------------------------------------------
@@ -327,12 +329,12 @@ def smooth_test(
     regress = regress / np.sqrt(np.diag(information))[:, None]
     residual_nodes = further - scores @ regress
     residual_data = (data - mean) - (score_data - score_mean) @ regress
-    spread = residual_nodes.T @ (residual_nodes * fractions[:, None])
-    scale = np.sqrt(np.maximum(np.diag(spread), 1e-300))
-    values, axes = np.linalg.eigh(spread / np.outer(scale, scale))
+    covariance = residual_nodes.T @ (residual_nodes * fractions[:, None])
+    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    values, axes = np.linalg.eigh(covariance / np.outer(scale, scale))
     is_used = values > 1e-6 * values.max()
-    total = (residual_data.sum(axis=0) / scale) @ axes[:, is_used]
-    statistic = float(np.sum(total**2 / values[is_used])) / n
+    score_sums = (residual_data.sum(axis=0) / scale) @ axes[:, is_used]
+    statistic = float(np.sum(score_sums**2 / values[is_used])) / n
     return chi2_tail(int(is_used.sum()), statistic)
 
 

@@ -450,14 +450,14 @@ def _span(heights: FloatArray) -> tuple[int, int]:
     return int(rows[-1] - rows[0] + 1), int(columns[-1] - columns[0] + 1)
 
 
-def _hotelling_p(mean: FloatArray, spread: FloatArray, n: int) -> float:
+def _hotelling_p(mean: FloatArray, covariance: FloatArray, n: int) -> float:
     """Return the p-value of the mean of n pairs from Hotelling's T2."""
     from scipy.special import fdtrc
 
-    values = np.linalg.eigvalsh(spread)
+    values = np.linalg.eigvalsh(covariance)
     if values[0] <= 0.0:
         return 0.0
-    square = float(mean @ np.linalg.solve(spread, mean))
+    square = float(mean @ np.linalg.solve(covariance, mean))
     return float(fdtrc(2, n - 2, square * (n - 2.0) / (2.0 * (n - 1.0))))
 
 

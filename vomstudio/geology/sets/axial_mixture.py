@@ -105,11 +105,11 @@ def cones95_deg(poles: FloatArray, mixture: Mixture) -> FloatArray:
         membership = mixture.posterior[:, j]
         size = float(membership.sum())
         projections, cross_axes = poles @ mixture.axes[j, 0], poles @ mixture.axes[j, 1:].T
-        spread = np.maximum(membership @ cross_axes**2 / max(size, 1e-9), 1e-16)
+        variances = np.maximum(membership @ cross_axes**2 / max(size, 1e-9), 1e-16)
         # At the maximum concentration, the scatter itself is used.
         concentrations = mixture.concentrations[j] * max(1.0 - 1.0 / max(size, 1.0), 0.1)
         weight = np.where(
-            mixture.concentrations[j] >= 0.99 * MAX_CONCENTRATION, 0.5 / spread, concentrations
+            mixture.concentrations[j] >= 0.99 * MAX_CONCENTRATION, 0.5 / variances, concentrations
         )
         score = 2.0 * weight * cross_axes
         information = np.diag(
@@ -219,7 +219,7 @@ def _starts_with_added_cluster(
         mean, widening, _ = mixture.axes[j]
         spread = 1.0 / math.sqrt(2.0 * mixture.concentrations[j, 0])
         first_frame, second_frame = (
-            _frame(mean + side * spread * widening) for side in (1.0, -1.0)
+            _frame(mean + sign * spread * widening) for sign in (1.0, -1.0)
         )
         axes, weights = mixture.axes.copy(), mixture.weights.copy()
         concentrations = mixture.concentrations.copy()
@@ -300,9 +300,9 @@ def _run_em(
         logs += np.log(weights)
         max_log = logs.max(axis=1, keepdims=True)
         posterior = np.exp(logs - max_log)
-        total = posterior.sum(axis=1, keepdims=True)
-        posterior /= total
-        likelihood = float(np.sum(max_log + np.log(total)))
+        totals = posterior.sum(axis=1, keepdims=True)
+        posterior /= totals
+        likelihood = float(np.sum(max_log + np.log(totals)))
         if likelihood - previous < LIKELIHOOD_TOLERANCE * n:
             break
         previous = likelihood
@@ -315,8 +315,10 @@ def _run_em(
             tensor = (poles * posterior[:, j, None]).T @ poles / size[j]
             values, vectors = np.linalg.eigh(tensor)
             axes[j] = vectors[:, ::-1].T
-            spread = values[1::-1]
-            concentrations[j] = _concentration(np.full(2, spread.mean()) if is_round[j] else spread)
+            variances = values[1::-1]
+            concentrations[j] = _concentration(
+                np.full(2, variances.mean()) if is_round[j] else variances
+            )
     memberships = posterior[:, :-1]
     shares = memberships / np.maximum(memberships.sum(axis=1, keepdims=True), 1e-300)
     overlap = -float(np.sum(memberships * np.log(np.maximum(shares, 1e-300))))

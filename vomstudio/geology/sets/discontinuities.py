@@ -292,8 +292,12 @@ def describe_faces(pieces: Pieces) -> str | None:
         return None
     rings = [ring for ring in pieces.rings if len(ring)]
     all_ = np.concatenate([located_positions, *rings])
-    spread = np.linalg.svd(all_ - all_.mean(axis=0), compute_uv=False)
-    return "one face" if spread[2] <= MAX_FACE_THICKNESS * spread[1] else "several faces"
+    singular_values = np.linalg.svd(all_ - all_.mean(axis=0), compute_uv=False)
+    return (
+        "one face"
+        if singular_values[2] <= MAX_FACE_THICKNESS * singular_values[1]
+        else "several faces"
+    )
 
 
 def measure_scanline_spacing(

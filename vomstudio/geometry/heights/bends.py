@@ -44,14 +44,14 @@ def measure_bend(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
 
     xyz = np.asarray(points, np.float64).reshape(-1, 3)
     xyz = xyz[:: max(1, -(-len(xyz) // MAX_POINTS))]
-    side = min(CELLS_PER_SIDE, int(np.sqrt(len(xyz) / POINTS_PER_CELL)))
+    cells_per_side = min(CELLS_PER_SIDE, int(np.sqrt(len(xyz) / POINTS_PER_CELL)))
     n = np.asarray(normal, np.float64)
-    if side < MIN_CELLS or not np.isfinite(n).all():
+    if cells_per_side < MIN_CELLS or not np.isfinite(n).all():
         return None
     local_points = xyz - xyz.mean(axis=0)
     plane_coordinates, h = local_points @ np.linalg.svd(n[None])[2][1:].T, local_points @ n
     v, u = (plane_coordinates @ np.linalg.eigh(plane_coordinates.T @ plane_coordinates)[1]).T
-    cell = equal_cells(u, v, side)
+    cell = equal_cells(u, v, cells_per_side)
     count = np.bincount(cell)
     a, b, mean = (np.bincount(cell, x) / count for x in (u, v, h))
     sigma_u, sigma_v = float(a.std()), float(b.std())

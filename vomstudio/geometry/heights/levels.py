@@ -72,12 +72,12 @@ def level_gap(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
     if not h.std() > MIN_RELATIVE_SCATTER * extent:
         return None
     slopes = _median_slopes(u, v, h)
-    side = int(np.sqrt(len(u) / POINTS_PER_CELL))
-    if side < MIN_CELLS_PER_SIDE:
+    cells_per_side = int(np.sqrt(len(u) / POINTS_PER_CELL))
+    if cells_per_side < MIN_CELLS_PER_SIDE:
         return _gap_between_layers(h, MAX_VALLEY, grid)
-    cell = equal_cells(_round_places(u), _round_places(v), side)
-    count = np.bincount(cell, minlength=side * side).astype(np.float64)
-    a, b, mean = (np.bincount(cell, x, side * side) / count for x in (u, v, h))
+    cell = equal_cells(_round_places(u), _round_places(v), cells_per_side)
+    count = np.bincount(cell, minlength=cells_per_side * cells_per_side).astype(np.float64)
+    a, b, mean = (np.bincount(cell, x, cells_per_side * cells_per_side) / count for x in (u, v, h))
     cell_residuals = h - mean[cell] - slopes[0] * (u - a[cell]) - slopes[1] * (v - b[cell])
     # Most cells contain no step.
     square = np.bincount(cell, cell_residuals**2) / np.maximum(count - 1.0, 1.0)

@@ -31,9 +31,9 @@ def near_cells(keys, row, layer, position, starts, near_points):  # type: ignore
     near_points : ndarray
         Output: rows of `keys`.
     """
-    total = 0
+    count = 0
     for c in range(len(keys)):
-        starts[c] = total
+        starts[c] = count
         for turn in range(9):
             first_key = keys[c] + (turn // 3 - 1) * layer + (turn % 3 - 1) * row - 1
             p = position[turn]
@@ -42,11 +42,11 @@ def near_cells(keys, row, layer, position, starts, near_points):  # type: ignore
             position[turn] = p
             while p < len(keys) and keys[p] <= first_key + 2:
                 if p != c:
-                    near_points[total] = p
-                    total += 1
+                    near_points[count] = p
+                    count += 1
                 p += 1
-    starts[len(keys)] = total
-    return total
+    starts[len(keys)] = count
+    return count
 
 
 @kernel("b1(f8[:,::1], i8[::1])")
@@ -138,9 +138,9 @@ def sort_upper(values, first, last, other, counts):  # type: ignore[no-untyped-d
         counts[:] = 0
         for i in range(n):
             counts[(source[i] >> shift) & mask] += 1
-        total = 0
+        count = 0
         for k in range(mask + 1):
-            counts[k], total = total, total + counts[k]
+            counts[k], count = count, count + counts[k]
         for i in range(n):
             k = (source[i] >> shift) & mask
             target[counts[k]] = source[i]

@@ -109,14 +109,14 @@ def smallest_eigenvector(a, b, c, d, e, f):  # type: ignore[no-untyped-def]
         v01, v02 = _swung(k, s, v01, v02)
         v11, v12 = _swung(k, s, v11, v12)
         v21, v22 = _swung(k, s, v21, v22)
-    total = a + b + c
+    trace = a + b + c
     smallest_diagonal, maximum = min(a, b, c), max(a, b, c)
     x, y, z = v00, v10, v20
     if smallest_diagonal == b:
         x, y, z = v01, v11, v21
     elif smallest_diagonal == c:
         x, y, z = v02, v12, v22
-    return x, y, z, smallest_diagonal, total - smallest_diagonal - maximum, maximum
+    return x, y, z, smallest_diagonal, trace - smallest_diagonal - maximum, maximum
 
 
 @kernel(

@@ -15,15 +15,15 @@ def _count_not_above(bounds, value):  # type: ignore[no-untyped-def]
 
 
 @kernel("void(f8[::1], f8[::1], f8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1], i8[::1], f8[:,::1])")
-def cell_sums(neighbour_faces, along_component, slabs, parts, u, v, r, count, sums):  # type: ignore[no-untyped-def]
+def cell_sums(across_component, along_component, slabs, parts, u, v, r, count, sums):  # type: ignore[no-untyped-def]
     """Count the points of each cell, and sum their u, v, r, uu, uv, vv, ur and vr.
 
     Parameters
     ----------
-    neighbour_faces, along_component : (n,) ndarray
+    across_component, along_component : (n,) ndarray
         Coordinates that determine the cell of a point.
     slabs : (k - 1,) ndarray
-        Sorted bounds of `neighbour_faces`.
+        Sorted bounds of `across_component`.
     parts : (k, k - 1) ndarray
         Sorted bounds of `along_component` in each slab.
     u, v, r : (n,) ndarray
@@ -32,10 +32,10 @@ def cell_sums(neighbour_faces, along_component, slabs, parts, u, v, r, count, su
     sums : (k k, 8) ndarray
         Output, zeros on entry.
     """
-    side = len(parts)
+    cells_per_side = len(parts)
     for i in range(len(u)):
-        slab = _count_not_above(slabs, neighbour_faces[i])
-        position = slab * side + _count_not_above(parts[slab], along_component[i])
+        slab = _count_not_above(slabs, across_component[i])
+        position = slab * cells_per_side + _count_not_above(parts[slab], along_component[i])
         a, b, h = u[i], v[i], r[i]
         count[position] += 1
         sums[position, 0] += a
@@ -91,11 +91,11 @@ def rotate_points(points, centre, axes, u, v, r):  # type: ignore[no-untyped-def
     The coordinates are relative to `centre`.
     """
     x, y, z = centre[0], centre[1], centre[2]
-    total = 0.0
+    total_square = 0.0
     for i in range(len(points)):
         dx, dy, dz = points[i, 0] - x, points[i, 1] - y, points[i, 2] - z
         u[i] = dx * axes[0, 0] + dy * axes[0, 1] + dz * axes[0, 2]
         v[i] = dx * axes[1, 0] + dy * axes[1, 1] + dz * axes[1, 2]
         r[i] = dx * axes[2, 0] + dy * axes[2, 1] + dz * axes[2, 2]
-        total += r[i] * r[i]
-    return total
+        total_square += r[i] * r[i]
+    return total_square

@@ -45,10 +45,10 @@ def _solved(rows):  # type: ignore[no-untyped-def]
 @part
 def _perpendicular_directions(x, y, z):  # type: ignore[no-untyped-def]
     """Return two directions perpendicular to a unit normal (Duff et al. 2017, JCGT 6(1), 1)."""
-    side = math.copysign(1.0, z)
-    a = -1.0 / (side + z)
+    sign = math.copysign(1.0, z)
+    a = -1.0 / (sign + z)
     b = x * y * a
-    return 1.0 + side * x * x * a, side * b, -side * x, b, side + y * y * a, -y
+    return 1.0 + sign * x * x * a, sign * b, -sign * x, b, sign + y * y * a, -y
 
 
 @kernel(

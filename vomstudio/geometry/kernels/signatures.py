@@ -50,9 +50,9 @@ class _KernelParameter:
             and (value.flags.carray if self.contiguous else value.flags.behaved)
         )
         if not is_valid:
-            form = "contiguous " if self.contiguous else ""
+            layout = "contiguous " if self.contiguous else ""
             raise TypeError(
-                f"Argument {position} of a kernel must be a writable {form}array of "
+                f"Argument {position} of a kernel must be a writable {layout}array of "
                 f"{self.dtype} with"
                 f" {self.dimensions} dimensions."
             )
@@ -146,9 +146,9 @@ class Signature:
 
 
 def _parameter(word: str) -> _KernelParameter:
-    name, _, form = word.partition("[")
+    name, _, layout = word.partition("[")
     kind = _FULL_TYPE_NAMES.get(name, name)
-    if kind not in (_SCALAR_TYPES if not form else _FULL_TYPE_NAMES.values()):
+    if kind not in (_SCALAR_TYPES if not layout else _FULL_TYPE_NAMES.values()):
         raise ValueError(f"A kernel cannot take '{word}'.")
-    axes = form.rstrip("]").split(",") if form else []
-    return _KernelParameter(kind, np.dtype(kind), len(axes), form.endswith("::1]"))
+    axes = layout.rstrip("]").split(",") if layout else []
+    return _KernelParameter(kind, np.dtype(kind), len(axes), layout.endswith("::1]"))

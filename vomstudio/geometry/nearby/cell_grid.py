@@ -46,7 +46,7 @@ class CellGrid:
         Sorted numbers of the cells, i + row j + layer k, counted from 1.
     row_of : ndarray of int
         Index in `places` of each input point.
-    side : float
+    cell_size : float
         Side length of a cell.
     """
 
@@ -57,16 +57,16 @@ class CellGrid:
     row: int
     layer: int
     row_of: IntArray
-    side: float
+    cell_size: float
 
     @cached_property
     def _around(self) -> tuple[IntArray, Int32Array]:
         starts = np.empty(len(self.keys) + 1, np.int64)
         neighbours = np.empty(26 * len(self.keys), np.int32)
-        total = near_cells(
+        neighbour_count = near_cells(
             self.keys, self.row, self.layer, np.zeros(9, np.int64), starts, neighbours
         )
-        return starts, neighbours[:total].copy()
+        return starts, neighbours[:neighbour_count].copy()
 
     def around(self) -> tuple[IntArray, Int32Array]:
         """Return the up to 26 neighbouring cells of each cell, as starts and list."""
@@ -102,8 +102,8 @@ def create_cell_grid(local_points: FloatArray, points_per_cell: float) -> CellGr
     local_points = to_kernel_array(local_points, np.float64)
     high = np.full(3, -np.inf)
     find_bounds(local_points, np.full(3, np.inf), high)
-    side = _side(local_points, high, points_per_cell)
-    grid = _sort_into_cells(local_points, high, side)
+    cell_size = _cell_size(local_points, high, points_per_cell)
+    grid = _sort_into_cells(local_points, high, cell_size)
     is_crowded = int(np.diff(grid.starts).max()) > MAX_POINTS_FOR_TWINS
     if not is_crowded and not has_twins(grid.places, grid.starts):
         return grid
@@ -113,7 +113,7 @@ def create_cell_grid(local_points: FloatArray, points_per_cell: float) -> CellGr
     if len(first_point) == len(local_points):
         return grid
     grid_of_distinct = _sort_into_cells(
-        to_kernel_array(local_points[first_point], np.float64), high, side
+        to_kernel_array(local_points[first_point], np.float64), high, cell_size
     )
     return CellGrid(
         first_point[grid_of_distinct.rows],
@@ -123,11 +123,11 @@ def create_cell_grid(local_points: FloatArray, points_per_cell: float) -> CellGr
         grid_of_distinct.row,
         grid_of_distinct.layer,
         grid_of_distinct.row_of[place_of_point],
-        side,
+        cell_size,
     )
 
 
-def _side(local_points: FloatArray, high: FloatArray, points_per_cell: float) -> float:
+def _cell_size(local_points: FloatArray, high: FloatArray, points_per_cell: float) -> float:
     """Determine the side of a cell iteratively.
 
     On a surface, counts grow with the square of the side.
@@ -135,38 +135,40 @@ def _side(local_points: FloatArray, high: FloatArray, points_per_cell: float) ->
     n = len(local_points)
     size = np.sort(high)[::-1]
     min_side = max(float(size[0]) / MAX_CELLS_PER_AXIS, 1e-12)
-    side = max(float(np.sqrt(size[0] * max(size[1], 1e-12) * points_per_cell / n)), min_side)
+    cell_size = max(float(np.sqrt(size[0] * max(size[1], 1e-12) * points_per_cell / n)), min_side)
     buffer = np.empty(n, np.int64)
     for _ in range(4):
-        row, layer = _steps(high, side)
+        row, layer = _steps(high, cell_size)
         if n > MAX_COUNTED_POINTS:
-            numbers = buffer[: number_points_in_cells(local_points, 1.0 / side, row, layer, buffer)]
+            numbers = buffer[
+                : number_points_in_cells(local_points, 1.0 / cell_size, row, layer, buffer)
+            ]
         else:
             numbers = buffer
-            cell_numbers(local_points, 1.0 / side, row, layer, buffer)
+            cell_numbers(local_points, 1.0 / cell_size, row, layer, buffer)
         count = np.sort(np.unique(numbers, return_counts=True)[1])
         median_count = (
             count[np.searchsorted(np.cumsum(count), 0.5 * len(numbers))] if len(count) else 1
         )
         ratio = float(np.sqrt(points_per_cell / median_count))
-        side = max(side * min(max(ratio, 0.2), 5.0), min_side)
+        cell_size = max(cell_size * min(max(ratio, 0.2), 5.0), min_side)
         if 0.8 < ratio < 1.25:
             break
-    return side
+    return cell_size
 
 
-def _steps(high: FloatArray, side: float) -> tuple[int, int]:
+def _steps(high: FloatArray, cell_size: float) -> tuple[int, int]:
     """Return the step of cell numbers to the next row and to the next layer."""
     # Empty cells at both ends of a row, so that neighbours do not wrap to the next row.
-    row, rows = (int(high[i] * (1.0 / side)) + 3 for i in range(2))
+    row, rows = (int(high[i] * (1.0 / cell_size)) + 3 for i in range(2))
     return row, row * rows
 
 
-def _sort_into_cells(local_points: FloatArray, high: FloatArray, side: float) -> CellGrid:
+def _sort_into_cells(local_points: FloatArray, high: FloatArray, cell_size: float) -> CellGrid:
     n = len(local_points)
-    row, layer = _steps(high, side)
+    row, layer = _steps(high, cell_size)
     numbers, buffer = np.empty(n, np.int64), np.empty(n, np.int64)
-    cell_numbers(local_points, 1.0 / side, row, layer, numbers)
+    cell_numbers(local_points, 1.0 / cell_size, row, layer, numbers)
     bits = max(n - 1, 1).bit_length()
     length = int(numbers.max()).bit_length()
     if bits + length < 63:
@@ -181,4 +183,6 @@ def _sort_into_cells(local_points: FloatArray, high: FloatArray, side: float) ->
     positions, starts = np.empty((n, 3)), np.empty(n + 1, np.int64)
     count = sort_points_by_cell(numbers, bits, local_points, rows, row_of, positions, keys, starts)
     keys = keys[:count].copy() if bits + length < 63 else names
-    return CellGrid(rows, positions, starts[: count + 1].copy(), keys, row, layer, row_of, side)
+    return CellGrid(
+        rows, positions, starts[: count + 1].copy(), keys, row, layer, row_of, cell_size
+    )

@@ -72,10 +72,10 @@ def loopstructural(rows: Sequence[Row], layers: Sequence[Layer]) -> str:
         normal = [sign * row[f"normal_{axis}"] + 0.0 for axis in "xyz"]
         name = str(row["kind"] or "surface")
         out.append([row["x"], row["y"], row["z"], name, *normal, None])
-    numbers: dict[tuple[str, str], int] = {}
+    surface_ids: dict[tuple[str, str], int] = {}
     for kind, set_name, points in _traces(layers):
         surface = str(kind or "surface"), surface_name(kind, set_name)
-        number = numbers.setdefault(surface, sum(key[0] == surface[0] for key in numbers))
+        number = surface_ids.setdefault(surface, sum(key[0] == surface[0] for key in surface_ids))
         out += [[*point.tolist(), surface[0], None, None, None, number] for point in points]
     return delimited_text(LOOPSTRUCTURAL_COLUMNS, out, ",")
 

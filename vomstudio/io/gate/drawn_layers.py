@@ -450,13 +450,13 @@ def _close_outlines(shapes: ObjectArray) -> tuple[ObjectArray, list[Finding]]:
 
 def _parts(
     shapes: ObjectArray,
-    numbers: IntArray,
+    feature_rows: IntArray,
     kinds: tuple[str, ...],
     include_rings: bool,
 ) -> tuple[ObjectArray, IntArray, list[Finding]]:
     """Return single parts of the requested kinds, their rows, and findings about others.
 
-    numbers : (n,) row of each shape in its file, for the findings
+    feature_rows : (n,) row of each shape in its file, for the findings
     """
     import shapely
 
@@ -484,7 +484,7 @@ def _parts(
             Finding(
                 "drawing.invalid-shapes",
                 count=n_short,
-                first_feature=int(numbers[feature[kind & ~has_size][0]]) + 1,
+                first_feature=int(feature_rows[feature[kind & ~has_size][0]]) + 1,
             )
         )
     parts, feature = parts[has_size], feature[has_size]

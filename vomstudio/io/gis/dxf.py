@@ -247,8 +247,8 @@ def _nearest() -> ByteArray:
 def color_numbers(rgb: ByteArray) -> ByteArray:
     """Return the numbers (n,) of the nearest release 12 colours."""
     r, g, b = (rgb.astype(np.int32) * 31 + 127).T // 255
-    numbers: ByteArray = _nearest()[(r * 32 + g) * 32 + b]
-    return numbers
+    nearest_colors: ByteArray = _nearest()[(r * 32 + g) * 32 + b]
+    return nearest_colors
 
 
 def color_number(hex_: str) -> int:

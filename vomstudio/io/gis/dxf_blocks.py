@@ -29,13 +29,16 @@ def count_block_entities(path: Path) -> float:
         If a block contains itself, or if there are more than `MAX_EXPANDED_ENTITIES` entities.
     OSError
     """
-    total = _Drawing(dxf_pieces(path)).count_expanded()
-    if total > MAX_EXPANDED_ENTITIES:
+    entity_count = _Drawing(dxf_pieces(path)).count_expanded()
+    if entity_count > MAX_EXPANDED_ENTITIES:
         raise InputError(
-            Finding("drawing.nested-blocks", count=f"{total:.0e}" if math.isfinite(total) else "∞"),
+            Finding(
+                "drawing.nested-blocks",
+                count=f"{entity_count:.0e}" if math.isfinite(entity_count) else "∞",
+            ),
             file=path,
         )
-    return total
+    return entity_count
 
 
 class _Drawing:

@@ -70,9 +70,9 @@ def qgs(title: str, source: str, layers: Sequence[MapLayer], crs: str | None) ->
     map_layers = ElementTree.SubElement(root, "projectlayers")
     for index, layer in enumerate(layers):
         _layer(map_layers, index, layer, source, crs)
-    order = ElementTree.SubElement(root, "layerorder")
+    layer_order = ElementTree.SubElement(root, "layerorder")
     for index, layer in enumerate(layers):
-        ElementTree.SubElement(order, "layer", id=_id(index, layer))
+        ElementTree.SubElement(layer_order, "layer", id=_id(index, layer))
     properties = ElementTree.SubElement(root, "properties")
     reference = ElementTree.SubElement(properties, "SpatialRefSys")
     ElementTree.SubElement(reference, "ProjectionsEnabled", type="int").text = "1"

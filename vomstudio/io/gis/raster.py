@@ -210,11 +210,11 @@ def _is_complete(dataset: Any, size: int) -> bool:
     """Return whether all blocks are within the file."""
     for row in range(-(-dataset.height // BLOCK)):
         for column in range(-(-dataset.width // BLOCK)):
-            place = [
+            tile_position = [
                 dataset.get_tag_item(f"BLOCK_{domain}_{column}_{row}", "TIFF", bidx=1)
                 for domain in ("OFFSET", "SIZE")
             ]
-            if None in place or sum(map(int, place)) > size:
+            if None in tile_position or sum(map(int, tile_position)) > size:
                 return False
     return True
 
@@ -230,8 +230,8 @@ def _has_tiles(dataset: Any, tiles: Mapping[tuple[int, int, int, int], int]) -> 
     block empty.
     """
     return all(
-        zlib.crc32(dataset.read(window=_window(*place)).tobytes()) == total
-        for place, total in tiles.items()
+        zlib.crc32(dataset.read(window=_window(*tile_position)).tobytes()) == tile_count
+        for tile_position, tile_count in tiles.items()
     )
 
 

@@ -161,9 +161,9 @@ def write_shapes(
     """
     contents = [_content(kind, shape) for shape in shapes]
     all_points = np.concatenate(shapes) if shapes else np.empty((0, 3))
-    total = 100 + sum(8 + len(content) for content in contents)
+    file_bytes = 100 + sum(8 + len(content) for content in contents)
     with open(shp, "wb") as file, open(shx, "wb") as index, open(dbf, "wb") as table:
-        file.write(_header(total, kind, all_points))
+        file.write(_header(file_bytes, kind, all_points))
         index.write(_header(100 + 8 * len(shapes), kind, all_points))
         offset = 50
         for record_number, content in enumerate(contents, start=1):

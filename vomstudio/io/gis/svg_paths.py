@@ -90,8 +90,8 @@ def element_pieces(
     if tag == "path":
         return _path(str(element.get("d") or ""))
     if tag in ("polyline", "polygon"):
-        numbers = [float(n) for n in re.findall(NUMBER, str(element.get("points") or ""))]
-        points = np.array(numbers).reshape(-1, 2)
+        coordinates = [float(n) for n in re.findall(NUMBER, str(element.get("points") or ""))]
+        points = np.array(coordinates).reshape(-1, 2)
         return [(_close(points) if tag == "polygon" else points, tag == "polygon")]
     if tag == "line":
         v = parse_lengths(element, ("x1", "y1", "x2", "y2"), view)
@@ -271,13 +271,15 @@ def _separate_flags(text: str) -> str:
 
 def _arc_numbers(text: str) -> str:
     """Separate the numbers of arcs: two radii, a rotation, two flags and an end point."""
-    numbers: list[str] = []
+    number_texts: list[str] = []
     offset = 0
     # A single pattern for all seven numbers would backtrack over every split of a long number.
-    while match := (_ARC_FLAG if len(numbers) % 7 in (3, 4) else _ARC_NUMBER).match(text, offset):
-        numbers.append(match[1])
+    while match := (_ARC_FLAG if len(number_texts) % 7 in (3, 4) else _ARC_NUMBER).match(
+        text, offset
+    ):
+        number_texts.append(match[1])
         offset = match.end()
-    return " ".join([*numbers, text[offset:]])
+    return " ".join([*number_texts, text[offset:]])
 
 
 _ARC_FLAG, _ARC_NUMBER = re.compile(r"[\s,]*([01])"), re.compile(rf"[\s,]*({NUMBER})")

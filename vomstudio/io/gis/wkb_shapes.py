@@ -65,20 +65,20 @@ def _remove_surfaces(data: bytes, offset: int, depth: int) -> tuple[bytes | None
     """Return a shape without surfaces (None if it is one), its end offset, and their number."""
     if depth > _MAX_DEPTH or offset >= len(data) or data[offset] > 1:
         raise ValueError("not WKB")
-    order = "<" if data[offset] else ">"
-    (code,) = struct.unpack_from(f"{order}I", data, offset + 1)
+    byte_order = "<" if data[offset] else ">"
+    (code,) = struct.unpack_from(f"{byte_order}I", data, offset + 1)
     kind, dimensions = _kind(code)
     start, offset = offset, offset + (9 if code & _HAS_SRID else 5)
     if kind == _POINT:
         return data[start : offset + 8 * dimensions], offset + 8 * dimensions, 0
-    (count,) = struct.unpack_from(f"{order}I", data, offset)
+    (count,) = struct.unpack_from(f"{byte_order}I", data, offset)
     offset += 4
     if kind == _LINE:
         end = offset + 8 * dimensions * count
         return data[start:end], end, 0
     if kind in (_POLYGON, 17):
         for _ in range(count):
-            (points,) = struct.unpack_from(f"{order}I", data, offset)
+            (points,) = struct.unpack_from(f"{byte_order}I", data, offset)
             offset += 4 + 8 * dimensions * points
         is_surface = kind != _POLYGON
         return None if is_surface else data[start:offset], offset, int(is_surface)
@@ -92,7 +92,11 @@ def _remove_surfaces(data: bytes, offset: int, depth: int) -> tuple[bytes | None
     if kind in _SURFACES:
         return None, offset, 1
     header = data[start : start + (9 if code & _HAS_SRID else 5)]
-    return header + struct.pack(f"{order}I", len(members)) + b"".join(members), offset, surfaces
+    return (
+        header + struct.pack(f"{byte_order}I", len(members)) + b"".join(members),
+        offset,
+        surfaces,
+    )
 
 
 def _kind(code: int) -> tuple[int, int]:

@@ -237,8 +237,8 @@ class CopcFile:
         return bool(withheld_of(self._records(self.nodes(range(1))), self._layout).any())
 
     def _records(self, nodes: OctreeNodes) -> AnyArray:
-        total = int(nodes.points.sum())
-        if total > self.top.points:
+        point_count = int(nodes.points.sum())
+        if point_count > self.top.points:
             raise self._damaged(tr("the nodes contain more points than the whole file"))
         chunks: list[bytes] = []
         for offset, size, points in zip(nodes.offsets, nodes.sizes, nodes.points, strict=True):
@@ -303,9 +303,9 @@ class CopcFile:
         )
 
     def _cubes(self, keys: AnyArray) -> AnyArray:
-        side = self._side / 2.0 ** keys[:, :1]
-        low = self._corner + keys[:, 1:] * side
-        cubes: AnyArray = np.stack([low, low + side], axis=1) * self._factors
+        cube_size = self._side / 2.0 ** keys[:, :1]
+        low = self._corner + keys[:, 1:] * cube_size
+        cubes: AnyArray = np.stack([low, low + cube_size], axis=1) * self._factors
         return cubes
 
     def _damaged(self, reason: str) -> InputError:

@@ -124,15 +124,15 @@ def map_name(value: str) -> tuple[str, tuple[str, ...]]:
             options.append(" ".join([key, *words[:n]]))
             remaining = words[n]
         elif key in _UP_TO_THREE_NUMBERS:
-            numbers: list[str] = []
+            number_texts: list[str] = []
             remaining = next_words.strip()
-            while len(numbers) < 3:
+            while len(number_texts) < 3:
                 first_word, _, following_numbers = remaining.partition(" ")
                 if not following_numbers or not _is_number(first_word):
                     break
-                numbers.append(first_word)
+                number_texts.append(first_word)
                 remaining = following_numbers.strip()
-            options.append(" ".join([key, *numbers]))
+            options.append(" ".join([key, *number_texts]))
         else:
             break
     return unquote(remaining), tuple(options)
@@ -147,9 +147,9 @@ def _is_number(word: str) -> bool:
 
 
 def _shifts_image(option: str) -> bool:
-    key, *numbers = option.split()
+    key, *number_texts = option.split()
     neutral = {"-s": 1.0, "-o": 0.0, "-t": 0.0}
-    return key in neutral and any(float(number) != neutral[key] for number in numbers)
+    return key in neutral and any(float(number) != neutral[key] for number in number_texts)
 
 
 def texture_finding(material: str | int, texture: Path | None, reason: str) -> Finding:
@@ -221,11 +221,13 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Fi
         elif current is None:
             continue
         elif key == "kd":
-            numbers = value.split()
-            if len(numbers) == 1:
-                numbers *= 3
+            number_texts = value.split()
+            if len(number_texts) == 1:
+                number_texts *= 3
             try:
-                r, g, b = (min(max(float(line_number), 0.0), 1.0) for line_number in numbers[:3])
+                r, g, b = (
+                    min(max(float(line_number), 0.0), 1.0) for line_number in number_texts[:3]
+                )
             except ValueError:
                 findings.append(
                     Finding("material.color-invalid", file=path.name, line=line_number, color=value)

@@ -130,14 +130,14 @@ def file_hash(path: Path, is_needed: Callable[[], bool] = lambda: True) -> str:
 
     Raises InputError if the file cannot be read.
     """
-    total = hashlib.sha256()
+    hasher = hashlib.sha256()
     try:
         with open_regular(path) as file:
             while is_needed() and (block := file.read(HASH_BLOCK_BYTES)):
-                total.update(block)
+                hasher.update(block)
     except OSError as error:
         raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error
-    return total.hexdigest()
+    return hasher.hexdigest()
 
 
 def resolution(data: Mesh | PointCloud) -> float:

@@ -27,17 +27,19 @@ def acceleration(note: object) -> Vector | None:
     """
     if not isinstance(note, bytes) or not note.startswith(_SIGNATURE) or len(note) < 16:
         return None
-    order = {b"MM": ">", b"II": "<"}.get(note[12:14])
-    if order is None:
+    byte_order = {b"MM": ">", b"II": "<"}.get(note[12:14])
+    if byte_order is None:
         return None
     try:
-        (count,) = struct.unpack_from(order + "H", note, 14)
+        (count,) = struct.unpack_from(byte_order + "H", note, 14)
         for entry in range(count):
-            tag, kind, values, offset = struct.unpack_from(order + "HHII", note, 16 + 12 * entry)
+            tag, kind, values, offset = struct.unpack_from(
+                byte_order + "HHII", note, 16 + 12 * entry
+            )
             if (tag, kind, values) == (_ACCELERATION, _SIGNED_RATIOS, 3):
-                numbers = struct.unpack_from(order + "6i", note, offset)
+                integers = struct.unpack_from(byte_order + "6i", note, offset)
                 x, y, z = (
-                    number / b for number, b in zip(numbers[::2], numbers[1::2], strict=True)
+                    number / b for number, b in zip(integers[::2], integers[1::2], strict=True)
                 )
                 return x, y, z
     except (struct.error, ZeroDivisionError):

@@ -144,12 +144,12 @@ def _name(key: str) -> str:
 
 def _angles(tags: Mapping[str, str]) -> tuple[Angles, bool]:
     """Return yaw, pitch and roll, and whether all are exactly 0 as written."""
-    for form in (
+    for pattern in (
         "Gimbal{}Degree",
         "Camera{}Degree",
         "CameraOrientationNED/{}",
     ):
-        yaw, pitch, roll = (_number(tags, form.format(a)) for a in ("Yaw", "Pitch", "Roll"))
+        yaw, pitch, roll = (_number(tags, pattern.format(a)) for a in ("Yaw", "Pitch", "Roll"))
         if yaw is not None and pitch is not None:
             return (wrap360(yaw), pitch, roll), not (yaw or pitch or roll)
     yaw, pitch, roll = (_number(tags, f"Camera:{a}") for a in ("Yaw", "Pitch", "Roll"))

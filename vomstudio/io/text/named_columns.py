@@ -266,7 +266,7 @@ class NamedTable:
         )
 
 
-def _add_header(table: TextTable, order: Sequence[str]) -> TextTable:
+def _add_header(table: TextTable, column_names: Sequence[str]) -> TextTable:
     """Use the last comment as header if it fits the columns, or else the given order."""
     for comment in reversed(table.comments):
         cells = [c.strip() for c in comment.replace(";", ",").replace("\t", ",").split(",")]
@@ -276,28 +276,33 @@ def _add_header(table: TextTable, order: Sequence[str]) -> TextTable:
         is_header = any(cell.isalpha() for cell in cells) and 2 * text_count > len(cells)
         if len(cells) == table.width and is_header:
             return replace(table, names=tuple(cells))
-    if not order or table.width < len(order):
+    if not column_names or table.width < len(column_names):
         raise InputError(
             Finding(
-                "table.no-header", columns=tuple(order) or ("dip_direction", "dip", "model_x", "…")
+                "table.no-header",
+                columns=tuple(column_names) or ("dip_direction", "dip", "model_x", "…"),
             ),
             file=table.path,
             line=1,
         )
-    _refuse_decimal_commas(table, order)
-    extra_names = [f"column {i + 1}" for i in range(len(order), table.width)]
-    return replace(table, names=(*order, *extra_names))
+    _refuse_decimal_commas(table, column_names)
+    extra_names = [f"column {i + 1}" for i in range(len(column_names), table.width)]
+    return replace(table, names=(*column_names, *extra_names))
 
 
-def _refuse_decimal_commas(table: TextTable, order: Sequence[str]) -> None:
+def _refuse_decimal_commas(table: TextTable, column_names: Sequence[str]) -> None:
     """Raise InputError if commas separate both columns and decimals.
 
     In this case, there are twice as many numerical cells as numerical columns, and all are
     integers.
     """
-    text_count = sum(name in _TEXT_COLUMNS for name in order)
-    numbers = table.width - text_count
-    if table.delimiter != "," or numbers % 2 or numbers < 2 * (len(order) - text_count):
+    text_count = sum(name in _TEXT_COLUMNS for name in column_names)
+    number_count = table.width - text_count
+    if (
+        table.delimiter != ","
+        or number_count % 2
+        or number_count < 2 * (len(column_names) - text_count)
+    ):
         return
     rows = [row[text_count:] for row in table.rows]
     if not all(_INTEGER.fullmatch(cell) for row in rows for cell in row):

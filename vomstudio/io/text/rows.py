@@ -59,7 +59,7 @@ class TextRows:
     """Data rows as text; use `rows` if it is not None."""
     rows: list[list[str]] | None
     """Cells (`width` per row) if lines cannot be split at the delimiter, otherwise None."""
-    numbers: list[int]
+    line_numbers: list[int]
     """Number (from 1) of the first line of each data row in the file."""
     comments: list[str]
     separators: list[int]
@@ -134,7 +134,7 @@ def read_rows(path: Path, *, has_header: bool = False, max_lines: int = MAX_LINE
             file=path,
             line=next(i for i, line in enumerate(lines, 1) if len(line) == max_length),
         )
-    data, numbers, comments, separators = _separate_comments(lines)
+    data, line_numbers, comments, separators = _separate_comments(lines)
     if not data:
         finding = Finding("table.no-rows")
         if comments and (
@@ -150,10 +150,10 @@ def read_rows(path: Path, *, has_header: bool = False, max_lines: int = MAX_LINE
             if excel_delimiter in _DELIMITERS and excel_delimiter in data[0]
             else delimiter
         )
-    refuse_decimal_commas(path, data, numbers, delimiter)
+    refuse_decimal_commas(path, data, line_numbers, delimiter)
     rows: list[list[str]] | None = None
     if '"' in text:
-        rows, numbers, comments, separators = _quoted_rows(path, lines, delimiter)
+        rows, line_numbers, comments, separators = _quoted_rows(path, lines, delimiter)
         first_row = rows[0]
     elif has_objects:
         rows = [[unescape_formula(cell) for cell in cut(line, delimiter)] for line in data]
@@ -165,15 +165,15 @@ def read_rows(path: Path, *, has_header: bool = False, max_lines: int = MAX_LINE
         header = None
     header_line = None
     if header is not None:
-        header_line = numbers[0]
-        data, numbers = data[1:], numbers[1:]
+        header_line = line_numbers[0]
+        data, line_numbers = data[1:], line_numbers[1:]
         rows = None if rows is None else rows[1:]
         if delimiter == " ":
             header = rejoin_header(header, data, rows)
         width = len(header)
     else:
         width = _most_common_width(data if rows is None else rows, delimiter)
-    rows = _check_widths(path, data, rows, numbers, width, delimiter)
+    rows = _check_widths(path, data, rows, line_numbers, width, delimiter)
     sample = (data if rows is None else rows)[:_SAMPLE_ROWS] if comments else []
     return TextRows(
         header,
@@ -182,7 +182,7 @@ def read_rows(path: Path, *, has_header: bool = False, max_lines: int = MAX_LINE
         delimiter,
         data,
         rows,
-        numbers,
+        line_numbers,
         comments,
         separators,
         notes,
@@ -209,14 +209,14 @@ def is_blank(stripped_text: str) -> bool:
 
 def _separate_comments(lines: list[str]) -> tuple[list[str], list[int], list[str], list[int]]:
     data: list[str] = []
-    numbers: list[int] = []
+    line_numbers: list[int] = []
     comments: list[str] = []
     separators: list[int] = []
     # Almost all lines of a large table are data rows, which are copied in blocks.
     other_rows = [i for i, line in enumerate(lines) if line[:1] in _NON_ROW_STARTS]
     for previous, i in itertools.pairwise((-1, *other_rows, len(lines))):
         data += lines[previous + 1 : i]
-        numbers += range(previous + 2, i + 1)
+        line_numbers += range(previous + 2, i + 1)
         if i == len(lines):
             break
         line, line_number = lines[i], i + 1
@@ -229,8 +229,8 @@ def _separate_comments(lines: list[str]) -> tuple[list[str], list[int], list[str
             separators.append(line_number)
         else:
             data.append(line)
-            numbers.append(line_number)
-    return data, numbers, comments, separators
+            line_numbers.append(line_number)
+    return data, line_numbers, comments, separators
 
 
 class _RecordLines:
@@ -274,18 +274,18 @@ def _quoted_rows(
     source = _RecordLines(lines, delimiter == " ")
     reader = csv.reader(source, delimiter=delimiter, skipinitialspace=True, strict=True)
     rows: list[list[str]] = []
-    numbers: list[int] = []
+    line_numbers: list[int] = []
     while True:
         source.is_record_start = True
         try:
             rows.append([unescape_formula(cell.strip()) for cell in next(reader)])
         except StopIteration:
-            return rows, numbers, source.comments, source.separators
+            return rows, line_numbers, source.comments, source.separators
         except csv.Error as error:
             raise InputError(
                 Finding("table.open-quotes", reason=error), file=path, line=source.first_line
             ) from error
-        numbers.append(source.first_line)
+        line_numbers.append(source.first_line)
 
 
 def sniff(sample: list[str]) -> str:
@@ -322,11 +322,13 @@ def _split_sample(sample: list[str], delimiter: str, is_quoted: bool) -> list[li
     return list(csv.reader(text, delimiter=delimiter, skipinitialspace=True))
 
 
-def refuse_decimal_commas(path: Path, data: list[str], numbers: list[int], delimiter: str) -> None:
+def refuse_decimal_commas(
+    path: Path, data: list[str], line_numbers: list[int], delimiter: str
+) -> None:
     """Raise InputError if rows look like `1,5 2,5 3,5`."""
     if delimiter not in ", ":
         return
-    for line, line_number in zip(data[:2], numbers[:2], strict=True):
+    for line, line_number in zip(data[:2], line_numbers[:2], strict=True):
         cells = line.split()
         commas = [cell for cell in cells if is_comma_number(cell) and cell[-1] != ","]
         other_cells = [cell for cell in cells if cell not in commas]
@@ -350,10 +352,10 @@ def is_header(cells: list[str], delimiter: str) -> bool:
 
 def _is_mostly_numbers(cells: list[str], delimiter: str) -> bool:
     decimal_comma = delimiter in ";\t"
-    numbers = sum(
+    number_count = sum(
         parse_number(cell, decimal_comma=decimal_comma) is not None for cell in cells if cell
     )
-    return 2 * numbers > sum(map(bool, cells))
+    return 2 * number_count > sum(map(bool, cells))
 
 
 def _trim(cells: list[str]) -> list[str]:
@@ -392,7 +394,7 @@ def _check_widths(
     path: Path,
     data: list[str],
     rows: list[list[str]] | None,
-    numbers: list[int],
+    line_numbers: list[int],
     width: int,
     delimiter: str,
 ) -> list[list[str]] | None:
@@ -405,7 +407,7 @@ def _check_widths(
         if is_uniform:
             return None
         rows = [cut(line, delimiter) for line in data]
-    for cells, line_number in zip(rows, numbers, strict=True):
+    for cells, line_number in zip(rows, line_numbers, strict=True):
         if len(cells) == width:
             continue
         if len(cells) < width or any(cells[width:]):

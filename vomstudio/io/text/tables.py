@@ -282,7 +282,7 @@ def read_table(
         comments=tuple(text.comments),
         notes=tuple(text.notes),
         separators=tuple(text.separators),
-        line_numbers=np.asarray(text.numbers, dtype=np.int64),
+        line_numbers=np.asarray(text.line_numbers, dtype=np.int64),
         _text=text,
         commented=tuple(text.commented),
     )

@@ -23,30 +23,30 @@ ROUNDING = 1e-9
 
 
 @part
-def _row(starts, nx, j, low, high, grid_left, side):  # type: ignore[no-untyped-def]
+def _row(starts, nx, j, low, high, grid_left, cell_size):  # type: ignore[no-untyped-def]
     """Return the first and last (excluded) point in a row of buckets between two positions."""
-    i0 = min(max(math.floor((low - grid_left) / side), 0), nx - 1)
-    i1 = min(max(math.floor((high - grid_left) / side), 0), nx - 1)
+    i0 = min(max(math.floor((low - grid_left) / cell_size), 0), nx - 1)
+    i1 = min(max(math.floor((high - grid_left) / cell_size), 0), nx - 1)
     return starts[j * nx + i0], starts[j * nx + i1 + 1]
 
 
 @part
-def _rows(ny, low, high, top, side):  # type: ignore[no-untyped-def]
-    j0 = min(max(math.floor((low - top) / side), 0), ny - 1)
-    j1 = min(max(math.floor((high - top) / side), 0), ny - 1)
+def _rows(ny, low, high, top, cell_size):  # type: ignore[no-untyped-def]
+    j0 = min(max(math.floor((low - top) / cell_size), 0), ny - 1)
+    j1 = min(max(math.floor((high - top) / cell_size), 0), ny - 1)
     return j0, j1
 
 
 @part
-def _enclose(points, starts, nx, ny, grid_left, top, side, x, y, reach, tri):  # type: ignore[no-untyped-def]
+def _enclose(points, starts, nx, ny, grid_left, top, cell_size, x, y, reach, tri):  # type: ignore[no-untyped-def]
     """Return whether three points in the square around a position enclose it.
 
     These are the nearest point, and the points with the largest angle to it on either side.
     """
-    j0, j1 = _rows(ny, y - reach, y + reach, top, side)
+    j0, j1 = _rows(ny, y - reach, y + reach, top, cell_size)
     nearest_square, a = math.inf, -1
     for j in range(j0, j1 + 1):
-        s, e = _row(starts, nx, j, x - reach, x + reach, grid_left, side)
+        s, e = _row(starts, nx, j, x - reach, x + reach, grid_left, cell_size)
         for p in range(s, e):
             d = (points[p, 0] - x) ** 2 + (points[p, 1] - y) ** 2
             if d < nearest_square:
@@ -57,7 +57,7 @@ def _enclose(points, starts, nx, ny, grid_left, top, side, x, y, reach, tri):  #
     b, c = -1, -1
     bx = by = cx = cy = 0.0
     for j in range(j0, j1 + 1):
-        s, e = _row(starts, nx, j, x - reach, x + reach, grid_left, side)
+        s, e = _row(starts, nx, j, x - reach, x + reach, grid_left, cell_size)
         for p in range(s, e):
             if p == a:
                 continue
@@ -101,20 +101,20 @@ def _lifted(points, tri, x, y):  # type: ignore[no-untyped-def]
 
 
 @part
-def _deepest_inside(points, starts, nx, ny, grid_left, top, side, x, y, f, g, h, reach):  # type: ignore[no-untyped-def]
+def _deepest_inside(points, starts, nx, ny, grid_left, top, cell_size, x, y, f, g, h, reach):  # type: ignore[no-untyped-def]
     """Return the point in a square that is deepest inside the circle of a plane, or -1."""
     mx, my = f / 2, g / 2
     radius = math.sqrt(max(h + mx * mx + my * my, 0.0))
     low_y, high_y = max(my - radius, -reach), min(my + radius, reach)
-    deepest_point, greatest_depth = -1, -ROUNDING * side * side
+    deepest_point, greatest_depth = -1, -ROUNDING * cell_size * cell_size
     if low_y > high_y:
         return deepest_point
-    j0, j1 = _rows(ny, y + low_y, y + high_y, top, side)
+    j0, j1 = _rows(ny, y + low_y, y + high_y, top, cell_size)
     low_x, high_x = max(mx - radius, -reach), min(mx + radius, reach)
     if low_x > high_x:
         return deepest_point
     for j in range(j0, j1 + 1):
-        s, e = _row(starts, nx, j, x + low_x, x + high_x, grid_left, side)
+        s, e = _row(starts, nx, j, x + low_x, x + high_x, grid_left, cell_size)
         for p in range(s, e):
             px, py = points[p, 0] - x, points[p, 1] - y
             excess = px * px + py * py - f * px - g * py - h
@@ -149,7 +149,7 @@ def _too_long(points, tri, limit):  # type: ignore[no-untyped-def]
 
 
 @part
-def _settle(points, starts, nx, ny, grid_left, top, side, x, y, limit, tri):  # type: ignore[no-untyped-def]
+def _settle(points, starts, nx, ny, grid_left, top, cell_size, x, y, limit, tri):  # type: ignore[no-untyped-def]
     """Turn an enclosing triangle into the Delaunay triangle.
 
     Returns whether its sides do not exceed the limit.
@@ -158,14 +158,16 @@ def _settle(points, starts, nx, ny, grid_left, top, side, x, y, limit, tri):  # 
         f, g, h = _lifted(points, tri, x, y)
         if math.isnan(f):
             return False
-        new = _deepest_inside(points, starts, nx, ny, grid_left, top, side, x, y, f, g, h, limit)
+        new = _deepest_inside(
+            points, starts, nx, ny, grid_left, top, cell_size, x, y, f, g, h, limit
+        )
         if new < 0:
             if _too_long(points, tri, limit):
                 return False
             # A point farther away would become a corner that is farther than the maximum side
             # length.
             deepest_point = _deepest_inside(
-                points, starts, nx, ny, grid_left, top, side, x, y, f, g, h, math.inf
+                points, starts, nx, ny, grid_left, top, cell_size, x, y, f, g, h, math.inf
             )
             return deepest_point < 0
         _enter(points, tri, new, x, y)
@@ -174,7 +176,7 @@ def _settle(points, starts, nx, ny, grid_left, top, side, x, y, limit, tri):  # 
 
 @kernel("void(f8[:,::1], i8[::1], i8, i8, f8, f8, f8, f8, f8, f8, f8, i8[::1], f8[:,::1])")
 def interpolate(  # type: ignore[no-untyped-def]
-    points, starts, nx, ny, grid_left, top, side, first_x, first_y, step, limit, tri, depth
+    points, starts, nx, ny, grid_left, top, cell_size, first_x, first_y, step, limit, tri, depth
 ):
     """Interpolate heights in Delaunay triangles; NaN where a side exceeds the limit.
 
@@ -196,7 +198,7 @@ def interpolate(  # type: ignore[no-untyped-def]
         Output array for the heights.
     """
     h, w = depth.shape
-    off_x, off_y = NUDGE * side, 0.618 * NUDGE * side
+    off_x, off_y = NUDGE * cell_size, 0.618 * NUDGE * cell_size
     for row in range(h):
         y = first_y + row * step + off_y
         is_enclosed = False
@@ -205,7 +207,7 @@ def interpolate(  # type: ignore[no-untyped-def]
             if is_enclosed:
                 u, v, q = _shares(points, tri[0], tri[1], tri[2], x, y)
                 is_enclosed = min(u, v, q) >= 0.0
-            max_distance = side
+            max_distance = cell_size
             while not is_enclosed and max_distance < 2.0 * limit:
                 is_enclosed = _enclose(
                     points,
@@ -214,7 +216,7 @@ def interpolate(  # type: ignore[no-untyped-def]
                     ny,
                     grid_left,
                     top,
-                    side,
+                    cell_size,
                     x,
                     y,
                     min(max_distance, limit),
@@ -222,7 +224,7 @@ def interpolate(  # type: ignore[no-untyped-def]
                 )
                 max_distance *= 2.0
             is_enclosed = is_enclosed and _settle(
-                points, starts, nx, ny, grid_left, top, side, x, y, limit, tri
+                points, starts, nx, ny, grid_left, top, cell_size, x, y, limit, tri
             )
             if not is_enclosed:
                 depth[row, column] = math.nan

@@ -63,17 +63,17 @@ def default_side_limit(xy: FloatArray) -> float:
     # Use the area of the cells that the cloud covers instead of its hull, since it may have any
     # outline.
     low, n = xy.min(axis=0), len(xy)
-    side = max(np.sqrt(4.0 * hull.volume / n), 1e-300)
+    mean_edge = max(np.sqrt(4.0 * hull.volume / n), 1e-300)
     for _ in range(8):
-        cells = np.floor((xy - low) / side).astype(np.int64)
+        cells = np.floor((xy - low) / mean_edge).astype(np.int64)
         key = cells[:, 1] * (cells[:, 0].max() + 1) + cells[:, 0]
         occupied_cells = _count_cells(key)
         per_cell = n / occupied_cells
         # At about four points per cell, few cells within the outline are empty.
         if 3.0 <= per_cell <= 8.0:
             break
-        side *= np.sqrt(np.clip(4.0 / per_cell, 0.1, 4.0))
-    return float(SIDE_SPACINGS * side / np.sqrt(per_cell))
+        mean_edge *= np.sqrt(np.clip(4.0 / per_cell, 0.1, 4.0))
+    return float(SIDE_SPACINGS * mean_edge / np.sqrt(per_cell))
 
 
 def _count_cells(key: IntArray) -> int:
@@ -184,15 +184,15 @@ def _covered(away: FloatArray, is_above: BoolArray) -> BoolArray:
     return np.asarray(mingled | is_surrounded)
 
 
-def average_top_points(points: FloatArray, side: float) -> FloatArray:
+def average_top_points(points: FloatArray, cell_size: float) -> FloatArray:
     """Average, in each square, the points within a few square sides of the highest point."""
-    cells = np.floor((points[:, :2] - points[:, :2].min(axis=0)) / side).astype(np.int64)
+    cells = np.floor((points[:, :2] - points[:, :2].min(axis=0)) / cell_size).astype(np.int64)
     key = cells[:, 1] * (cells[:, 0].max() + 1) + cells[:, 0]
     order = np.lexsort((points[:, 2], key))
     ordered_points, key = points[order], key[order]
     starts = np.flatnonzero(np.concatenate([[True], np.diff(key) != 0]))
     top = np.repeat(ordered_points[starts, 2], np.diff(np.append(starts, len(key))))
-    is_upper = ordered_points[:, 2] <= top + GAP_SPREADS * side
+    is_upper = ordered_points[:, 2] <= top + GAP_SPREADS * cell_size
     counts = np.add.reduceat(is_upper.astype(np.float64), starts)
     sums = np.add.reduceat(ordered_points * is_upper[:, None], starts, axis=0)
     return np.ascontiguousarray(sums / counts[:, None])
@@ -214,11 +214,13 @@ def interpolate_tile(points: FloatArray, limit: float, grid: Grid, tile: Tile) -
 
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     size = np.maximum(high - low, 1e-12)
-    side = max(BUCKET_SPACINGS * float(np.sqrt(size.prod() / len(points))), 1e-9)
+    cell_size = max(BUCKET_SPACINGS * float(np.sqrt(size.prod() / len(points))), 1e-9)
     # For a cloud that is almost a line, limit the number of buckets to that of the points.
-    side = max(side, float(size.max()) / len(points))
-    nx, ny = (int(n) + 1 for n in (size / side).tolist())
-    cells = np.minimum(np.floor((points[:, :2] - low) / side).astype(np.int64), (nx - 1, ny - 1))
+    cell_size = max(cell_size, float(size.max()) / len(points))
+    nx, ny = (int(n) + 1 for n in (size / cell_size).tolist())
+    cells = np.minimum(
+        np.floor((points[:, :2] - low) / cell_size).astype(np.int64), (nx - 1, ny - 1)
+    )
     key = cells[:, 1] * nx + cells[:, 0]
     order = np.argsort(key, kind="stable")
     starts = np.concatenate([[0], np.cumsum(np.bincount(key, minlength=nx * ny))])
@@ -231,7 +233,7 @@ def interpolate_tile(points: FloatArray, limit: float, grid: Grid, tile: Tile) -
         ny,
         float(low[0]),
         float(low[1]),
-        side,
+        cell_size,
         grid.left + (tile.column + 0.5) * g,
         grid.top + (tile.row + 0.5) * g,
         g,

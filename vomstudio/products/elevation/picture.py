@@ -63,7 +63,7 @@ def read_picture(raster: Path, maximum: int = MAX_SIDE_PX) -> ElevationPicture:
             rasterio.open(raster, driver="GTiff") as file,
         ):
             reduction = max(file.width, file.height, maximum) / maximum
-            size = tuple(max(1, round(side / reduction)) for side in (file.height, file.width))
+            size = tuple(max(1, round(length / reduction)) for length in (file.height, file.width))
             read = file.read(1, out_shape=size, resampling=Resampling.average)
             step = float(file.transform.a) * file.width / size[1]
     except (OSError, rasterio.errors.RasterioError) as error:

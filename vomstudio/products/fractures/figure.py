@@ -406,8 +406,8 @@ def triangle_place(i: float, y: float, x: float) -> tuple[float, float]:
 
     The I corner is at the top, Y at the left and X at the right.
     """
-    total = i + y + x
-    return (0.5 * i + x) / total, math.sqrt(0.75) * i / total
+    node_count = i + y + x
+    return (0.5 * i + x) / node_count, math.sqrt(0.75) * i / node_count
 
 
 def _draw_triangle(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str:
@@ -636,8 +636,8 @@ def _draw_sizes(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str
 
 def _plain_axes(ax: Axes, style: NetStyle) -> None:
     ax.set_facecolor(style.net)
-    for side in ("top", "right"):
-        ax.spines[side].set_visible(False)
-    for side in ("left", "bottom"):
-        ax.spines[side].set_color(style.ink)
+    for spine in ("top", "right"):
+        ax.spines[spine].set_visible(False)
+    for spine in ("left", "bottom"):
+        ax.spines[spine].set_color(style.ink)
     ax.tick_params(labelsize=0.9 * style.font_pt, colors=style.ink, width=0.8 * style.line_pt)

@@ -472,8 +472,8 @@ def compute_means(
                 if cluster
                 else tr("Axis 1 {orientation}", orientation=text)
             )
-        total = _total(s, line.vector())
-        means.append(NetMean(line, label, s.color, s.marker, text, total, cluster))
+        total_region = _total(s, line.vector())
+        means.append(NetMean(line, label, s.color, s.marker, text, total_region, cluster))
     return tuple(means)
 
 

@@ -126,9 +126,9 @@ class NetDrawing:
     def _draw_set(self, s: NetSet) -> None:
         """Draw the poles or lines of a set."""
         net, style = self.net, self.style
-        total = sum(len(item) for item in net.sets)
-        size = style.marker_pt * symbol_scale(total)
-        dots = net.contour is not None and total > 500  # so that the contours stay visible
+        pole_count = sum(len(item) for item in net.sets)
+        size = style.marker_pt * symbol_scale(pole_count)
+        dots = net.contour is not None and pole_count > 500  # so that the contours stay visible
         if dots:
             size *= 0.5
         vectors = s.vectors()

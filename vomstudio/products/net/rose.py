@@ -90,16 +90,18 @@ def figure_size(
 ) -> tuple[float, float]:
     """Return the width and height of a figure with all roses, in inches."""
     columns = min(len(contents.roses), 3, max(1, int(width_mm / _MIN_PANEL_MM)))
-    side = min(width_mm / columns, _MAX_PANEL_MM)
+    panel_mm = min(width_mm / columns, _MAX_PANEL_MM)
     rows = math.ceil(len(contents.roses) / columns)
     letter = style.font_pt / 72.0 * 25.4
     foot = _FOOT_LETTERS * letter + 1.45 * letter * (len(contents.notes) + bool(contents.title))
-    return width_mm / 25.4, (rows * (_tall(side) + _HEAD_LETTERS * letter) + foot) / 25.4
+    return width_mm / 25.4, (
+        rows * (_panel_height(panel_mm) + _HEAD_LETTERS * letter) + foot
+    ) / 25.4
 
 
-def _tall(side: float) -> float:
-    """Return the height of a panel of width `side`."""
-    return side * (_PANEL_TOP + _PANEL_BOTTOM) / (2 * _PANEL_HALF_WIDTH)
+def _panel_height(width: float) -> float:
+    """Return the height of a panel of width `width`."""
+    return width * (_PANEL_TOP + _PANEL_BOTTOM) / (2 * _PANEL_HALF_WIDTH)
 
 
 @dataclass(frozen=True)
@@ -107,7 +109,7 @@ class _Grid:
     """Grid of panels: the number of columns, and the width of a panel."""
 
     columns: int
-    side: float
+    panel_width: float
 
     @classmethod
     def of(cls, count: int, width: float, height: float, head: float, foot: float) -> _Grid:
@@ -116,12 +118,12 @@ class _Grid:
         for columns in range(1, count + 1):
             rows = math.ceil(count / columns)
             total_height = (height - foot) / rows - head
-            side = min(
+            panel_width = min(
                 width / columns, total_height * 2 * _PANEL_HALF_WIDTH / (_PANEL_TOP + _PANEL_BOTTOM)
             )
-            if side >= best_rotation.side - 1e-6:
-                best_rotation = cls(columns, side)
-        return cls(best_rotation.columns, max(best_rotation.side, 1.0))
+            if panel_width >= best_rotation.panel_width - 1e-6:
+                best_rotation = cls(columns, panel_width)
+        return cls(best_rotation.columns, max(best_rotation.panel_width, 1.0))
 
 
 @dataclass(eq=False)
@@ -188,26 +190,30 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
     foot = [*title, *contents.notes, *wrap_text(_caption(contents), font, width - 2 * font)]
     foot_height = (_FOOT_LETTERS + 1.45 * (len(foot) - 1)) * font
     grid = _Grid.of(len(contents.roses), width, height, _HEAD_LETTERS * font, foot_height)
-    side = min(grid.side, _MAX_PANEL_MM / 25.4 * 72.0 if style is PRINT else grid.side)
-    total_height = _tall(side)
+    panel_width = min(
+        grid.panel_width, _MAX_PANEL_MM / 25.4 * 72.0 if style is PRINT else grid.panel_width
+    )
+    total_height = _panel_height(panel_width)
     rings = choose_rings(max(float(rose.shares.max()) for rose in contents.roses.values()))
     drawn_petals = {}
     for i, (name, rose) in enumerate(contents.roses.items()):
         row, column = divmod(i, grid.columns)
-        x_left = (width - grid.columns * side) / 2 + column * side
+        x_left = (width - grid.columns * panel_width) / 2 + column * panel_width
         y_low = height - (row + 1) * (total_height + _HEAD_LETTERS * font)
-        ax = figure.add_axes((x_left / width, y_low / height, side / width, total_height / height))
+        ax = figure.add_axes(
+            (x_left / width, y_low / height, panel_width / width, total_height / height)
+        )
         _draw_panel(ax, contents, name, rings, style)
         title_text = tr("{set} (n = {count:,})", set=name, count=rose.n)
         for baseline, text, weight in (
             (1.95, title_text, "bold"),
             (0.53, mean_words(rose), "normal"),
         ):
-            size = font * min(1.0, max(0.7, 0.94 * side / text_width(text, font, weight)))
+            size = font * min(1.0, max(0.7, 0.94 * panel_width / text_width(text, font, weight)))
             figure.text(
-                (x_left + side / 2) / width,
+                (x_left + panel_width / 2) / width,
                 (y_low + total_height + baseline * font) / height,
-                shorten_text(text, size, side, weight),
+                shorten_text(text, size, panel_width, weight),
                 ha="center",
                 va="bottom",
                 fontsize=size,

@@ -52,11 +52,11 @@ def draw_slip_arrows(
     length = np.linalg.norm(forward, axis=1)
     is_moving = length > _UPRIGHT
     step = forward[is_moving] / length[is_moving, None]
-    side = np.stack([-step[:, 1], step[:, 0]], axis=1)
+    normals = np.stack([-step[:, 1], step[:, 0]], axis=1)
     tip = position[is_moving] + half_length * step
     neck = tip - _HEAD * step
     shafts = np.stack([position[is_moving] - half_length * step, neck], axis=1)
-    heads = np.stack([tip, neck + _WING * side, neck - _WING * side], axis=1)
+    heads = np.stack([tip, neck + _WING * normals, neck - _WING * normals], axis=1)
     arrow_style: dict[str, Any] = {
         "transform": plane_transform(ax),
         "clip_on": False,

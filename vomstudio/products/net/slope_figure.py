@@ -324,11 +324,11 @@ def _lateral_lines(face: SlopeFace) -> tuple[FloatArray, ...]:
     t = np.linspace(0.0, np.pi, 91)
     limit = np.radians(face.options.lateral_deg)
     curves = []
-    for side in (1.0, -1.0):
+    for sign in (1.0, -1.0):
         if face.options.limits == "curved":
-            x, y = np.cos(t) * np.cos(limit), np.full_like(t, side * np.sin(limit))
+            x, y = np.cos(t) * np.cos(limit), np.full_like(t, sign * np.sin(limit))
             z = -np.sin(t) * np.cos(limit)
         else:
-            x, y, z = np.cos(t) * np.cos(limit), side * np.cos(t) * np.sin(limit), -np.sin(t)
+            x, y, z = np.cos(t) * np.cos(limit), sign * np.cos(t) * np.sin(limit), -np.sin(t)
         curves.append(np.stack([x, y, z], axis=1))
     return tuple(curves)

@@ -128,11 +128,11 @@ def error_ellipses(table: OrientationRows) -> tuple[NetEllipse, ...]:
     except UsageError:
         totals = [""] * len(cells[0])
     ellipses = []
-    for row, (*names, total) in enumerate(zip(*cells, totals, strict=True)):
+    for row, (*names, total_deg) in enumerate(zip(*cells, totals, strict=True)):
         major_deg, minor_deg, rake = (_number(word) for word in names)
         if table.is_plane[row] and math.isfinite(major_deg + minor_deg + rake):
             plane = Plane(float(table.dip_direction_deg[row]), float(table.dip_deg[row]))
-            known_number = _number(total)
+            known_number = _number(total_deg)
             known_number = known_number if math.isfinite(known_number) else major_deg
             ellipses.append(
                 NetEllipse.enlarge_to_total(plane, major_deg, minor_deg, rake, known_number)

@@ -11,8 +11,8 @@ EDGE_PIXELS = 3.0
 
 
 @kernel("void(f8[:,::1], i4[:,::1], f8, f8, f8, f8, i8, i8, i8[::1], i4[::1])")
-def bin_faces(view, faces, left, top, side, margin, columns, rows, starts, members):  # type: ignore[no-untyped-def]
-    """Assign faces to tiles (columns x rows, each `side` metres wide).
+def bin_faces(view, faces, left, top, cell_size, margin, columns, rows, starts, members):  # type: ignore[no-untyped-def]
+    """Assign faces to tiles (columns x rows, each `cell_size` metres wide).
 
     The function is called twice. If `members` is empty, the faces of tile t are counted in starts[t
     + 1]. In the second call, with cumulative starts, `members` is filled and starts[t] moves to the
@@ -25,10 +25,10 @@ def bin_faces(view, faces, left, top, side, margin, columns, rows, starts, membe
         x_high = max(view[a, 0], view[b, 0], view[c, 0]) + margin
         y_low = min(view[a, 1], view[b, 1], view[c, 1]) - margin
         y_high = max(view[a, 1], view[b, 1], view[c, 1]) + margin
-        i0 = max(math.floor((x_low - left) / side), 0)
-        i1 = min(math.floor((x_high - left) / side), columns - 1)
-        j0 = max(math.floor((y_low - top) / side), 0)
-        j1 = min(math.floor((y_high - top) / side), rows - 1)
+        i0 = max(math.floor((x_low - left) / cell_size), 0)
+        i1 = min(math.floor((x_high - left) / cell_size), columns - 1)
+        j0 = max(math.floor((y_low - top) / cell_size), 0)
+        j1 = min(math.floor((y_high - top) / cell_size), rows - 1)
         for j in range(j0, j1 + 1):
             for i in range(i0, i1 + 1):
                 t = j * columns + i

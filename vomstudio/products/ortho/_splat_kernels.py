@@ -14,15 +14,15 @@ MAX_SLOPE = 12.0
 
 
 @kernel("void(f8[:,::1], f8[::1], f8, f8, f8, f8, i8, i8, i8[::1], i4[::1])")
-def bin_points(view, radius, left, top, side, margin, columns, rows, starts, members):  # type: ignore[no-untyped-def]
+def bin_points(view, radius, left, top, cell_size, margin, columns, rows, starts, members):  # type: ignore[no-untyped-def]
     """Assign points to tiles as in `bin_faces`, with a radius per point and a margin, m."""
     fill = len(members) > 0
     for p in range(len(view)):
         r = radius[p] + margin
-        i0 = max(math.floor((view[p, 0] - r - left) / side), 0)
-        i1 = min(math.floor((view[p, 0] + r - left) / side), columns - 1)
-        j0 = max(math.floor((view[p, 1] - r - top) / side), 0)
-        j1 = min(math.floor((view[p, 1] + r - top) / side), rows - 1)
+        i0 = max(math.floor((view[p, 0] - r - left) / cell_size), 0)
+        i1 = min(math.floor((view[p, 0] + r - left) / cell_size), columns - 1)
+        j0 = max(math.floor((view[p, 1] - r - top) / cell_size), 0)
+        j1 = min(math.floor((view[p, 1] + r - top) / cell_size), rows - 1)
         for j in range(j0, j1 + 1):
             for i in range(i0, i1 + 1):
                 t = j * columns + i
@@ -58,15 +58,16 @@ def splat(  # type: ignore[no-untyped-def]
                     limit[j, i] = NEAR_SPACINGS
                     if nearest[j, i] == math.inf:
                         continue
-                    neighbour_faces, down = 0.0, 0.0
+                    depth_step_x, depth_step_y = 0.0, 0.0
                     if 0 < i < w - 1:
                         depth_step = abs(nearest[j, i] - nearest[j, i - 1])
-                        neighbour_faces = min(depth_step, abs(nearest[j, i + 1] - nearest[j, i]))
+                        depth_step_x = min(depth_step, abs(nearest[j, i + 1] - nearest[j, i]))
                     if 0 < j < h - 1:
                         depth_step = abs(nearest[j, i] - nearest[j - 1, i])
-                        down = min(depth_step, abs(nearest[j + 1, i] - nearest[j, i]))
+                        depth_step_y = min(depth_step, abs(nearest[j + 1, i] - nearest[j, i]))
                     steep = min(
-                        math.sqrt(neighbour_faces * neighbour_faces + down * down) / gsd, MAX_SLOPE
+                        math.sqrt(depth_step_x * depth_step_x + depth_step_y * depth_step_y) / gsd,
+                        MAX_SLOPE,
                     )
                     limit[j, i] = max(NEAR_SPACINGS, 2.0 * steep)
         for index in range(len(members)):

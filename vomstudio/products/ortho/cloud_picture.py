@@ -144,9 +144,9 @@ def local_spacing(points: FloatArray, spacing: float) -> FloatArray:
     Cells are about 6 x 6 spacings in size. The values are limited to between half and twice the
     typical spacing.
     """
-    side = _CELL_SPACINGS * spacing
+    cell_size = _CELL_SPACINGS * spacing
     low = points.min(axis=0)
-    cells = np.floor((points - low) / side).astype(np.int64)
+    cells = np.floor((points - low) / cell_size).astype(np.int64)
     n = cells.max(axis=0) + 1
     key = (cells[:, 0] * n[1] + cells[:, 1]) * n[2] + cells[:, 2]
     order = np.argsort(key, kind="stable")
@@ -154,7 +154,7 @@ def local_spacing(points: FloatArray, spacing: float) -> FloatArray:
     first_rows = np.flatnonzero(np.concatenate([[True], ordered_key[1:] != ordered_key[:-1]]))
     counts = np.diff(np.append(first_rows, len(ordered_key)))
     spacings = np.empty(len(points))
-    spacings[order] = np.repeat(side / np.sqrt(counts), counts)
+    spacings[order] = np.repeat(cell_size / np.sqrt(counts), counts)
     typical_spacing = float(np.median(spacings))
     return np.clip(spacings, 0.5 * typical_spacing, 2.0 * typical_spacing)
 

@@ -229,5 +229,5 @@ class OneDomain:
             @ matrix[:3].T
         )
         is_domain[j, i] = self.territory.is_member[self.territory.tree.query(positions)[1]]
-        spread = is_domain.repeat(_CELL_PX, axis=0).repeat(_CELL_PX, axis=1)
-        return spread[: depth.shape[0], : depth.shape[1]]
+        enlarged_mask = is_domain.repeat(_CELL_PX, axis=0).repeat(_CELL_PX, axis=1)
+        return enlarged_mask[: depth.shape[0], : depth.shape[1]]

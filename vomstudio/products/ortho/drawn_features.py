@@ -34,7 +34,7 @@ SURFACE = "outcrop"
 def drawing_targets(image: str | Path) -> dict[str, Path]:
     """Return the paths of the drawings of NAME.tif: NAME_drawing.gpkg, .svg and .dxf."""
     path = Path(image)
-    return {form: path.with_name(f"{path.stem}_drawing.{form}") for form in FORMATS}
+    return {format_: path.with_name(f"{path.stem}_drawing.{format_}") for format_ in FORMATS}
 
 
 def picture_id(metadata: Mapping[str, Any]) -> str:

@@ -173,14 +173,14 @@ def write_orthophoto(
             "model": model,
             "content_hash": content_hash,
             **_place_facts(plan, crs, metadata),
-            "drawing": {form: target.name for form, target in drawings.items()} or None,
+            "drawing": {format_: target.name for format_, target in drawings.items()} or None,
             "software": f"VOM Studio {__version__}",
         }
         if small is not None:
             drawing = replace(drawing, picture=small.within())
         if drawings:
             progress.stage(tr("Writing the drawing"))
-            parts = {form: paths[target] for form, target in drawings.items()}
+            parts = {format_: paths[target] for format_, target in drawings.items()}
             write_drawings(parts, drawing, shown_crs, metadata["picture_id"], raster_turn(plan))
             metadata["drawn"] = len(drawing.shapes)
         metadata["warnings"] = plain(warnings)

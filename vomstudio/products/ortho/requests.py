@@ -306,7 +306,7 @@ def collect_result(
         str(files.depth),
         str(files.world_file),
         sheet,
-        {form: str(path) for form, path in files.drawing.items()} or None,
+        {format_: str(path) for format_, path in files.drawing.items()} or None,
         figures_of(files.metadata),
         planned_picture.fold,
         (*warnings, *planned_picture.warnings, *files.warnings),

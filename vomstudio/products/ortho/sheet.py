@@ -110,11 +110,11 @@ def write_sheet(
         page_axes.set_axis_off()
         _draw_ends(page_axes, drawing, view, (x_left, y_bottom, width, height))
         _draw_bar(page_axes, drawing, scale, (x_left, y_bottom, width))
-        side = min(x_left, 0.5 * (size[0] - page))
-        key.draw(page_axes, side, y_bottom - text_height)
+        margin = min(x_left, 0.5 * (size[0] - page))
+        key.draw(page_axes, margin, y_bottom - text_height)
         for k, line in enumerate(texts):
             page_axes.text(
-                side,
+                margin,
                 y_bottom - _WORDS_MM - _ROW_MM * k,
                 line,
                 fontsize=_FONT_PT,
@@ -250,10 +250,10 @@ def _draw_ends(
     """Draw the directions at both ends, clear of the arrow beside a narrow picture."""
     x_left, y_bottom, wide, tall = frame
     text_top, centre = y_bottom + tall + 3.0, x_left + 0.5 * wide
-    side = max(0.5 * wide, 12.0 + LETTER_MM * _FONT_PT * max(map(len, drawing.ends)))
+    half_width = max(0.5 * wide, 12.0 + LETTER_MM * _FONT_PT * max(map(len, drawing.ends)))
     text_style: dict[str, Any] = {"fontsize": _FONT_PT + 1.0, "weight": "bold", "color": INK}
-    ax.text(centre - side, text_top, drawing.ends[0], ha="left", va="bottom", **text_style)
-    ax.text(centre + side, text_top, drawing.ends[1], ha="right", va="bottom", **text_style)
+    ax.text(centre - half_width, text_top, drawing.ends[0], ha="left", va="bottom", **text_style)
+    ax.text(centre + half_width, text_top, drawing.ends[1], ha="right", va="bottom", **text_style)
     arrow = {"arrowstyle": "-|>", "color": INK, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0}
     ax.annotate("", (centre, text_top + 7.0), (centre, text_top - 0.5), arrowprops=arrow)
     ax.text(centre + 2.0, text_top + 3.0, end_labels(view)[2], va="center", **text_style)

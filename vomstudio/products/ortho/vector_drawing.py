@@ -281,11 +281,11 @@ def _svg_shape(shape: DrawingShape, mm: float, ids: set[str]) -> str:
     else:
         ids.add(str(values["id"]))
     text = "".join(f' {key}="{_escaped(str(value))}"' for key, value in values.items() if value)
-    form = "polygon" if shape.closed else "polyline"
+    tag = "polygon" if shape.closed else "polyline"
     style_attributes = f'stroke="{shape.color}"'
     if shape.filled:
         style_attributes = f'stroke="{_EDGE}" fill="{shape.color}" fill-opacity="0.5"'
-    return f'<{form}{text} points="{position}" {style_attributes}><title>{title}</title></{form}>'
+    return f'<{tag}{text} points="{position}" {style_attributes}><title>{title}</title></{tag}>'
 
 
 def _svg_points(points: FloatArray) -> str:

@@ -40,14 +40,16 @@ def axis_labels(view: ViewDirection, unit: str) -> tuple[str, str]:
     -------
     (str, str)
     """
-    neighbour_faces = tr("distance ({unit})", unit=unit)
-    up = tr("distance up ({unit})", unit=unit)
+    horizontal_title = tr("distance ({unit})", unit=unit)
+    vertical_title = tr("distance up ({unit})", unit=unit)
     if view.north_known:
         wind = format_wind(_right_azimuth(view)).partition(" ")[0]
-        neighbour_faces = tr("distance toward {direction} ({unit})", direction=wind, unit=unit)
+        horizontal_title = tr("distance toward {direction} ({unit})", direction=wind, unit=unit)
     if view.frame.is_vertical:
-        up = tr("distance toward N ({unit})", unit=unit) if view.north_known else neighbour_faces
-    return neighbour_faces, up
+        vertical_title = (
+            tr("distance toward N ({unit})", unit=unit) if view.north_known else horizontal_title
+        )
+    return horizontal_title, vertical_title
 
 
 def direction_text(view: ViewDirection) -> str:

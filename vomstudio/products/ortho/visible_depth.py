@@ -89,7 +89,7 @@ def _between(depth: FloatArray, position: FloatArray, limit: float) -> FloatArra
     own_depth = depth[pixel[:, 1], pixel[:, 0]]
     corner = np.floor(position - 0.5).astype(np.int64)
     fraction = position - 0.5 - corner
-    total, weight = np.zeros(len(position)), np.zeros(len(position))
+    weighted_sum, weight = np.zeros(len(position)), np.zeros(len(position))
     for dx in (0, 1):
         for dy in (0, 1):
             place_position = np.clip(corner + [dx, dy], 0, last_pixel)
@@ -98,6 +98,6 @@ def _between(depth: FloatArray, position: FloatArray, limit: float) -> FloatArra
                 fraction[:, 1] if dy else 1 - fraction[:, 1]
             )
             is_same = np.abs(value - own_depth) <= limit
-            total += np.where(is_same, part * value, 0.0)
+            weighted_sum += np.where(is_same, part * value, 0.0)
             weight += np.where(is_same, part, 0.0)
-    return np.where(weight > 0, total / np.where(weight > 0, weight, 1.0), own_depth)
+    return np.where(weight > 0, weighted_sum / np.where(weight > 0, weight, 1.0), own_depth)

@@ -167,9 +167,9 @@ def _camera(camera: Mapping[str, Any]) -> str:
     names = camera["names"]
     rows = []
     for index, name in enumerate(names):
-        spread = camera["sigma"][index]
+        sigma = camera["sigma"][index]
         spread_text = (
-            tr("unknown") if spread is None else tr("held") if spread == 0 else f"± {spread:.2g}"
+            tr("unknown") if sigma is None else tr("held") if sigma == 0 else f"± {sigma:.2g}"
         )
         rows.append(("", [name, f"{camera['params'][index]:.6g}", spread_text]))
     photos = tr_n("{count} photo.", "{count} photos.", camera["photos"])
@@ -321,8 +321,8 @@ def _times(result: Mapping[str, Any]) -> str:
     rows = [
         ("", [_label(stage), f"{seconds:.1f} s"]) for stage, seconds in result["seconds"].items()
     ]
-    total = sum(result["seconds"].values())
-    rows.append(("", [tr("total"), f"{total:.1f} s"]))
+    total_s = sum(result["seconds"].values())
+    rows.append(("", [tr("total"), f"{total_s:.1f} s"]))
     rows.append(("", [tr("peak memory"), f"{result['peak_memory_mb']:,.0f} MB"]))
     return _table(["", ""], rows)
 

@@ -166,6 +166,6 @@ def _plane_checks(
         rotation_matrix = None
         if rotation is not None:
             rotation_matrix = float(errors_95_deg(rotation, fit.normal)[0])
-        total = total_error_deg(fit, gsd, registration_deg=rotation_matrix)
-        checks.append(replace(check, total_95=total))
+        total_deg = total_error_deg(fit, gsd, registration_deg=rotation_matrix)
+        checks.append(replace(check, total_95=total_deg))
     return checks

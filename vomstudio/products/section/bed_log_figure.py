@@ -85,9 +85,9 @@ class LogPage:
 
 def lay_out_page(log: BedLog) -> LogPage:
     """Lay out a log at the largest round scale at which its column fits on a page."""
-    total = log.total_m.value
-    scale = _round_up(1000.0 * total / _MAX_COLUMN_MM) if total > 0 else 1.0
-    column = 1000.0 * total / scale
+    thickness_m = log.total_m.value
+    scale = _round_up(1000.0 * thickness_m / _MAX_COLUMN_MM) if thickness_m > 0 else 1.0
+    column = 1000.0 * thickness_m / scale
     centres = [500.0 * (interval.base_m + interval.top_m) / scale for interval in log.intervals]
     thick = [1000.0 * (interval.top_m - interval.base_m) / scale for interval in log.intervals]
     has_name = [len(centres) <= _MAX_ROWS or t >= _ROW_MM for t in thick]
@@ -396,10 +396,10 @@ def _spread(targets: Sequence[float], distance: float) -> FloatArray:
     """
     blocks: list[tuple[float, int]] = []
     for i, target in enumerate(targets):
-        total, count = target - i * distance, 1
-        while blocks and blocks[-1][0] / blocks[-1][1] >= total / count:
+        position_sum, count = target - i * distance, 1
+        while blocks and blocks[-1][0] / blocks[-1][1] >= position_sum / count:
             previous_total, previous_count = blocks.pop()
-            total, count = total + previous_total, count + previous_count
-        blocks.append((total, count))
+            position_sum, count = position_sum + previous_total, count + previous_count
+        blocks.append((position_sum, count))
     unit_thicknesses = np.repeat([t / c for t, c in blocks], [c for _, c in blocks])
     return np.asarray(unit_thicknesses + distance * np.arange(len(targets)), np.float64)

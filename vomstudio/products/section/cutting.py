@@ -109,8 +109,8 @@ def _cut_mesh(mesh: Mesh, panel: Panel) -> FloatArray:
     consistently with its neighbours.
     """
     # Far from the origin, only differences of coordinates are precise.
-    side = (mesh.vertices - panel.origin) @ panel.normal >= 0
-    corners = side[mesh.faces]
+    is_front = (mesh.vertices - panel.origin) @ panel.normal >= 0
+    corners = is_front[mesh.faces]
     intersected_rows = np.flatnonzero(corners.any(axis=1) & ~corners.all(axis=1))
     faces, corners = mesh.faces[intersected_rows], corners[intersected_rows]
     # The first corner is the one that is alone on its side.
@@ -120,7 +120,7 @@ def _cut_mesh(mesh: Mesh, panel: Panel) -> FloatArray:
     rows = np.arange(len(faces))
     apex = faces[rows, single_corner]
     ends = [
-        _crossing(mesh.vertices, apex, faces[rows, (single_corner + k) % 3], side, panel)
+        _crossing(mesh.vertices, apex, faces[rows, (single_corner + k) % 3], is_front, panel)
         for k in (1, 2)
     ]
     pieces = np.stack(ends, axis=1)
@@ -131,7 +131,7 @@ def _crossing(
     vertices: FloatArray,
     a: Int32Array,
     b: Int32Array,
-    side: BoolArray,
+    is_front: BoolArray,
     panel: Panel,
 ) -> FloatArray:
     """Return the points (n, 2) where edges cross the plane.
@@ -139,7 +139,7 @@ def _crossing(
     They are interpolated starting from the viewer's side, so that both triangles of an edge give
     identical results.
     """
-    upper_corner, lower_corner = np.where(side[a], a, b), np.where(side[a], b, a)
+    upper_corner, lower_corner = np.where(is_front[a], a, b), np.where(is_front[a], b, a)
     p, q = (panel.coordinates(vertices[k]) for k in (upper_corner, lower_corner))
     fraction = p[:, 2] / (p[:, 2] - q[:, 2])
     return np.asarray(p[:, :2] + fraction[:, None] * (q[:, :2] - p[:, :2]))

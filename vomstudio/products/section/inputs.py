@@ -237,8 +237,10 @@ def read_features(
         warnings.append(Finding("section.lines-left-out", count=lines))
     nowhere = table.is_plane & ~is_usable
     if nowhere.any():
-        numbers = [int(n) for n in table.line_numbers[nowhere]]
-        warnings.append(Finding("section.planes-without-place", count=len(numbers), lines=numbers))
+        line_numbers = [int(n) for n in table.line_numbers[nowhere]]
+        warnings.append(
+            Finding("section.planes-without-place", count=len(line_numbers), lines=line_numbers)
+        )
     return ReadFeatures(
         items_of_table(positions[is_usable], rows), table.convention, tuple(warnings)
     )

@@ -575,7 +575,7 @@ def _warnings(
                 other_percent=100.0 * holding.other_share,
             )
         )
-    spread = 1.4826 * float(np.median(np.abs(deviations - np.median(deviations))))
-    if bent_share > 0.9 and spread > 2.0 * noise:
+    robust_sigma = 1.4826 * float(np.median(np.abs(deviations - np.median(deviations))))
+    if bent_share > 0.9 and robust_sigma > 2.0 * noise:
         warnings.append(Finding("patch.bent", share_percent=100.0 * bent_share))
     return tuple(warnings)

@@ -137,17 +137,17 @@ def measurable_map(
         data, plane.normal(), replace(options, length_m=length), progress
     )
     area = measurability.areas
-    total = float(area.sum())
-    if not total > 0.0:
+    total_area = float(area.sum())
+    if not total_area > 0.0:
         raise GeometryError(Finding("model.no-surface"))
 
     def shares(classes: Int8Array) -> dict[str, float]:
-        sums = np.bincount(classes, area, len(QUALITY_CLASSES)) / total
+        sums = np.bincount(classes, area, len(QUALITY_CLASSES)) / total_area
         return {name: float(sums[i]) for i, name in reversed(list(enumerate(QUALITY_CLASSES)))}
 
     best_error = measurability.best_deg
     order = np.argsort(best_error)
-    cumulative_share = np.cumsum(area[order]) / total
+    cumulative_share = np.cumsum(area[order]) / total_area
     tenth, median = (
         float(best_error[order[np.searchsorted(cumulative_share, q)]]) for q in (0.1, 0.5)
     )
@@ -160,10 +160,10 @@ def measurable_map(
         angle_deg=options.angle_deg,
         element=measurability.elements.of,
         elements=len(measurability.elements),
-        area_m2=total,
+        area_m2=total_area,
         shares=shares(measurability.classes),
         trace_shares=shares(measurability.trace_classes),
-        exposed_share=float(area[measurability.patches >= 0].sum()) / total,
+        exposed_share=float(area[measurability.patches >= 0].sum()) / total_area,
         patches=_patches(measurability),
         median_deg=median,
         tenth_deg=tenth,
@@ -206,8 +206,8 @@ def _find_best_position(measurability: Measurable) -> dict[str, float] | None:
 
 def _patches(measurability: Measurable) -> list[dict[str, float | None]]:
     is_inside = measurability.patches >= 0
-    numbers = measurability.patches[is_inside]
-    areas = np.bincount(numbers, measurability.areas[is_inside])
+    patch_numbers = measurability.patches[is_inside]
+    areas = np.bincount(patch_numbers, measurability.areas[is_inside])
     patches: list[dict[str, float | None]] = []
     for patch_index in np.argsort(-areas)[:_MAX_PATCHES]:
         rows = np.flatnonzero(measurability.patches == patch_index)
@@ -238,12 +238,12 @@ def _point_values(data: Mesh | PointCloud, measurability: Measurable) -> dict[st
         for name, error in zip(FIELDS, errors, strict=False):
             corner_errors = np.repeat(error, 3)
             is_known = np.isfinite(corner_errors)
-            total = np.bincount(corners[is_known], weights[is_known], count)
+            weight_sums = np.bincount(corners[is_known], weights[is_known], count)
             sums = np.bincount(
                 corners[is_known], (weights * np.nan_to_num(corner_errors))[is_known], count
             )
             with np.errstate(invalid="ignore", divide="ignore"):
-                values[name] = (sums / total).astype(np.float32)
+                values[name] = (sums / weight_sums).astype(np.float32)
         votes = np.stack(
             [
                 np.bincount(corners, weights * (np.repeat(measurability.classes, 3) == k), count)

@@ -80,8 +80,8 @@ def write_layers(
                 for layer, style in zip(layers, styles, strict=True)
                 if layer.shapes
             ]
-            order = ("point", "line", "ring")
-            map_layers.sort(key=lambda map_layer: order.index(map_layer.style.geometry))
+            geometry_order = ("point", "line", "ring")
+            map_layers.sort(key=lambda map_layer: geometry_order.index(map_layer.style.geometry))
             parts[1].write_text(
                 replace_surrogates(qgs(out.stem, out.name, map_layers, crs)), encoding="utf-8"
             )

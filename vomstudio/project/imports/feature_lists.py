@@ -262,16 +262,16 @@ def _points_in_world(
     points: list[FloatArray] = [row.points for row in rows]
     findings: list[Finding] = []
     for crs_text in dict.fromkeys(row.crs for row in rows):
-        numbers = [i for i, row in enumerate(rows) if row.crs == crs_text]
+        row_indices = [i for i, row in enumerate(rows) if row.crs == crs_text]
         placed_points = points_to_world(
-            np.concatenate([rows[i].points for i in numbers]),
+            np.concatenate([rows[i].points for i in row_indices]),
             file=path,
             stated_crs=StatedCrs(crs_text),
             model=ModelFrame(crs),
         )
         findings += placed_points.findings
-        ends = np.cumsum([len(rows[i].points) for i in numbers])
-        for i, part in zip(numbers, np.split(placed_points.points, ends[:-1]), strict=True):
+        ends = np.cumsum([len(rows[i].points) for i in row_indices])
+        for i, part in zip(row_indices, np.split(placed_points.points, ends[:-1]), strict=True):
             points[i] = part
     return points, tuple(dict.fromkeys(findings))
 

@@ -73,11 +73,11 @@ def read_field_table(path: str | Path) -> FieldTable:
         rows = [[line.strip()] for _, line in used_columns]  # each line is one reading: N42E 41SE
     else:
         rows = [_split_cells(line, delimiter) for _, line in used_columns]
-    numbers = [i for i, _ in used_columns]
+    column_indices = [i for i, _ in used_columns]
     has_header = is_header(rows[0], delimiter) and not any(is_orientation(c) for c in rows[0])
     first_row = rows[0]
     if has_header:
-        rows, numbers = rows[1:], numbers[1:]
+        rows, column_indices = rows[1:], column_indices[1:]
         if delimiter == " " and rows:
             first_row = rejoin_header(first_row, [], rows)
     names = tuple(first_row) if has_header else None
@@ -97,7 +97,7 @@ def read_field_table(path: str | Path) -> FieldTable:
             )
             row[:] = (row + [""] * width)[:width]
     return FieldTable(
-        path, names, width, delimiter, rows, numbers, ragged_rows, tuple(notes), comments
+        path, names, width, delimiter, rows, column_indices, ragged_rows, tuple(notes), comments
     )
 
 

@@ -49,10 +49,10 @@ def read_head(db: sqlite3.Connection) -> Head:
     """
     (rows,) = db.execute("SELECT count(*) FROM journal").fetchone()
     last_row = db.execute("SELECT seq, checksum FROM journal ORDER BY seq DESC LIMIT 1").fetchone()
-    seq, total = last_row or (0, "")
+    seq, checksum = last_row or (0, "")
     stored = db.execute("SELECT seq FROM head").fetchone()
     # Row numbers are never reused.
-    return Head(rows, max(seq, stored[0] if stored else 0), total)
+    return Head(rows, max(seq, stored[0] if stored else 0), checksum)
 
 
 def checksum(previous_text: str, values: Sequence[object]) -> str:

@@ -134,7 +134,7 @@ def _measure(context: MeasurementContext, feature: Intersection) -> Measurement:
     covariance = intersect_planes(*moved_means).covariance()[0] if turns.known else None
     direction = intersection.line.vector()
     registration = None if covariance is None else region(direction, covariance).largest_deg
-    total = region_of_line(
+    total_region = region_of_line(
         direction,
         covariance,
         intersection.max_confidence95_deg,
@@ -143,7 +143,7 @@ def _measure(context: MeasurementContext, feature: Intersection) -> Measurement:
     )
     verdict = judge_line(
         None,
-        confidence95_deg=None if total is None else total.largest_deg,
+        confidence95_deg=None if total_region is None else total_region.largest_deg,
         scatter_deg=scatter,
         registration_deg=registration,
         thresholds=context.thresholds,
@@ -162,7 +162,7 @@ def _measure(context: MeasurementContext, feature: Intersection) -> Measurement:
         angle_deg=intersection.angle_deg,
         kind="intersection",
         registration_error_deg=registration,
-        total=total,
+        total=total_region,
     )
 
 

@@ -122,10 +122,10 @@ def _measure(context: MeasurementContext, feature: Lineation) -> Measurement:
         )
     covariance = _registration_covariance(context, feature, line.vector(), base)
     registration = None if covariance is None else region(line.vector(), covariance).largest_deg
-    total = region_of_line(line.vector(), covariance, largest, error_deg, axis)
+    total_region = region_of_line(line.vector(), covariance, largest, error_deg, axis)
     verdict = judge_line(
         fit,
-        confidence95_deg=None if total is None else total.largest_deg,
+        confidence95_deg=None if total_region is None else total_region.largest_deg,
         registration_deg=registration,
         off_plane_deg=off_plane_deg,
         is_plane_missing=is_plane_missing,
@@ -151,7 +151,7 @@ def _measure(context: MeasurementContext, feature: Lineation) -> Measurement:
         metric=metric,
         kind="lineation",
         registration_error_deg=registration,
-        total=total,
+        total=total_region,
     )
 
 
@@ -217,7 +217,7 @@ def _add_arrowhead(ends: FloatArray, plane: Plane, slip_rake_deg: float) -> Floa
         ends = ends[::-1]
     size = 0.18 * float(np.linalg.norm(ends[-1] - ends[0]))
     cross_axis = np.cross(plane.normal(), slip)
-    wings = [ends[-1] + size * (0.5 * side * cross_axis - slip) for side in (1.0, -1.0)]
+    wings = [ends[-1] + size * (0.5 * sign * cross_axis - slip) for sign in (1.0, -1.0)]
     return np.vstack([ends, wings[0], ends[-1], wings[1]])
 
 

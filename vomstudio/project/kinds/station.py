@@ -76,8 +76,8 @@ def measure(context: MeasurementContext, stations: Sequence[Station]) -> list[Me
 
 
 def _station_text(station: Station) -> str:
-    subject = tr(dict(STATION_KINDS)[station.what])
-    return f"{subject} {station.number}".rstrip()
+    description = tr(dict(STATION_KINDS)[station.what])
+    return f"{description} {station.number}".rstrip()
 
 
 def position_in_world(subject: Subject) -> FloatArray | None:

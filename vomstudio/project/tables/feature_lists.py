@@ -67,7 +67,9 @@ def _text(kind: Kind, subjects: list[Subject], table: ProjectTable) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _wkt(form: str, points: FloatArray) -> str:
-    ring = np.vstack([points, points[:1]]) if form == "ring" else points
+def _wkt(geometry_type: str, points: FloatArray) -> str:
+    ring = np.vstack([points, points[:1]]) if geometry_type == "ring" else points
     coordinates = ", ".join(" ".join(f"{value:.12g}" for value in point) for point in ring.tolist())
-    return f'"{_FORMS[form]} ({f"({coordinates})" if form == "ring" else coordinates})"'
+    if geometry_type == "ring":
+        coordinates = f"({coordinates})"
+    return f'"{_FORMS[geometry_type]} ({coordinates})"'

@@ -47,10 +47,10 @@ def world_cells(
     """Return numbers (n,) and World corners (n, 4, 3) of the cells that have one of the marks."""
     cell_marks = marks_of(grid)
     selected_rows = [i for i, mark in enumerate(cell_marks) if marks is None or mark in marks]
-    numbers = np.array(selected_rows, np.int64)
-    corners = grid_in_file_frame(grid).corners(numbers).reshape(-1, 3)
+    cell_numbers = np.array(selected_rows, np.int64)
+    corners = grid_in_file_frame(grid).corners(cell_numbers).reshape(-1, 3)
     rows = rows_of(get(records, grid.model_id, Model))
-    return numbers, transform.apply(rows, corners).reshape(-1, 4, 3)
+    return cell_numbers, transform.apply(rows, corners).reshape(-1, 4, 3)
 
 
 def grid_cells(
@@ -65,9 +65,9 @@ def grid_cells(
             continue
         model = get(records, grid.model_id, Model)
         marks = marks_of(grid)
-        numbers, corners = world_cells(grid, records)
+        cell_numbers, corners = world_cells(grid, records)
         shapes += list(corners)
-        for cell in numbers.tolist():
+        for cell in cell_numbers.tolist():
             row, column = divmod(cell, grid.columns)
             place = f"{column + 1}, {row + 1}"
             mark_title, colour = MARK_TITLES[marks[cell]], COLORS[marks[cell]]

@@ -96,9 +96,9 @@ def _column(values: list[Any], figure: Figure) -> AnyArray:
     return _array(values, figure.form)
 
 
-def _array(values: list[Any], form: Form) -> AnyArray:
-    if form == "text":
+def _array(values: list[Any], kind: Form) -> AnyArray:
+    if kind == "text":
         return np.array(values, dtype=object)
-    if form == "flag":
+    if kind == "flag":
         return np.array([bool(value) for value in values], dtype=bool)
     return np.array([np.nan if value is None else value for value in values], dtype=np.float64)

@@ -135,8 +135,8 @@ def fit_to_reference(
         raise GeometryError(
             Finding("reference.little-overlap", share_percent=100.0 * matched_share)
         )
-    spread = jackknife_error(refinement, radius)
-    whitening = spread.whitening
+    jackknife = jackknife_error(refinement, radius)
+    whitening = jackknife.whitening
     if not scale:
         scale_row = np.zeros((1, 7))
         scale_row[0, 3] = 1.0 / _FIXED_SCALE_SIGMA
@@ -156,10 +156,10 @@ def fit_to_reference(
         radius,
         matched_share,
         refinement.sigma,
-        spread.blocks,
-        spread.side_m,
+        jackknife.blocks,
+        jackknife.side_m,
         free_parameters,
-        tuple(_findings(refinement, spread, matched_share, free_parameters)),
+        tuple(_findings(refinement, jackknife, matched_share, free_parameters)),
     )
 
 
@@ -182,8 +182,10 @@ def _free_parameters(refinement: Refinement, scale: bool) -> tuple[str, ...]:
     unknowns = 7 if scale else 6
     if refinement.determined.shape[1] >= unknowns:
         return ()
-    numbers = [0, 1, 2, 4, 5, 6, *([3] if scale else [])]
-    axes = np.linalg.svd((refinement.determined.T @ refinement.information)[:, numbers])[2]
+    parameter_indices = [0, 1, 2, 4, 5, 6, *([3] if scale else [])]
+    axes = np.linalg.svd((refinement.determined.T @ refinement.information)[:, parameter_indices])[
+        2
+    ]
     null = axes[refinement.determined.shape[1] :]
     components = np.linalg.norm(null, axis=0)
     names = []
@@ -198,7 +200,7 @@ def _free_parameters(refinement: Refinement, scale: bool) -> tuple[str, ...]:
 
 def _findings(
     refinement: Refinement,
-    spread: JackknifeError,
+    jackknife: JackknifeError,
     matched_share: float,
     free_names: tuple[str, ...],
 ) -> list[Finding]:
@@ -208,6 +210,6 @@ def _findings(
     if matched_share < _PARTIAL_OVERLAP:
         findings.append(Finding("reference.partial", share_percent=100.0 * matched_share))
     # Rounding errors are also correlated.
-    if spread.alike and refinement.sigma > _ROUNDING * refinement.size:
-        findings.append(Finding("reference.bent", side_m=spread.side_m))
+    if jackknife.alike and refinement.sigma > _ROUNDING * refinement.size:
+        findings.append(Finding("reference.bent", side_m=jackknife.side_m))
     return findings

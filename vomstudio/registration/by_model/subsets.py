@@ -61,10 +61,10 @@ def jackknife_error(refinement: Refinement, radius: float) -> JackknifeError:
     -------
     JackknifeError
     """
-    side = float(np.ptp(refinement.places, axis=0).max())
+    extent = float(np.ptp(refinement.places, axis=0).max())
     block_of_place, is_alike = np.zeros(len(refinement.places), np.int64), True
     for count_target in _BLOCK_COUNTS:
-        block_of_place, side = cut_into_blocks(
+        block_of_place, extent = cut_into_blocks(
             refinement.places, count_target, _MIN_BLOCK_RADII * radius
         )
         is_alike = _neighbours_alike(refinement, block_of_place)
@@ -76,7 +76,7 @@ def jackknife_error(refinement: Refinement, radius: float) -> JackknifeError:
     units = np.array([1.0, 1.0, 1.0, 1.0, refinement.size, refinement.size, refinement.size])
     functionals = refinement.determined.T @ refinement.information
     root = np.linalg.cholesky(covariance + _MIN_ERROR**2 * functionals @ functionals.T)
-    return JackknifeError(np.linalg.solve(root, functionals / units), count, side, is_alike)
+    return JackknifeError(np.linalg.solve(root, functionals / units), count, extent, is_alike)
 
 
 def cut_into_blocks(positions: FloatArray, target: int, min_side: float) -> tuple[IntArray, float]:
@@ -90,20 +90,20 @@ def cut_into_blocks(positions: FloatArray, target: int, min_side: float) -> tupl
         Side length of a block, at least `min_side` if there are enough blocks.
     """
     low = positions.min(axis=0)
-    side = float(np.ptp(positions, axis=0).max())
+    extent = float(np.ptp(positions, axis=0).max())
     block_of_place = np.zeros(len(positions), np.int64)
     for _ in range(60):
-        cells = np.floor((positions - low) / max(side, 1e-12)).astype(np.int64)
+        cells = np.floor((positions - low) / max(extent, 1e-12)).astype(np.int64)
         width = cells.max(axis=0) + 1
         keys = cells[:, 0] + width[0] * (cells[:, 1] + width[1] * cells[:, 2])
         block_of_place = np.unique(keys, return_inverse=True)[1]
         count = int(block_of_place.max()) + 1
         if count >= min(target, len(positions)) or (
-            count >= _BLOCK_COUNTS[-1] and 0.9 * side < min_side
+            count >= _BLOCK_COUNTS[-1] and 0.9 * extent < min_side
         ):
             break
-        side *= 0.9
-    return np.asarray(block_of_place, np.int64), side
+        extent *= 0.9
+    return np.asarray(block_of_place, np.int64), extent
 
 
 def _neighbours_alike(refinement: Refinement, block_of_place: IntArray) -> bool:
@@ -123,11 +123,11 @@ def _neighbours_alike(refinement: Refinement, block_of_place: IntArray) -> bool:
     weights = np.zeros((size, size))
     weights[np.repeat(np.arange(size), neighbours.shape[1]), neighbours.ravel()] = 1.0
     weights = (weights + weights.T) / 2
-    total = weights.sum()
-    index = size / total * float(mean @ weights @ mean) / max(float(mean @ mean), 1e-300)
+    total_weight = weights.sum()
+    index = size / total_weight * float(mean @ weights @ mean) / max(float(mean @ mean), 1e-300)
     s1 = 2.0 * float((weights**2).sum())
     s2 = 4.0 * float((weights.sum(axis=1) ** 2).sum())
-    variance = (size**2 * s1 - size * s2 + 3 * total**2) / ((size**2 - 1) * total**2)
+    variance = (size**2 * s1 - size * s2 + 3 * total_weight**2) / ((size**2 - 1) * total_weight**2)
     variance -= 1.0 / (size - 1) ** 2
     return bool(index + 1.0 / (size - 1) > _MORAN_LIMIT_SIGMAS * np.sqrt(max(variance, 0.0)))
 

@@ -60,7 +60,9 @@ def degrees_beyond(crs: str | None) -> Callable[[float, float], tuple[float, flo
             return np.inf, np.nan, np.nan
         width = (east - west) % 360.0 or 360.0
         degrees_east = (longitude - west) % 360.0
-        side = 0.0 if degrees_east <= width else min(degrees_east - width, 360.0 - degrees_east)
-        return max(side, south - latitude, latitude - north, 0.0), longitude, latitude
+        degrees_beyond = (
+            0.0 if degrees_east <= width else min(degrees_east - width, 360.0 - degrees_east)
+        )
+        return max(degrees_beyond, south - latitude, latitude - north, 0.0), longitude, latitude
 
     return beyond

@@ -144,7 +144,7 @@ def _fit_offset(
 
     step = max(0.05 * abs(offset), 1e-3)
     for _ in range(3):
-        misfits = [misfit_at(offset + side * step) for side in (-1.0, 0.0, 1.0)]
+        misfits = [misfit_at(offset + sign * step) for sign in (-1.0, 0.0, 1.0)]
         if any(item is None for item in misfits):
             return None
         variance_below, middle, variance_above = (

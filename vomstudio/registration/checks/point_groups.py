@@ -43,9 +43,9 @@ def find_larger_group(model: FloatArray, world: FloatArray) -> BoolArray | None:
     limit = _SEPARATION_FACTOR * max(float(np.median(gaps)), 1e-9)
     if gaps[-1] <= limit or distances_agree(model, world):
         return None
-    numbers = fcluster(tree, limit, "distance")
-    largest_group = int(np.bincount(numbers).argmax())
-    return np.asarray(numbers == largest_group)
+    cluster_ids = fcluster(tree, limit, "distance")
+    largest_group = int(np.bincount(cluster_ids).argmax())
+    return np.asarray(cluster_ids == largest_group)
 
 
 def distances_agree(model: FloatArray, world: FloatArray) -> bool:

@@ -113,7 +113,7 @@ def project(
     a, b = sums
     count = np.column_stack([a.count, b.count])
     with np.errstate(divide="ignore", invalid="ignore"):
-        spread = np.sqrt(a.deviation**2 / a.count + b.deviation**2 / b.count)
-    lod95 = Z95 * (spread + registration_error)
+        standard_error = np.sqrt(a.deviation**2 / a.count + b.deviation**2 / b.count)
+    lod95 = Z95 * (standard_error + registration_error)
     lod95[(count < MIN_POINTS).any(axis=1)] = np.nan
     return Projection(a.mean - b.mean, lod95, normals, count)

@@ -120,12 +120,12 @@ class MeshSides:
                 self._corners[corner],
                 self._is_border[corner],
             )
-        side = np.where(np.einsum("ij,ij->i", offset, pseudonormal) < 0, -1.0, 1.0)
+        sign = np.where(np.einsum("ij,ij->i", offset, pseudonormal) < 0, -1.0, 1.0)
         size = np.linalg.norm(pseudonormal, axis=1, keepdims=True)
         pseudonormal = pseudonormal / np.where(size > 0, size, 1.0)
         height = np.einsum("ij,ij->i", offset, pseudonormal)
         along_surface = np.sqrt(np.maximum(length**2 - height**2, 0.0))
-        distance[rows] = side * length
+        distance[rows] = sign * length
         beyond_edge[rows] = np.where(is_border, along_surface, 0.0)
         normal[rows] = pseudonormal
         return distance, beyond_edge, normal

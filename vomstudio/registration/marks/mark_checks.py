@@ -290,18 +290,18 @@ def _group_by_photo(
     marks: Sequence[Marked], views: Mapping[str, View]
 ) -> tuple[list[str], list[_PhotoMarks]]:
     find = finder(list(views))
-    numbers: dict[str, int] = {}
+    photo_rows: dict[str, int] = {}
     marks_by_photo: dict[str, tuple[list[int], list[tuple[float, float]]]] = {}
     for label, photo, x, y in marks:
         name = find(photo)
         if name is not None:
             rows, pixels = marks_by_photo.setdefault(name, ([], []))
-            rows.append(numbers.setdefault(label, len(numbers)))
+            rows.append(photo_rows.setdefault(label, len(photo_rows)))
             pixels.append((x, y))
     largest_photos = sorted(marks_by_photo, key=lambda name: -len(marks_by_photo[name][0]))[
         :_MAX_PHOTOS
     ]
-    return list(numbers), [
+    return list(photo_rows), [
         _PhotoMarks(
             views[name], np.array(marks_by_photo[name][0]), np.array(marks_by_photo[name][1])
         )

@@ -355,10 +355,10 @@ def _directories(file: BinaryIO) -> Iterator[_Directory]:
     start = _tiff_start(file)
     if start is None:
         return
-    order, is_big_tiff, _ = start
+    byte_order, is_big_tiff, _ = start
     for entries in _all_directories(file, include_exif=False):
         yield {
-            tag: max(_numbers(file, order, is_big_tiff, kind, count, value), default=0)
+            tag: max(_numbers(file, byte_order, is_big_tiff, kind, count, value), default=0)
             for kind, count, tag, value in entries
             if tag in _SIZE_TAGS
         }
@@ -371,7 +371,7 @@ def _all_directories(
     start = _tiff_start(file)
     if start is None:
         return
-    order, is_big_tiff, first_offset = start
+    byte_order, is_big_tiff, first_offset = start
     size = file.seek(0, io.SEEK_END)
     pending, visited = [first_offset], set[int]()
     while pending:
@@ -379,13 +379,13 @@ def _all_directories(
         if offset == 0 or offset in visited or offset >= size:
             continue
         visited.add(offset)
-        entries, next_offset = _entries(file, offset, order, is_big_tiff)
+        entries, next_offset = _entries(file, offset, byte_order, is_big_tiff)
         yield entries
         for kind, count, tag, value in entries:
             if include_exif and tag in _EXIF_DIRECTORIES:
                 pending.append(value)
             elif tag == _SUB_DIRECTORIES:
-                pending += _numbers(file, order, is_big_tiff, kind, count, value)
+                pending += _numbers(file, byte_order, is_big_tiff, kind, count, value)
         pending.append(next_offset)
 
 
@@ -393,53 +393,55 @@ def _tiff_start(file: BinaryIO) -> tuple[str, bool, int] | None:
     """Return byte order, whether the file is a BigTIFF, and the offset of the first directory."""
     file.seek(0)
     header = file.read(16)
-    order = {b"II": "<", b"MM": ">"}.get(header[:2])
+    byte_order = {b"II": "<", b"MM": ">"}.get(header[:2])
     is_big_tiff = header[2:4] in (b"+\0", b"\0+")
-    if order is None or len(header) < (16 if is_big_tiff else 8):
+    if byte_order is None or len(header) < (16 if is_big_tiff else 8):
         return None
     (first_offset,) = struct.unpack(
-        order + ("Q" if is_big_tiff else "I"), header[8:16] if is_big_tiff else header[4:8]
+        byte_order + ("Q" if is_big_tiff else "I"), header[8:16] if is_big_tiff else header[4:8]
     )
-    return order, is_big_tiff, first_offset
+    return byte_order, is_big_tiff, first_offset
 
 
 def _entries(
-    file: BinaryIO, offset: int, order: str, is_big_tiff: bool
+    file: BinaryIO, offset: int, byte_order: str, is_big_tiff: bool
 ) -> tuple[list[tuple[int, int, int, int]], int]:
     """Return the entries (type, count, tag, value or offset) and the next directory's offset."""
     file.seek(offset)
     width, entry = ("Q", "HHQQ") if is_big_tiff else ("H", "HHII")
-    header = file.read(struct.calcsize(order + width))
-    if len(header) < struct.calcsize(order + width):
+    header = file.read(struct.calcsize(byte_order + width))
+    if len(header) < struct.calcsize(byte_order + width):
         return [], 0
-    (entry_count,) = struct.unpack(order + width, header)
-    step = struct.calcsize(order + entry)
+    (entry_count,) = struct.unpack(byte_order + width, header)
+    step = struct.calcsize(byte_order + entry)
     rows = file.read(step * min(entry_count, 1 << 16))
     whole_rows = rows[: len(rows) // step * step]
     entries = [
         (kind, count, tag, value)
-        for tag, kind, count, value in struct.iter_unpack(order + entry, whole_rows)
+        for tag, kind, count, value in struct.iter_unpack(byte_order + entry, whole_rows)
     ]
     value_field = file.read(8 if is_big_tiff else 4)
     if len(entries) < entry_count or len(value_field) < (8 if is_big_tiff else 4):
         return entries, 0
-    return entries, struct.unpack(order + ("Q" if is_big_tiff else "I"), value_field)[0]
+    return entries, struct.unpack(byte_order + ("Q" if is_big_tiff else "I"), value_field)[0]
 
 
 def _numbers(
-    file: BinaryIO, order: str, is_big_tiff: bool, kind: int, count: int, value: int
+    file: BinaryIO, byte_order: str, is_big_tiff: bool, kind: int, count: int, value: int
 ) -> list[int]:
     """Return up to a few hundred integers that an entry contains or refers to."""
     code = {1: "B", 3: "H", 4: "I", 13: "I", 16: "Q", 18: "Q"}.get(kind)
     if code is None:
         return []
     size = _SIZES[kind] * count
-    raw = struct.pack(order + ("Q" if is_big_tiff else "I"), value)
+    raw = struct.pack(byte_order + ("Q" if is_big_tiff else "I"), value)
     if size > len(raw):
         file.seek(min(value, 1 << 62))
         raw = file.read(min(size, 2048))
     value_count = min(count, len(raw) // _SIZES[kind])
-    return list(struct.unpack(f"{order}{value_count}{code}", raw[: value_count * _SIZES[kind]]))
+    return list(
+        struct.unpack(f"{byte_order}{value_count}{code}", raw[: value_count * _SIZES[kind]])
+    )
 
 
 def _too_many_parts() -> str:

@@ -61,7 +61,7 @@ def pieces_of(document: Document, findings: list[Finding]) -> Iterator[PlacedPri
         for primitive in primitives:
             key = document.section("attributes", primitive).get("POSITION")
             uses[_key(key)] = uses.get(_key(key), 0) + 1
-    total = line_count = done_count = 0
+    primitive_count = line_count = done_count = 0
     progress = document.progress
     progress.stage(tr("Reading the scene"), steps)
     for index, matrix, weights in instances:
@@ -75,8 +75,8 @@ def pieces_of(document: Document, findings: list[Finding]) -> Iterator[PlacedPri
             key = document.section("attributes", primitive).get("POSITION")
             is_shared = uses[_key(key)] > 1
             piece = _piece(document, primitive, matrix, weights, is_shared, findings)
-            total += len(piece.positions)
-            if total > MAX_VERTICES:
+            primitive_count += len(piece.positions)
+            if primitive_count > MAX_VERTICES:
                 raise InputError(
                     Finding("model.too-many-elements", limit=MAX_VERTICES), file=document.path
                 )

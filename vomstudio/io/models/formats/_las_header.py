@@ -178,7 +178,7 @@ def check_layers(path: Path, top: LasHeader) -> None:
     """
     if not top.layer_count or is_copc(path):
         return
-    form = f"<{top.layer_count}I"
+    format_ = f"<{top.layer_count}I"
     with open_regular(path) as file:
         file.seek(top.points_offset)
         (end,) = struct.unpack("<q", file.read(8).ljust(8, b"\0"))
@@ -190,10 +190,10 @@ def check_layers(path: Path, top: LasHeader) -> None:
         offset = top.points_offset + 8
         while offset < end:
             file.seek(offset + top.record_bytes + 4)
-            sizes = file.read(struct.calcsize(form))
-            if len(sizes) < struct.calcsize(form):
+            sizes = file.read(struct.calcsize(format_))
+            if len(sizes) < struct.calcsize(format_):
                 return
-            layer_bytes = sum(struct.unpack(form, sizes))
+            layer_bytes = sum(struct.unpack(format_, sizes))
             offset += top.record_bytes + 4 + len(sizes) + layer_bytes
             if offset > top.size + MAX_TRUNCATION_BYTES:
                 raise _contradiction(path)
@@ -357,11 +357,11 @@ def _contradiction(path: Path) -> InputError:
 def _layers(laszip: bytes) -> int:
     """Return the number of layers from the laszip record (LAZ 1.4, items 10 to 14)."""
     (item_count,) = struct.unpack_from("<H", laszip, 32)
-    total = 0
+    total_bytes = 0
     for k in range(item_count):
         kind, size = struct.unpack_from("<HH", laszip, 34 + 6 * k)
-        total += {10: 9, 11: 1, 12: 2, 13: 1, 14: size}.get(kind, 0)
-    return total
+        total_bytes += {10: 9, 11: 1, 12: 2, 13: 1, 14: size}.get(kind, 0)
+    return total_bytes
 
 
 def is_valid_chunk(chunk: bytes, points: int, top: LasHeader) -> bool:

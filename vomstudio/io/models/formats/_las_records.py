@@ -117,9 +117,9 @@ def no_data_of(record: bytes) -> dict[str, tuple[float, ...]]:
         if not options & 1 or not 1 <= data_type <= 3 * len(_EXTRA_TYPES):
             continue
         component_index, type_index = divmod(data_type - 1, len(_EXTRA_TYPES))
-        form = {"u": "Q", "i": "q", "f": "d"}[_EXTRA_TYPES[type_index][-2]]
+        format_code = {"u": "Q", "i": "q", "f": "d"}[_EXTRA_TYPES[type_index][-2]]
         no_data.setdefault(
-            name, struct.unpack_from(f"<{component_index + 1}{form}", record, offset + 40)
+            name, struct.unpack_from(f"<{component_index + 1}{format_code}", record, offset + 40)
         )
     return no_data
 

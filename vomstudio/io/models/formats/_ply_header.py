@@ -50,7 +50,7 @@ class Element:
 
 @dataclass(frozen=True)
 class Header:
-    order: str  # "<", ">" or "" for text
+    byte_order: str  # "<", ">" or "" for text
     elements: tuple[Element, ...]
     textures: tuple[str, ...]
     body: int  # first byte after it
@@ -61,7 +61,7 @@ def read_header(top: bytes, path: Path) -> Header:
     if not top.startswith(MAGIC):
         raise InputError(Finding("file.other-format", format="PLY"), file=path, line=1)
     position = 0
-    order: str | None = None
+    byte_order: str | None = None
     elements: list[tuple[str, int, list[Property]]] = []
     textures: list[str] = []
     names: set[tuple[int, str]] = set()
@@ -91,7 +91,7 @@ def read_header(top: bytes, path: Path) -> Header:
         elif words[0] == "format":
             if len(words) < 2 or words[1] not in FORMATS:
                 raise wrong(tr("the PLY format '{format}' is unknown", format=" ".join(words[1:])))
-            order = FORMATS[words[1]]
+            byte_order = FORMATS[words[1]]
         elif words[0] == "element":
             if len(words) != 3 or not words[2].isdecimal() or len(words[2]) > 18:
                 raise wrong(
@@ -130,11 +130,14 @@ def read_header(top: bytes, path: Path) -> Header:
             raise wrong(
                 tr("the line '{line}' of the PLY header is unknown", line=line.strip()[:60])
             )
-    if order is None:
+    if byte_order is None:
         raise InputError(
             Finding("file.damaged", format="PLY", reason=tr("its header states no format")),
             file=path,
         )
     return Header(
-        order, tuple(Element(n, c, tuple(p)) for n, c, p in elements), tuple(textures), position
+        byte_order,
+        tuple(Element(n, c, tuple(p)) for n, c, p in elements),
+        tuple(textures),
+        position,
     )

@@ -69,7 +69,7 @@ def read_binary(
                 for property_ in element.properties
             )
             n = min(element.count, (len(buffer) - offset) // min_record_bytes)
-            table, offset = _binary_table(buffer, offset, element, n, header.order, budget)
+            table, offset = _binary_table(buffer, offset, element, n, header.byte_order, budget)
             if table.n < element.count:
                 _missing(element, table.n, findings)
                 offset = len(buffer)
@@ -85,30 +85,30 @@ def _binary_table(
     offset: int,
     element: Element,
     n: int,
-    order: str,
+    byte_order: str,
     budget: Budget,
 ) -> tuple[Table, int]:
     """Return up to n records starting at byte `offset`, and the position of the next byte."""
     lists = [property_ for property_ in element.properties if property_.count_type]
     guess: dict[str, int] = {}
     if lists:
-        guess = _first_lengths(buffer, offset, element, order) if n else {}
+        guess = _first_lengths(buffer, offset, element, byte_order) if n else {}
         if len(guess) < len(lists):
-            return _ragged_table(buffer, offset, element, n, order, budget)
+            return _ragged_table(buffer, offset, element, n, byte_order, budget)
     parts: list[tuple[str, object]] = []
     for property_ in element.properties:
         if property_.count_type:
-            parts.append((f"n {property_.name}", order + property_.count_type))
-            parts.append((property_.name, (order + property_.type, (guess[property_.name],))))
+            parts.append((f"n {property_.name}", byte_order + property_.count_type))
+            parts.append((property_.name, (byte_order + property_.type, (guess[property_.name],))))
         else:
-            parts.append((property_.name, order + property_.type))
+            parts.append((property_.name, byte_order + property_.type))
     record = np.dtype(parts)
     fitting = min(n, (len(buffer) - offset) // record.itemsize)
     array = np.frombuffer(buffer, record, fitting, offset)
     if any(np.any(array[f"n {list_.name}"] != guess[list_.name]) for list_ in lists):
-        return _ragged_table(buffer, offset, element, n, order, budget)
+        return _ragged_table(buffer, offset, element, n, byte_order, budget)
     if lists and fitting < n:
-        return _ragged_table(buffer, offset, element, n, order, budget)
+        return _ragged_table(buffer, offset, element, n, byte_order, budget)
     if lists:
         budget.take(24 * fitting * len(lists), element.name)
     table = Table(fitting)
@@ -124,7 +124,9 @@ def _binary_table(
     return table, offset + fitting * record.itemsize
 
 
-def _first_lengths(buffer: ByteArray, offset: int, element: Element, order: str) -> dict[str, int]:
+def _first_lengths(
+    buffer: ByteArray, offset: int, element: Element, byte_order: str
+) -> dict[str, int]:
     """Return the list lengths of the first record; incomplete if the record is invalid."""
     lengths: dict[str, int] = {}
     for property_ in element.properties:
@@ -132,7 +134,7 @@ def _first_lengths(buffer: ByteArray, offset: int, element: Element, order: str)
         if property_.count_type is None:
             offset += size
             continue
-        kind = np.dtype(order + property_.count_type)
+        kind = np.dtype(byte_order + property_.count_type)
         if offset + kind.itemsize > len(buffer):
             break
         n = int(np.frombuffer(buffer, kind, 1, offset)[0])
@@ -148,7 +150,7 @@ def _ragged_table(
     offset: int,
     element: Element,
     n: int,
-    order: str,
+    byte_order: str,
     budget: Budget,
 ) -> tuple[Table, int]:
     from vomstudio.io.models.formats import _ply_kernels as k
@@ -169,13 +171,13 @@ def _ragged_table(
     budget.take(24 * n * len(sizes), element.name)
     positions = np.empty((n, len(sizes)), np.int64)
     counts = np.empty((n, len(sizes)), np.int64)
-    n = k.walk(data, offset, sizes, count_sizes, is_signed, order == "<", positions, counts)
+    n = k.walk(data, offset, sizes, count_sizes, is_signed, byte_order == "<", positions, counts)
     positions, counts = positions[:n], counts[:n]
     table = Table(n)
     for j, property_ in enumerate(element.properties):
         out = np.empty(int(counts[:, j].sum()) * kinds[j].itemsize, np.uint8)
         k.gather(data, positions[:, j], counts[:, j], kinds[j].itemsize, out)
-        values = out.view(order + property_.type).astype(property_.type)
+        values = out.view(byte_order + property_.type).astype(property_.type)
         if property_.count_type:
             table.lists[property_.name] = (counts[:, j].copy(), values)
         else:
@@ -351,8 +353,8 @@ def whole_numbers(values: AnyArray) -> Int32Array:
     neither is a valid vertex.
     """
     limits = np.iinfo(np.int32)
-    numbers: FloatArray = np.nan_to_num(values, nan=-1.0)
-    return np.clip(numbers, limits.min, limits.max).astype(np.int32)
+    finite_values: FloatArray = np.nan_to_num(values, nan=-1.0)
+    return np.clip(finite_values, limits.min, limits.max).astype(np.int32)
 
 
 def _clip_to_type(values: FloatArray, type_: str) -> GenericArray:

@@ -149,9 +149,9 @@ class _Drawing:
     def add_triangles(self, corners: FloatArray, layers: list[bytes], entities: IntArray) -> None:
         """Add triangles (n, 3, 3) with their layers and their entities in the block."""
         if len(corners):
-            numbers = [self.layers.setdefault(name, len(self.layers)) for name in layers]
+            layer_numbers = [self.layers.setdefault(name, len(self.layers)) for name in layers]
             self.corners.append(corners)
-            self.owners.append(np.array(numbers, np.int64))
+            self.owners.append(np.array(layer_numbers, np.int64))
             self.order.append(entities)
 
     def sort_block(self) -> None:
@@ -227,17 +227,17 @@ def _blocks(data: bytes, path: Path) -> Iterator[tuple[_Block, int]]:
     for more_codes, next_values, done_count in _groups(data, path):
         codes += more_codes
         values += next_values
-        numbers = np.array(codes, np.int64)
+        code_array = np.array(codes, np.int64)
         ends = [
             i
-            for i in np.flatnonzero(numbers[last:] == 0) + last
+            for i in np.flatnonzero(code_array[last:] == 0) + last
             if values[i].upper() not in (b"VERTEX", b"SEQEND")
         ]
         last = len(codes)
         if not ends or not ends[-1]:
             continue
         end = int(ends[-1])
-        yield _Block.create(numbers[:end], values[:end]), done_count
+        yield _Block.create(code_array[:end], values[:end]), done_count
         codes, values, last = codes[end:], values[end:], 0
     yield _Block.create(np.array(codes, np.int64), values), len(data)
 
@@ -419,21 +419,21 @@ def _read_polyline(block: _Block, entity: int, drawing: _Drawing) -> None:
     while end < len(block.kinds) and block.kinds[end] == b"VERTEX":
         end += 1
     vertices = np.arange(entity + 1, end)
-    numbers = block.numbers(vertices, (10, 20, 30, 70, 71, 72, 73, 74), 0.0)
-    kinds = _integers(numbers[:, 3])
+    vertex_values = block.numbers(vertices, (10, 20, 30, 70, 71, 72, 73, 74), 0.0)
+    kinds = _integers(vertex_values[:, 3])
     layer = first_values.get(8, b"0")
     if flags & POLYFACE_MESH:
-        positions = numbers[(kinds & _MESH_VERTEX) > 0, :3]
+        positions = vertex_values[(kinds & _MESH_VERTEX) > 0, :3]
         is_face = ((kinds & _FACE_RECORD) > 0) & ((kinds & _MESH_VERTEX) == 0)
         # A negative number marks an invisible edge.
-        rows = np.abs(_integers(numbers[is_face, 4:]))
+        rows = np.abs(_integers(vertex_values[is_face, 4:]))
         rows[:, 3] = np.where(rows[:, 3] > 0, rows[:, 3], rows[:, 2])
         is_valid = ((rows > 0) & (rows <= len(positions))).all(axis=1)
         if not is_valid.all():
             drawing.left_out[tr("faces without vertices")] += int((~is_valid).sum())
         corners = positions[rows[is_valid] - 1]
     else:
-        positions = numbers[(kinds & _CONTROL_POINT) == 0, :3]
+        positions = vertex_values[(kinds & _CONTROL_POINT) == 0, :3]
         corners = _grid(positions, first_values, flags)
         if not len(corners):
             drawing.left_out["POLYLINE"] += 1
@@ -498,9 +498,9 @@ def _mesh(drawing: _Drawing) -> Mesh:
     corners, owners = np.concatenate(drawing.corners), np.concatenate(drawing.owners)
     drawing.corners.clear()
     names = list(drawing.layers)
-    numbers = [drawing.colors.get(name, WHITE_COLOR_NUMBER) for name in names]
+    face_colors = [drawing.colors.get(name, WHITE_COLOR_NUMBER) for name in names]
     vertices, faces = join_corners(corners.reshape(-1, 3))
-    if len(names) == 1 and numbers[0] == WHITE_COLOR_NUMBER:
+    if len(names) == 1 and face_colors[0] == WHITE_COLOR_NUMBER:
         return Mesh(vertices, faces)
     order = np.argsort(owners, kind="stable")
     offsets = np.concatenate([[0], np.cumsum(np.bincount(owners, minlength=len(names)))])
@@ -511,17 +511,17 @@ def _mesh(drawing: _Drawing) -> Mesh:
             None,
             None if number == WHITE_COLOR_NUMBER else tuple((table[number] / 255.0).tolist()),
         )
-        for name, number in zip(names, numbers, strict=True)
+        for name, number in zip(names, face_colors, strict=True)
     )
     return Mesh(vertices, faces[order], materials, offsets.astype(np.int64))
 
 
 def _cloud(drawing: _Drawing) -> PointCloud:
-    points, numbers = np.concatenate(drawing.points), np.concatenate(drawing.point_colors)
-    if (numbers <= 0).all() and len(np.unique(numbers)) == 1:
+    points, colors = np.concatenate(drawing.points), np.concatenate(drawing.point_colors)
+    if (colors <= 0).all() and len(np.unique(colors)) == 1:
         return PointCloud(points)
     table = color_table()
-    return PointCloud(points, table[np.abs(numbers)])
+    return PointCloud(points, table[np.abs(colors)])
 
 
 READER = Reader(to_translate("DXF points or faces"), (".dxf",), matches, read)

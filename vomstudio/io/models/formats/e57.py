@@ -88,8 +88,8 @@ def _read_scans(
     e57: Any, image: Any, path: Path, progress: Progress, findings: list[Finding]
 ) -> PointCloud:
     scans = list(image.root()["data3D"]) if image.root().isDefined("data3D") else []
-    total = sum(int(scan["points"].childCount()) for scan in scans)
-    progress.stage(tr("Reading the points"), total)
+    point_count = sum(int(scan["points"].childCount()) for scan in scans)
+    progress.stage(tr("Reading the points"), point_count)
     columns = Columns()
     done_count = n_invalid = 0
     names = [_names(e57, scan) for scan in scans]
@@ -129,23 +129,23 @@ def _read_scans(
             for name in flags:
                 is_kept &= part[name] == 0
             n_invalid += got - int(np.count_nonzero(is_kept))
-            columns.add("points", xyz[is_kept], total)
+            columns.add("points", xyz[is_kept], point_count)
             if is_colored:
                 rgb = np.column_stack([part[name] for name in COLORS])[is_kept]
-                columns.add("colors", _bytes(rgb, limits), total)
+                columns.add("colors", _bytes(rgb, limits), point_count)
             if bright:
-                columns.add("intensity", part["intensity"][is_kept], total)
+                columns.add("intensity", part["intensity"][is_kept], point_count)
             if len(scans) > 1:
-                columns.add("scan", np.full(int(is_kept.sum()), index, np.int32), total)
+                columns.add("scan", np.full(int(is_kept.sum()), index, np.int32), point_count)
             done_count += got
-            progress.step(min(done_count, total))
+            progress.step(min(done_count, point_count))
     n = done_count - n_invalid
     if n == 0:
         raise InputError(Finding("model.no-points"), file=path)
     if n_invalid:
         findings.append(Finding("model.points-withheld", count=n_invalid))
-    if done_count < total:
-        findings.append(points_missing(done_count, total))
+    if done_count < point_count:
+        findings.append(points_missing(done_count, point_count))
     if unread:
         findings.append(Finding("model.fields-left-out", fields=sorted(unread)))
     points = columns.take("points", n)

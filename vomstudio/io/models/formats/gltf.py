@@ -220,7 +220,7 @@ def _warn_if_z_up(pieces: list[PlacedPrimitive], findings: list[Finding]) -> Non
     Outcrops are viewed from above or from the side and never from below, so a surface that faces
     the Z axis of the file as a whole was most likely written with Z up.
     """
-    total, area = np.zeros(3), 0.0
+    normal_sum, area = np.zeros(3), 0.0
     for piece in pieces:
         faces = np.empty((0, 3), np.int64) if piece.faces is None else piece.faces
         for start in range(0, len(faces), BLOCK_ROWS):
@@ -228,9 +228,9 @@ def _warn_if_z_up(pieces: list[PlacedPrimitive], findings: list[Finding]) -> Non
             a, b, c = (piece.positions[corners[:, k]] for k in range(3))
             normals = np.cross(b - a, c - a)
             normals = normals[np.isfinite(normals).all(axis=1)]
-            total += normals.sum(axis=0)
+            normal_sum += normals.sum(axis=0)
             area += float(np.sqrt((normals**2).sum(axis=1)).sum())
-    if area > 0 and abs(total[2]) > 0.7 * area and abs(total[1]) < 0.3 * area:
+    if area > 0 and abs(normal_sum[2]) > 0.7 * area and abs(normal_sum[1]) < 0.3 * area:
         findings.append(Finding("model.maybe-lying"))
 
 

@@ -177,18 +177,18 @@ class _Reading:
         self._run(lambda i: k.count(data, *blocks[i], counts[i]), len(blocks), 0)
         base = np.zeros_like(counts)
         base[1:] = np.cumsum(counts[:-1], axis=0)
-        total = counts.sum(axis=0)
-        self.n_odd = int(total[k.N_ODD])
-        n_v, n_u, n_t = (int(total[j]) for j in (k.N_VERTICES, k.N_UVS, k.N_TRIANGLES))
+        totals = counts.sum(axis=0)
+        self.n_odd = int(totals[k.N_ODD])
+        n_v, n_u, n_t = (int(totals[j]) for j in (k.N_VERTICES, k.N_UVS, k.N_TRIANGLES))
         if max(n_v, n_u, n_t) > MAX_ROWS:
             raise InputError(Finding("model.too-many-elements", limit=MAX_ROWS), file=self.path)
         self.vertices = np.empty((n_v, 3))
         self.uvs = np.empty((n_u, 2))
-        self.colors = np.empty((n_v if total[k.N_COLORED] else 0, 3), np.float32)
+        self.colors = np.empty((n_v if totals[k.N_COLORED] else 0, 3), np.float32)
         self.corners = np.empty((n_t, 3), np.int32)
         self.uv_corners = np.empty((n_t if n_u else 0, 3), np.int32)
-        self.words = np.empty((int(total[k.N_WORDS]), 3), np.int64)
-        self.polygons = np.empty((int(total[k.N_POLYGONS]), 2), np.int64)
+        self.words = np.empty((int(totals[k.N_WORDS]), 3), np.int64)
+        self.polygons = np.empty((int(totals[k.N_POLYGONS]), 2), np.int64)
         self.reports = np.zeros((len(blocks), k.REPORTS), np.int64)
         self.left_over: list[IntArray] = [np.empty((0, 4), np.int64)] * len(blocks)
 
@@ -226,7 +226,7 @@ class _Reading:
             # No block has a colour on its first vertex, but later vertices have colours.
             self.colors = np.empty((n_v, 3), np.float32)
             self._run(parse, len(blocks), len(blocks))
-        self._report_skipped(int(total[k.N_SHORT_FACES]), int(total[k.N_LINE_ELEMENTS]))
+        self._report_skipped(int(totals[k.N_SHORT_FACES]), int(totals[k.N_LINE_ELEMENTS]))
 
     def _report_skipped(self, short_faces: int, line_elements: int) -> None:
         if short_faces:
@@ -307,10 +307,10 @@ class _Reading:
             offsets = edges
         else:
             ids = np.repeat(np.array(starts[1], np.int32), np.diff(edges))
-            order = np.flatnonzero(is_sound)
-            order = order[np.argsort(ids[order], kind="stable")]
-            faces, ids = faces[order], ids[order]
-            uv_faces = uv_faces[order] if len(uv_faces) else uv_faces
+            valid_rows = np.flatnonzero(is_sound)
+            valid_rows = valid_rows[np.argsort(ids[valid_rows], kind="stable")]
+            faces, ids = faces[valid_rows], ids[valid_rows]
+            uv_faces = uv_faces[valid_rows] if len(uv_faces) else uv_faces
             offsets = np.searchsorted(ids, np.arange(len(names) + 1)).astype(np.int64)
         vertices, colors = self.vertices, scale_colors(self.colors) if len(self.colors) else None
         uv = None

@@ -65,7 +65,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     header = read_header(data[:MAX_HEADER_BYTES].tobytes(), path)
     findings: list[Finding] = []
     budget = Budget(path, len(data))
-    if header.order == "":
+    if header.byte_order == "":
         tables = read_text(bytearray(data), header, path, budget, findings, progress)
     else:
         tables = read_binary(data, header, budget, findings, progress)

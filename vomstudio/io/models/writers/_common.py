@@ -238,8 +238,8 @@ def is_same_prj(path: Path, text: str, crs: str) -> bool:
         return False
 
 
-def write_lines(file: TextIO, columns: list[list[Any]], form: str) -> None:
-    """Write one line per row; `form` is a % format."""
+def write_lines(file: TextIO, columns: list[list[Any]], template: str) -> None:
+    """Write one line per row; `template` is a % format."""
     if columns and columns[0]:
-        file.write("\n".join(map(form.__mod__, zip(*columns, strict=True))))
+        file.write("\n".join(map(template.__mod__, zip(*columns, strict=True))))
         file.write("\n")

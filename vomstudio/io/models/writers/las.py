@@ -177,15 +177,15 @@ def quantise(values: FloatArray) -> QuantisedAxis:
 
 
 def _round(values: FloatArray, offset: float, scale: float) -> QuantisedAxis:
-    numbers = values - offset
-    numbers /= scale
-    np.rint(numbers, out=numbers)
-    integers = numbers.astype(np.int32)
-    numbers *= scale
-    numbers += offset
-    numbers -= values
+    offsets = values - offset
+    offsets /= scale
+    np.rint(offsets, out=offsets)
+    integers = offsets.astype(np.int32)
+    offsets *= scale
+    offsets += offset
+    offsets -= values
     # The largest and the smallest value need no further array.
-    return QuantisedAxis(offset, scale, integers, float(max(numbers.max(), -numbers.min())))
+    return QuantisedAxis(offset, scale, integers, float(max(offsets.max(), -offsets.min())))
 
 
 def _columns(

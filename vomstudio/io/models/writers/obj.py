@@ -89,11 +89,11 @@ def _write_model(path: Path, out: WriteRequest, names: list[str], library: str |
             file.write(f"mtllib {library}\n")
         for rows in step_rows(len(points), out, tr("Writing vertices")):
             columns = [points[rows, k].tolist() for k in range(3)]
-            form = "v %r %r %r"
+            template = "v %r %r %r"
             if data.colors is not None:
                 columns += [np.round(data.colors[rows, k] / 255.0, 5).tolist() for k in range(3)]
-                form += " %r %r %r"
-            write_lines(file, columns, form)
+                template += " %r %r %r"
+            write_lines(file, columns, template)
         if not isinstance(data, Mesh):
             return
         has_uv = None

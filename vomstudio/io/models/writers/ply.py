@@ -140,8 +140,8 @@ def _write_faces(file, out, mesh, images) -> None:  # type: ignore[no-untyped-de
     files = _image_files(images)
     if files:
         kinds.append(("image", "<i4"))
-    numbers = [-1 if name is None else files.index(name) for name in images.names]
-    per_face = np.repeat(np.array(numbers, np.int32), np.diff(mesh.material_offsets))
+    texture_numbers = [-1 if name is None else files.index(name) for name in images.names]
+    per_face = np.repeat(np.array(texture_numbers, np.int32), np.diff(mesh.material_offsets))
     for rows in step_rows(len(mesh.faces), out, tr("Writing faces")):
         block = np.zeros(rows.stop - rows.start, np.dtype(kinds))
         faces = mesh.faces[rows]

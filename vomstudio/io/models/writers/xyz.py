@@ -45,7 +45,7 @@ def write(out: WriteRequest) -> list[Finding]:
         columns += [(name, data.normals[:, k]) for k, name in enumerate(NAMES[6:])]
     sidecars = prj_sidecar(out, findings)
     separator = "," if out.path.suffix.lower() == ".csv" else " "
-    form = separator.join("%r" for _ in columns)
+    template = separator.join("%r" for _ in columns)
     paths = [out.path, *(path for path, _ in sidecars)]
     with atomic_group(paths, out.force, out.inputs) as temporaries:
         for (_, text), temporary in zip(sidecars, temporaries[1:], strict=True):
@@ -53,15 +53,17 @@ def write(out: WriteRequest) -> list[Finding]:
         with open(temporaries[0], "w", encoding="utf-8", newline="\n") as file:
             file.write(separator.join(name for name, _ in columns) + "\n")
             for rows in step_rows(len(points), out, tr("Writing points")):
-                write_lines(file, [_to_plain_list(values[rows]) for _, values in columns], form)
+                write_lines(file, [_to_plain_list(values[rows]) for _, values in columns], template)
     return findings
 
 
 def _to_plain_list(values: AnyArray) -> list[Any]:
     if values.dtype.kind == "f":
         return shortest(values)
-    numbers: list[Any] = values.astype(np.int64 if values.dtype != np.uint64 else object).tolist()
-    return numbers
+    plain_values: list[Any] = values.astype(
+        np.int64 if values.dtype != np.uint64 else object
+    ).tolist()
+    return plain_values
 
 
 WRITER = Writer(to_translate("text table of points"), (".xyz", ".csv", ".txt", ".asc"), write)

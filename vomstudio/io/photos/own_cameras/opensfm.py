@@ -150,16 +150,16 @@ def find_offset(path: Path) -> tuple[float, float] | None:
 def _lens(camera: Mapping[str, Any]) -> tuple[Intrinsics, str | None]:
     kind = str(camera.get("projection_type", "perspective"))
     width, height = int(camera["width"]), int(camera["height"])
-    side = float(max(width, height))
+    long_side = float(max(width, height))
     if kind in ("spherical", "equirectangular"):
-        return pinhole_lens(width, height, side / 2.0), kind
-    fx = float(camera.get("focal_x", camera.get("focal", 0.0))) * side
-    fy = float(camera.get("focal_y", camera.get("focal", 0.0))) * side
+        return pinhole_lens(width, height, long_side / 2.0), kind
+    fx = float(camera.get("focal_x", camera.get("focal", 0.0))) * long_side
+    fy = float(camera.get("focal_y", camera.get("focal", 0.0))) * long_side
     if not (fx > 0 and fy > 0 and width > 0 and height > 0):
         raise ValueError(tr("the focal length is missing or not positive"))
     # OpenSfM's centre is relative to the centre of the photo.
-    cx = width / 2.0 + float(camera.get("c_x", 0.0)) * side
-    cy = height / 2.0 + float(camera.get("c_y", 0.0)) * side
+    cx = width / 2.0 + float(camera.get("c_x", 0.0)) * long_side
+    cy = height / 2.0 + float(camera.get("c_y", 0.0)) * long_side
     k1, k2, k3, k4, p1, p2 = (
         float(camera.get(key, 0.0)) for key in ("k1", "k2", "k3", "k4", "p1", "p2")
     )

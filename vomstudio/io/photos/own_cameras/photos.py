@@ -57,5 +57,9 @@ def find_photos(path: Path, names: Sequence[str], folders: Sequence[Path] = ()) 
 def _photos_in_folder(folder: Path, cameras: Sequence[str]) -> dict[str, Path]:
     names = photo_names(folder)
     find = photo_finder(names)
-    numbers = {camera: find(camera) for camera in cameras}
-    return {camera: folder / names[index] for camera, index in numbers.items() if index is not None}
+    index_by_camera = {camera: find(camera) for camera in cameras}
+    return {
+        camera: folder / names[index]
+        for camera, index in index_by_camera.items()
+        if index is not None
+    }

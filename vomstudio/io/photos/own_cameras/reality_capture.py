@@ -94,12 +94,12 @@ def _lens(value_by_column: dict[str, float], size: Size | None) -> tuple[Intrins
     if size is None:
         return lens_without_size(), 0.0
     width, height = size
-    side = float(max(size))
-    focal = value_by_column["f"] / _FILM_MM * side
+    long_side = float(max(size))
+    focal = value_by_column["f"] / _FILM_MM * long_side
     if not (focal > 0 and np.isfinite(list(value_by_column.values())).all()):
         raise ValueError(tr("the focal length is missing or not positive"))
-    cx = width / 2.0 + value_by_column.get("px", 0.0) * side
-    cy = height / 2.0 + value_by_column.get("py", 0.0) * side
+    cx = width / 2.0 + value_by_column.get("px", 0.0) * long_side
+    cy = height / 2.0 + value_by_column.get("py", 0.0) * long_side
     k1, k2, k3, k4, p1, p2 = (
         value_by_column.get(key, 0.0) for key in ("k1", "k2", "k3", "k4", "t1", "t2")
     )
