@@ -196,7 +196,7 @@ def test_a_model_of_photos_that_knows_no_north_claims_none(
     from vomstudio.io.photos.cameras_file import Cameras, write_cameras
 
     (tmp_path / "m.prj").unlink()
-    write_cameras(tmp_path / "cameras.json", Cameras((), Path("photos"), scaled=scaled))
+    write_cameras(tmp_path / "cameras.json", Cameras((), Path("photos"), is_scaled=scaled))
     out = tmp_path / "o.tif"
     ran = run("ortho", model, "--trend", 40, "--plunge", 35, "-o", out, "--gsd", 0.05, "--json")
     assert ran.code == 0

@@ -103,7 +103,7 @@ def test_a_model_of_photos_without_positions_stands_as_they_were_held(
     model = tmp_path / "model.ply"
     write_model(Mesh(CORNERS, np.array([[0, 1, 2], [0, 1, 3]], np.int32)), None, model)
     view = View("a.jpg", Intrinsics.pinhole(40, 30, 30.0, 20.0, 15.0), np.eye(3), np.zeros(3))
-    write_cameras(tmp_path / "cameras.json", Cameras((view,), tmp_path, scaled=scaled))
+    write_cameras(tmp_path / "cameras.json", Cameras((view,), tmp_path, is_scaled=scaled))
     lines = []
     for degrees, plunge in ((10.0, 0.0), (12.0, 1.0)):
         a, p = np.radians([degrees, plunge])

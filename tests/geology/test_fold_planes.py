@@ -34,14 +34,14 @@ def test_planes_are_chosen_by_verdict_and_set(
     which: FoldFilter, used: list[int], not_good: int | None
 ) -> None:
     chosen = select_planes(QUALITIES, SETS, which)
-    assert np.flatnonzero(chosen.use).tolist() == used
+    assert np.flatnonzero(chosen.is_used).tolist() == used
     assert chosen.not_good == not_good
     assert sum(each.n for each in chosen.left_out) == len(QUALITIES) - len(used)
 
 
 def test_planes_without_a_verdict_are_used_if_none_has_one() -> None:
     chosen = select_planes([None, "", "?"], ["", "", ""], FoldFilter())
-    assert chosen.use.all()
+    assert chosen.is_used.all()
     assert (chosen.left_out, chosen.not_good) == ((), None)
 
 

@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from vomstudio.geometry.boxes import BOX_EDGES, BOX_FACES, ClipBox, box_range, hits_box, hits_boxes
+from vomstudio.geometry.boxes import (
+    BOX_EDGES,
+    BOX_FACES,
+    ClipBox,
+    are_boxes_hit,
+    box_range,
+    is_box_hit,
+)
 
 UTM = np.array([576_700.0, 5_188_150.0, 160.0])
 BOX = ClipBox((0.0, 10.0, -3.0), (4.0, 11.0, 2.0))
@@ -111,8 +118,8 @@ def test_boxes_meet_where_they_have_a_point_in_common_even_one() -> None:
                 shift[axis] = way * gap
                 low, high = shift, shift + 1.0
                 other = ClipBox(tuple(low.tolist()), tuple(high.tolist()))
-                assert cube.meets(other) is other.meets(cube) is meets
-    assert cube.meets(ClipBox((0.4, 0.4, 0.4), (0.6, 0.6, 0.6)))
+                assert cube.meets_box(other) is other.meets_box(cube) is meets
+    assert cube.meets_box(ClipBox((0.4, 0.4, 0.4), (0.6, 0.6, 0.6)))
 
 
 def test_a_box_holds_its_own_corners_and_nothing_beyond_them() -> None:
@@ -149,7 +156,7 @@ def test_a_ray_is_in_a_box_from_where_it_enters_to_where_it_leaves() -> None:
         way /= np.linalg.norm(way)
         points = origin + steps[:, None] * way
         enter, leave = box_range(low, high, origin, way)
-        ahead = hits_boxes(low, high, origin, way)
+        ahead = are_boxes_hit(low, high, origin, way)
         for k in range(60):
             there = steps[((points >= low[k]) & (points <= high[k])).all(axis=1)]
             if len(there):
@@ -157,8 +164,8 @@ def test_a_ray_is_in_a_box_from_where_it_enters_to_where_it_leaves() -> None:
                 assert enter[k] == pytest.approx(there[0], abs=6e-3)
                 assert leave[k] == pytest.approx(there[-1], abs=6e-3)
                 assert ahead[k] == (there[-1] >= 0.0)
-                assert hits_box(low[k], high[k], origin, way) == ahead[k]
-                assert hits_box(low[k], high[k], origin, way, pad=0.1) or not ahead[k]
+                assert is_box_hit(low[k], high[k], origin, way) == ahead[k]
+                assert is_box_hit(low[k], high[k], origin, way, pad=0.1) or not ahead[k]
             else:
                 # Grazed for less than a step, or not at all.
                 assert leave[k] - enter[k] < 6e-3
@@ -176,14 +183,14 @@ def test_a_ray_along_an_axis_meets_what_stands_in_its_way(axis: int) -> None:
     enter, leave = box_range(low, high, origin, way)
     assert enter[0] == pytest.approx((9.0 - high[0, axis]) / 2.0)
     assert leave[0] == pytest.approx(4.5)
-    assert hits_boxes(low, high, origin, way)[0]
-    assert not hits_boxes(low, high, origin, -way)[0]
-    assert hits_box(low[0], high[0], origin, way)
-    assert not hits_box(low[0], high[0], origin, -way)
+    assert are_boxes_hit(low, high, origin, way)[0]
+    assert not are_boxes_hit(low, high, origin, -way)[0]
+    assert is_box_hit(low[0], high[0], origin, way)
+    assert not is_box_hit(low[0], high[0], origin, -way)
     beside = origin.copy()
     beside[others[0]] = -0.1
-    assert not hits_box(low[0], high[0], beside, way)
-    assert hits_box(low[0], high[0], beside, way, pad=0.2)
+    assert not is_box_hit(low[0], high[0], beside, way)
+    assert is_box_hit(low[0], high[0], beside, way, pad=0.2)
     for k in others:
         for place, meets in (
             (0.0, True),
@@ -193,11 +200,11 @@ def test_a_ray_along_an_axis_meets_what_stands_in_its_way(axis: int) -> None:
         ):
             beside = origin.copy()
             beside[k] = place
-            assert hits_boxes(low, high, beside, way)[0] == meets
+            assert are_boxes_hit(low, high, beside, way)[0] == meets
     # It ends in the near face, or begins on the far one.
     for start, meets in ((0.0, True), (-1e-9, False)):
         origin[axis] = start
-        assert hits_boxes(low, high, origin, way)[0] == meets
+        assert are_boxes_hit(low, high, origin, way)[0] == meets
 
 
 def test_the_stretch_of_a_ray_is_ahead_of_its_origin() -> None:

@@ -78,11 +78,11 @@ def needed(nodes: CloudNodes, seen: CloudView) -> np.ndarray:
     steps = np.stack(np.meshgrid(*[np.linspace(0, 1, 9)] * 3), axis=-1).reshape(-1, 3)
     for row, (low, high) in enumerate(nodes.bounds):
         q = (low + steps * (high - low) - position) @ axes.T
-        tall = seen.half_height * (1.0 if seen.orthographic else q[:, 2])
+        tall = seen.half_height * (1.0 if seen.is_orthographic else q[:, 2])
         inside = (q[:, 2] > 0) & (np.abs(q[:, 1]) <= tall)
         inside &= np.abs(q[:, 0]) <= tall * seen.aspect
         off = np.maximum(np.maximum(low - position, position - high), 0.0)
-        reach = 1.0 if seen.orthographic else max(float(np.linalg.norm(off)), seen.near)
+        reach = 1.0 if seen.is_orthographic else max(float(np.linalg.norm(off)), seen.near)
         apart = nodes.spacing[row] * 2.0 / (2.0 * seen.half_height * reach / seen.pixels)
         if inside.any() and (apart > MAX_SPACING_PIXELS or nodes.parents[row] < 0):
             rows.append(row)
@@ -108,7 +108,7 @@ def test_every_node_that_a_picture_needs_is_chosen_and_few_others(seen: CloudVie
     grown = replace(
         seen,
         position=tuple(np.array(seen.position) - 3.0 * np.array(seen.axes[2])),
-        half_height=2.0 * seen.half_height + (3.0 if seen.orthographic else 0.0),
+        half_height=2.0 * seen.half_height + (3.0 if seen.is_orthographic else 0.0),
     )
     position, axes = np.array(grown.position), np.array(grown.axes)
     for row in set(chosen.tolist()) - set(wanted):
@@ -116,7 +116,7 @@ def test_every_node_that_a_picture_needs_is_chosen_and_few_others(seen: CloudVie
         radius = np.linalg.norm(high - low) / 2
         q = ((low + high) / 2 - position) @ axes.T
         assert q[2] > -radius
-        tall = grown.half_height * (1.0 if seen.orthographic else q[2])
+        tall = grown.half_height * (1.0 if seen.is_orthographic else q[2])
         assert abs(q[1]) <= tall + 2 * radius
         assert abs(q[0]) <= tall * seen.aspect + 3 * radius
 
@@ -357,7 +357,7 @@ def chosen_plainly(nodes: CloudNodes, seen: CloudView) -> set[int]:
     for row, (low, high) in enumerate(nodes.bounds):
         x, y, z = axes @ ((low + high) / 2 - position)
         radius = np.linalg.norm(high - low) / 2
-        if seen.orthographic:
+        if seen.is_orthographic:
             beyond = max(abs(x) - wide, abs(y) - seen.half_height)
         else:
             ahead = max(z, 0.0)
@@ -366,7 +366,7 @@ def chosen_plainly(nodes: CloudNodes, seen: CloudView) -> set[int]:
             beyond = max(beside, above)
         nearest = np.clip(position, low, high)
         reach = max(float(np.linalg.norm(nearest - position)), seen.near)
-        height = 2.0 * seen.half_height * (1.0 if seen.orthographic else reach)
+        height = 2.0 * seen.half_height * (1.0 if seen.is_orthographic else reach)
         apart = 2.0 * nodes.spacing[row] / height * seen.pixels
         if beyond <= radius and -z < radius and (apart > 1.5 or nodes.parents[row] < 0):
             found.add(row)

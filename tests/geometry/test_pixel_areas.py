@@ -25,7 +25,7 @@ CENTRES = np.column_stack([COLUMNS.ravel(), ROWS.ravel()])
 def spread(area: PixelArea) -> np.ndarray:
     """As a picture of its own."""
     made = np.zeros((HIGH, WIDE), bool)
-    made[area.window] = area.inside
+    made[area.window] = area.is_inside
     return made
 
 
@@ -120,7 +120,7 @@ def test_a_shape_beside_the_picture_has_no_pixels_and_changes_nothing(
         stroke_area(triangle, 2.0, WIDE, HIGH),
         stroke_area(np.zeros((0, 2)), 2.0, WIDE, HIGH),
     ):
-        assert area.inside.size == 0
+        assert area.is_inside.size == 0
         assert not spread(area).any()
         assert draw_area(np.ones((HIGH, WIDE), bool), area, True) is None
 
@@ -128,11 +128,11 @@ def test_a_shape_beside_the_picture_has_no_pixels_and_changes_nothing(
 def test_the_box_of_a_shape_is_no_larger_than_the_pixels_it_touches() -> None:
     """A stroke across a picture of a hundred million pixels must not look at all of them."""
     area = stroke_area([[10.2, 7.9]], 2.5, WIDE, HIGH)
-    assert (area.left, area.top, *area.inside.shape) == (7, 5, 6, 6)
+    assert (area.left, area.top, *area.is_inside.shape) == (7, 5, 6, 6)
     area = polygon_area([[3.2, 2.1], [9.9, 2.1], [3.2, 7.4]], WIDE, HIGH)
-    assert (area.left, area.top, *area.inside.shape) == (3, 2, 6, 7)
+    assert (area.left, area.top, *area.is_inside.shape) == (3, 2, 6, 7)
     area = stroke_area([[0.0, HIGH], [WIDE, HIGH]], 1.5, WIDE, HIGH)
-    assert (area.left, area.top, *area.inside.shape) == (0, HIGH - 2, 2, WIDE)
+    assert (area.left, area.top, *area.is_inside.shape) == (0, HIGH - 2, 2, WIDE)
 
 
 def test_pixels_whose_centres_lie_on_an_edge_belong_to_one_of_two_neighbours() -> None:

@@ -114,7 +114,11 @@ def test_the_legend_says_what_each_symbol_is() -> None:
     assert beta.text == f"β, joint 95 %: {errors}, n = {fold.n}"
     plane = fold.pi_plane
     assert pi.text == f"π-plane {plane.dip_direction_deg:05.1f}/{plane.dip_deg:04.1f}"
-    assert (mean.text, mean.outlined, mean.color) == (describe_means(full.means), True, style.net)
+    assert (mean.text, mean.is_outlined, mean.color) == (
+        describe_means(full.means),
+        True,
+        style.net,
+    )
     assert ellipse.text == SYMBOLS["pole-ellipse"]
     line = NetLineEllipse(Line(10, 20), 4, 2, Line(100, 0).vector())
     assert legend_entries(replace(full, ellipses=(line,)), style)[-1].text.endswith("line")

@@ -130,8 +130,8 @@ def test_a_request_is_the_plan_of_its_view() -> None:
         0.5,
     )
     assert (requests.fold, requests.warnings) == (None, ())
-    assert requests.plan.view.north_known
-    assert requests.plan.view.metric
+    assert requests.plan.view.is_north_known
+    assert requests.plan.view.is_metric
 
 
 def test_the_other_side_is_the_opposite_direction() -> None:
@@ -151,8 +151,8 @@ def test_a_model_without_a_place_says_so(metric: bool) -> None:
         metric=metric,
     )
     assert requests.warnings == (Finding("view.not-placed"),)
-    assert not requests.plan.view.north_known
-    assert requests.plan.view.metric == metric
+    assert not requests.plan.view.is_north_known
+    assert requests.plan.view.is_metric == metric
 
 
 def test_a_model_that_cannot_be_drawn_is_named() -> None:

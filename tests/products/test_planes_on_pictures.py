@@ -166,11 +166,11 @@ def test_a_layer_of_somebody_that_is_called_symbols_is_read(tmp_path: Path) -> N
 
 def test_the_legend_says_which_symbol_is_drawn() -> None:
     (entry,) = (e for e in entries_of(map_drawing().shapes) if e.place)
-    assert entry.mapped
+    assert entry.is_mapped
     assert entry.overturned
     (entry,) = (e for e in entries_of(section_drawing().shapes) if e.place)
     assert entry.dips
-    assert not entry.mapped
+    assert not entry.is_mapped
 
 
 def test_long_northings_leave_room_for_the_name_of_their_axis(tmp_path: Path) -> None:

@@ -140,12 +140,12 @@ def test_no_label_covers_another_and_those_apart_are_led_to() -> None:
     placed = place_labels(output, 100.0, 2.6)
     assert 4 <= len(placed) < 40
     wide, tall = 0.001 * 100.0 * 2.6 * 0.5 * 7, 0.001 * 100.0 * 2.6
-    boxes = [(p.x - wide if p.right else p.x, p.y - tall / 2) for p in placed]
+    boxes = [(p.x - wide if p.is_on_right else p.x, p.y - tall / 2) for p in placed]
     for (x, y), (u, v) in combinations(boxes, 2):
         assert abs(x - u) >= wide or abs(y - v) >= tall - 1e-9
     for p in placed:
         near = abs(p.y - p.named[1]) < 0.001 * 100.0 * 5.0
-        assert p.apart != near
+        assert p.is_separate != near
 
 
 def middles(dark: np.ndarray) -> np.ndarray:
@@ -280,15 +280,15 @@ def key_drawing() -> Drawing:
     joint = {"values": {"kind": "joint $J_1$"}}
     shapes = (
         DrawingShape("traces", np.array([[-7.0, -2.0], [6.0, 2.5]]), "#0072b2", **typed),
-        DrawingShape("patches", ring, "#0072b2", closed=True, **typed),
+        DrawingShape("patches", ring, "#0072b2", is_closed=True, **typed),
         DrawingShape("planes", np.array([[1.0, 1.0]]), "#0072b2", dip_deg=20.0, **typed),
         DrawingShape("planes", np.array([[3.0, 0.0]]), "#009e73", dip_deg=60.0, **joint),
         DrawingShape(
             "lithologies",
             ring + 3,
             "#eec58b",
-            closed=True,
-            filled=True,
+            is_closed=True,
+            is_filled=True,
             values={"kind": "sandstone"},
         ),
         DrawingShape(
@@ -302,9 +302,9 @@ def test_the_legend_names_each_type_once_and_says_how_it_is_drawn(tmp_path: Path
     result = {entry.name: entry for entry in entries_of(key_drawing().shapes)}
     assert list(result) == ["bedding", "joint $J_1$", "sandstone", "known lines"]
     bed, joint = result["bedding"], result["joint $J_1$"]
-    assert (bed.line, bed.area, bed.place, bed.filled) == (True, True, True, False)
+    assert (bed.line, bed.area, bed.place, bed.is_filled) == (True, True, True, False)
     assert (joint.line, joint.area, joint.place) == (False, False, True)
-    assert result["sandstone"].filled
+    assert result["sandstone"].is_filled
     write_sheet(tmp_path / "s.pdf", key_drawing(), view_along_line(45, 0), "pdf")
     box, page = page_of(tmp_path / "s.pdf")
     words = texts_of(page)
@@ -346,10 +346,10 @@ def test_a_label_leaves_the_points_of_others_to_be_seen_where_there_is_room() ->
         named = DrawingShape("j", first, label="J1 30°", dip_deg=30.0)
         (placed,) = place_labels(replace(drawing(), shapes=(named, other)), 100.0, 2.6)
         wide, tall = 0.001 * 100.0 * 2.6 * 0.58 * 7, 0.001 * 100.0 * 2.6 * 1.25
-        left = placed.x - wide if placed.right else placed.x
+        left = placed.x - wide if placed.is_on_right else placed.x
         inside = left < beside[0] < left + wide and abs(placed.y - beside[1]) < tall / 2
         assert not inside
-        assert not placed.apart
+        assert not placed.is_separate
     # Where points are everywhere it is written all the same.
     g = np.linspace(-3.0, 3.0, 200)
     crowd = tuple(DrawingShape("j", np.array([[a, b]])) for a in g[::4] for b in g[::4])

@@ -130,7 +130,7 @@ EDITS: tuple[Callable[[dict[str, Record]], Edit], ...] = (
     lambda there: edits.remove_type(there, "vein"),
     lambda there: edits.declare_frame(there, "m1", Frame("crs", "EPSG:32633", 0.001, "y")),
     lambda there: edits.declare_frame(
-        there | {"m1": TURNED}, "m1", Frame("local"), instead_of_registration=True
+        there | {"m1": TURNED}, "m1", Frame("local"), replaces_registration=True
     ),
     lambda there: edits.relocate_model(there, "m1", "there/cliff.obj", HASH),
     lambda _: edits.remove_model(records(READING), "m1"),
@@ -427,7 +427,7 @@ def test_a_registered_model_is_declared_only_when_the_registration_is_given_up()
     there["m1"] = placed(MODEL, [[2, 0, 0, 1], [0, 2, 0, 2], [0, 0, 2, 3], [0, 0, 0, 1]])
     with refused("model.registered", DocumentError, registration="turned"):
         edits.declare_frame(there, "m1", Frame("local"))
-    edit = edits.declare_frame(there, "m1", Frame("local"), instead_of_registration=True)
+    edit = edits.declare_frame(there, "m1", Frame("local"), replaces_registration=True)
     assert edit.after["m1"] == replace(MODEL, placement=Frame("local"))
 
 

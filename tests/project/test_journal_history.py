@@ -261,7 +261,7 @@ def test_declaring_a_frame_gives_up_a_registration_only_when_told_to(
     session.apply(edits.set_registration(session.records, registration, ["m1"]))
     with refused("model.registered", DocumentError, registration="4 points"):
         edits.declare_frame(session.records, "m1", Frame("local"))
-    edit = edits.declare_frame(session.records, "m1", Frame("local"), instead_of_registration=True)
+    edit = edits.declare_frame(session.records, "m1", Frame("local"), replaces_registration=True)
     session.apply(edit)
     assert session.records["m1"].registration is None
     session.undo()

@@ -47,7 +47,7 @@ def path(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def journal(path: Path) -> Iterator[SqliteJournal]:
-    made = SqliteJournal(path, create=True)
+    made = SqliteJournal(path, is_new=True)
     yield made
     made.close()
 
@@ -224,7 +224,7 @@ class _NetworkDrive(JournalConnection):
 def test_where_no_log_can_be_kept_rows_are_written_as_safely_without(
     path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    SqliteJournal(path, create=True).close()
+    SqliteJournal(path, is_new=True).close()
     # As a kill on another drive leaves it.
     changed(path, "PRAGMA journal_mode = WAL")
     monkeypatch.setattr(journals, "JournalConnection", _NetworkDrive)
@@ -237,7 +237,7 @@ def test_where_no_log_can_be_kept_rows_are_written_as_safely_without(
 
 
 def test_closing_while_somebody_reads_loses_nothing(path: Path) -> None:
-    journal = SqliteJournal(path, create=True)
+    journal = SqliteJournal(path, is_new=True)
     journal.append("do", label="x", after={})
     with closing(sqlite3.connect(path)) as reader:
         reader.execute("BEGIN")
@@ -428,7 +428,7 @@ def test_what_cannot_be_read_is_refused_with_its_name(tmp_path: Path, what: str)
     elif what == "other database":
         changed(path, "CREATE TABLE journal (seq INTEGER)")
     elif what == "newer":
-        SqliteJournal(path, create=True).close()
+        SqliteJournal(path, is_new=True).close()
         changed(path, f"PRAGMA user_version = {SCHEMA_VERSION + 1}")
     before = path.read_bytes() if path.is_file() else None
     for read in (read_replay, SqliteJournal if path.is_file() else read_replay):
@@ -461,14 +461,14 @@ def test_a_journal_is_made_where_none_is_and_opened_where_one_is(path: Path) -> 
     with refused("project.not-a-project"):
         SqliteJournal(path)
     assert not path.exists()
-    made = SqliteJournal(path, create=True)
+    made = SqliteJournal(path, is_new=True)
     assert (made.last_number, list(made.rows())) == (0, [])
     made.close()
     assert asked(path, "PRAGMA application_id") == [(APPLICATION_ID,)] == [(0x564F4D31,)]
     assert asked(path, "PRAGMA user_version") == [(SCHEMA_VERSION,)]
     whole = path.read_bytes()
     with refused("project.exists", TargetError):
-        SqliteJournal(path, create=True)
+        SqliteJournal(path, is_new=True)
     assert path.read_bytes() == whole
 
 
@@ -492,7 +492,7 @@ def test_a_journal_that_another_program_holds_is_said_to_be_in_use(
 
 def test_a_place_that_cannot_be_written_is_said_to_be_one(tmp_path: Path) -> None:
     with refused("journal.not-opened", TargetError):
-        SqliteJournal(tmp_path / "nowhere" / "journal.sqlite", create=True)
+        SqliteJournal(tmp_path / "nowhere" / "journal.sqlite", is_new=True)
 
 
 # --- views, copies -------------------------------------------------------------------------------
@@ -517,7 +517,7 @@ def test_what_is_seen_comes_back_and_is_no_history(journal: SqliteJournal, path:
 def test_what_is_seen_goes_along_to_another_journal(journal: SqliteJournal, tmp_path: Path) -> None:
     journal.set_view("camera", [1.5])
     journal.set_view("hidden", {"a": True})
-    other = SqliteJournal(tmp_path / "other.sqlite", create=True)
+    other = SqliteJournal(tmp_path / "other.sqlite", is_new=True)
     other.copy_views(journal)
     assert (other.view("camera"), other.view("hidden")) == ([1.5], {"a": True})
     other.close()

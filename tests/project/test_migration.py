@@ -211,7 +211,7 @@ def test_a_journal_without_rows_is_migrated(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "empty.sqlite"
-    SqliteJournal(path, create=True).close()
+    SqliteJournal(path, is_new=True).close()
     use_schema(monkeypatch, 2, {1: add_column})
     opened = SqliteJournal(path)
     assert (opened.last_number, list(opened.rows())) == (0, [])

@@ -70,7 +70,7 @@ def test_the_cameras_of_the_sample_are_those_of_its_photos() -> None:
     found = read_true_cameras()
     told = rows("cameras_truth.csv")
     assert [view.name for view in found.views] == [row["name"] for row in told]
-    assert found.scaled
+    assert found.is_scaled
     for view, row in zip(found.views, told, strict=True):
         assert (sample_photos() / view.name).is_file()
         np.testing.assert_allclose(
@@ -83,7 +83,7 @@ def test_the_model_of_the_sample_has_its_cameras_beside_it() -> None:
     path = sample_model().with_name("cameras.json")
     beside, told = read_cameras(path), read_true_cameras()
     assert find_photos(beside, path) == sample_photos()
-    assert (beside.crs, beside.scaled, beside.origin) == (told.crs, told.scaled, told.origin)
+    assert (beside.crs, beside.is_scaled, beside.origin) == (told.crs, told.is_scaled, told.origin)
     for view, true in zip(beside.views, told.views, strict=True):
         assert (view.name, view.intrinsics) == (true.name, true.intrinsics)
         np.testing.assert_allclose(view.centre, true.centre, atol=1e-9)

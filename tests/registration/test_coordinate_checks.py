@@ -33,7 +33,7 @@ def degrees(world: Array) -> Array:
 def test_right_coordinates_are_not_doubted() -> None:
     for seed in range(20):
         model, world = site(seed)
-        assert not checks.far_from_others(world).any()
+        assert not checks.is_far_from_others(world).any()
         assert checks.degree_findings(world) == []
         assert checks.misreading_findings(model, world) == []
         assert checks.swapped_label_findings(LABELS, model, world) == []
@@ -47,7 +47,7 @@ def test_right_coordinates_are_not_doubted() -> None:
 def test_one_point_with_easting_and_northing_exchanged() -> None:
     _, world = site()
     world[2] = world[2, [1, 0, 2]]
-    far = checks.far_from_others(world)
+    far = checks.is_far_from_others(world)
     assert np.flatnonzero(far).tolist() == [2]
     (said,) = checks.far_point_findings(LABELS, world, far)
     assert (said.code, said.values["labels"]) == ("control.swapped-columns", ("P2",))
@@ -57,7 +57,7 @@ def test_one_point_of_another_zone() -> None:
     _, world = site()
     to = Transformer.from_crs("EPSG:32615", "EPSG:32616", always_xy=True)
     world[5, :2] = to.transform(*world[5, :2])
-    (said,) = checks.far_point_findings(LABELS, world, checks.far_from_others(world))
+    (said,) = checks.far_point_findings(LABELS, world, checks.is_far_from_others(world))
     assert (said.code, said.values["labels"]) == ("control.far-away", ("P5",))
 
 

@@ -19,7 +19,7 @@ from vomstudio.registration.marks.mark_errors import (
     place_covariance,
     robust_place,
 )
-from vomstudio.registration.marks.wrong_marks import find_agreeing, meet
+from vomstudio.registration.marks.wrong_marks import find_agreeing, is_meeting
 
 Array = npt.NDArray[np.float64]
 VIEWS = ring()
@@ -61,7 +61,7 @@ def test_most_marks_locate_a_point_and_the_others_are_wrong() -> None:
     rows, wrong = find_agreeing("A", marks, 6.0)
     assert rows.tolist() == [3, 4, 5, 6, 7]
     assert [mark.photo for mark in wrong] == [view.name for view in marks.views[:3]]
-    assert meet(Marks(marks.views[3:], marks.pixels[3:]), 6.0)
+    assert is_meeting(Marks(marks.views[3:], marks.pixels[3:]), 6.0)
 
 
 def test_marks_that_agree_exactly_are_not_trusted_beyond_a_pixel() -> None:

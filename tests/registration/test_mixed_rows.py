@@ -154,10 +154,10 @@ def test_sound_points_and_single_blunders_are_not_mixed() -> None:
 @pytest.mark.parametrize(("times", "unit"), [(1000.0, "millimetres"), (100.0, "centimetres")])
 def test_heights_in_another_unit(times: float, unit: str) -> None:
     model, world = site(2)
-    (found,) = misreading_findings(model, world * [1.0, 1.0, times], mirrors=False)
+    (found,) = misreading_findings(model, world * [1.0, 1.0, times], include_mirrors=False)
     assert (found.code, found.values["unit"]) == ("control.other-unit", unit)
     cliff, there = model * [0.1, 0.1, 10.0], world * [0.1, 0.1, 10.0]
-    assert misreading_findings(cliff, there, mirrors=False) == []
+    assert misreading_findings(cliff, there, include_mirrors=False) == []
 
 
 def test_more_spread_is_no_help_where_nothing_fits() -> None:

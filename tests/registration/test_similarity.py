@@ -14,7 +14,7 @@ from vomstudio.registration.similarity import (
     Similarity,
     fit_robustly,
     fit_similarity,
-    nearly_on_a_line,
+    is_nearly_collinear,
     rotation_covariance,
 )
 
@@ -161,7 +161,7 @@ def test_points_are_nearly_on_a_line_below_a_fiftieth_of_its_length(
     turn = Rotation.from_euler("xyz", [20, 50, -70], degrees=True).as_matrix()
     pairs = np.diag([1.0, width, width / 2])
     points = np.vstack([pairs, -pairs]) @ turn.T + [40.0, -500, 6]
-    assert nearly_on_a_line(points) is near
+    assert is_nearly_collinear(points) is near
 
 
 def test_five_points_are_all_taken_and_of_six_the_wrong_one_is_left_out() -> None:

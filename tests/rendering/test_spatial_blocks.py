@@ -67,9 +67,9 @@ def test_the_first_face_along_a_ray_is_the_nearest_of_all(monkeypatch) -> None: 
 def test_a_ray_along_an_axis_meets_the_boxes_it_runs_in() -> None:
     low, high = np.zeros((1, 3)), np.ones((1, 3))
     ahead = np.array([0.0, 0.0, 1.0])
-    assert spatial_blocks.hits_boxes(low, high, np.array([0.5, 1.0, -3.0]), ahead)[0]
-    assert not spatial_blocks.hits_boxes(low, high, np.array([0.5, 1.5, -3.0]), ahead)[0]
-    assert not spatial_blocks.hits_boxes(low, high, np.array([0.5, 0.5, 3.0]), ahead)[0]
+    assert spatial_blocks.are_boxes_hit(low, high, np.array([0.5, 1.0, -3.0]), ahead)[0]
+    assert not spatial_blocks.are_boxes_hit(low, high, np.array([0.5, 1.5, -3.0]), ahead)[0]
+    assert not spatial_blocks.are_boxes_hit(low, high, np.array([0.5, 0.5, 3.0]), ahead)[0]
 
 
 def test_points_near_a_ray_are_all_found() -> None:

@@ -95,7 +95,7 @@ def main() -> None:
 def rewrite(path: Path) -> None:
     """Replace a journal by one with the same rows as the present program encodes them."""
     old, new = SqliteJournal(path), path.with_suffix(".new")
-    made = SqliteJournal(new, create=True)
+    made = SqliteJournal(new, is_new=True)
     for row, before, after in encoded_again(old.rows()):
         if row.notice or row.problem:
             raise SystemExit(f"Row {row.seq} is damaged: {row.notice or row.problem}")

@@ -138,7 +138,7 @@ def as_reconstructed(case: Case, folder: Path) -> Path:
     }
     folder.mkdir()
     (folder / "reconstruction.json").write_text(json.dumps(result))
-    write_cameras(folder / FILE_NAME, Cameras((), folder, crs=CRS, scaled=True))
+    write_cameras(folder / FILE_NAME, Cameras((), folder, crs=CRS, is_scaled=True))
     (folder / "model.ply").write_bytes(case.out.read_bytes())
     return folder / "model.ply"
 
@@ -333,7 +333,7 @@ def lose_by_version(case: Case) -> Sequence[str]:
 def lose_by_result(case: Case) -> Sequence[str]:
     registration_path(case.out).unlink()
     folder = case.out.parent
-    write_cameras(folder / FILE_NAME, Cameras((), folder, crs=CRS, scaled=True))
+    write_cameras(folder / FILE_NAME, Cameras((), folder, crs=CRS, is_scaled=True))
     (folder / "reconstruction.json").write_text("[]")
     case.out.rename(folder / "model.ply")
     return ["registration.damaged"]

@@ -131,7 +131,7 @@ class ElevationModel(ElevationFigures):
             file,
             files=files,
             world=source.world_crs,
-            north_known=source.placed,
+            is_north_known=source.placed,
             model=str(source.path),
             content_hash=source.content_hash,
             warnings=self.warnings,

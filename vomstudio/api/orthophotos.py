@@ -229,8 +229,8 @@ def orthophoto(
         path=data.path,
         gsd_m=options.gsd_m,
         flip=options.flip,
-        placed=source.placed,
-        metric=source.metric,
+        is_placed=source.placed,
+        is_metric=source.metric,
     )
     picture = draw_picture(data._data, request.plan, report)
     figures = drawn_figures(picture, request.plan, source.world_crs)

@@ -124,7 +124,7 @@ class Section:
             crs=self._model.crs,
             model=str(source.path),
             is_metric=source.metric or source.placed,
-            north_known=source.placed,
+            is_north_known=source.placed,
             force=replace,
         )
 

@@ -211,6 +211,6 @@ def _project_log(
         project_log.bed95_deg,
         project_log.sigma_m,
         (),
-        q.metric,
+        q.is_metric,
         names,
     )

@@ -113,8 +113,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         path=args.model,
         gsd_m=options.gsd_m,
         flip=options.flip,
-        placed=place.placed,
-        metric=place.metric,
+        is_placed=place.placed,
+        is_metric=place.metric,
         region=region,
     )
     picture_files = orthophoto.write_orthophoto(

@@ -109,7 +109,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         crs=model.crs,
         model=str(model.loaded.path),
         is_metric=model.has_metric_unit,
-        north_known=model.placed,
+        is_north_known=model.placed,
         warnings=(*model.warnings, *section_features.warnings, *warnings, *grazing),
         force=args.force,
     )

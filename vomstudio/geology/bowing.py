@@ -190,8 +190,8 @@ def fit_shape_change(positions: FloatArray, displacements: FloatArray) -> ShapeC
     u, v, w = ((positions - centre) @ axes.T).T / extent_from_centre
     projections = displacements @ axes.T
     columns = [np.ones(len(u)), u, v]
-    relief = float(w.std()) > MIN_RELIEF
-    if relief:
+    has_relief = float(w.std()) > MIN_RELIEF
+    if has_relief:
         columns.append(w)
     horizontal_bends = np.linalg.lstsq(np.stack(columns, axis=1), projections[:, :2], rcond=None)[0]
     bend_columns = np.stack([*columns, u**2 + v**2], axis=1)
@@ -207,7 +207,7 @@ def fit_shape_change(positions: FloatArray, displacements: FloatArray) -> ShapeC
         )
         / extent_from_centre
     )
-    stretch = float(vertical_bends[3]) / extent_from_centre - growth if relief else 0.0
+    stretch = float(vertical_bends[3]) / extent_from_centre - growth if has_relief else 0.0
     shift = np.array([*horizontal_bends[0], vertical_bends[0]]) @ axes
     return ShapeChange(
         turns @ axes, growth, shift, float(vertical_bends[-1]) / extent_from_centre**2, stretch

@@ -261,10 +261,12 @@ def _test_one_axis(
     variance = max(separate_squares / dof, 1e-12)
     ratio = max(pooled_squares - separate_squares, 0.0) / extra_parameters / variance
     p = f_tail(extra_parameters, dof, ratio)
-    differ = p < AXES_DIFFER_P and max(apart_deg or 0.0, beds_off_deg or 0.0) >= AXES_DIFFER_DEG
-    reasons = [Finding("fold.domains-differ" if differ else "fold.one-axis", p=p)]
+    are_different = (
+        p < AXES_DIFFER_P and max(apart_deg or 0.0, beds_off_deg or 0.0) >= AXES_DIFFER_DEG
+    )
+    reasons = [Finding("fold.domains-differ" if are_different else "fold.one-axis", p=p)]
     if apart_deg is not None:
         reasons.append(Finding("fold.axes-apart", angle_deg=apart_deg))
     if beds_off_deg is not None:
         reasons.append(Finding("fold.beds-off-axis", angle_deg=beds_off_deg))
-    return OneAxisFigures(not differ, ratio, p, apart_deg, beds_off_deg, tuple(reasons))
+    return OneAxisFigures(not are_different, ratio, p, apart_deg, beds_off_deg, tuple(reasons))

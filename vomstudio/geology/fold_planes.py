@@ -55,13 +55,13 @@ class SelectedPlanes:
 
     Attributes
     ----------
-    use : (n,) ndarray of bool
+    is_used : (n,) ndarray of bool
     left_out : tuple of ExcludedRows
     not_good : int or None
         Number of selected planes whose verdict is not good; None if no plane has a verdict.
     """
 
-    use: BoolArray
+    is_used: BoolArray
     left_out: tuple[ExcludedRows, ...]
     not_good: int | None
 
@@ -102,14 +102,14 @@ def select_planes(
     SelectedPlanes
     """
     verdict = np.array([parse_verdict(quality) for quality in qualities], np.str_)
-    use = np.ones(len(verdict), bool)
+    is_used = np.ones(len(verdict), bool)
     excluded_planes = []
 
     def exclude_rows(is_excluded: BoolArray, subject: str, reason: Finding) -> None:
-        nonlocal use
-        if count := int((use & is_excluded).sum()):
+        nonlocal is_used
+        if count := int((is_used & is_excluded).sum()):
             excluded_planes.append(ExcludedRows(subject, count, reason))
-        use = use & ~is_excluded
+        is_used = is_used & ~is_excluded
 
     if selection.set_name is not None:
         name = selection.set_name.strip().casefold()
@@ -118,12 +118,12 @@ def select_planes(
             is_other_set, tr("other sets"), Finding("fold.only-set", set=selection.set_name)
         )
     has_verdict = verdict != ""
-    if (has_verdict & use).any() or selection.min_quality is not None:
+    if (has_verdict & is_used).any() or selection.min_quality is not None:
         exclude_rows(~has_verdict, tr("without a verdict"), Finding("fold.only-picks"))
     if selection.min_quality is not None:
         for quality in VERDICT_NAMES[VERDICT_NAMES.index(selection.min_quality) + 1 :]:
             reason = Finding("fold.only-quality", quality=selection.min_quality)
             exclude_rows(verdict == quality, quality, reason)
-    is_judged = has_verdict & use
+    is_judged = has_verdict & is_used
     not_good = int((is_judged & (verdict != "good")).sum()) if is_judged.any() else None
-    return SelectedPlanes(use, tuple(excluded_planes), not_good)
+    return SelectedPlanes(is_used, tuple(excluded_planes), not_good)

@@ -314,7 +314,7 @@ def _check_single_planes(
         return verdict
     if (
         fold_without_plane is not None
-        and fold_without_plane.untested
+        and fold_without_plane.is_untested
         and verdict.name == "cylindrical"
     ):
         finding = cone_untested_finding(names[row], fold_without_plane)

@@ -111,7 +111,7 @@ class _Token:
     value: float = 0.0
     comma: tuple[float, float] | None = None
     """The two numbers if the comma in a number may also be a separator."""
-    signed: bool = False
+    is_signed: bool = False
     """Whether the number follows a minus that may be a sign."""
 
 
@@ -187,7 +187,7 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
     if kinds == ["number"] or kinds in (["number", "wind"], ["number", "rule"]):
         tokens = _split_comma(tokens)
         kinds = _kinds(tokens)
-    if any(token.signed for token in tokens[:1]):
+    if any(token.is_signed for token in tokens[:1]):
         raise _notation_error("notation.signed-azimuth", text)
 
     match kinds:
@@ -295,7 +295,7 @@ def parse_line(text: str) -> Line:
         tokens = _take_labelled_angles(text, tokens, azimuth_label, "plunge")
     if _kinds(tokens) == ["number"]:
         tokens = _split_comma(tokens)
-    if any(token.signed for token in tokens[:1]) and "arrow" not in _kinds(tokens):
+    if any(token.is_signed for token in tokens[:1]) and "arrow" not in _kinds(tokens):
         raise _notation_error("notation.signed-azimuth", text)
     match _kinds(tokens):
         case ["number" | "bearing" | "wind", "number"]:
@@ -330,7 +330,7 @@ def parse_azimuth(text: str) -> float:
         If the text is not a valid azimuth.
     """
     tokens = _tokens(text, is_azimuth=True)
-    if _kinds(tokens) not in (["number"], ["bearing"], ["wind"]) or tokens[0].signed:
+    if _kinds(tokens) not in (["number"], ["bearing"], ["wind"]) or tokens[0].is_signed:
         raise _notation_error("notation.not-an-azimuth", text)
     return _azimuth(text, tokens[0])
 
@@ -356,7 +356,7 @@ def parse_rake(text: str, plane: Plane) -> float:
         end of the strike.
     """
     tokens = _tokens(text)
-    if _kinds(tokens) != ["number", "wind"] or tokens[0].signed:
+    if _kinds(tokens) != ["number", "wind"] or tokens[0].is_signed:
         raise _notation_error("notation.not-a-rake", text)
     angle, end = tokens
     if angle.value > 90.0:
@@ -389,7 +389,7 @@ def parse_angle(text: str) -> float:
     tokens = _tokens(text)
     if _kinds(tokens) != ["number"]:
         raise _notation_error("notation.not-an-angle", text)
-    return -tokens[0].value if tokens[0].signed else tokens[0].value
+    return -tokens[0].value if tokens[0].is_signed else tokens[0].value
 
 
 def _notation_error(code: str, text: str, **values: float | str) -> InputError:
@@ -408,7 +408,7 @@ def _tokens(text: str, *, is_azimuth: bool = False) -> list[_Token]:
     if not text.strip():
         raise InputError(Finding("notation.empty"))
     raw_items: list[_Token] = []
-    after_mark = True
+    follows_mark = True
     clean = text.translate(_CHARACTER_REPLACEMENTS).upper()
     for match in _TOKEN.finditer(clean):
         kind = str(match.lastgroup)
@@ -416,27 +416,27 @@ def _tokens(text: str, *, is_azimuth: bool = False) -> list[_Token]:
         if match.group("number") is not None:
             token = _number(match)
             if raw_items and raw_items[-1].kind == "mark" and raw_items[-1].text == "-":
-                minus = match.start() > 0 and clean[match.start() - 1] == "-"
-                prefix = clean[: match.start() - 1] if minus else ""
-                if minus and after_mark:
+                is_negative = match.start() > 0 and clean[match.start() - 1] == "-"
+                prefix = clean[: match.start() - 1] if is_negative else ""
+                if is_negative and follows_mark:
                     raw_items.pop()
-                    token = _Token("number", "-" + token.text, -token.value, signed=True)
-                elif minus and prefix.endswith(" "):
+                    token = _Token("number", "-" + token.text, -token.value, is_signed=True)
+                elif is_negative and prefix.endswith(" "):
                     token = _Token(
-                        "number", token.text, token.value, comma=token.comma, signed=True
+                        "number", token.text, token.value, comma=token.comma, is_signed=True
                     )
             raw_items.append(token)
-            after_mark = False
+            follows_mark = False
             continue
         if kind == "word":
             raw_items.extend(_word(text, matched_group))
-            after_mark = False
+            follows_mark = False
         elif kind == "arrow":
             raw_items.append(_Token("arrow", matched_group))
-            after_mark = True
+            follows_mark = True
         elif kind == "mark":
             if matched_group != "-":
-                after_mark = True
+                follows_mark = True
             raw_items.append(_Token("mark", matched_group))
         else:
             raise _notation_error("notation.unknown-word", text, word=matched_group)
@@ -500,8 +500,10 @@ def _join_bearings(text: str, raw_tokens: list[_Token], *, is_azimuth: bool) -> 
             name = f"{t.text}{three[1].text}{three[2].text}"
             if not 0.0 <= angle <= 90.0:
                 raise _notation_error("notation.bearing-out-of-range", text, bearing=name)
-            clockwise = t.text + three[2].text in ("NE", "ES", "SW", "WN")
-            out.append(_Token("bearing", name, wrap360(t.value + (angle if clockwise else -angle))))
+            is_clockwise = t.text + three[2].text in ("NE", "ES", "SW", "WN")
+            out.append(
+                _Token("bearing", name, wrap360(t.value + (angle if is_clockwise else -angle)))
+            )
             i += 3
         elif t.kind == "mark":
             i += 1
@@ -568,7 +570,7 @@ def _azimuth(text: str, token: _Token) -> float:
 def _steepness(text: str, token: _Token, name: str) -> float:
     """Return a dip or plunge. Raises InputError if it is out of range."""
     value = token.value
-    if token.signed and value > 0:
+    if token.is_signed and value > 0:
         raise _notation_error("notation.unclear-minus", text)
     if name == "dip" and value < 0:
         raise _notation_error("notation.signed-dip", text)
@@ -686,9 +688,9 @@ def format_plane(
         strike = float(format_azimuth(plane.strike_rhr_deg, decimals))
         side = _QUADRANT_SIDES[round((strike + 90.0) / 45.0) % 8]
         axis = strike % 180.0
-        east = axis <= 90.0
-        angle = _pad_number(axis if east else 180.0 - axis, decimals, 2)
-        return f"N{angle}{'E' if east else 'W'} {dip}{side}"
+        dips_east = axis <= 90.0
+        angle = _pad_number(axis if dips_east else 180.0 - axis, decimals, 2)
+        return f"N{angle}{'E' if dips_east else 'W'} {dip}{side}"
     raise ValueError(f"unknown notation {notation!r}; use one of {NOTATIONS}")
 
 

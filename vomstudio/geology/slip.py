@@ -55,6 +55,6 @@ def slip_rake(plane: Plane, rake_deg: float, sense: str) -> float | None:
     if abs(rake_deg - 90.0) < ANGLE_TOLERANCE_DEG:
         return None
     # A rake of 0 is left-lateral; any axial rake below 90 has a left-lateral component.
-    downward_is_sinistral = rake_deg < 90.0
-    is_same = downward_is_sinistral == (sense == "sinistral")
+    is_downward_sinistral = rake_deg < 90.0
+    is_same = is_downward_sinistral == (sense == "sinistral")
     return (0.0 if is_same else 180.0) - rake_deg

@@ -139,10 +139,10 @@ def planar_margins(face: SlopeFace, normals: FloatArray) -> Margins:
     sines = np.hypot(x, y)
     sin_f, cos_f = _sin_cos(face.options.friction_deg)
     sin_d, cos_d = _sin_cos(face.plane.dip_deg)
-    level = sines <= MIN_ANGLE_RAD
+    is_level = sines <= MIN_ANGLE_RAD
     # Scalar product of the dip line (x z, y z, -flat^2) / flat and the normal of the face.
-    daylight = sin_d * x * z / np.where(level, 1.0, sines) - cos_d * sines
-    slide = np.where(level, -1.0, sines * cos_f - z * sin_f)
+    daylight = sin_d * x * z / np.where(is_level, 1.0, sines) - cos_d * sines
+    slide = np.where(is_level, -1.0, sines * cos_f - z * sin_f)
     return Margins(np.minimum(daylight, slide), _lateral_margin(face, x, y))
 
 
@@ -245,10 +245,10 @@ def wedge_sliding(face: SlopeFace, lines: FloatArray) -> Zones:
     x, _, z = np.moveaxis(lines, -1, 0)
     sin_f, cos_f = _sin_cos(face.options.friction_deg)
     sin_d, cos_d = _sin_cos(face.plane.dip_deg)
-    daylights = (sin_d * x + cos_d * z >= -MAX_ROUNDING_SINE) & (z < -MIN_ANGLE_RAD)
+    is_daylighting = (sin_d * x + cos_d * z >= -MAX_ROUNDING_SINE) & (z < -MIN_ANGLE_RAD)
     is_steep = -z >= sin_f - MAX_ROUNDING_SINE
     is_beyond = sin_f * x + cos_f * z <= MAX_ROUNDING_SINE
-    return Zones(is_steep & daylights, ~is_steep & daylights & is_beyond)
+    return Zones(is_steep & is_daylighting, ~is_steep & is_daylighting & is_beyond)
 
 
 def direct_margins(face: SlopeFace, lines: FloatArray) -> Margins:
@@ -380,8 +380,8 @@ def count_critical_lines(faces: Sequence[SlopeFace], lines: FloatArray) -> IntAr
         counts[rows, 0] = (wedges @ normals.T >= -MAX_ROUNDING_SINE).sum(axis=0)
         tops = lines[plunge_sines >= cos_d.min() - MAX_ROUNDING_SINE]
         sines_into_slope = -(tops @ out.T)
-        level = -tops[:, 2] < MIN_ANGLE_RAD
-        sines_into_slope[level] = np.abs(sines_into_slope[level])
+        is_level = -tops[:, 2] < MIN_ANGLE_RAD
+        sines_into_slope[is_level] = np.abs(sines_into_slope[is_level])
         is_inside = -tops[:, 2:] - cos_d >= -MAX_ROUNDING_SINE
         is_within = (
             sines_into_slope * sin_l - np.abs(tops @ strike_axes.T) * cos_l >= -MAX_ROUNDING_SINE

@@ -244,7 +244,7 @@ class _Selection:
         if fold_filter.min_quality is not None and not any(qualities):
             raise self._error(Finding("fold.no-verdicts", option="--quality"), "--quality")
         if fold_filter.set_name is not None and not any(
-            _equal_names(set_, fold_filter.set_name) for set_ in sets
+            _has_equal_names(set_, fold_filter.set_name) for set_ in sets
         ):
             present_sets = sorted(set(sets) - {""})
             finding = Finding("sets.unknown", set=fold_filter.set_name, sets=present_sets or None)
@@ -253,7 +253,7 @@ class _Selection:
         self.left_out += selected_planes.left_out
         rows = np.flatnonzero(self.use)
         self.use = np.zeros(len(table), bool)
-        self.use[rows[selected_planes.use]] = True
+        self.use[rows[selected_planes.is_used]] = True
         if not self.use.any():
             finding = Finding("fold.none-good-enough", quality=fold_filter.min_quality)
             raise self._error(finding, "--quality")
@@ -285,13 +285,13 @@ class _Selection:
         present_kinds = Counter(
             kind for kind, is_used in zip(kinds, self.use, strict=True) if is_used
         )
-        if not any(_equal_names(kind, name) for kind in present_kinds):
+        if not any(_has_equal_names(kind, name) for kind in present_kinds):
             listed_kinds = [kind or "(empty)" for kind in present_kinds]
             raise self._error(Finding("fold.unknown-kind", kind=name, kinds=listed_kinds), "kind")
         for i, kind in enumerate(kinds):
-            self.use[i] &= _equal_names(kind, name)
+            self.use[i] &= _has_equal_names(kind, name)
         for kind, n in present_kinds.items():
-            if not _equal_names(kind, name):
+            if not _has_equal_names(kind, name):
                 kind_name = kind or "no kind"
                 self.left_out.append(
                     ExcludedRows(kind_name, n, Finding("fold.only-kind", kind=name))
@@ -329,13 +329,15 @@ class _Selection:
             finding = Finding("fold.no-column", columns=("set", "kind"), option="--sets")
             raise self._error(finding, "--sets")
         present_sets = Counter(
-            name for name, use in zip(names_by_row, self.use, strict=True) if use
+            name for name, is_used in zip(names_by_row, self.use, strict=True) if is_used
         )
         attitudes: dict[str, tuple[FloatArray, FloatArray]] = {}
         turns: dict[str, Turns] = {}
         is_used = np.zeros(len(self.table), dtype=bool)
         for name in names:
-            members = self.use & np.array([_equal_names(s, name) for s in names_by_row], dtype=bool)
+            members = self.use & np.array(
+                [_has_equal_names(s, name) for s in names_by_row], dtype=bool
+            )
             if not members.any():
                 listed_sets = [present_set or "(empty)" for present_set in present_sets]
                 raise self._error(Finding("sets.unknown", set=name, sets=listed_sets), "--sets")
@@ -347,7 +349,7 @@ class _Selection:
                 turns[name] = self.table.turns.of(members)
             is_used |= members
         for name, n in present_sets.items():
-            if not any(_equal_names(name, requested_name) for requested_name in names):
+            if not any(_has_equal_names(name, requested_name) for requested_name in names):
                 set_name_text = name or "no set"
                 self.left_out.append(
                     ExcludedRows(set_name_text, n, Finding("fold.only-named-sets"))
@@ -359,5 +361,5 @@ class _Selection:
         return UsageError(finding, file=self.table.path, field=field)
 
 
-def _equal_names(a: str, b: str) -> bool:
+def _has_equal_names(a: str, b: str) -> bool:
     return a.strip().casefold() == b.strip().casefold()

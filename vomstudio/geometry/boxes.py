@@ -67,7 +67,7 @@ class ClipBox(Result):
             low[axis] = min(value, high[axis] - hair)
         return ClipBox(_triple(np.array(low)), _triple(np.array(high)))
 
-    def meets(self, other_box: ClipBox) -> bool:
+    def meets_box(self, other_box: ClipBox) -> bool:
         """Return whether the boxes have a point in common."""
         own_ends, other_ends = (self.low, self.high), (other_box.low, other_box.high)
         return bool(
@@ -134,7 +134,7 @@ def box_range(
     return enter, leave
 
 
-def hits_box(
+def is_box_hit(
     low: FloatArray, high: FloatArray, origin: FloatArray, direction: FloatArray, pad: float = 0.0
 ) -> bool:
     """Return whether a ray meets one box (3,), enlarged by `pad`, ahead of its origin.
@@ -169,7 +169,7 @@ def hits_box(
     return leave >= enter
 
 
-def hits_boxes(
+def are_boxes_hit(
     low: FloatArray, high: FloatArray, origin: FloatArray, direction: FloatArray
 ) -> BoolArray:
     """Return which boxes (n, 3) a ray meets ahead of its origin.

@@ -138,7 +138,7 @@ class MeshSurface(VertexSurface):
             nodes = weld_points(self._vertices[vertices])[positions[self._mesh.faces[inner_faces]]]
         finally:
             positions[vertices] = -1
-        return inner_faces[_reached(nodes, int(np.searchsorted(inner_faces, index)))]
+        return inner_faces[_is_reached(nodes, int(np.searchsorted(inner_faces, index)))]
 
     def weighted(self, ids: IntArray) -> tuple[FloatArray, FloatArray | None]:
         return face_points(self._mesh, ids)
@@ -282,7 +282,7 @@ class CloudSurface(VertexSurface):
         # Mean spacing on a surface with this number of points within this distance.
         max_distance = LINK_SPACINGS * farthest_value * float(np.sqrt(np.pi / max(count - 1, 1)))
         pairs = tree.query_pairs(max_distance, output_type="ndarray")
-        return ids[_linked(pairs, len(ids), start)]
+        return ids[_are_linked(pairs, len(ids), start)]
 
     def weighted(self, ids: IntArray) -> tuple[FloatArray, FloatArray | None]:
         return self.corners(ids), None
@@ -318,7 +318,7 @@ def _distinct(ids: IntegerArray) -> IntArray:
     return ids[is_first].astype(np.int64)
 
 
-def _reached(nodes: IntArray, start: int) -> BoolArray:
+def _is_reached(nodes: IntArray, start: int) -> BoolArray:
     """Return a mask of the faces (k, 3) of nodes that are connected to the face `start`."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
@@ -332,7 +332,7 @@ def _reached(nodes: IntArray, start: int) -> BoolArray:
     return np.asarray(label == label[start])
 
 
-def _linked(pairs: IntArray, count: int, start: int) -> BoolArray:
+def _are_linked(pairs: IntArray, count: int, start: int) -> BoolArray:
     """Return a mask of the points, among `count` points, connected to the point `start`."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components

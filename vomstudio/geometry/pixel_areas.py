@@ -20,12 +20,12 @@ class PixelArea:
 
     left: int
     top: int
-    inside: BoolArray
+    is_inside: BoolArray
 
     @property
     def window(self) -> tuple[slice, slice]:
         """Box as an index into the image."""
-        height, width = self.inside.shape
+        height, width = self.is_inside.shape
         return slice(self.top, self.top + height), slice(self.left, self.left + width)
 
 
@@ -162,7 +162,7 @@ def draw_area(is_used: BoolArray, area: PixelArea, is_masking: bool) -> MaskChan
         Change, or None if no pixel changed.
     """
     region = is_used[area.window]
-    is_changed = area.inside & (region if is_masking else ~region)
+    is_changed = area.is_inside & (region if is_masking else ~region)
     if not is_changed.any():
         return None
     region ^= is_changed

@@ -66,8 +66,8 @@ def hyperbolic(n: IntArray, values: FloatArray) -> tuple[FloatArray, FloatArray,
         safe = np.where(h > 0.0, h, 1.0)
         result.append(np.where(h > 0.0, np.degrees(np.arctan(np.sqrt(h3 / safe))), 90.0))
         if i == 1:
-            overflow = h <= 0.0
-    return result[0], result[1], overflow
+            is_overflow = h <= 0.0
+    return result[0], result[1], is_overflow
 
 
 def confidence_axes_rad(

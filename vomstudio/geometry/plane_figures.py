@@ -63,8 +63,8 @@ def figures(
     values[:, 2] = np.where(np.sqrt(values[:, 2]) <= rounding, 0.0, values[:, 2])
     errors: list[Finding | None] = [None] * m
     is_identical = (np.sqrt(values[:, 0]) <= rounding) | (scale.size <= 1.0 / MAX_COORDINATE)
-    collinear = ~is_identical & (np.sqrt(values[:, 1]) <= rounding)
-    for i in np.flatnonzero(is_identical | collinear).tolist():
+    is_collinear = ~is_identical & (np.sqrt(values[:, 1]) <= rounding)
+    for i in np.flatnonzero(is_identical | is_collinear).tolist():
         errors[i] = degenerate_points_finding(int(counts[i]), is_coincident=bool(is_identical[i]))
 
     trace = values.sum(axis=1)
@@ -77,9 +77,9 @@ def figures(
     leverage = None
     if method == "regression":
         normal, residual, parallel, leverage = _regress(covariance, axis, rounding)
-        parallel |= _parallel_within_scatter(axes[:, 2, axis], values)
+        parallel |= _is_parallel_within_scatter(axes[:, 2, axis], values)
         rms = residual * np.abs(normal[:, axis])
-        for i in np.flatnonzero(parallel & ~is_identical & ~collinear).tolist():
+        for i in np.flatnonzero(parallel & ~is_identical & ~is_collinear).tolist():
             errors[i] = Finding("plane.parallel-to-axis", axis="xyz"[axis])
 
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -255,7 +255,7 @@ treated as parallel, regardless of their scatter.
 """
 
 
-def _parallel_within_scatter(sine: FloatArray, values: FloatArray) -> BoolArray:
+def _is_parallel_within_scatter(sine: FloatArray, values: FloatArray) -> BoolArray:
     """Return whether the scatter of the points explains the angle of the plane to the axis.
 
     `sine` (m,) is the sine of the angle; `values` (m, 3) are the variances.

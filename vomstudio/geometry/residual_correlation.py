@@ -231,12 +231,12 @@ def inflate(
         else:
             g, freedom, weight, is_long[rows] = _compare_models(series, dof, models)
         t = positions[index]
-        uneven = ((np.diff(t) * (size - 1.0) - 1.0) ** 2).mean(axis=1) > MAX_UNEVENNESS**2
-        if uneven.any():
+        is_uneven = ((np.diff(t) * (size - 1.0) - 1.0) ** 2).mean(axis=1) > MAX_UNEVENNESS**2
+        if is_uneven.any():
             place_inflation = _inflation_at_places(
-                series[:2, uneven], t[uneven], dof[uneven], models
+                series[:2, is_uneven], t[is_uneven], dof[is_uneven], models
             )
-            g[:, uneven] = np.maximum(g[:, uneven], place_inflation)
+            g[:, is_uneven] = np.maximum(g[:, is_uneven], place_inflation)
         q = _mixture_quantile(g, freedom, weight, dof) * variance_share
         q1[rows], q2[rows] = q
         # The number of independent points that would give the same limit.

@@ -66,8 +66,8 @@ def find_undivided(
     count = np.bincount(patch)
     area = np.bincount(patch, areas)
     corners = np.bincount(outlines, minlength=len(count))
-    triangle = corners == 3
-    is_divided = triangle & (count > 1)
+    is_triangle = corners == 3
+    is_divided = is_triangle & (count > 1)
     if area[is_divided].sum() < MIN_AREA_SHARE * area.sum():
         return None
     order = np.argsort(count[is_divided])
@@ -76,10 +76,10 @@ def find_undivided(
         count[is_divided][order][np.searchsorted(cumulated_area, 0.5 * cumulated_area[-1])]
     )
     ratio = count / np.maximum(corners - 2.0, 1.0) / faces_per_triangle
-    is_plain = ~triangle & ~((corners > 2) & (ratio < FACE_RATIO) & (ratio > 1.0 / FACE_RATIO))
+    is_plain = ~is_triangle & ~((corners > 2) & (ratio < FACE_RATIO) & (ratio > 1.0 / FACE_RATIO))
     # Corners are in order of patches.
     independent_faces = np.concatenate(
-        [corner[triangle[outlines]].reshape(-1, 3), face_numbers[is_plain[patch]]]
+        [corner[is_triangle[outlines]].reshape(-1, 3), face_numbers[is_plain[patch]]]
     )
     is_independent = np.zeros(len(positions), np.bool_)
     is_independent[corner] = is_independent[independent_faces.ravel()] = True

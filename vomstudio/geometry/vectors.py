@@ -50,10 +50,12 @@ def upward(normals: FloatArray) -> FloatArray:
     (m, 3) ndarray
     """
     x, y, z = normals[:, 0], normals[:, 1], normals[:, 2]
-    level = np.abs(z) <= MIN_TILT
-    down = np.where(level, (y > 0.0) | ((y == 0.0) & (x < 0.0)), z < 0.0)
-    result: FloatArray = np.where(down[:, None], -normals, normals) + 0.0  # + 0.0: no negative zero
-    result[:, 2] = np.where(level, 0.0, result[:, 2])
+    is_level = np.abs(z) <= MIN_TILT
+    is_downward = np.where(is_level, (y > 0.0) | ((y == 0.0) & (x < 0.0)), z < 0.0)
+    result: FloatArray = (
+        np.where(is_downward[:, None], -normals, normals) + 0.0
+    )  # + 0.0: no negative zero
+    result[:, 2] = np.where(is_level, 0.0, result[:, 2])
     return result
 
 

@@ -148,7 +148,7 @@ def write_compacted_journal(
     remove(new_path)
     seq_map: dict[int, int] = {}
     try:
-        compacted = SqliteJournal(new_path, create=True)
+        compacted = SqliteJournal(new_path, is_new=True)
     except VomError as error:
         remove(new_path)
         raise write_error(new_path, error.__cause__ or error) from error

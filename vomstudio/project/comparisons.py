@@ -68,8 +68,8 @@ class StoredComparison:
 
     def is_current(self, model: Model) -> bool:
         """Return whether the content and placement of the model are still those compared."""
-        same_file = model.content_hash == self.content_hash
-        return same_file and np.allclose(model.to_world, self.to_world, rtol=0.0, atol=1e-9)
+        is_same_file = model.content_hash == self.content_hash
+        return is_same_file and np.allclose(model.to_world, self.to_world, rtol=0.0, atol=1e-9)
 
     def replaces(self, other_comparison: StoredComparison) -> bool:
         """Return whether this comparison has the same two models and method as another one."""

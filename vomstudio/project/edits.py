@@ -62,14 +62,14 @@ def add_model(records: Records, model: Model, label: str = "") -> Edit:
 
 
 def declare_frame(
-    records: Records, model_id: str, frame: Frame, *, instead_of_registration: bool = False
+    records: Records, model_id: str, frame: Frame, *, replaces_registration: bool = False
 ) -> Edit:
     """Declare the axes, unit and position of a model; all its features move with it.
 
-    A registered model is rejected unless `instead_of_registration` is set.
+    A registered model is rejected unless `replaces_registration` is set.
     """
     model = _get(records, model_id, Model)
-    if model.registration is not None and not instead_of_registration:
+    if model.registration is not None and not replaces_registration:
         raise DocumentError(
             Finding("model.registered", model=model.name, registration=model.registration.name)
         )

@@ -94,19 +94,19 @@ class Figure:
         """Return the figure as text for the window."""
         if self.shown is not None:
             return self.shown(subject)
-        return self.words_for(self.value(subject), metric=subject.measured.metric)
+        return self.words_for(self.value(subject), is_metric=subject.measured.metric)
 
-    def words_for(self, value: Any, *, metric: bool = True) -> str:
-        """Return a value of this figure as text; `metric` is False if the scale is unknown."""
+    def words_for(self, value: Any, *, is_metric: bool = True) -> str:
+        """Return a value of this figure as text; `is_metric` is False if the scale is unknown."""
         match self.form:
             case "text":
                 return "" if value is None else str(value)
             case "flag":
                 return "yes" if value else ""
             case "length":
-                return length_text(value, is_metric=metric)
+                return length_text(value, is_metric=is_metric)
             case "area":
-                return area_text(value, is_metric=metric)
+                return area_text(value, is_metric=is_metric)
             case "count":
                 return "–" if value is None else str(value)
             case "index" | "ratio":

@@ -124,7 +124,7 @@ def fold_planes(
     )
     used_features = [
         planar_first_pick
-        for planar_first_pick, is_used in zip(planar_first_picks, selection.use, strict=True)
+        for planar_first_pick, is_used in zip(planar_first_picks, selection.is_used, strict=True)
         if is_used
     ]
     planes = [

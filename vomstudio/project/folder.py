@@ -183,7 +183,7 @@ class ProjectFolder:
             if not allow_unlocked:
                 raise
         try:
-            journal = SqliteJournal(folder / JOURNAL_NAME, create=create)
+            journal = SqliteJournal(folder / JOURNAL_NAME, is_new=create)
             return cls(folder, journal, lock, settings=settings)
         except BaseException:
             if lock is not None:
@@ -342,7 +342,7 @@ class ProjectFolder:
         for name in _COPIED_FOLDERS:
             if (self.folder / name).is_dir():
                 shutil.copytree(self.folder / name, part / name, ignore=special_files)
-        if self.untitled and _same_disk(self.folder, part):
+        if self.untitled and _is_same_disk(self.folder, part):
             return True
         copy_reconstructions(self.folder, part)
         return False
@@ -423,7 +423,7 @@ def _open_saved(folder: Path) -> tuple[ProjectLock, SqliteJournal]:
         raise write_error(folder, error.__cause__ or error) from error
 
 
-def _same_disk(one: Path, other: Path) -> bool:
+def _is_same_disk(one: Path, other: Path) -> bool:
     return one.stat().st_dev == other.stat().st_dev
 
 

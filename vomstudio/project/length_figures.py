@@ -42,15 +42,15 @@ def _error_of(name: str, figures: Mapping[str, float]) -> float | None:
     return figures.get(_registration_error_name(name)) if distance_error is None else distance_error
 
 
-def _format_with_error(value: float, error: float | None, *, metric: bool) -> str:
+def _format_with_error(value: float, error: float | None, *, is_metric: bool) -> str:
     """Format a length with its error, to the place of the last digit of the error."""
     if not error:
-        return length_text(value, is_metric=metric)
+        return length_text(value, is_metric=is_metric)
     digits = 3
     if value > 0.0:
         digits = floor(log10(value)) - floor(log10(error)) + 2
-    text = length_text(value, min(max(digits, 3), MAX_LENGTH_DIGITS), is_metric=metric)
-    return f"{text} ± {length_text(error, 2, is_metric=metric)}"
+    text = length_text(value, min(max(digits, 3), MAX_LENGTH_DIGITS), is_metric=is_metric)
+    return f"{text} ± {length_text(error, 2, is_metric=is_metric)}"
 
 
 def _direction(figures: Mapping[str, float]) -> str:
@@ -61,10 +61,10 @@ def _direction(figures: Mapping[str, float]) -> str:
     return format_attitude(line, hypot(*errors) if errors else None)
 
 
-def _area(figures: Mapping[str, float], *, metric: bool) -> str:
-    text = area_text(figures["area_m2"], is_metric=metric)
+def _area(figures: Mapping[str, float], *, is_metric: bool) -> str:
+    text = area_text(figures["area_m2"], is_metric=is_metric)
     error = figures.get(_registration_error_name("area_m2"))
-    return text if error is None else f"{text} ± {area_text(error, is_metric=metric)}"
+    return text if error is None else f"{text} ± {area_text(error, is_metric=is_metric)}"
 
 
 # The main figure of a dimension is the first of these that it has.
@@ -79,8 +79,8 @@ def headline(measurement: Measurement) -> str | None:
     for name in _HEADLINE_ORDER:
         if name in figures:
             if name == "area_m2":
-                return _area(figures, metric=metric)
-            return _format_with_error(figures[name], _error_of(name, figures), metric=metric)
+                return _area(figures, is_metric=metric)
+            return _format_with_error(figures[name], _error_of(name, figures), is_metric=metric)
     return "–"
 
 
@@ -93,7 +93,7 @@ def words(measured: Measurement) -> list[str]:
 
     def length_with_error(name: str) -> str:
         error = _error_of(name, figures)
-        return _format_with_error(abs(figures[name]), error, metric=measured.metric)
+        return _format_with_error(abs(figures[name]), error, is_metric=measured.metric)
 
     lines = []
     if (value := figures.get("thickness_m")) is not None:
@@ -110,7 +110,7 @@ def words(measured: Measurement) -> list[str]:
         if (registered := figures.get("thickness_registration95_m")) is not None:
             lines.append(tr("Due to registration ± {error}", error=length(registered, 2)))
     if "area_m2" in figures:
-        lines.append(_area(figures, metric=measured.metric))
+        lines.append(_area(figures, is_metric=measured.metric))
     for name, text in (
         ("length_m", _("Length along the line {length}")),
         ("distance_m", _("Distance {length}")),

@@ -43,7 +43,7 @@ from vomstudio.registration.row_errors import (
     remove_shared_errors,
     weighted_system,
 )
-from vomstudio.registration.similarity import Similarity, fit_similarity, nearly_on_a_line
+from vomstudio.registration.similarity import Similarity, fit_similarity, is_nearly_collinear
 
 _RANDOM_STARTS = 400
 _MAX_FOLLOWED_STARTS = 6
@@ -94,7 +94,7 @@ class Adjustment:
         Groups whose error could not be estimated and was set to a default.
     misfit_factor : float
         Ratio of the residuals to the stated errors; 1 if they agree.
-    ambiguous : bool
+    is_ambiguous : bool
         Whether a distinct rotation fits equally well.
     redundancy_of : mapping
         Redundancy of each group whose error is not stated.
@@ -116,7 +116,7 @@ class Adjustment:
     starts: tuple[int, ...]
     assumed: tuple[str, ...]
     misfit_factor: float
-    ambiguous: bool
+    is_ambiguous: bool
     size: float
     redundancy: float
     information: FloatArray
@@ -277,7 +277,7 @@ def _start_similarities(problem: _Problem) -> list[Similarity]:
     fixed_scale = _fixed_scale(kinds)
     is_only_kind = sum(not isinstance(kind, KeptScale) for kind in kinds) == 1
     if len(model) >= 3 and (
-        is_only_kind or not (nearly_on_a_line(model) or nearly_on_a_line(world))
+        is_only_kind or not (is_nearly_collinear(model) or is_nearly_collinear(world))
     ):
         with suppress(GeometryError):
             return [fit_similarity(model, world, scale=fixed_scale)]

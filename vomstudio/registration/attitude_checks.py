@@ -142,8 +142,8 @@ def find_vertical_outliers(
         angles = np.array([_angles_to(item, usual_direction) for item in directions_by_turn])[
             :, out
         ]
-        close = angles.min(axis=0) < _MAX_SCATTER_CHANGED_DEG
-        quarters = np.unique(90 * angles.argmin(axis=0)[close]).tolist()
+        is_close = angles.min(axis=0) < _MAX_SCATTER_CHANGED_DEG
+        quarters = np.unique(90 * angles.argmin(axis=0)[is_close]).tolist()
         findings.append(Finding("attitude.verticals-left-out", photos=selected(labels, out)))
         if quarters:
             findings.append(Finding("attitude.verticals-turned", turns_deg=quarters))
@@ -184,8 +184,8 @@ def _conventions() -> list[tuple[Callable[[FloatArray], FloatArray], str]]:
 
 def _radians_to_degrees(angles: FloatArray) -> FloatArray:
     """Convert angles to degrees if all are small enough to be radians."""
-    radians = np.nanmax(np.abs(angles), initial=0.0) <= 2.0 * np.pi + 1e-6
-    return np.degrees(angles) if radians else angles
+    is_in_radians = np.nanmax(np.abs(angles), initial=0.0) <= 2.0 * np.pi + 1e-6
+    return np.degrees(angles) if is_in_radians else angles
 
 
 def _describe_outliers(
@@ -193,7 +193,7 @@ def _describe_outliers(
     angles: FloatArray,
     model: FloatArray,
     typical_rotation: FloatArray,
-    out: BoolArray,
+    is_outlier: BoolArray,
     limit: float,
     findings: list[Finding],
 ) -> list[bool]:
@@ -206,7 +206,7 @@ def _describe_outliers(
     rotation_back = np.swapaxes(model, 1, 2)
     photos_by_reason: dict[tuple[str, Any], list[str]] = {}
     tilted_photos = []
-    for row in map(int, np.flatnonzero(out)):
+    for row in map(int, np.flatnonzero(is_outlier)):
         angles_of_photo = angles[row : row + 1]
         fits = [
             (
@@ -226,12 +226,12 @@ def _describe_outliers(
         )
         rotation = np.degrees(Rotation.from_matrix(between_rotations).as_rotvec())
         # If a camera looks down, a rotated photo appears to have another yaw.
-        quarter = min_angle < limit / 2
-        is_flat = not quarter and abs(rotation[2]) > _MIN_VERTICAL_COMPONENT * np.linalg.norm(
-            rotation
-        )
+        is_quarter_turn = min_angle < limit / 2
+        is_flat = not is_quarter_turn and abs(
+            rotation[2]
+        ) > _MIN_VERTICAL_COMPONENT * np.linalg.norm(rotation)
         tilted_photos.append(not is_flat)
-        if quarter:
+        if is_quarter_turn:
             photos_by_reason.setdefault(("quarter", sentence), []).append(labels[row])
         elif is_flat:
             photos_by_reason.setdefault(("yaw", round(-float(rotation[2]) / 5) * 5), []).append(

@@ -84,13 +84,15 @@ def match_attitudes(
     down = down_of(table)[row_indices]
     is_complete = np.isfinite(angles).all(axis=1)
     yaw, tilt = np.isfinite(angles[:, 0]), np.isfinite(down[:, 0])
-    phone = yaw & tilt & ~is_complete
-    phone &= _has_azimuth(labels, phone, down, findings)
-    has_all_needed = is_complete | phone
+    is_phone = yaw & tilt & ~is_complete
+    is_phone &= _has_azimuth(labels, is_phone, down, findings)
+    has_all_needed = is_complete | is_phone
     known_angles = np.full_like(angles, np.nan)
     known_angles[is_complete] = angles[is_complete]
-    if phone.any():
-        known_angles[phone] = view_angles(rotations_from_vertical(down[phone], angles[phone, 0]))
+    if is_phone.any():
+        known_angles[is_phone] = view_angles(
+            rotations_from_vertical(down[is_phone], angles[is_phone, 0])
+        )
     is_invalid, tilted = np.zeros((2, len(labels)), bool)
     is_invalid[has_all_needed], tilted[has_all_needed] = find_outliers(
         _select_labels(labels, has_all_needed),
@@ -101,7 +103,7 @@ def match_attitudes(
     tilted[tilt] |= find_vertical_outliers(
         _select_labels(labels, tilt), down[tilt], model[tilt], ~has_all_needed[tilt], findings
     )
-    shared_value = float(np.radians(north_doubt_deg)) if table.doubted else 0.0
+    shared_value = float(np.radians(north_doubt_deg)) if table.is_doubted else 0.0
     is_unstated = np.isnan(sigma[:, 1:]).any()
     mount = float(np.radians(MOUNT_DOUBT_DEG)) if is_unstated else 0.0
     kinds: list[Observed] = [
@@ -110,7 +112,7 @@ def match_attitudes(
         _verticals(labels, tilt & (~is_complete | is_invalid) & ~tilted, down, model, sigma, mount),
         _norths(
             labels,
-            yaw & ~is_complete & ~is_invalid & (phone | ~tilt),
+            yaw & ~is_complete & ~is_invalid & (is_phone | ~tilt),
             angles,
             model,
             sigma,
@@ -289,9 +291,9 @@ def _norths(
 
 
 def _has_azimuth(
-    labels: Sequence[str], phone: BoolArray, down: FloatArray, findings: list[Finding]
+    labels: Sequence[str], is_phone: BoolArray, down: FloatArray, findings: list[Finding]
 ) -> BoolArray:
-    is_steep = phone & (np.abs(down[:, 2]) > np.sin(np.radians(_MAX_STEEPNESS_DEG)))
+    is_steep = is_phone & (np.abs(down[:, 2]) > np.sin(np.radians(_MAX_STEEPNESS_DEG)))
     if is_steep.any():
         findings.append(Finding("attitude.too-steep", photos=_select_labels(labels, is_steep)))
     return np.asarray(~is_steep)

@@ -122,7 +122,7 @@ class LeaveOneOut:
         RMS residual of the other directions.
     weakest_95_deg : float or None
         95 % error about the weakest axis, or None if unknown.
-    suspect : bool
+    is_suspect : bool
         Whether the error is too large to be due to chance.
     azimuth_off_deg : float or None
         Correction that makes a suspect azimuth agree with the others, or None if neither 90 nor 180
@@ -134,7 +134,7 @@ class LeaveOneOut:
     turned_deg: float
     others_deg: float
     weakest_95_deg: float | None
-    suspect: bool
+    is_suspect: bool
     azimuth_off_deg: float | None = None
 
 
@@ -159,14 +159,14 @@ def find_blunders(
     -------
     list of Blunder
     """
-    blunders = _find_blunders(kinds, fit_of_all, centre, size, trust_stated=True)
+    blunders = _find_blunders(kinds, fit_of_all, centre, size, use_stated_errors=True)
     if not np.isfinite(fit_of_all.rows.sigma).any():
         return blunders or []
     if blunders is None or (
         blunders and not _explain_misfit(kinds, blunders, fit_of_all, centre, size)
     ):
         # The stated accuracies are too small; that is not a blunder.
-        blunders = _find_blunders(kinds, fit_of_all, centre, size, trust_stated=False)
+        blunders = _find_blunders(kinds, fit_of_all, centre, size, use_stated_errors=False)
     return blunders or []
 
 
@@ -212,18 +212,18 @@ def _find_blunders(
     centre: FloatArray,
     size: float,
     *,
-    trust_stated: bool,
+    use_stated_errors: bool,
 ) -> list[Blunder] | None:
     """Return the blunders, or None if more than a third of the observations are blunders.
 
-    trust_stated : compare residuals with the stated errors, not with each other
+    use_stated_errors : compare residuals with the stated errors, not with each other
     """
     observation_count = sum(len(kind.labels) for kind in kinds)
     excluded_singles: list[Single] = []
     blunder_by_single: dict[Single, Blunder] = {}
     while len(blunder_by_single) < observation_count // 3:
         worst_test = _worst(
-            _test_all(kinds, excluded_singles, fit_of_all, trust_stated=trust_stated)
+            _test_all(kinds, excluded_singles, fit_of_all, use_stated_errors=use_stated_errors)
         )
         if worst_test is None:
             break
@@ -234,7 +234,9 @@ def _find_blunders(
         # More than a third of the observations look wrong, so there must be another cause.
         if (
             observation_count // 3
-            and _worst(_test_all(kinds, excluded_singles, fit_of_all, trust_stated=trust_stated))
+            and _worst(
+                _test_all(kinds, excluded_singles, fit_of_all, use_stated_errors=use_stated_errors)
+            )
             is not None
         ):
             return None
@@ -245,12 +247,22 @@ def _find_blunders(
             item: Blunder(kinds[item[0]].labels[item[1]], None, None) for item in hidden_outliers
         }
         _clear_consistent(
-            kinds, excluded_singles, blunder_by_single, centre, size, trust_stated=trust_stated
+            kinds,
+            excluded_singles,
+            blunder_by_single,
+            centre,
+            size,
+            use_stated_errors=use_stated_errors,
         )
         return list(blunder_by_single.values())
     if len(excluded_singles) > 1:
         _clear_consistent(
-            kinds, excluded_singles, blunder_by_single, centre, size, trust_stated=trust_stated
+            kinds,
+            excluded_singles,
+            blunder_by_single,
+            centre,
+            size,
+            use_stated_errors=use_stated_errors,
         )
     return list(blunder_by_single.values())
 
@@ -265,13 +277,13 @@ def _hidden_outliers(kinds: Sequence[Observed]) -> list[Single]:
                 fit, agree = fit_robustly(kind.model, kind.world)
             except GeometryError:
                 continue
-            if len(kind.labels) < _MIN_POINTS_ROBUST and not _far_better(kind, fit, agree):
+            if len(kind.labels) < _MIN_POINTS_ROBUST and not _is_far_better(kind, fit, agree):
                 continue
             outliers += [(index, int(row)) for row in np.flatnonzero(~agree)]
     return outliers if len(outliers) <= observation_count // 3 else []
 
 
-def _far_better(points: Points, fit: Similarity, is_consistent: BoolArray) -> bool:
+def _is_far_better(points: Points, fit: Similarity, is_consistent: BoolArray) -> bool:
     """Return whether the consistent points fit far better than all points."""
 
     def variance(mask: BoolArray, by: Similarity) -> float:
@@ -292,7 +304,7 @@ def _clear_consistent(
     centre: FloatArray,
     size: float,
     *,
-    trust_stated: bool,
+    use_stated_errors: bool,
 ) -> None:
     """Remove consistent observations from the outliers, and update other errors."""
     observation_count = sum(len(kind.labels) for kind in kinds)
@@ -301,7 +313,9 @@ def _clear_consistent(
             other_single for other_single in excluded_singles if other_single != excluded_single
         ]
         fit_of_others = _adjust_without(kinds, others_excluded, centre, size)
-        results = _test_all(kinds, others_excluded, fit_of_others, trust_stated=trust_stated)
+        results = _test_all(
+            kinds, others_excluded, fit_of_others, use_stated_errors=use_stated_errors
+        )
         result = next((item for item in results if item.single == excluded_single), None)
         if result is None:
             continue
@@ -367,13 +381,17 @@ def _worst(tests: Sequence[_TestResult]) -> _TestResult | None:
 
 
 def _test_all(
-    kinds: Sequence[Observed], out: Sequence[Single], fit_of_all: Adjustment, *, trust_stated: bool
+    kinds: Sequence[Observed],
+    out: Sequence[Single],
+    fit_of_all: Adjustment,
+    *,
+    use_stated_errors: bool,
 ) -> list[_TestResult]:
     """Test each observation that the others determine."""
     from scipy.stats import chi2, f
 
     rows, sigma = fit_of_all.rows, fit_of_all.sigma
-    is_stated = np.isfinite(rows.sigma) & trust_stated
+    is_stated = np.isfinite(rows.sigma) & use_stated_errors
     moves, covariance = weighted_rows(fit_of_all)
     residuals = rows.residuals / sigma
     redundancy = fit_of_all.redundancy
@@ -492,7 +510,7 @@ def leave_one_out(
     whole_value = float(((fit_of_all.rows.residuals / typical_errors) ** 2).sum())
     if fit_of_all.redundancy < 3.0 or whole_value <= _MIN_MISFIT**2 * fit_of_all.redundancy:
         return []
-    if fit_of_all.ambiguous:
+    if fit_of_all.is_ambiguous:
         # Among equal fits, the one with the smallest tilt was selected, not the best fit.
         whole_value -= EQUAL_FIT_COST
     return _leave_each_out(kinds, fit_of_all, centre, size, whole_value)
@@ -562,7 +580,7 @@ def _leave_each_out(
                     None
                     if fit_of_others.free[:3].size and np.abs(fit_of_others.free[:3]).max() > 1e-6
                     else worst_errors,
-                    suspect=False,
+                    is_suspect=False,
                     azimuth_off_deg=fits,
                 ),
             )

@@ -26,7 +26,7 @@ from vomstudio.registration.coordinate_checks import (
 )
 from vomstudio.registration.observations import Points
 from vomstudio.registration.selection import selected
-from vomstudio.registration.similarity import fit_robustly, nearly_on_a_line
+from vomstudio.registration.similarity import fit_robustly, is_nearly_collinear
 
 _MIN_DISTANCE_M = 0.01  # minimum plausible distance between photos
 ToGrid = Callable[[float, float], tuple[float, float] | None]
@@ -111,7 +111,7 @@ def _source(
                     line=positions.line,
                 )
             crs = code
-    if positions.degrees:
+    if positions.is_in_degrees:
         if crs is None:
             first_place = positions.places[0]
             zone = ""
@@ -311,7 +311,7 @@ def select_consistent_cameras(
     misplaced = [*(missing_height_findings(labels, model, world) or misplaced)]
     is_used = ~is_far
     used_rows = np.flatnonzero(is_used)
-    one_line = nearly_on_a_line(model[used_rows]) or nearly_on_a_line(world[used_rows])
+    one_line = is_nearly_collinear(model[used_rows]) or is_nearly_collinear(world[used_rows])
     if is_alone and len(labels) >= 3 and one_line:
         line = Finding("collinear", "error", photos=list(labels), value=None)
         raise GeometryError(misplaced[0] if misplaced else line)
@@ -321,7 +321,7 @@ def select_consistent_cameras(
         )
         misplaced += findings
         if not all_consistent:
-            is_used[used_rows] = _inliers(model[used_rows], world[used_rows], sigma[used_rows])
+            is_used[used_rows] = _is_inlier(model[used_rows], world[used_rows], sigma[used_rows])
     exclusions: list[Finding] = []
     if not is_used.all():
         exclusions.append(
@@ -343,16 +343,16 @@ def _check_all(
     findings: list[Finding] = [
         *(
             constant_height_findings(model, world)
-            or row_order_findings(labels, model, world, photos=True)
+            or row_order_findings(labels, model, world, is_photo_table=True)
         )
     ]
     if findings or fits_as_mirror(model, world):
         return findings, True
     mixed = mixed_row_findings(labels, model, world)
-    return mixed or misreading_findings(model, world, mirrors=False), False
+    return mixed or misreading_findings(model, world, include_mirrors=False), False
 
 
-def _inliers(model: FloatArray, world: FloatArray, sigma: FloatArray) -> BoolArray:
+def _is_inlier(model: FloatArray, world: FloatArray, sigma: FloatArray) -> BoolArray:
     known_sigma = sigma[np.isfinite(sigma)]
     floor = 3 * float(known_sigma.max()) if len(known_sigma) else 0.0
     # Positions on a line are consistent with any rotation about it.

@@ -30,7 +30,7 @@ from vomstudio.registration.observations import (
     Observed,
     Points,
 )
-from vomstudio.registration.similarity import nearly_on_a_line
+from vomstudio.registration.similarity import is_nearly_collinear
 
 _MIN_OBSERVATIONS = 4
 # Significance of contradictions.
@@ -138,8 +138,8 @@ def disagreement_findings(
         for kind in kinds
         if isinstance(kind, Points)
         and len(kind.labels) >= _MIN_OBSERVATIONS
-        and not nearly_on_a_line(kind.model)
-        and not nearly_on_a_line(kind.world)
+        and not is_nearly_collinear(kind.model)
+        and not is_nearly_collinear(kind.world)
     ]
     if len(single_fits) != 2 or any(item.free.shape[1] for item in single_fits):
         return []
@@ -175,14 +175,14 @@ class NorthTurn:
         Angle by which the azimuths are too large.
     error95_deg : float
         95 % error of `turn_deg`.
-    planes : bool
+    are_planes : bool
         Whether planes and lines refer to this north, and not only azimuths.
     """
 
     name: str
     turn_deg: float
     error95_deg: float
-    planes: bool
+    are_planes: bool
 
     @property
     def finding(self) -> Finding:
@@ -260,8 +260,8 @@ def _estimate_north(
     first_turn = float((first_turn + 180.0) % 360.0 - 180.0)
     if abs(first_turn) < max(_MIN_NORTH_TURN_DEG, float(norm.isf(_SIGNIFICANCE / 2.0)) * error):
         return None
-    planes = any(isinstance(kind, Directions) for kind in kinds)
-    return NorthTurn(name, first_turn, 1.959963984540054 * error, planes), freed
+    are_planes = any(isinstance(kind, Directions) for kind in kinds)
+    return NorthTurn(name, first_turn, 1.959963984540054 * error, are_planes), freed
 
 
 def _first_turn(

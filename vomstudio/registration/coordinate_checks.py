@@ -17,15 +17,15 @@ from vomstudio.core.errors import GeometryError, InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.io.gate.metric import check_metric
-from vomstudio.registration.checks.area_of_use import BEYOND_DEG, degrees_beyond, inside_area
+from vomstudio.registration.checks.area_of_use import BEYOND_DEG, degrees_beyond, is_inside_area
 from vomstudio.registration.checks.heights import constant_height_findings, missing_height_findings
 from vomstudio.registration.checks.labels import coincident_point_findings, similar_label_findings
 from vomstudio.registration.checks.mirrors import fits_as_mirror
 from vomstudio.registration.checks.mixed_values import mixed_row_findings
 from vomstudio.registration.checks.point_groups import (
-    degrees_among_metres,
     distances_agree,
     find_larger_group,
+    is_in_degrees_among_metres,
     mixed_degree_findings,
     select_group_at_model,
     separate_group_findings,
@@ -99,14 +99,14 @@ def point_findings(
         return alike
     those = (control.labels, control.model, control.world)
     readings: Sequence[Finding] = mixed_row_findings(*those) or misreading_findings(
-        *those[1:], mirrors=False
+        *those[1:], include_mirrors=False
     )
     readings = readings or swapped_label_findings(*those) or row_order_findings(*those)
     return [*alike, *readings]
 
 
 # --- single points ----------------------------------------------------------------------------
-def far_from_others(world: FloatArray) -> BoolArray:
+def is_far_from_others(world: FloatArray) -> BoolArray:
     """Find the points that are far from most other points.
 
     Parameters
@@ -146,16 +146,16 @@ def find_misplaced_points(
     misplaced : (n,) ndarray of bool
         Mask of the misplaced points; all False if it is unclear which points are correct.
     """
-    degrees = degrees_among_metres(model, world)
+    degrees = is_in_degrees_among_metres(model, world)
     if degrees.any():
         return mixed_degree_findings(labels, degrees), degrees
-    is_far = far_from_others(world)
+    is_far = is_far_from_others(world)
     if is_far.any() and distances_agree(model, world):
         return [], is_far & False
     reference_rows = ~is_far if is_far.any() else find_larger_group(model, world)
     if reference_rows is None:
         return [], is_far
-    right = select_group_at_model(model, world, reference_rows, inside_area(world, crs))
+    right = select_group_at_model(model, world, reference_rows, is_inside_area(world, crs))
     if right is None:
         return [*separate_group_findings(labels, world, reference_rows)], np.zeros(len(world), bool)
     return far_point_findings(labels, world, ~right), ~right
@@ -301,14 +301,14 @@ def degree_findings(world: FloatArray, *, apart_m: float = 0.0) -> list[Finding]
 
 
 def misreading_findings(
-    model: FloatArray, world: FloatArray, *, mirrors: bool = True
+    model: FloatArray, world: FloatArray, *, include_mirrors: bool = True
 ) -> list[Finding]:
     """Return a finding if coordinates fit the model better in another unit or column order.
 
     Parameters
     ----------
     model, world : (n, 3) ndarray
-    mirrors : bool, optional
+    include_mirrors : bool, optional
         Whether swapped x and y are tried.
 
     Returns
@@ -332,7 +332,7 @@ def misreading_findings(
         for times, unit in _UNITS[:2]
         if _is_steep(world)
     ]
-    if mirrors:
+    if include_mirrors:
         # All mirror images fit equally well, so the residuals do not show which one is present.
         readings.append((world[:, [1, 0, 2]], Finding("control.swapped-columns", labels=())))
     better_readings = [

@@ -68,7 +68,7 @@ from vomstudio.registration.marks.mark_errors import (
     marks_disagree,
     place_covariance,
 )
-from vomstudio.registration.marks.wrong_marks import find_agreeing, meet
+from vomstudio.registration.marks.wrong_marks import find_agreeing, is_meeting
 from vomstudio.registration.observations import (
     Lengths,
     LevelLines,
@@ -151,7 +151,7 @@ class Evidence:
     """Up direction (3,) in the frame of the model, if known."""
 
     @property
-    def empty(self) -> bool:
+    def is_empty(self) -> bool:
         """Whether no observations are given."""
         observations = (self.pairs, self.positions, self.attitudes, self.level, self.compass)
         return all(observation is None for observation in (*observations, self.reference)) and not (
@@ -255,7 +255,9 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
     if evidence.positions is not None and _is_only_kind(kinds):
         _refuse_uncertain(placement, suspicions)
     if attitudes is not None:
-        findings += bowing_findings(_bowing_by_tilts(evidence, placement, extent), photos=True)
+        findings += bowing_findings(
+            _bowing_by_tilts(evidence, placement, extent), is_photo_model=True
+        )
     placement = _add_control_errors(_add_pixel_residuals(placement, evidence), evidence)
     return prepend_warnings(placement, findings)
 
@@ -509,7 +511,7 @@ def marked_places(
         right = point.select(rows)
         if len(rows) < 2:
             continue
-        if not meet(right, agreement_px(mark_px)):
+        if not is_meeting(right, agreement_px(mark_px)):
             contradictory.append(label)
             continue
         place = triangulate(*right)

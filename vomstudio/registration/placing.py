@@ -51,8 +51,8 @@ from vomstudio.registration.results import (
 from vomstudio.registration.similarity import (
     Similarity,
     fit_similarity,
+    is_nearly_collinear,
     jacobian,
-    nearly_on_a_line,
 )
 from vomstudio.registration.turn_checks import turn_findings
 from vomstudio.registration.warnings import (
@@ -246,7 +246,7 @@ def _find_outliers(
     # Mirrored points do not fit at all, but no single point is wrong.
     blunders = [] if is_mirrored else find_blunders(kinds, result, centre, size)
     leave_one_out_results = leave_one_out(kinds, result, centre, size)
-    if leave_one_out_results and leave_one_out_results[0].suspect:
+    if leave_one_out_results and leave_one_out_results[0].is_suspect:
         blunders = [
             Blunder(leave_one_out_results[0].label, None, None, leave_one_out_results[0].error_deg)
         ]
@@ -274,7 +274,7 @@ def _shape(
 def _require_enough(points: Points) -> None:
     if len(points.labels) < 3:
         fit_similarity(points.model, points.world)
-    is_collinear = nearly_on_a_line(points.world) or nearly_on_a_line(points.model)
+    is_collinear = is_nearly_collinear(points.world) or is_nearly_collinear(points.model)
     if is_collinear and not _determine_turn(points):
         raise GeometryError(Finding("control.collinear"))
 
@@ -355,9 +355,9 @@ def _determined_parameters(result: Adjustment, kinds: Sequence[Observed]) -> Kno
         )
 
     # The azimuth of an inclined line determines north if the vertical is known.
-    north = is_determined(2) or result.information[2, 2] > 1.0 / _UNKNOWN_RAD**2
+    is_north_determined = is_determined(2) or result.information[2, 2] > 1.0 / _UNKNOWN_RAD**2
     return Known(
-        north=bool(north and sigma[2] < _UNKNOWN_RAD),
+        north=bool(is_north_determined and sigma[2] < _UNKNOWN_RAD),
         vertical=is_determined(0, 1) and bool(tilt < unknown_tilt),
         scale=is_determined(3) and bool(sigma[3] < _UNKNOWN_SCALE),
         position=is_determined(4, 5, 6),

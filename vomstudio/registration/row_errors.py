@@ -164,8 +164,8 @@ def estimate_errors(
         if dof >= 0.5:
             squares = float((residuals[: len(sigma)][mask] ** 2).sum())
             variance = float(sigma[mask][0] ** 2) * squares / dof
-            doubted_shape = rows.shared.shape[1] and name not in METRES
-            min_error = _MIN_ANGLE_ERROR_RAD if doubted_shape else 1e-12 * size
+            is_shape_doubted = rows.shared.shape[1] and name not in METRES
+            min_error = _MIN_ANGLE_ERROR_RAD if is_shape_doubted else 1e-12 * size
             variance_alone, redundancy_alone = separate_variances.get(name, (np.inf, dof))
             if variance > variance_alone * max_variance_ratio(dof, redundancy_alone):
                 kept_alone.add(name)

@@ -230,7 +230,7 @@ def _squares(transform: Similarity, a: FloatArray, b: FloatArray) -> FloatArray:
     return np.asarray(((transform(a) - b) ** 2).sum(1))
 
 
-def nearly_on_a_line(points: FloatArray) -> bool:
+def is_nearly_collinear(points: FloatArray) -> bool:
     """Return whether points are too collinear to determine the rotation about their line.
 
     Parameters

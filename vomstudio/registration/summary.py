@@ -284,18 +284,18 @@ def _north(north: ReadNorth | None) -> list[Fact]:
 def _points(registration: Registration) -> list[Fact]:
     control = [p for p in registration.control if not p.check]
     check = [p for p in registration.control if p.check]
-    gps = registration.method == "gps"
+    is_gps = registration.method == "gps"
     facts = []
     if control:
-        code = "gps-positions" if gps else "control-points"
+        code = "gps-positions" if is_gps else "control-points"
         facts.append(_fact(code, str(len(control)), count=len(control)))
-    if registration.control and not gps:
+    if registration.control and not is_gps:
         facts.append(_fact("check-points", str(len(check)), count=len(check)))
     rms = registration.rms_control_m
     if rms is None and control:
         rms = float(np.sqrt(np.mean([np.square(p.residual).sum() for p in control])))
     for code, length_m in (
-        ("rms-gps" if gps else "rms-control", rms),
+        ("rms-gps" if is_gps else "rms-control", rms),
         ("rms-check", registration.rms_check_m),
     ):
         if length_m is not None:

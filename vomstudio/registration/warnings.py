@@ -59,7 +59,7 @@ def fit_findings(result: Adjustment, kinds: Sequence[Observed]) -> list[Finding]
             else Finding("registration.residuals-small", times=times)
         )
     findings += drift_findings(result.drift)
-    if result.ambiguous:
+    if result.is_ambiguous:
         findings.append(Finding("registration.ambiguous"))
     if result.assumed:
         findings.append(
@@ -339,7 +339,7 @@ def suspect_findings(leave_one_out_results: Sequence[LeaveOneOut]) -> list[Findi
     -------
     list of Finding
     """
-    if not leave_one_out_results or not leave_one_out_results[0].suspect:
+    if not leave_one_out_results or not leave_one_out_results[0].is_suspect:
         return []
     first_result = leave_one_out_results[0]
     findings = [
@@ -382,13 +382,13 @@ def _other_azimuth_findings(
     return findings
 
 
-def bowing_findings(bowing: Bowing | None, *, photos: bool = False) -> list[Finding]:
+def bowing_findings(bowing: Bowing | None, *, is_photo_model: bool = False) -> list[Finding]:
     """Return a finding if the model is bent like a dome.
 
     Parameters
     ----------
     bowing : Bowing or None
-    photos : bool, optional
+    is_photo_model : bool, optional
         Whether the evidence is the verticals of photos, not points.
 
     Returns
@@ -399,14 +399,14 @@ def bowing_findings(bowing: Bowing | None, *, photos: bool = False) -> list[Find
         return []
     evidence = (
         tr("the verticals of {count} photos", count=bowing.n)
-        if photos
+        if is_photo_model
         else tr("the residuals of {count} points", count=bowing.n)
     )
     return [
         Finding(
             "registration.bowed",
             evidence=evidence,
-            source="verticals" if photos else "residuals",
+            source="verticals" if is_photo_model else "residuals",
             n=bowing.n,
             rise_m=bowing.rise_m,
             where=describe_edges(bowing),

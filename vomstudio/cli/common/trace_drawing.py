@@ -76,7 +76,7 @@ def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> No
         args.output,
         [(line.name, line.points) for line in brought_lines.lines],
         crs=model.crs,
-        north_known=model.placed,
+        is_north_known=model.placed,
         source=Path(args.from_ortho).name,
         force=args.force,
     )

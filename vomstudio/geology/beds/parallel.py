@@ -144,7 +144,7 @@ class _Traces:
         Principal axes of each trace in the plane, as columns.
     sums, leans, spread : (G, 2) ndarray
         Sums of squares along these axes, products with the normal, and variances of the products.
-    judged : (G, 2) ndarray of bool
+    is_judged : (G, 2) ndarray of bool
         Axes along which each trace determines a tilt.
     degrees_of_freedom : (G,) ndarray
         Degrees of freedom of the noise; the variances are inflated accordingly.
@@ -160,7 +160,7 @@ class _Traces:
     sums: FloatArray
     leans: FloatArray
     spread: FloatArray
-    judged: BoolArray
+    is_judged: BoolArray
     degrees_of_freedom: FloatArray
     independent: FloatArray
     free_tilts: float | None = None
@@ -477,7 +477,7 @@ def _widen_for_misfit(traces: _Traces) -> tuple[_Traces, float | None]:
     """
     from scipy.special import fdtrc
 
-    is_judged = traces.judged & (traces.spread > 0.0)
+    is_judged = traces.is_judged & (traces.spread > 0.0)
     # Noise estimates with one or two degrees of freedom are so often too small by chance that their
     # trace would outweigh all others.
     is_reliable = is_judged & (traces.independent >= MIN_FREEDOM)[:, None]

@@ -299,18 +299,18 @@ def _pair(
     first_row, second_row = int(structure.rows[0]), int(structure.rows[k])
     sine = float(np.linalg.norm(np.cross(vectors[first_row], vectors[second_row])))
     angle = math.degrees(math.atan2(sine, abs(float(vectors[first_row] @ vectors[second_row]))))
-    stated_error = within_error = None
+    stated_error = is_within_error = None
     if structure.stated:
         largest_variances = np.linalg.eigvalsh(structure.covariances)[[0, k], -1]
         stated_error = min(float(np.degrees(np.sqrt(CHI2_TWO * largest_variances.sum()))), 90.0)
-        within_error = squared_difference(structure, 0, k) <= CHI2_TWO
+        is_within_error = squared_difference(structure, 0, k) <= CHI2_TWO
     return RepeatedPick(
         table.ids[first_row],
         table.ids[second_row],
         (interpreters[first_row], interpreters[second_row]),
         angle,
         stated_error,
-        within_error,
+        is_within_error,
     )
 
 
@@ -338,8 +338,8 @@ def _assess_repeats(
         verdict, finding = _check_stated_errors(test)
         findings.append(finding)
     if interpreter_test is not None:
-        differ = interpreter_test.p < SIGNIFICANCE
-        code = "repeats.interpreters-differ" if differ else "repeats.interpreters-alike"
+        are_different = interpreter_test.p < SIGNIFICANCE
+        code = "repeats.interpreters-differ" if are_different else "repeats.interpreters-alike"
         findings.append(Finding(code, ratio=interpreter_test.ratio, p=interpreter_test.p))
     findings.append(Finding("repeats.only-picking"))
     return verdict, findings

@@ -128,20 +128,22 @@ def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreeP
     direction, dip, _ = normals_to_planes(axes[2])
     plane = Plane(float(direction[0]), float(dip[0]))
     rms = None if n == 3 else float(np.sqrt(((centred_points @ axes[2]) ** 2).mean()))
-    sigma, single_quantile, joint = sigma_m, Z95, CONE95
+    sigma, single_quantile, joint_quantile = sigma_m, Z95, CONE95
     if rms is not None and not sigma_m:
         from scipy.stats import f, t
 
         sigma = rms * math.sqrt(n / (n - 3))
         single_quantile = float(t.ppf(0.975, n - 3))
-        joint = math.sqrt(2.0 * float(f.ppf(0.95, 2, n - 3)))
+        joint_quantile = math.sqrt(2.0 * float(f.ppf(0.95, 2, n - 3)))
     if rms is None and not sigma_m:
         return ThreePoints(plane, None, None, None, n, warnings=_line_warnings(sizes, None))
-    noise = n > 3 and _spread_is_noise(sizes, n, sigma_m)
+    noise = n > 3 and _is_noise_only(sizes, n, sigma_m)
     dip_error, dip_direction_error = _angle_errors(
-        plane, axes, _half_angles(sizes, single_quantile * sigma, noise=noise)
+        plane, axes, _half_angles(sizes, single_quantile * sigma, include_noise=noise)
     )
-    largest_error_deg = math.degrees(_half_angles(sizes, joint * sigma, noise=noise)[1])
+    largest_error_deg = math.degrees(
+        _half_angles(sizes, joint_quantile * sigma, include_noise=noise)[1]
+    )
     if largest_error_deg >= MAX_DIRECTION_ERROR_DEG or (n == 4 and not sigma_m):
         dip_direction_error = None
     warnings = _line_warnings(sizes, largest_error_deg)
@@ -150,7 +152,7 @@ def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreeP
     )
 
 
-def _spread_is_noise(sizes: FloatArray, n: int, sigma_m: float) -> bool:
+def _is_noise_only(sizes: FloatArray, n: int, sigma_m: float) -> bool:
     """Return whether the width of points about their line may be due to errors alone.
 
     The width is compared with the error, if given. Otherwise the roundness of the cross-section is
@@ -166,18 +168,18 @@ def _spread_is_noise(sizes: FloatArray, n: int, sigma_m: float) -> bool:
     return bool(p > SIGNIFICANCE)
 
 
-def _half_angles(sizes: FloatArray, error: float, *, noise: bool) -> tuple[float, float]:
+def _half_angles(sizes: FloatArray, error: float, *, include_noise: bool) -> tuple[float, float]:
     """Return the tilts of compatible planes along the long and the short axis, radians.
 
-    A tilt is a right angle if all planes are compatible. `noise` is True if the extent along the
-    short axis is due to errors.
+    A tilt is a right angle if all planes are compatible. `include_noise` is True if the extent
+    along the short axis is due to errors.
     """
 
     def tilt(size: float) -> float:
         remaining = size**2 - sizes[2] ** 2 - error**2
         return math.atan(error / math.sqrt(remaining)) if remaining > 0.0 else math.pi / 2
 
-    return tilt(float(sizes[0])), math.pi / 2 if noise else tilt(float(sizes[1]))
+    return tilt(float(sizes[0])), math.pi / 2 if include_noise else tilt(float(sizes[1]))
 
 
 def _angle_errors(

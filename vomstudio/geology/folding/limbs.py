@@ -93,7 +93,7 @@ class Limbs:
     doubt: str = ""
 
     @property
-    def flat(self) -> bool:
+    def are_flat(self) -> bool:
         """Whether each limb has a uniform dip.
 
         In this case, its poles do not show how their curve continues.

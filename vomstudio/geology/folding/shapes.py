@@ -133,7 +133,7 @@ class PoleShape:
         Angle from the great circle within which 90 % of the poles lie, degrees.
     spread_deg : float
         RMS angle between the poles and their axial mean, degrees.
-    cluster : bool
+    is_cluster : bool
         True if Vollmer's P is the largest of the three indices.
     cone, two_circles, limbs
         None if there are too few poles, or if the fit was not successful.
@@ -159,7 +159,7 @@ class PoleShape:
         return two_great_circles(self.poles, self.axes, self.cone)
 
     @property
-    def cluster(self) -> bool:
+    def is_cluster(self) -> bool:
         return self.indexes[0] >= max(self.indexes[1:])
 
 

@@ -79,7 +79,7 @@ class FoldVerdict:
     valid : {"yes", "conditional", "no"}
         Whether the axis may be used.
     reasons : tuple of Finding
-    untested : bool
+    is_untested : bool
         True if the name is "undetermined" only because a cone cannot be distinguished from a
         cylinder, although the axis is known.
     """
@@ -87,7 +87,7 @@ class FoldVerdict:
     name: str
     valid: str
     reasons: tuple[Finding, ...]
-    untested: bool = False
+    is_untested: bool = False
 
 
 def assess_fold(
@@ -132,9 +132,9 @@ def assess_fold(
             "homoclinal", "conditional", (Finding("fold.one-dip", spread_deg=shape.spread_deg),)
         )
     is_uniform = uniformity_p is not None and shape.n >= 10 and uniformity_p > UNIFORM_SIGNIFICANCE
-    if is_uniform and shape.within90_deg > cylindrical_limit_deg and not shape.cluster:
+    if is_uniform and shape.within90_deg > cylindrical_limit_deg and not shape.is_cluster:
         return FoldVerdict("scattered", "no", (Finding("fold.uniform", p=uniformity_p),))
-    if shape.limbs is not None and shape.limbs.flat and shape.within90_deg <= scatter_limit_deg:
+    if shape.limbs is not None and shape.limbs.are_flat and shape.within90_deg <= scatter_limit_deg:
         return _assess_cylinder(
             shape, error95_deg, cylindrical_limit_deg, scatter_limit_deg, min_planes
         )
@@ -170,7 +170,7 @@ def _assess_cylinder(
         return FoldVerdict("undetermined", "no", (too_uncertain_finding(error95_deg),))
     cone = shape.cone
     width = float("inf") if cone is None else cone.half_width_deg
-    if shape.limbs is not None and (shape.limbs.flat or width > MAX_CONE_WIDTH_DEG):
+    if shape.limbs is not None and (shape.limbs.are_flat or width > MAX_CONE_WIDTH_DEG):
         conditions.append(Finding("fold.two-dip-domains", apart_deg=shape.limbs.apart_deg))
     elif width > MAX_RESOLVABLE_CONE_WIDTH_DEG and not conditions:
         conditions.append(Finding("fold.cone-or-cylinder"))
@@ -262,7 +262,7 @@ def _limits(waviness_deg: float | None) -> tuple[float, float]:
 
 
 def _has_one_dip(shape: PoleShape, error95_deg: float | None) -> bool:
-    if not shape.cluster or shape.spread_deg > MAX_ONE_DIP_DEG or shape.n < 3:
+    if not shape.is_cluster or shape.spread_deg > MAX_ONE_DIP_DEG or shape.n < 3:
         return False
     if shape.spread_deg <= 5.0:
         return True
@@ -285,7 +285,7 @@ def _is_obvious_cone(shape: PoleShape, cone: Cone, scatter_limit_deg: float) -> 
 
     Two limbs of uniform dip, close to a great circle, lie on many cones.
     """
-    if shape.limbs is not None and shape.limbs.flat and shape.within90_deg <= scatter_limit_deg:
+    if shape.limbs is not None and shape.limbs.are_flat and shape.within90_deg <= scatter_limit_deg:
         return False
     is_close = cone.rms_deg <= MAX_RING_SCATTER * min(cone.half_angle_deg, 50.0)
     is_separate = cone.half_angle_deg <= 60.0 or MIN_CONE_SEPARATION * cone.rms_deg <= cone.off_deg

@@ -261,8 +261,8 @@ def fracture_network(
     size = None if area is None else float(shapely.area(area))
     spacing = None
     if crossings is not None:
-        all_crossings = np.ones(len(crossings.trace), np.bool_)
-        spacing = measure_spacing(crossings, all_crossings, terzaghi_cap)
+        is_crossing = np.ones(len(crossings.trace), np.bool_)
+        spacing = measure_spacing(crossings, is_crossing, terzaghi_cap)
     densities = trace_densities(pieces, np.ones(len(pieces), np.bool_), area)
     network = FractureNetwork(
         traces=len(lines),
@@ -322,7 +322,7 @@ def describe_lengths(pieces: TracePieces, area: Any = None) -> TraceLengths:
     -------
     TraceLengths
     """
-    lengths, cut = pieces.lengths(), pieces.cut.sum(axis=1)
+    lengths, cut = pieces.lengths(), pieces.is_cut.sum(axis=1)
     n = len(lengths)
     if not n:
         reason_empty = Finding("fractures.no-traces")
@@ -444,7 +444,7 @@ def trace_densities(pieces: TracePieces, members: BoolArray, area: Any) -> Densi
         return Densities()
     size = float(shapely.area(area))
     lengths = pieces.lengths()[members]
-    ends = 2.0 - pieces.cut[members].sum(axis=1)
+    ends = 2.0 - pieces.is_cut[members].sum(axis=1)
     if not len(lengths):
         empty = empty_interval(size)
         return Densities(0.0, empty, 0.0, empty, 0.0, (0.0, None), 1.0)

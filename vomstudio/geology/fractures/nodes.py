@@ -115,7 +115,7 @@ def find_nodes(pieces: TracePieces, snap_m: float = 0.0, area: object = None) ->
 
     tolerance = max(snap_m, pieces.rounding_m)
     ends = pieces.ends().reshape(-1, 2)
-    cut = pieces.cut.ravel().copy()
+    cut = pieces.is_cut.ravel().copy()
     piece = np.repeat(np.arange(len(pieces)), 2)
     is_closed = np.asarray(shapely.is_closed(pieces.lines))
     tree = shapely.STRtree(pieces.lines)
@@ -160,8 +160,8 @@ def _find_touches(
 
     points = shapely.points(ends[free_indices])
     rows, touched_pieces = tree.query(points, predicate="dwithin", distance=tolerance)  # type: ignore[attr-defined]
-    foreign = piece[free_indices[rows]] != touched_pieces
-    rows, touched_pieces = rows[foreign], touched_pieces[foreign]
+    is_other_trace = piece[free_indices[rows]] != touched_pieces
+    rows, touched_pieces = rows[is_other_trace], touched_pieces[is_other_trace]
     return _Touches(
         free_indices[rows],
         touched_pieces,

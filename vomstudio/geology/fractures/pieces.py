@@ -27,7 +27,7 @@ class TracePieces:
     lines : (n,) ndarray of shapely lines
     trace : (n,) ndarray of int
         Row of the trace that each piece belongs to.
-    cut : (n, 2) ndarray of bool
+    is_cut : (n, 2) ndarray of bool
         Whether the start and the end lie on the edge of the area, beyond which the trace is
         unknown.
     rounding_m : float
@@ -36,7 +36,7 @@ class TracePieces:
 
     lines: ObjectArray
     trace: IntArray
-    cut: BoolArray
+    is_cut: BoolArray
     rounding_m: float
 
     def __len__(self) -> int:
@@ -206,8 +206,8 @@ def _clip_by_segments(lines: ObjectArray, area: Any) -> tuple[ObjectArray, IntAr
     ends = np.stack([shapely.get_coordinates(shapely.get_point(parts, i)) for i in (0, -1)], 1)
     segment_vectors = end[segment_row] - start[segment_row]
     position = np.einsum("kej,kj->ke", ends - start[segment_row][:, None], segment_vectors)
-    backward = position[:, 0] > position[:, 1]
-    ends[backward] = ends[backward][:, ::-1]
+    is_backward = position[:, 0] > position[:, 1]
+    ends[is_backward] = ends[is_backward][:, ::-1]
     order = np.lexsort((position.min(axis=1), segment_row))
     ends, owner = ends[order], line[segment_row[order]]
     joined_lines: list[Any] = []

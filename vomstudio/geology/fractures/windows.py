@@ -70,7 +70,7 @@ def circle_estimates(pieces: TracePieces, radius: float) -> CircleEstimates:
     -------
     CircleEstimates
     """
-    n = int(pieces.cut.sum())
+    n = int(pieces.is_cut.sum())
     m = 2 * len(pieces) - n
     mean = math.pi * radius * n / (2 * m) if m else None
     return CircleEstimates(n, m, n / (4 * radius), m / (2 * math.pi * radius**2), mean)
@@ -149,7 +149,7 @@ def fit_window(pieces: TracePieces, area: Any) -> Window:
     """
     import shapely
 
-    weights = 2.0 - pieces.cut.sum(axis=1)
+    weights = 2.0 - pieces.is_cut.sum(axis=1)
     if weights.sum() <= 0:
         weights = np.ones(len(pieces))
     # Group directions into classes of one degree, because there may be thousands of edges and

@@ -99,15 +99,15 @@ def find_planar_part(heights: FloatArray, noise: float) -> PlanarPart:
         + plane[1] * np.arange(heights.shape[1])
         + (plane[2] * np.arange(heights.shape[0])[:, None])
     )
-    deviates = is_known & ~(np.abs(heights - surface) <= limit)
+    is_deviating = is_known & ~(np.abs(heights - surface) <= limit)
     # Single cells are stones or outliers; unknown cells belong to neither side.
-    deviates = ndimage.binary_opening(deviates, np.ones((3, 3), bool))
-    pieces, count = ndimage.label(is_known & ~deviates, np.ones((3, 3), int))
-    is_planar = is_known & ~deviates
+    is_deviating = ndimage.binary_opening(is_deviating, np.ones((3, 3), bool))
+    pieces, count = ndimage.label(is_known & ~is_deviating, np.ones((3, 3), int))
+    is_planar = is_known & ~is_deviating
     if count > 1:
         sizes = np.bincount(pieces.ravel())[1:]
         # Islands beyond a data gap belong to the plane; islands beyond a deviation do not.
-        near_deviation = ndimage.binary_dilation(deviates, np.ones((3, 3), bool), iterations=2)
+        near_deviation = ndimage.binary_dilation(is_deviating, np.ones((3, 3), bool), iterations=2)
         for label in range(1, count + 1):
             is_piece = pieces == label
             if label != int(np.argmax(sizes)) + 1 and (is_piece & near_deviation).any():
@@ -157,8 +157,8 @@ def _planar_parts(
     for start in np.linspace(0.0, 1.0 - _SEED_SIZE, SEEDS_PER_SIDE):
         is_in_rows = (y >= start) & (y <= start + _SEED_SIZE)
         for first in np.linspace(0.0, 1.0 - _SEED_SIZE, SEEDS_PER_SIDE):
-            seed = is_in_rows & (x >= first) & (x <= first + _SEED_SIZE)
-            part = _grow_plane(columns, z, seed, noise)
+            is_seed = is_in_rows & (x >= first) & (x <= first + _SEED_SIZE)
+            part = _grow_plane(columns, z, is_seed, noise)
             if part is not None and part[1] < max_scatter and part[2].mean() >= MIN_PART_SHARE:
                 parts.append(part)
     if not parts:

@@ -37,7 +37,7 @@ class _KernelParameter:
     kind: str
     dtype: np.dtype[Any]
     dimensions: int
-    contiguous: bool
+    is_contiguous: bool
 
     def flat(self, position: int, value: Any) -> tuple[Any, ...]:
         """Return the arguments of the machine code. Raises TypeError, OverflowError."""
@@ -47,10 +47,10 @@ class _KernelParameter:
             isinstance(value, np.ndarray)
             and value.dtype == self.dtype
             and value.ndim == self.dimensions
-            and (value.flags.carray if self.contiguous else value.flags.behaved)
+            and (value.flags.carray if self.is_contiguous else value.flags.behaved)
         )
         if not is_valid:
-            layout = "contiguous " if self.contiguous else ""
+            layout = "contiguous " if self.is_contiguous else ""
             raise TypeError(
                 f"Argument {position} of a kernel must be a writable {layout}array of "
                 f"{self.dtype} with"

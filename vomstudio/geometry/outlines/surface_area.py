@@ -143,7 +143,7 @@ def _find_enclosed(corners: npt.ArrayLike, ring: npt.ArrayLike) -> _EnclosedTria
     projected_faces = (faces - origin) @ axes.T
     low, high = outline[:, :2].min(axis=0), outline[:, :2].max(axis=0)
     projected_2d = projected_faces[:, :, :2]
-    is_near = _meets_box(projected_2d, low, high)
+    is_near = _is_meeting_box(projected_2d, low, high)
     faces, projected_faces = faces[is_near], projected_faces[is_near]
     if not len(faces):
         return None
@@ -162,7 +162,7 @@ def _find_enclosed(corners: npt.ArrayLike, ring: npt.ArrayLike) -> _EnclosedTria
     )
 
 
-def _meets_box(plane_corners: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray:
+def _is_meeting_box(plane_corners: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray:
     """Return a mask of the triangles (m, 3, 2) whose bounding boxes intersect the box."""
     is_near = np.ones(len(plane_corners), np.bool_)
     for axis in (0, 1):
@@ -194,7 +194,7 @@ def _shares(
     step = float((high - low).max()) / N_CELLS
     count = np.maximum(np.ceil((high - low) / step).astype(int), 1) + 2
     start = low - step
-    border = _border_cells(polygon, start, step, count)
+    is_border = _is_border_cell(polygon, start, step, count)
     centre = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in count), indexing="ij"), axis=-1)
     positions = (start + step * centre).reshape(-1, 2)
     is_inside = shapely.contains_xy(polygon, positions[:, 0], positions[:, 1]).reshape(count)
@@ -202,7 +202,7 @@ def _shares(
     last_cell = np.clip(((plane_corners.max(axis=1) - start) / step).astype(int), 0, count - 1)
     # A summed-area table gives the number of border cells in the box of each triangle.
     sums = np.zeros(count + 1, np.int64)
-    sums[1:, 1:] = border.cumsum(axis=0).cumsum(axis=1)
+    sums[1:, 1:] = is_border.cumsum(axis=0).cumsum(axis=1)
     (x0, y0), (x1, y1) = first_cell.T, last_cell.T + 1
     is_crossed = sums[x1, y1] - sums[x0, y1] - sums[x1, y0] + sums[x0, y0] > 0
     shares = np.where(is_crossed, 0.0, is_inside[x0, y0].astype(np.float64))
@@ -211,7 +211,7 @@ def _shares(
     return shares
 
 
-def _border_cells(
+def _is_border_cell(
     polygon: shapely.Polygon, start: FloatArray, step: float, count: npt.NDArray[np.int_]
 ) -> BoolArray:
     """Mark cells that the outline crosses or touches."""
@@ -224,11 +224,11 @@ def _border_cells(
     ) / n_steps[segment]
     positions = ends[segment] + distances[:, None] * segments[segment]
     cells = np.clip(((positions - start) / step).astype(int), 1, count - 2)
-    border = np.zeros(count, np.bool_)
+    is_border = np.zeros(count, np.bool_)
     for dx in (-1, 0, 1):
         for dy in (-1, 0, 1):
-            border[cells[:, 0] + dx, cells[:, 1] + dy] = True
-    return border
+            is_border[cells[:, 0] + dx, cells[:, 1] + dy] = True
+    return is_border
 
 
 def _cut_shares(plane_corners: FloatArray, polygon: shapely.Polygon) -> FloatArray:
@@ -268,8 +268,8 @@ def _find_faces_under(projected_faces: FloatArray, outline: FloatArray) -> IntAr
     rows_found = []
     for point in outline[:: max(1, len(outline) // N_SEEDS)]:
         x, y = float(point[0]), float(point[1])
-        covers = (low[0] <= x) & (high[0] >= x) & (low[1] <= y) & (high[1] >= y)
-        rows = np.flatnonzero(covers)
+        is_covering = (low[0] <= x) & (high[0] >= x) & (low[1] <= y) & (high[1] >= y)
+        rows = np.flatnonzero(is_covering)
         if not len(rows):
             continue
         distances = np.abs(_depth(projected_faces[rows], point[:2]) - point[2])

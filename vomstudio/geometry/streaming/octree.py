@@ -53,7 +53,7 @@ class CloudView:
     axes: tuple[tuple[float, float, float], ...]
     half_height: float
     aspect: float
-    orthographic: bool
+    is_orthographic: bool
     near: float
     pixels: int
 
@@ -128,13 +128,13 @@ class CloudNodes:
         radius = np.linalg.norm(high - low, axis=1) / 2.0
         offsets = np.maximum(np.maximum(low - position, position - high), 0.0)
         distance = np.maximum(np.sqrt(np.einsum("ij,ij->i", offsets, offsets)), view.near)
-        max_distance = np.ones(len(self)) if view.orthographic else distance
+        max_distance = np.ones(len(self)) if view.is_orthographic else distance
         spacing_pixels = 2.0 * self.spacing * view.pixels / (2.0 * view.half_height * max_distance)
-        half_width = view.half_height * (1.0 if view.orthographic else np.maximum(q[:, 2], 0.0))
+        half_width = view.half_height * (1.0 if view.is_orthographic else np.maximum(q[:, 2], 0.0))
         # The side planes of a perspective view are inclined, so a ball extends further across them.
-        vertical_slope = 1.0 if view.orthographic else np.hypot(1.0, view.half_height)
+        vertical_slope = 1.0 if view.is_orthographic else np.hypot(1.0, view.half_height)
         horizontal_slope = (
-            1.0 if view.orthographic else np.hypot(1.0, view.half_height * view.aspect)
+            1.0 if view.is_orthographic else np.hypot(1.0, view.half_height * view.aspect)
         )
         is_visible = (
             (np.abs(q[:, 1]) <= half_width + radius * vertical_slope)
@@ -286,8 +286,8 @@ class NodeStore(CloudNodes):
         loaded_nodes = self.loaded()
         rows = np.fromiter(loaded_nodes, np.int64, len(loaded_nodes))
         cubes = self.bounds[rows]
-        meets = ((cubes[:, 0] <= high) & (cubes[:, 1] >= low)).all(axis=1)
-        return [(row, loaded_nodes[row]) for row in rows[meets].tolist()]
+        is_touching = ((cubes[:, 0] <= high) & (cubes[:, 1] >= low)).all(axis=1)
+        return [(row, loaded_nodes[row]) for row in rows[is_touching].tolist()]
 
     def tree(self, row: int, cloud: PointCloud) -> cKDTree:
         tree = self._trees.get(row)

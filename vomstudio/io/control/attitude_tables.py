@@ -68,7 +68,7 @@ class AttitudeTable:
         roll define the direction, or if it is unknown.
     norths : tuple of str
         North reference of each yaw: "grid", "true" or "magnetic".
-    doubted : bool
+    is_doubted : bool
         Whether the yaws come from a compass, which may have a common error.
     days : tuple of date or None
         Dates of the readings, if known.
@@ -82,7 +82,7 @@ class AttitudeTable:
     angles: FloatArray
     sigma: FloatArray
     norths: tuple[str, ...]
-    doubted: bool
+    is_doubted: bool
     down: FloatArray
     days: tuple[date | None, ...]
     places: FloatArray
@@ -205,7 +205,7 @@ def _require_angles(table: NamedTable, angles: FloatArray) -> None:
 def _norths(table: NamedTable, n: int, default: str) -> tuple[str, ...]:
     if table.has(("north",)):
         norths = []
-        for row, word in enumerate(table.words(("north",), "north", empty=True)):
+        for row, word in enumerate(table.words(("north",), "north", allow_empty=True)):
             north = _NORTH_WORDS.get(word.casefold())
             if north is None:
                 finding = Finding(

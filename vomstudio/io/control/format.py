@@ -33,7 +33,7 @@ class ControlFormat:
         Whether a file contains both points and marks.
     found_as : tuple of str
         Default file names next to the photos.
-    certain : bool
+    is_certain : bool
         Whether matching is conclusive. If False, a matching file may have another, more specific
         format.
     extensions : tuple of str
@@ -53,7 +53,7 @@ class ControlFormat:
     crs: Callable[[Path], str | None]
     holds_marks: bool = False
     found_as: tuple[str, ...] = ()
-    certain: bool = True
+    is_certain: bool = True
     extensions: tuple[str, ...] = ()
     marks_beside: Callable[[Path], Path | None] | None = None
     find_points: Callable[[Path], Path | None] | None = None

@@ -124,7 +124,7 @@ class Positions:
     ----------
     places : (n, 3) float64
         Coordinates as written; NaN for a missing height.
-    degrees : bool
+    is_in_degrees : bool
         Whether x and y are longitude and latitude.
     sigma : (n, 3) float64
         Standard deviations in metres; NaN if not stated.
@@ -139,7 +139,7 @@ class Positions:
 
     photos: tuple[str, ...]
     places: FloatArray
-    degrees: bool
+    is_in_degrees: bool
     sigma: FloatArray
     crs: str | None = None
     heights: tuple[str, ...] = ()
@@ -239,7 +239,7 @@ def read_points(path: str | Path) -> Pairs:
     line and column.
     """
     path = Path(path)
-    if not choose_format(path).certain and _has_model_positions(path):
+    if not choose_format(path).is_certain and _has_model_positions(path):
         return read_pairs(path)
     points = read_control(path)
     sigma = [np.nan if point.sigma_m is None else point.sigma_m for point in points]
@@ -368,7 +368,7 @@ def read_compass(path: str | Path) -> CompassTable:
         )
     labels = orientations.ids
     if not table.has(("id",)) and table.has(LABEL):
-        names = table.words(LABEL, "label", empty=True)
+        names = table.words(LABEL, "label", allow_empty=True)
         labels = tuple(
             names[row] or label for row, label in zip(orientations.row_indices, labels, strict=True)
         )

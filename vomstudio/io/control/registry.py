@@ -44,7 +44,9 @@ def choose_format(path: Path) -> ControlFormat:
     Raises InputError if the file is damaged.
     """
     formats_found = find_formats()
-    for format_ in sorted(formats_found.all, key=lambda control_format: not control_format.certain):
+    for format_ in sorted(
+        formats_found.all, key=lambda control_format: not control_format.is_certain
+    ):
         if format_.matches(path):
             return format_
     names = [

@@ -110,7 +110,7 @@ def select_lines(path: Path, fields: Mapping[str, AnyArray], surfaces: IntArray)
     properties = read_dxf_properties(path)
     handles = [str(handle).upper() for handle in fields.get("EntityHandle", np.full(count, ""))]
     classes = [str(name) for name in fields.get("SubClasses", np.full(count, ""))]
-    paper = np.asarray(fields.get("PaperSpace", np.zeros(count)), np.float64) == 1.0
+    is_in_paper_space = np.asarray(fields.get("PaperSpace", np.zeros(count)), np.float64) == 1.0
     is_hidden = np.array([name in properties.hidden for name in layers], bool)
     is_hidden |= np.array([handle in properties.invisible for handle in handles], bool)
     is_note = np.array([handle in properties.notes for handle in handles], bool)
@@ -120,14 +120,14 @@ def select_lines(path: Path, fields: Mapping[str, AnyArray], surfaces: IntArray)
     findings: list[Finding] = []
     for is_excluded, finding in (
         (
-            paper,
-            Finding("drawing.paper-space", count=int((is_kept & paper).sum())),
+            is_in_paper_space,
+            Finding("drawing.paper-space", count=int((is_kept & is_in_paper_space).sum())),
         ),
         (
-            is_hidden & ~paper,
-            Finding("drawing.hidden", count=int((is_kept & is_hidden & ~paper).sum())),
+            is_hidden & ~is_in_paper_space,
+            Finding("drawing.hidden", count=int((is_kept & is_hidden & ~is_in_paper_space).sum())),
         ),
-        (is_note & ~is_hidden & ~paper, Finding("drawing.dimensions")),
+        (is_note & ~is_hidden & ~is_in_paper_space, Finding("drawing.dimensions")),
     ):
         if (is_kept & is_excluded).any():
             findings.append(finding)

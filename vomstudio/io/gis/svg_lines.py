@@ -248,8 +248,8 @@ class _Context:
     name : str
         Name of the clone.
     is_visible : bool
-        Whether both `shown` and `visible` are True.
-    shown, visible : bool
+        Whether both `is_displayed` and `has_visibility` are True.
+    is_displayed, has_visibility : bool
         Inherited values of display and visibility.
     uses : int
         Nesting depth of clones.
@@ -260,8 +260,8 @@ class _Context:
     layer: str = ""
     name: str = ""
     is_visible: bool = True
-    shown: bool = True
-    visible: bool = True
+    is_displayed: bool = True
+    has_visibility: bool = True
     uses: int = 0
 
 
@@ -298,10 +298,10 @@ class _ElementWalk:
     def _child_context(self, element: Any, tag: str, context: _Context) -> _Context:
         """Return the context of an element, which also applies to its children."""
         style = self._style(element, tag)
-        is_shown = context.shown and style.get("display") != "none"
-        visible = context.visible
+        is_displayed = context.is_displayed and style.get("display") != "none"
+        has_visibility = context.has_visibility
         if "visibility" in style:
-            visible = style["visibility"] not in ("hidden", "collapse")
+            has_visibility = style["visibility"] not in ("hidden", "collapse")
         matrix = context.matrix @ _transform_matrix(style)
         layer, view = context.layer, context.view
         if tag == "g" and (element.get(_MODE) == "layer" or not layer):
@@ -313,9 +313,9 @@ class _ElementWalk:
             matrix=matrix,
             view=view,
             layer=layer,
-            shown=is_shown,
-            visible=visible,
-            is_visible=is_shown and visible,
+            is_displayed=is_displayed,
+            has_visibility=has_visibility,
+            is_visible=is_displayed and has_visibility,
         )
 
     def _clone(self, element: Any, context: _Context) -> Iterator[tuple[Any, _Context]]:

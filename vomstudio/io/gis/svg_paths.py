@@ -236,7 +236,7 @@ def _arc(
     ry: float,
     rotation_deg: float,
     is_large_arc: bool,
-    sweep: bool,
+    is_clockwise: bool,
 ) -> list[complex]:
     """Return the points of an elliptical arc between two end points (SVG 1.1, F.6.5)."""
     rx, ry = abs(rx), abs(ry)
@@ -249,7 +249,7 @@ def _arc(
     if scale > 1:
         rx, ry = rx * math.sqrt(scale), ry * math.sqrt(scale)
     square = (rx * ry) ** 2 / ((rx * y) ** 2 + (ry * x) ** 2) - 1
-    root = math.sqrt(max(square, 0.0)) * (-1 if is_large_arc == sweep else 1)
+    root = math.sqrt(max(square, 0.0)) * (-1 if is_large_arc == is_clockwise else 1)
     middle = complex(root * rx * y / ry, -root * ry * x / rx)
     centre = middle * axis + (offset + end) / 2
     first, last = (
@@ -257,7 +257,7 @@ def _arc(
         for v in (half_chord, -half_chord)
     )
     sweep_rad = (last - first) % (2 * math.pi)
-    if not sweep:
+    if not is_clockwise:
         sweep_rad -= 2 * math.pi
     angles = first + sweep_rad * _ARC_STEPS
     points = (rx * np.cos(angles) + 1j * ry * np.sin(angles)) * axis + centre

@@ -146,7 +146,7 @@ def _is_number(word: str) -> bool:
     return True
 
 
-def _shifts_image(option: str) -> bool:
+def _is_shifting_image(option: str) -> bool:
     key, *number_texts = option.split()
     neutral = {"-s": 1.0, "-o": 0.0, "-t": 0.0}
     return key in neutral and any(float(number) != neutral[key] for number in number_texts)
@@ -263,7 +263,7 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Fi
                 )
             elif problem:
                 findings.append(texture_finding(name, texture, problem))
-            if texture is not None and any(map(_shifts_image, map_name(value)[1])):
+            if texture is not None and any(map(_is_shifting_image, map_name(value)[1])):
                 findings.append(Finding("texture.shift-unused", material=name, statement=value))
         materials[name] = Material(name, texture, colors.get(name))
     return materials, findings

@@ -49,10 +49,10 @@ def preview(path: str | Path, count: int = 200_000) -> PointCloud | None:
             if file.read(4) != b"LASF":
                 return None
         top = _convert_units(read_las_header(path), path)
-        if top.compressed and replace_chunk_table(path, top.size) is not None:
+        if top.is_compressed and replace_chunk_table(path, top.size) is not None:
             return None
         records = (
-            _laz_records(path, top, count) if top.compressed else _las_records(path, top, count)
+            _laz_records(path, top, count) if top.is_compressed else _las_records(path, top, count)
         )
         layout = layout_of(top, path)
         if not len(records):

@@ -41,7 +41,7 @@ class Cameras:
         Folder to which the names of the views are relative.
     crs : str or None
         "EPSG:n"; None if the frame of the model is local.
-    scaled : bool
+    is_scaled : bool
         Whether the frame is in metres with known north and up directions, even if it has no CRS.
     """
 
@@ -49,7 +49,7 @@ class Cameras:
     photos: Path
     origin: tuple[int, int, int] = (0, 0, 0)
     crs: str | None = None
-    scaled: bool = False
+    is_scaled: bool = False
 
 
 def find_photos(cameras: Cameras, path: Path, other_folders: Sequence[Path] = ()) -> Path | None:
@@ -77,7 +77,7 @@ def has_known_scale(model: str | Path) -> bool | None:
     Returns None if the file is missing or cannot be read.
     """
     try:
-        return read_cameras(Path(model).with_name(FILE_NAME)).scaled
+        return read_cameras(Path(model).with_name(FILE_NAME)).is_scaled
     except InputError:
         return None
 
@@ -128,7 +128,7 @@ def write_cameras(path: str | Path, cameras: Cameras, *, force: bool = False) ->
         "forward; pixels of the photo as stored, (0.5, 0.5) is the centre of the top-left one; "
         "lens models and parameters as in COLMAP",
         "crs": cameras.crs,
-        "scaled": cameras.scaled,
+        "scaled": cameras.is_scaled,
         "origin": list(cameras.origin),
         "photos": str(cameras.photos),
         "views": [view_to_dict(view) for view in cameras.views],

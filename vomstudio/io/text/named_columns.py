@@ -181,10 +181,12 @@ class NamedTable:
             )
         return column
 
-    def words(self, names: Sequence[str], title: str, *, empty: bool = False) -> tuple[str, ...]:
+    def words(
+        self, names: Sequence[str], title: str, *, allow_empty: bool = False
+    ) -> tuple[str, ...]:
         """Return the text (n,) of a column. Raises InputError for an empty cell unless allowed."""
         texts = tuple(self.table.labels(self._column(names, title)))
-        if not empty:
+        if not allow_empty:
             for row, word in enumerate(texts):
                 if not word:
                     raise self.at(row, Finding("table.value-missing"), title)

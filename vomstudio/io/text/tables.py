@@ -154,10 +154,10 @@ class TextTable:
 
     def _parse_numbers(self, column: int) -> list[float]:
         values: list[float] = []
-        comma_allowed = self.delimiter in ";\t"
+        allow_comma = self.delimiter in ";\t"
         first_use: dict[str, int] = {}
         for i, cell in enumerate(self.cells(column)):
-            value = parse_number(cell, decimal_comma=comma_allowed)
+            value = parse_number(cell, decimal_comma=allow_comma)
             if value is None:
                 raise self._not_a_number(i, column, cell)
             values.append(value)

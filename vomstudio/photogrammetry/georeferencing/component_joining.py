@@ -28,7 +28,7 @@ from vomstudio.registration.similarity import (
     Similarity,
     fit_robustly,
     fit_similarity,
-    nearly_on_a_line,
+    is_nearly_collinear,
     rotation_covariance,
 )
 
@@ -209,7 +209,7 @@ def _join(
         np.array([a[c] for c in common_labels]),
         np.array([b[c] for c in common_labels]),
     )
-    if nearly_on_a_line(first_places) or nearly_on_a_line(other_places):
+    if is_nearly_collinear(first_places) or is_nearly_collinear(other_places):
         raise GeometryError(Finding("join.collinear"))
     pixel = _pixel_size(first, second, first_places, other_places)
     fit, is_used = fit_robustly(other_places, first_places, min_sigma=2 * _MIN_MARKER_PX * pixel)
@@ -270,7 +270,7 @@ def _fit_by_control(
         common_points = [point for point in control if point.label in positions]
         model_places = np.array([positions[point.label] for point in common_points])
         world = np.array([point.position for point in common_points]) - centre
-        if nearly_on_a_line(world):
+        if is_nearly_collinear(world):
             raise GeometryError(Finding("control.collinear"))
         fits.append(fit_similarity(model_places, world))
     first, inverse_fit = fits[1], fits[0].inverse

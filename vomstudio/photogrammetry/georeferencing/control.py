@@ -36,7 +36,12 @@ from vomstudio.registration.marks.mark_errors import (
     mark_scatter_findings,
     marks_disagree,
 )
-from vomstudio.registration.marks.wrong_marks import WrongMark, find_agreeing, find_misplaced, meet
+from vomstudio.registration.marks.wrong_marks import (
+    WrongMark,
+    find_agreeing,
+    find_misplaced,
+    is_meeting,
+)
 from vomstudio.registration.scatter import drift_findings
 from vomstudio.registration.similarity import fit_similarity
 
@@ -248,7 +253,7 @@ def _ground(
     usable_points = [
         i
         for i, marks in enumerate(control_marks)
-        if meet(marks.match_views(scene), agreement_px(mark_px))
+        if is_meeting(marks.match_views(scene), agreement_px(mark_px))
     ]
     fitting = [i for i in usable_points if not control[i].check]
     if len(fitting) < MIN_POINTS:

@@ -32,7 +32,7 @@ from vomstudio.registration.similarity import (
     Similarity,
     fit_robustly,
     fit_similarity,
-    nearly_on_a_line,
+    is_nearly_collinear,
 )
 
 _MIN_ERROR_PIXELS = 0.1
@@ -312,5 +312,5 @@ def _cross_validation_residuals(
 
 def require_width(local_points: FloatArray) -> None:
     """Raise GeometryError if points (n, 3) are collinear."""
-    if nearly_on_a_line(local_points):
+    if is_nearly_collinear(local_points):
         raise GeometryError(Finding("control.collinear"))

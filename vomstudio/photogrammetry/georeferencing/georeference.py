@@ -30,7 +30,7 @@ from vomstudio.photogrammetry.georeferencing.world_frame import integer_origin, 
 from vomstudio.registration.scatter import Scatter, drift_findings, scatter_of
 from vomstudio.registration.similarity import (
     fit_robustly,
-    nearly_on_a_line,
+    is_nearly_collinear,
 )
 
 if TYPE_CHECKING:
@@ -282,7 +282,7 @@ def _each_sigma(photos: Sequence[PhotoLike], default_m: float) -> FloatArray:
 
 def _check_not_on_a_line(centres: FloatArray, spread: FloatArray) -> None:
     """Raise GeometryError if the cameras are collinear in the scene or according to GPS."""
-    if nearly_on_a_line(centres) or nearly_on_a_line(spread):
+    if is_nearly_collinear(centres) or is_nearly_collinear(spread):
         raise GeometryError(Finding("collinear", "error", photos=(), value=None))
 
 

@@ -24,7 +24,7 @@ from vomstudio.io.photos.cameras_file import FILE_NAME, Cameras, read_cameras
 from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.registration.marks.mark_errors import Marks, mark_distances
 from vomstudio.registration.marks.wrong_marks import find_agreeing
-from vomstudio.registration.similarity import Similarity, fit_robustly, nearly_on_a_line
+from vomstudio.registration.similarity import Similarity, fit_robustly, is_nearly_collinear
 
 Pixel = tuple[float, float]
 
@@ -314,7 +314,7 @@ class PlacedPhotos:
         part = self.parts[number]
         if (frame := self._frame(marking, number)) is not None:
             return frame(point.position)
-        if part.crs is None and not part.scaled:
+        if part.crs is None and not part.is_scaled:
             return None
         return (np.array(point.position) - part.origin)[None]
 
@@ -469,7 +469,7 @@ def _counted(marking: Marking, label: str, photos: set[str] | None) -> list[str]
 
 def _is_collinear(marking: Marking, labels: Sequence[str]) -> bool:
     points = np.array([p.position for p in marking.control if p.label in labels], np.float64)
-    return nearly_on_a_line(points)
+    return is_nearly_collinear(points)
 
 
 def _marks(label: str, count: int) -> str:

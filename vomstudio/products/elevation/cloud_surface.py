@@ -103,12 +103,12 @@ def extract_top_sheet(points: FloatArray) -> FloatArray:
     for _ in range(PASSES):
         if len(unique_points) <= N_NEIGHBOURS or not is_open.any():
             break
-        is_hidden, doubtful = _under_another(unique_points, np.flatnonzero(is_open))
+        is_hidden, doubtful = _is_under_another(unique_points, np.flatnonzero(is_open))
         unique_points, is_open = unique_points[~is_hidden], doubtful[~is_hidden]
     return unique_points
 
 
-def _under_another(points: FloatArray, open_indices: IndexArray) -> tuple[BoolArray, BoolArray]:
+def _is_under_another(points: FloatArray, open_indices: IndexArray) -> tuple[BoolArray, BoolArray]:
     """Return which points (n,) lie below another sheet, and which must be tested again.
 
     The latter have a gap above them or are neighbours of removed points.
@@ -130,14 +130,14 @@ def _under_another(points: FloatArray, open_indices: IndexArray) -> tuple[BoolAr
             continue
         offsets = points[neighbours[rows_with_width]] - points[rows[rows_with_width], None]
         level = heights_above[rows_with_width, width[rows_with_width].argmax(axis=1)]
-        is_covered = _covered(offsets[:, :, :2], (0.0 - offsets[:, :, 2]) >= level[:, None])
+        is_covered = _is_covered(offsets[:, :, :2], (0.0 - offsets[:, :, 2]) >= level[:, None])
         is_doubtful[rows[rows_with_width]] = True
         is_doubtful[neighbours[rows_with_width[is_covered]]] = True
         is_under[rows[rows_with_width[is_covered]]] = True
     return is_under, is_doubtful & bool(is_under.any())
 
 
-def _covered(away: FloatArray, is_above: BoolArray) -> BoolArray:
+def _is_covered(away: FloatArray, is_above: BoolArray) -> BoolArray:
     """Return whether the neighbours above a point cover it.
 
     Parameters
@@ -167,9 +167,9 @@ def _covered(away: FloatArray, is_above: BoolArray) -> BoolArray:
     parted = right.sum(axis=(1, 2)) / pairs.sum(axis=(1, 2))
     # Near the edge of an upper sheet, the sheet is on one side, and the lower points are on the
     # other.
-    outward = np.einsum("nki,ni->nk", away, middle_up) < 0
-    is_inside = (outward & is_above).any(axis=1) | ~(outward & ~is_above).any(axis=1)
-    mingled = (counts >= MIN_ABOVE) & (parted < MIN_SEPARATED_SHARE) & is_inside
+    is_outward = np.einsum("nki,ni->nk", away, middle_up) < 0
+    is_inside = (is_outward & is_above).any(axis=1) | ~(is_outward & ~is_above).any(axis=1)
+    is_mingled = (counts >= MIN_ABOVE) & (parted < MIN_SEPARATED_SHARE) & is_inside
     # An isolated point of the lower sheet has points above on all sides.
     right_of, is_below = away[:, :, 0] >= 0, away[:, :, 1] >= 0
     sides = np.zeros(len(away), np.int64)
@@ -181,7 +181,7 @@ def _covered(away: FloatArray, is_above: BoolArray) -> BoolArray:
     ):
         sides += (quarter & is_above).any(axis=1)
     is_surrounded = (is_above.shape[1] - counts <= MAX_BELOW) & (sides >= 3)
-    return np.asarray(mingled | is_surrounded)
+    return np.asarray(is_mingled | is_surrounded)
 
 
 def average_top_points(points: FloatArray, cell_size: float) -> FloatArray:

@@ -36,7 +36,7 @@ class HeightPlan:
     points : (n, 3) array
         Vertices of the model in the axes of the frame.
     notes : tuple of Finding
-    metric : bool
+    is_metric : bool
         Whether the model is in metres; False if its unit is unknown.
     """
 
@@ -46,7 +46,7 @@ class HeightPlan:
     reference: FloatArray
     points: FloatArray
     notes: tuple[Finding, ...]
-    metric: bool = True
+    is_metric: bool = True
 
     @property
     def is_map(self) -> bool:

@@ -114,7 +114,7 @@ def write_elevation(
     *,
     files: DemFiles = DEFAULT_FILES,
     world: str | None = None,
-    north_known: bool = True,
+    is_north_known: bool = True,
     model: str | None = None,
     content_hash: str | None = None,
     warnings: tuple[Finding, ...] = (),
@@ -132,7 +132,7 @@ def write_elevation(
     files : DemFiles
     world : str or None
         CRS of the World frame, for the sidecar.
-    north_known : bool
+    is_north_known : bool
     model, content_hash : str or None
         Name and content hash of the model, for the sidecar.
     warnings : tuple of Finding
@@ -145,7 +145,7 @@ def write_elevation(
     targets = elevation_outputs(raster, files)
     if plan.is_map and figures.crs is None:
         warnings = (*warnings, Finding("raster.no-crs"))
-    crs = figures.crs if plan.is_map else view_plane_crs(plan.metric)
+    crs = figures.crs if plan.is_map else view_plane_crs(plan.is_metric)
     lines = None
     if files.contours_m is not None:
         lines = contour_lines(heights, plan.transform, files.contours_m)
@@ -162,7 +162,7 @@ def write_elevation(
         path_by_name.get("contours"),
         warnings,
     )
-    metadata = _facts(result, plan, world, north_known) | {
+    metadata = _facts(result, plan, world, is_north_known) | {
         "model": model,
         "content_hash": content_hash,
     }
@@ -203,11 +203,11 @@ def write_elevation(
 
 
 def _facts(
-    result: WrittenElevation, plan: HeightPlan, world: str | None, north_known: bool
+    result: WrittenElevation, plan: HeightPlan, world: str | None, is_north_known: bool
 ) -> dict[str, Any]:
     """Collect the content of the sidecar."""
     heights = "metres along the upward normal of the plane of reference through the reference point"
-    north = world_north(world, is_known=north_known)
+    north = world_north(world, is_known=is_north_known)
     return {
         **result.to_dict(),
         "raster": Path(result.raster).name,

@@ -100,7 +100,7 @@ def lay_out_page(mapped_network: MappedNetwork, style: NetStyle = PRINT) -> Frac
     -------
     FracturePage
     """
-    is_cut = np.asarray(mapped_network.pieces.cut.any(axis=1))
+    is_cut = np.asarray(mapped_network.pieces.is_cut.any(axis=1))
     letters = ("d" if len(is_cut) and not is_cut.all() else "") + (
         "e" if mapped_network.found.P21_by_size else ""
     )
@@ -494,7 +494,7 @@ def _draw_lengths(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> s
     _plain_axes(ax, style)
     ax.set_xlabel(tr("trace length, m"), fontsize=style.font_pt, color=style.ink)
     ax.set_ylabel(tr("fraction longer than this"), fontsize=style.font_pt, color=style.ink)
-    lengths, is_cut = mapped_network.pieces.lengths(), mapped_network.pieces.cut.any(axis=1)
+    lengths, is_cut = mapped_network.pieces.lengths(), mapped_network.pieces.is_cut.any(axis=1)
     length = mapped_network.found.length
     title = tr("Lengths, n = {count:,} pieces", count=len(lengths))
     if length.mean_m is not None:

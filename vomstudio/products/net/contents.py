@@ -454,10 +454,10 @@ def compute_means(
         if len(s) < 3:
             continue
         vectors = s.vectors()
-        directed = s.kind == "line" and bool((s.angle_deg < 0).any())
-        cluster = no_fisher_reason(vectors, directed) is None
+        is_directed = s.kind == "line" and bool((s.angle_deg < 0).any())
+        has_mean = no_fisher_reason(vectors, is_directed) is None
         try:
-            line = fisher(vectors, directed).mean if cluster else axial_mean(vectors)
+            line = fisher(vectors, is_directed).mean if has_mean else axial_mean(vectors)
         except GeometryError:
             continue
         if s.kind == "plane":
@@ -469,11 +469,11 @@ def compute_means(
         if len(set_list) == 1:
             label = (
                 tr("Mean {orientation}", orientation=text)
-                if cluster
+                if has_mean
                 else tr("Axis 1 {orientation}", orientation=text)
             )
         total_region = _total(s, line.vector())
-        means.append(NetMean(line, label, s.color, s.marker, text, total_region, cluster))
+        means.append(NetMean(line, label, s.color, s.marker, text, total_region, has_mean))
     return tuple(means)
 
 

@@ -64,8 +64,8 @@ class NetDrawing:
     def _draw_circles(self, s: NetSet) -> None:
         net, style = self.net, self.style
         count = sum(len(item) for item in net.sets if item.kind == "plane")
-        drawn_circles = s.kind == "plane" and shows_all_circles(net)
-        rows = np.arange(len(s) if drawn_circles else 0)
+        draws_circles = s.kind == "plane" and shows_all_circles(net)
+        rows = np.arange(len(s) if draws_circles else 0)
         arcs = nets.great_circles(
             s.azimuth_deg[rows], s.angle_deg[rows], 61 if count <= 100 else 31
         )
@@ -128,8 +128,10 @@ class NetDrawing:
         net, style = self.net, self.style
         pole_count = sum(len(item) for item in net.sets)
         size = style.marker_pt * symbol_scale(pole_count)
-        dots = net.contour is not None and pole_count > 500  # so that the contours stay visible
-        if dots:
+        draws_dots = (
+            net.contour is not None and pole_count > 500
+        )  # so that the contours stay visible
+        if draws_dots:
             size *= 0.5
         vectors = s.vectors()
         shown_vectors = vectors if net.poles else vectors[:0]
@@ -137,13 +139,13 @@ class NetDrawing:
         up = (s.angle_deg < 0) if s.kind == "line" else np.zeros(len(s), dtype=bool)
         up = up[: len(shown_vectors)]
         face, rim, edge = style.symbol(s)
-        if rim == style.net and (dots or len(vectors) > 2000):
+        if rim == style.net and (draws_dots or len(vectors) > 2000):
             edge = 0.0
         symbol: dict[str, Any] = {
             "linestyle": "none",
             "marker": s.marker,
             "markersize": size * SYMBOL_SIZES.get(s.marker, 1.0),
-            "zorder": layer("dots" if dots else "poles"),
+            "zorder": layer("dots" if draws_dots else "poles"),
         }
         self.poles.append(
             plot_vectors(
@@ -152,7 +154,7 @@ class NetDrawing:
                 markerfacecolor=face,
                 markeredgecolor=rim,
                 markeredgewidth=edge,
-                alpha=0.4 if dots else 1.0,
+                alpha=0.4 if draws_dots else 1.0,
                 label=set_text(s, net.poles),
                 **symbol,
             )

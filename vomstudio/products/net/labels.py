@@ -52,12 +52,12 @@ def find_label_place(
                 continue
             if box[1] < 2 or box[3] > sheet.height - 2:
                 continue
-            if any(_meet(box, other_box) for other_box in sheet.text_boxes):
+            if any(_are_overlapping(box, other_box) for other_box in sheet.text_boxes):
                 continue
             gaps = [_gap(box, mark) for mark in marks]
             if min(gaps) < _gap(box, mark):  # it would be read as another mark's
                 continue
-            hits = sum(_holds(box, mark, 0.6 * sheet.font) for mark in marks)
+            hits = sum(_is_inside_net(box, mark, 0.6 * sheet.font) for mark in marks)
             covered_count = (
                 ((obstacles > [box[0], box[1]]) & (obstacles < [box[2], box[3]])).all(axis=1).sum()
             )
@@ -73,7 +73,7 @@ def find_label_place(
     return best_place
 
 
-def _meet(a: Box, b: Box) -> bool:
+def _are_overlapping(a: Box, b: Box) -> bool:
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 
@@ -84,6 +84,6 @@ def _gap(box: Box, mark: Sequence[float] | FloatArray) -> float:
     return math.hypot(dx, dy)
 
 
-def _holds(box: Box, mark: FloatArray, margin: float) -> bool:
+def _is_inside_net(box: Box, mark: FloatArray, margin: float) -> bool:
     x, y = float(mark[0]), float(mark[1])
     return box[0] - margin < x < box[2] + margin and box[1] - margin < y < box[3] + margin

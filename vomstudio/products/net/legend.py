@@ -36,7 +36,7 @@ class NetLegendEntry:
     color: str
     marker: str | None = None
     line: str | None = None
-    outlined: bool = False
+    is_outlined: bool = False
     like: NetSet | None = None
     """Set whose symbol is drawn in the same way as on the net."""
     is_continued: bool = False
@@ -48,7 +48,7 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[NetLegendEntry]:
     entries = []
     names = [set_.name for set_ in net.sets]
     for set_ in net.sets:
-        circles = set_.kind == "plane" and shows_all_circles(net)
+        has_circles = set_.kind == "plane" and shows_all_circles(net)
         terse = set_.name
         if set_.kind == "line" and names.count(set_.name) > 1:
             terse = tr("{set}, lines", set=terse)
@@ -57,7 +57,7 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[NetLegendEntry]:
                 f"{terse} ({len(set_):,})" if net.compact else set_text(set_, net.poles),
                 style.color(set_.color),
                 set_.marker if net.poles else None,
-                "-" if circles else None,
+                "-" if has_circles else None,
                 like=set_,
             )
         )
@@ -72,12 +72,12 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[NetLegendEntry]:
         entries.append(NetLegendEntry(circle.label, color, None, circle.dash))
     if any(mark.marker == TYPED_LINE for mark in net.marks):
         text = tr("Line on a plane (rake)")
-        entries.append(NetLegendEntry(text, style.net, TYPED_LINE, None, outlined=True))
+        entries.append(NetLegendEntry(text, style.net, TYPED_LINE, None, is_outlined=True))
     if net.errors:
         entries.append(NetLegendEntry(tr("95 % error of each"), style.soft, None, "-"))
     if net.means:
         text = describe_means(net.means)
-        entries.append(NetLegendEntry(text, style.net, "o", None, outlined=True))
+        entries.append(NetLegendEntry(text, style.net, "o", None, is_outlined=True))
     if net.ellipses and not net.compact:
         text = (
             tr(SYMBOLS["line-ellipse"])
@@ -106,13 +106,13 @@ def fold_texts(net: NetContents, fold: FoldAxis) -> tuple[str, str]:
     return text, f"π {plane}" if net.compact else tr("π-plane {orientation}", orientation=plane)
 
 
-def set_text(s: NetSet, poles: bool) -> str:
+def set_text(s: NetSet, with_poles: bool) -> str:
     """Return the full legend text of a set.
 
     Parameters
     ----------
     s : NetSet
-    poles : bool
+    with_poles : bool
 
     Returns
     -------
@@ -120,7 +120,7 @@ def set_text(s: NetSet, poles: bool) -> str:
     """
     if s.kind == "line":
         return tr("{set}, lines (n = {count:,})", set=s.name, count=len(s))
-    if poles:
+    if with_poles:
         return tr("{set}, poles (n = {count:,})", set=s.name, count=len(s))
     return tr("{set}, planes (n = {count:,})", set=s.name, count=len(s))
 

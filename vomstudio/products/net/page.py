@@ -397,9 +397,9 @@ class NetPage:
                 linestyle=entry.line,
             )
         if entry.marker is not None:
-            marker_scale = 1.6 if entry.marker == "*" or entry.outlined else 1.1
-            face, edge = entry.color, style.ink if entry.outlined else style.paper
-            width = (1.4 if entry.outlined else 0.5) * style.line_pt
+            marker_scale = 1.6 if entry.marker == "*" or entry.is_outlined else 1.1
+            face, edge = entry.color, style.ink if entry.is_outlined else style.paper
+            width = (1.4 if entry.is_outlined else 0.5) * style.line_pt
             if entry.like is not None:
                 face, edge, width = style.symbol(entry.like)
                 marker_scale = 1.1 * SYMBOL_SIZES.get(entry.marker, 1.0)

@@ -37,7 +37,7 @@ def draw_emphasis(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
         for set_, rows in zip(net.sets, selected_rows, strict=True)
         if set_.kind == "plane"
     )
-    circles = planes <= AUTO_CIRCLES or not net.poles
+    draws_circles = planes <= AUTO_CIRCLES or not net.poles
     # Bold rings around thousands of poles would merge into one black area.
     crowdedness = float(
         np.interp(math.log10(1 + sum(map(len, selected_rows))), [1.5, 3.0], [0.0, 1.0])
@@ -49,7 +49,7 @@ def draw_emphasis(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
         if not len(rows):
             continue
         color = style.color(set_.color)
-        if set_.kind == "plane" and circles:
+        if set_.kind == "plane" and draws_circles:
             steps = 181 if planes <= AUTO_CIRCLES else 31
             arcs = nets.great_circles(set_.azimuth_deg[rows], set_.angle_deg[rows], steps)
             for ink, width, gid in ((style.ink, 3.4, "casings"), (color, 2.0, "chosen circles")):

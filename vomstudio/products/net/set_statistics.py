@@ -116,7 +116,7 @@ def describe_sets(
 
 def _average(s: NetSet, notation: str, decimals: int) -> str:
     vectors, n = s.vectors(), len(s)
-    directed = s.kind == "line" and bool((s.angle_deg < 0).any())
+    is_directed = s.kind == "line" and bool((s.angle_deg < 0).any())
 
     def format_orientation(line: Line) -> str:
         if s.kind == "plane":
@@ -125,8 +125,8 @@ def _average(s: NetSet, notation: str, decimals: int) -> str:
 
     if n < 2:
         return tr("{set}: n = {n:,}", set=s.name, n=n)
-    if no_fisher_reason(vectors, directed) is None:
-        fisher_mean = fisher(vectors, directed)
+    if no_fisher_reason(vectors, is_directed) is None:
+        fisher_mean = fisher(vectors, is_directed)
         figures = []
         if fisher_mean.kappa is not None:
             # If planes are nearly identical, further digits of kappa are random.

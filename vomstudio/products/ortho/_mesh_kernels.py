@@ -18,7 +18,7 @@ def bin_faces(view, faces, left, top, cell_size, margin, columns, rows, starts, 
     + 1]. In the second call, with cumulative starts, `members` is filled and starts[t] moves to the
     end of tile t.
     """
-    fill = len(members) > 0
+    fills_members = len(members) > 0
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         x_low = min(view[a, 0], view[b, 0], view[c, 0]) - margin
@@ -32,7 +32,7 @@ def bin_faces(view, faces, left, top, cell_size, margin, columns, rows, starts, 
         for j in range(j0, j1 + 1):
             for i in range(i0, i1 + 1):
                 t = j * columns + i
-                if fill:
+                if fills_members:
                     members[starts[t]] = f
                     starts[t] += 1
                 else:
@@ -56,8 +56,8 @@ def find_edges(view, faces, face, depth, gsd, edge):  # type: ignore[no-untyped-
                 f, g = face[j, i], face[j2, i2]
                 if f == g:
                     continue
-                jump = f < 0 or g < 0
-                if not jump:
+                is_jump = f < 0 or g < 0
+                if not is_jump:
                     step = depth[j2, i2] - depth[j, i]
                     min_value = math.inf
                     for k in (f, g):
@@ -74,8 +74,8 @@ def find_edges(view, faces, face, depth, gsd, edge):  # type: ignore[no-untyped-
                             # A face seen almost edge-on can explain any step.
                             if abs(slope) < 20.0:
                                 min_value = min(min_value, abs(step - slope * gsd))
-                    jump = min(min_value, abs(step)) > EDGE_PIXELS * gsd
-                if jump:
+                    is_jump = min(min_value, abs(step)) > EDGE_PIXELS * gsd
+                if is_jump:
                     edge[j, i] = True
                     edge[j2, i2] = True
 

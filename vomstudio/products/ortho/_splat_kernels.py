@@ -16,7 +16,7 @@ MAX_SLOPE = 12.0
 @kernel("void(f8[:,::1], f8[::1], f8, f8, f8, f8, i8, i8, i8[::1], i4[::1])")
 def bin_points(view, radius, left, top, cell_size, margin, columns, rows, starts, members):  # type: ignore[no-untyped-def]
     """Assign points to tiles as in `bin_faces`, with a radius per point and a margin, m."""
-    fill = len(members) > 0
+    fills_members = len(members) > 0
     for p in range(len(view)):
         r = radius[p] + margin
         i0 = max(math.floor((view[p, 0] - r - left) / cell_size), 0)
@@ -26,7 +26,7 @@ def bin_points(view, radius, left, top, cell_size, margin, columns, rows, starts
         for j in range(j0, j1 + 1):
             for i in range(i0, i1 + 1):
                 t = j * columns + i
-                if fill:
+                if fills_members:
                     members[starts[t]] = p
                     starts[t] += 1
                 else:

@@ -87,7 +87,7 @@ def sample_texture(  # type: ignore[no-untyped-def]
     previous_level = -1
     x0, y0, ax, ay, bx, by = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     major, sx, sy, blend = 0.0, 0.0, 0.0, 0.0
-    n, finest_level, repeat = 1, 0, False
+    n, finest_level, is_repeated = 1, 0, False
     for index in range(len(rows)):
         k = rows[index]
         f = face[k]
@@ -103,12 +103,12 @@ def sample_texture(  # type: ignore[no-untyped-def]
             finest_level = int(level)
             blend = level - finest_level
             # If a triangle extends beyond the picture, the picture repeats.
-            repeat = False
+            is_repeated = False
             for corner in range(3):
                 for axis in range(2):
                     t = uv[faces[f, corner], axis]
                     margin = _OUTSIDE_TEXELS / (height if axis else width)
-                    repeat |= t < -margin or t > 1.0 + margin
+                    is_repeated |= t < -margin or t > 1.0 + margin
         u, v = weights[k, 0], weights[k, 1]
         x, y = x0 + u * ax + v * bx, y0 + u * ay + v * by
         red, green, blue = 0.0, 0.0, 0.0
@@ -123,7 +123,7 @@ def sample_texture(  # type: ignore[no-untyped-def]
             for i in range(n):
                 major_offset = ((i + 0.5) / n - 0.5) * major
                 tx, ty = x + major_offset * sx, y + major_offset * sy
-                if repeat:
+                if is_repeated:
                     tx -= width * math.floor(tx / width)
                     ty -= height * math.floor(ty / height)
                 # Texel coordinates at this level; (0, 0) is the outer corner.

@@ -56,7 +56,7 @@ class Sidecar:
         Matrix from pixels to the coordinates of the GeoTIFF.
     crs : str or None
         CRS of the GeoTIFF; None if the picture is on an oblique plane.
-    oblique : bool
+    is_oblique : bool
         Whether the picture is on an oblique plane.
     id : str
     content_hash : str or None
@@ -69,7 +69,7 @@ class Sidecar:
     matrix: FloatArray
     transform: FloatArray
     crs: str | None
-    oblique: bool
+    is_oblique: bool
     id: str
     content_hash: str | None
     image: str
@@ -148,7 +148,7 @@ def read_sidecar(path: str | Path) -> Sidecar:
         matrix = np.array(metadata["pixel_to_world"], np.float64).reshape(4, 4)
         a, b, c, d, e, f = (float(v) for v in metadata["geotransform"])
         width, height = int(metadata["width"]), int(metadata["height"])
-        oblique = metadata["plane_coordinates"] is not None
+        is_oblique = metadata["plane_coordinates"] is not None
         crs, known_text = _text(metadata.get("crs")), _text(metadata.get("content_hash"))
     except OSError as error:
         raise InputError(
@@ -170,7 +170,7 @@ def read_sidecar(path: str | Path) -> Sidecar:
         matrix,
         transform,
         crs,
-        oblique,
+        is_oblique,
         str(metadata.get("picture_id") or picture_id(metadata)),
         known_text,
         str(metadata.get("image") or path.name),
@@ -366,7 +366,7 @@ def _transform_layers(
     InputError
         If no line remains.
     """
-    geojson = path.suffix.lower() in (".geojson", ".json")
+    is_geojson = path.suffix.lower() in (".geojson", ".json")
     systems = dict.fromkeys((line.layer, line.crs) for line in read_lines.lines)
     used_lines: list[ReadLine] = []
     other_names: list[str] = []
@@ -375,7 +375,7 @@ def _transform_layers(
         lines = [line for line in read_lines.lines if (line.layer, line.crs) == (layer, crs)]
         try:
             _check_marks((read_lines.described.get(layer, ""), crs or ""), sidecar, path)
-            used_lines += _transform_layer(lines, crs, geojson, sidecar, path)
+            used_lines += _transform_layer(lines, crs, is_geojson, sidecar, path)
         except InputError as error:
             other_names.append(layer)
             reasons.append(error)
@@ -389,7 +389,7 @@ def _transform_layers(
 
 
 def _transform_layer(
-    lines: list[ReadLine], crs: str | None, geojson: bool, sidecar: Sidecar, path: Path
+    lines: list[ReadLine], crs: str | None, is_geojson: bool, sidecar: Sidecar, path: Path
 ) -> list[ReadLine]:
     """Transform the lines of one layer to the coordinates of the GeoTIFF.
 
@@ -411,11 +411,11 @@ def _transform_layer(
         return lines
     # GeoJSON without a CRS is in degrees according to the standard, but in metres if the picture is
     # in its own plane.
-    unnamed = geojson and drawing_crs.is_geographic
-    if sidecar.oblique or own_crs is None:
+    unnamed = is_geojson and drawing_crs.is_geographic
+    if sidecar.is_oblique or own_crs is None:
         if unnamed:
             return lines
-        if sidecar.oblique:
+        if sidecar.is_oblique:
             raise InputError(Finding("drawing.on-map", crs=drawing_crs.name), file=path)
         return lines
     if drawing_crs == own_crs:

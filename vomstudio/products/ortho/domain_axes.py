@@ -71,7 +71,7 @@ def _select_planes(items: list[Item]) -> tuple[list[Item], int | None]:
     """Return the planes for the fold axis, and how many of them are not good."""
     selection = select_planes([i.quality for i in items], [i.set for i in items], FoldFilter())
     return [
-        item for item, is_used in zip(items, selection.use, strict=True) if is_used
+        item for item, is_used in zip(items, selection.is_used, strict=True) if is_used
     ], selection.not_good
 
 
@@ -97,7 +97,7 @@ def off_axis_findings(
             axis=format_line(axis.line, 0),
             description=axis.description,
         ),
-        cost_of_deviation(offset, depth_m, is_metric=plan.view.metric),
+        cost_of_deviation(offset, depth_m, is_metric=plan.view.is_metric),
     )
 
 

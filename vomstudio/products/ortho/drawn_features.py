@@ -69,7 +69,7 @@ def draw_features(
             shapes.append(shape_of(projected_item))
         else:
             outside_count += 1
-    unit = "m" if plan.view.metric else tr("units")
+    unit = "m" if plan.view.is_metric else tr("units")
     left_label, right_label, _ = end_labels(plan.view)
     axes = axis_labels(plan.view, unit)
     shift = np.zeros(2)
@@ -84,7 +84,7 @@ def draw_features(
         axes,
         (direction_text(plan.view),),
         picture,
-        plan.view.metric,
+        plan.view.is_metric,
     )
     return drawing, outside_count
 

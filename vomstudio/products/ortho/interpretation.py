@@ -59,7 +59,7 @@ class Item:
     dip_direction_deg, dip_deg : float or None
     symbol_label : str
         Label that replaces the name.
-    filled : bool
+    is_filled : bool
         Whether the colour fills the area.
     overturned : bool
         Whether the bed is overturned, with its younger side below.
@@ -81,7 +81,7 @@ class Item:
     dip_direction_deg: float | None = None
     dip_deg: float | None = None
     symbol_label: str = ""
-    filled: bool = False
+    is_filled: bool = False
     overturned: bool = False
     domain: str = ""
     quality: str = ""
@@ -184,7 +184,7 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
                     dip_direction_deg=dd,
                     dip_deg=dip,
                     symbol_label=written_rows.get(text["id"], ""),
-                    filled=layer.by != "kind",
+                    is_filled=layer.by != "kind",
                     overturned=normal is not None and bool(values_of.get("overturned")),
                     domain=str(getattr(records.get(text["id"]), "domain", "")),
                     quality=str(values_of.get("quality") or ""),

@@ -28,9 +28,9 @@ class LegendShape(Protocol):
     @property
     def color(self) -> str: ...
     @property
-    def closed(self) -> bool: ...
+    def is_closed(self) -> bool: ...
     @property
-    def filled(self) -> bool: ...
+    def is_filled(self) -> bool: ...
     @property
     def dip_deg(self) -> float | None: ...
     @property
@@ -52,11 +52,11 @@ class LegendEntry:
     color : str
     line, area, place : bool
         Whether its features are drawn as lines, areas or point symbols.
-    filled : bool
+    is_filled : bool
         Whether the areas are filled.
     dips : bool
         Whether the point symbols have the tick of a plane.
-    mapped, overturned : bool
+    is_mapped, overturned : bool
         Whether the point symbols are map symbols, and map symbols of overturned beds.
     """
 
@@ -65,9 +65,9 @@ class LegendEntry:
     line: bool = False
     area: bool = False
     place: bool = False
-    filled: bool = False
+    is_filled: bool = False
     dips: bool = False
-    mapped: bool = False
+    is_mapped: bool = False
     overturned: bool = False
 
     @property
@@ -78,7 +78,7 @@ class LegendEntry:
 
     def marks(self) -> list[FloatArray]:
         """Return the polylines (k, 2) of the point symbol, right and up within -1 to 1."""
-        if self.mapped:
+        if self.is_mapped:
             symbol = strike_and_dip(np.zeros(3), 180.0, 45.0, 2.0)
             return [line[:, :2] for line in symbol]
         if not self.dips:
@@ -97,11 +97,11 @@ def entries_of(shapes: Sequence[LegendShape]) -> list[LegendEntry]:
         if len(shape.points) == 1:
             entry.place = True
             entry.dips |= shape.dip_deg is not None
-            entry.mapped |= bool(shape.symbol)
+            entry.is_mapped |= bool(shape.symbol)
             entry.overturned |= bool(shape.values.get("overturned"))
-        elif shape.closed:
+        elif shape.is_closed:
             entry.area = True
-            entry.filled |= shape.filled
+            entry.is_filled |= shape.is_filled
         else:
             entry.line = True
     return list(entries.values())
@@ -111,7 +111,7 @@ def explain_symbols(entries: Sequence[LegendEntry]) -> str:
     """Explain the ticks and symbols of the entries; empty if they have neither."""
     if any(entry.overturned for entry in entries):
         return tr("Symbols at points: strike and true dip of planes; with a hook: overturned beds")
-    if any(entry.mapped for entry in entries):
+    if any(entry.is_mapped for entry in entries):
         return tr("Symbols at points: strike and true dip of planes")
     if any(entry.dips for entry in entries):
         return tr("Ticks at points: planes with their apparent dips")

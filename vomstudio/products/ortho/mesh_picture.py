@@ -74,8 +74,8 @@ class MeshSource:
         hits = cast_grid(
             view, faces, members, left=x_left - g, top=y_top - g, step=g, width=w, height=h
         )
-        edge = np.zeros((h, w), bool)
-        find_edges(view, faces, hits.face, hits.depth, g, edge)
+        is_edge = np.zeros((h, w), bool)
+        find_edges(view, faces, hits.face, hits.depth, g, is_edge)
         inner_slices = (slice(1, -1), slice(1, -1))
         face = hits.face[inner_slices].ravel()
         is_hit = face >= 0
@@ -85,10 +85,10 @@ class MeshSource:
         )
         rgba[:, 3] = np.where(is_hit, 255, 0)
         depth = np.where(is_hit, hits.depth[inner_slices].ravel(), np.nan).astype(np.float32)
-        edge = np.ascontiguousarray(edge[inner_slices])
-        if edge.any():
-            quarters = cast_quarters(view, faces, members, edge, left=x_left, top=y_top, step=g)
-            self._smooth(quarters, np.flatnonzero(edge), rgba, depth)
+        is_edge = np.ascontiguousarray(is_edge[inner_slices])
+        if is_edge.any():
+            quarters = cast_quarters(view, faces, members, is_edge, left=x_left, top=y_top, step=g)
+            self._smooth(quarters, np.flatnonzero(is_edge), rgba, depth)
         shape = (tile.height, tile.width)
         return TilePicture(rgba.reshape(*shape, 4), depth.reshape(shape))
 

@@ -149,7 +149,7 @@ def write_orthophoto(
         warnings += _feature_findings(drawing, outside_count)
     transform = _transform(plan)
     metadata = picture_facts(plan, crs if is_map else None)
-    shown_crs = crs if is_map else view_plane_crs(plan.view.metric, picture_id(metadata))
+    shown_crs = crs if is_map else view_plane_crs(plan.view.is_metric, picture_id(metadata))
     raster = Raster(grid.width, grid.height, "rgba", transform, shown_crs, _tags(plan))
     progress.stage(tr("Preparing the model"))
     source = _mask_domain(drawn or create_source(data, plan), plan, only)
@@ -235,7 +235,7 @@ def _place_facts(plan: OrthophotoPlan, crs: str | None, metadata: dict[str, Any]
 
     crs : CRS of the World frame, regardless of that of the picture
     """
-    north = world_north(crs, is_known=plan.view.north_known)
+    north = world_north(crs, is_known=plan.view.is_north_known)
     return {"world_crs": crs, "north": north, "picture_id": picture_id(metadata)}
 
 
@@ -345,7 +345,7 @@ def picture_facts(plan: OrthophotoPlan, crs: str | None) -> dict[str, Any]:
     """Return the sidecar facts of a planned picture; only a map has a `crs`."""
     transform = _transform(plan)
     grid, frame, view = plan.grid, plan.frame, plan.view
-    unit = "metres" if view.metric else "units"
+    unit = "metres" if view.is_metric else "units"
     return {
         "width": grid.width,
         "height": grid.height,
@@ -363,8 +363,8 @@ def picture_facts(plan: OrthophotoPlan, crs: str | None) -> dict[str, Any]:
         "reference_point": plan.reference.tolist(),
         "depth_means": f"{unit} along the view direction from the plane through the reference "
         "point, growing away from the viewer; NaN where nothing is seen",
-        "unit": "metre" if view.metric else "unit of the model, whose scale is not known",
-        "north": None if view.north_known else "not known: angles are of the model's own frame",
+        "unit": "metre" if view.is_metric else "unit of the model, whose scale is not known",
+        "north": None if view.is_north_known else "not known: angles are of the model's own frame",
         "crs": crs,
         "geotransform": list(transform),
         "plane_coordinates": None

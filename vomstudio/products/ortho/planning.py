@@ -99,7 +99,9 @@ def plan(
         If the model is empty or lies outside the region.
     """
     frame = view.frame
-    layout = lay_grid(data, frame, to_world=to_world, gsd=gsd, region=region, is_metric=view.metric)
+    layout = lay_grid(
+        data, frame, to_world=to_world, gsd=gsd, region=region, is_metric=view.is_metric
+    )
     return OrthophotoPlan(view, frame, layout.grid, layout.reference, layout.points, layout.notes)
 
 

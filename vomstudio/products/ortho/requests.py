@@ -129,8 +129,8 @@ def request_picture(
     path: Path,
     gsd_m: float | None = None,
     flip: bool = False,
-    placed: bool = True,
-    metric: bool = True,
+    is_placed: bool = True,
+    is_metric: bool = True,
     region: ViewRegion | None = None,
 ) -> PlannedPicture:
     """Plan a picture of a model.
@@ -145,7 +145,7 @@ def request_picture(
     gsd_m : float, optional
     flip : bool
         Whether to view the model from the opposite side.
-    placed, metric : bool
+    is_placed, is_metric : bool
         Whether north and the unit of length are known.
     region : ViewRegion, optional
         Part of the view plane to draw.
@@ -166,8 +166,8 @@ def request_picture(
     assert view is not None
     if flip:
         view = view.flipped()
-    if not placed:
-        view = replace(view, north_known=False, metric=metric)
+    if not is_placed:
+        view = replace(view, north_known=False, metric=is_metric)
     try:
         planned = plan(data, view, to_world=to_world, gsd=gsd_m, region=region)
     except InputError as error:
@@ -180,9 +180,9 @@ def request_picture(
     if axis is not None and is_costly(axis.error95_deg, *_size_of(planned)):
         height_px, _ = _size_of(planned)
         warnings.append(
-            cost_of_direction(axis.error95_deg, height_px, is_metric=planned.view.metric)
+            cost_of_direction(axis.error95_deg, height_px, is_metric=planned.view.is_metric)
         )
-    if not placed:
+    if not is_placed:
         warnings.append(Finding("view.not-placed"))
     return PlannedPicture(planned, line_direction, tuple(warnings))
 
@@ -204,7 +204,7 @@ def _size_of(planned: OrthophotoPlan) -> tuple[float, float]:
 def _fold_view(fold: TableFold, planned: OrthophotoPlan) -> FoldView:
     height_px, _ = _size_of(planned)
     offset = fold.beta.total95_deg
-    cost = cost_of_direction(offset, height_px, is_metric=planned.view.metric)
+    cost = cost_of_direction(offset, height_px, is_metric=planned.view.is_metric)
     return FoldView(
         fold.beta,
         fold.valid,

@@ -145,7 +145,7 @@ def _draw_plane(ax: Axes, drawing: Drawing, scale: int, between: str) -> None:
         ax.imshow(drawing.picture, extent=extent, interpolation=between, aspect="auto", zorder=0)
     _draw_shapes(ax, drawing.shapes, scale)
     for label in place_labels(drawing, scale, _PT_MM * _LABEL_PT):
-        if label.apart:
+        if label.is_separate:
             ends = np.array([label.named, (label.x, label.y)])
             ax.plot(ends[:, 0], ends[:, 1], color=label.shape.color, linewidth=0.5, zorder=3)
         ax.text(
@@ -155,7 +155,7 @@ def _draw_plane(ax: Axes, drawing: Drawing, scale: int, between: str) -> None:
             fontsize=_LABEL_PT,
             va="center",
             zorder=4,
-            ha="right" if label.right else "left",
+            ha="right" if label.is_on_right else "left",
             color=label.color,
             parse_math=False,
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.9, "pad": 0.8},
@@ -169,7 +169,7 @@ def _draw_shapes(ax: Axes, shapes: Sequence[DrawingShape], scale: int) -> None:
     for shape in shapes:
         if len(shape.points) == 1:
             dots.setdefault(shape.color, []).append(shape.points)
-        if shape.filled:
+        if shape.is_filled:
             ax.fill(
                 shape.points[:, 0],
                 shape.points[:, 1],
@@ -197,7 +197,7 @@ def _lines_of(shape: DrawingShape, scale: int) -> list[FloatArray]:
     """Return the polylines (n, 2) of a line, outline or plane symbol; none for other points."""
     points = shape.points
     if len(points) > 1:
-        return [np.vstack([points, points[:1]]) if shape.closed else points]
+        return [np.vstack([points, points[:1]]) if shape.is_closed else points]
     return shape.marks(0.001 * scale * DIP_TICK_MM)
 
 
@@ -277,7 +277,7 @@ def _draw_bar(ax: Axes, drawing: Drawing, scale: int, position: tuple[float, flo
                 linewidth=0.6,
             )
         )
-    text = bar_text(length, is_metric=drawing.metric)
-    if drawing.metric:
+    text = bar_text(length, is_metric=drawing.is_metric)
+    if drawing.is_metric:
         text = tr("{length}, 1 : {scale}", length=text, scale=f"{scale:,}".replace(",", " "))
     ax.text(x_left + width + 2.0, y + 0.65, text, va="center", fontsize=_FONT_PT, color=INK)

@@ -70,7 +70,7 @@ def _draw_glyphs(ax: Axes, entry: LegendEntry, x: float, y: float) -> None:
                     place_position, _GLYPH_MM, 3.2, fill=False, edgecolor=entry.color, linewidth=1.0
                 )
             )
-            if entry.filled:
+            if entry.is_filled:
                 ax.add_patch(
                     Rectangle(
                         place_position,

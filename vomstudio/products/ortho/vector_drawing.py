@@ -62,11 +62,11 @@ class DrawingShape:
     points : (n, 2) array
         Coordinates to the right and up, m.
     color : str
-    closed : bool
+    is_closed : bool
     label : str
     dip_deg : float or None
         Dip of the tick of a single point, positive down to the right.
-    filled : bool
+    is_filled : bool
         Whether the area inside has the colour of the shape.
     values : mapping
         Values of the columns in files.
@@ -81,10 +81,10 @@ class DrawingShape:
     layer: str
     points: FloatArray
     color: str = INK
-    closed: bool = False
+    is_closed: bool = False
     label: str = ""
     dip_deg: float | None = None
-    filled: bool = False
+    is_filled: bool = False
     values: Mapping[str, Any] = field(default_factory=dict)
     symbol: tuple[FloatArray, ...] = ()
     is_annotation: bool = False
@@ -118,7 +118,7 @@ class Drawing:
         Lines of text below the drawing.
     picture : (h, w, 4) uint8 array, optional
         RGBA picture that fills the bounds.
-    metric : bool
+    is_metric : bool
         Whether lengths are in metres.
     """
 
@@ -128,12 +128,12 @@ class Drawing:
     axes: tuple[str, str]
     title: tuple[str, ...] = ()
     picture: ByteArray | None = None
-    metric: bool = True
+    is_metric: bool = True
 
     @property
     def layers(self) -> list[str]:
         """Names of the layers, those with areas before those with lines."""
-        ordered = sorted(self.shapes, key=lambda shape: not shape.filled)
+        ordered = sorted(self.shapes, key=lambda shape: not shape.is_filled)
         return list(dict.fromkeys(shape.layer for shape in ordered))
 
     @property
@@ -161,7 +161,7 @@ def shape_of(projected_item: ProjectedItem) -> DrawingShape:
         item.form == "ring",
         label,
         dip,
-        item.filled,
+        item.is_filled,
         {
             "id": item.id,
             "name": item.name,
@@ -281,9 +281,9 @@ def _svg_shape(shape: DrawingShape, mm: float, ids: set[str]) -> str:
     else:
         ids.add(str(values["id"]))
     text = "".join(f' {key}="{_escaped(str(value))}"' for key, value in values.items() if value)
-    tag = "polygon" if shape.closed else "polyline"
+    tag = "polygon" if shape.is_closed else "polyline"
     style_attributes = f'stroke="{shape.color}"'
-    if shape.filled:
+    if shape.is_filled:
         style_attributes = f'stroke="{_EDGE}" fill="{shape.color}" fill-opacity="0.5"'
     return f'<{tag}{text} points="{position}" {style_attributes}><title>{title}</title></{tag}>'
 
@@ -301,9 +301,9 @@ class PlacedLabel:
     shape : DrawingShape
     x, y : float
         Position of the text end nearest to the feature, at middle height, in metres in the plane.
-    right : bool
+    is_on_right : bool
         Whether the text ends at this position; otherwise it begins there.
-    apart : bool
+    is_separate : bool
         Whether a line must connect the label to `named`.
     named : (float, float)
         Point that the label refers to.
@@ -312,14 +312,14 @@ class PlacedLabel:
     shape: DrawingShape
     x: float
     y: float
-    right: bool
-    apart: bool
+    is_on_right: bool
+    is_separate: bool
     named: tuple[float, float]
 
     @property
     def color(self) -> str:
         """Colour of the text; equals the colour of the shape unless the shape is filled."""
-        return INK if self.shape.filled else self.shape.color
+        return INK if self.shape.is_filled else self.shape.color
 
 
 def place_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedLabel]:
@@ -347,7 +347,9 @@ def place_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedL
     ]
     dots = np.concatenate([np.empty((0, 2)), *positions])
     bars = [line for shape in drawing.shapes for line in shape.marks(DIP_TICK_MM * mm)]
-    lines = [shape.points for shape in drawing.shapes if len(shape.points) > 1 and not shape.filled]
+    lines = [
+        shape.points for shape in drawing.shapes if len(shape.points) > 1 and not shape.is_filled
+    ]
     symbols, strokes = (_Coverage(item, drawing.bounds, 0.25 * height) for item in (bars, lines))
     occupied_boxes: list[LabelBox] = []
     labels = []
@@ -355,7 +357,7 @@ def place_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedL
         if not shape.label:
             continue
         position = shape.points[len(shape.points) // 2]
-        x, y = (_label_position_inside(shape.points) if shape.filled else position).tolist()
+        x, y = (_label_position_inside(shape.points) if shape.is_filled else position).tolist()
         width = _LETTER_WIDTH * text_mm * mm * (len(shape.label) + 1)
         spots = [
             (row, right, (left, y_of_label, left + width, y_of_label + height))
@@ -409,7 +411,9 @@ class _Coverage:
 def _is_free(box: LabelBox, bounds: FloatArray, occupied_label_boxes: list[LabelBox]) -> bool:
     (x_min, y_min), (x_max, y_max) = bounds.tolist()
     is_within = box[0] >= x_min and box[2] <= x_max and box[1] >= y_min and box[3] <= y_max
-    return is_within and not any(_meet(box, occupied_box) for occupied_box in occupied_label_boxes)
+    return is_within and not any(
+        _are_overlapping(box, occupied_box) for occupied_box in occupied_label_boxes
+    )
 
 
 def _covers(box: LabelBox, dots: FloatArray) -> int:
@@ -428,7 +432,7 @@ def _along(line: FloatArray, step: float) -> FloatArray:
     )
 
 
-def _meet(a: LabelBox, b: LabelBox) -> bool:
+def _are_overlapping(a: LabelBox, b: LabelBox) -> bool:
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 
@@ -437,13 +441,13 @@ def _labels(drawing: Drawing, matrix: tuple[float, float, float, float], scale: 
     elements = [f'<g id="labels" class="{PROGRAM_CLASS}">']
     for label in place_labels(drawing, scale, _LABEL_MM):
         x, y = label.x * sx + tx, -label.y * sy + ty
-        if label.apart:
+        if label.is_separate:
             named_x, named_y = label.named[0] * sx + tx, -label.named[1] * sy + ty
             elements.append(
                 f'<line x1="{named_x:.3f}" y1="{named_y:.3f}" x2="{x:.3f}" y2="{y:.3f}" '
                 f'stroke="{label.shape.color}" stroke-width="0.15"/>'
             )
-        anchor = ' text-anchor="end"' if label.right else ""
+        anchor = ' text-anchor="end"' if label.is_on_right else ""
         position_attributes = (
             f'x="{x:.3f}" y="{y + 0.35 * _LABEL_MM:.3f}" font-size="{_LABEL_MM}"{anchor}'
         )
@@ -516,7 +520,7 @@ def _frame(
     length = round_length(0.25 * float(high[0] - low[0]))
     y = bottom + 14
     out.append(f'<rect x="{x_left:.3f}" y="{y:.3f}" width="{length * sx:.3f}" height="1.2"/>')
-    bar = bar_text(length, is_metric=drawing.metric)
+    bar = bar_text(length, is_metric=drawing.is_metric)
     text(
         x_left + length * sx + 2, y + 1.6, f"{bar}, 1 : {scale:,}".replace(",000", " 000"), "start"
     )
@@ -567,7 +571,7 @@ def _svg_glyphs(entry: LegendEntry, start: float, middle: float) -> list[str]:
         )
         start += 1.2 * _GLYPH_MM
     if entry.area:
-        fill = f'fill="{entry.color}" fill-opacity="0.5"' if entry.filled else 'fill="none"'
+        fill = f'fill="{entry.color}" fill-opacity="0.5"' if entry.is_filled else 'fill="none"'
         glyphs.append(
             f'<rect x="{start:.3f}" y="{middle - 1.2:.3f}" width="{_GLYPH_MM}" height="2.4" '
             f"{fill} {ink}/>"
@@ -616,7 +620,7 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
     bounds = np.column_stack([drawing.bounds, np.zeros(2)])
     with open(part, "w", encoding="ascii", newline="\r\n") as file:
         title = comment or " - ".join(drawing.ends)
-        out = dxf.DxfWriter(file, colors, bounds, title, is_metric=drawing.metric)
+        out = dxf.DxfWriter(file, colors, bounds, title, is_metric=drawing.is_metric)
         for shape in drawing.shapes:
             points = np.column_stack([shape.points, np.zeros(len(shape.points))])
             values = {**shape.values, "label": shape.label}
@@ -625,7 +629,7 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
             elif len(points) == 1:
                 out.point(points[0], names[shape.layer], values)
             else:
-                out.polyline(points, names[shape.layer], values, shape.closed)
+                out.polyline(points, names[shape.layer], values, shape.is_closed)
         for shape in drawing.shapes:
             for line in shape.marks(0.001 * scale * DIP_TICK_MM):
                 line_3d = np.column_stack([line, np.zeros(len(line))])
@@ -654,7 +658,7 @@ def _text_places(drawing: Drawing, scale: float) -> list[tuple[DrawingShape, Flo
             centre = shape.points[len(shape.points) // 2] + np.array([half_width + height, 0.0])
         else:
             centre = np.array(
-                [label.x - half_width if label.right else label.x + half_width, label.y]
+                [label.x - half_width if label.is_on_right else label.x + half_width, label.y]
             )
         positions.append((shape, np.append(centre, 0.0)))
     return positions
@@ -672,11 +676,11 @@ def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described_text: st
     import shapely
 
     part.unlink(missing_ok=True)
-    append = False
+    is_appending = False
     for layer in drawing.layers:
         shapes = [shape for shape in drawing.shapes if shape.layer == layer]
         is_point = len(shapes[0].points) == 1
-        kind = "Point" if is_point else "Polygon" if shapes[0].closed else "LineString"
+        kind = "Point" if is_point else "Polygon" if shapes[0].is_closed else "LineString"
         make = {"Point": shapely.points, "Polygon": shapely.polygons}.get(kind, shapely.linestrings)
         geometry = np.empty(len(shapes), object)
         for k, shape in enumerate(shapes):
@@ -691,9 +695,16 @@ def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described_text: st
             else:
                 columns[name] = np.array([value or "" for value in values], object)
         write_layer(
-            part, layer, kind, geometry, columns, crs, described_text=described_text, append=append
+            part,
+            layer,
+            kind,
+            geometry,
+            columns,
+            crs,
+            described_text=described_text,
+            append=is_appending,
         )
-        append = True
+        is_appending = True
         mapped_shapes = [shape for shape in shapes if shape.symbol]
         if not mapped_shapes:
             continue

@@ -15,7 +15,7 @@ def end_labels(view: ViewDirection) -> tuple[str, str, str]:
     """Return the labels for the left end, the right end, and the upward arrow."""
     azimuth = _right_azimuth(view)
     is_steep = abs(view.plunge_deg) >= STEEP_DEG
-    if not view.north_known:
+    if not view.is_north_known:
         left_text, right_text = (
             tr("{azimuth:03d}, local", azimuth=round(a) % 360) for a in (azimuth + 180.0, azimuth)
         )
@@ -42,12 +42,12 @@ def axis_labels(view: ViewDirection, unit: str) -> tuple[str, str]:
     """
     horizontal_title = tr("distance ({unit})", unit=unit)
     vertical_title = tr("distance up ({unit})", unit=unit)
-    if view.north_known:
+    if view.is_north_known:
         wind = format_wind(_right_azimuth(view)).partition(" ")[0]
         horizontal_title = tr("distance toward {direction} ({unit})", direction=wind, unit=unit)
     if view.frame.is_vertical:
         vertical_title = (
-            tr("distance toward N ({unit})", unit=unit) if view.north_known else horizontal_title
+            tr("distance toward N ({unit})", unit=unit) if view.is_north_known else horizontal_title
         )
     return horizontal_title, vertical_title
 
@@ -71,8 +71,8 @@ def direction_text(view: ViewDirection) -> str:
 
 def unknown_direction_text(view: ViewDirection) -> str | None:
     """Describe the unknown properties of an unregistered model, or return None if none."""
-    if view.north_known:
-        return None if view.metric else tr("Not registered: scale unknown")
-    if view.metric:
+    if view.is_north_known:
+        return None if view.is_metric else tr("Not registered: scale unknown")
+    if view.is_metric:
         return tr("Not registered: north unknown")
     return tr("Not registered: north and scale unknown")

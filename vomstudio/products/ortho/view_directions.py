@@ -46,7 +46,7 @@ class ViewDirection:
         One of the constants above.
     reason : Finding
         Reason why the opposite direction was not chosen.
-    north_known, metric : bool
+    is_north_known, is_metric : bool
         Whether the north and the scale of the model are known. Otherwise the sheet has no compass
         directions, or states lengths in model units.
     """
@@ -55,8 +55,8 @@ class ViewDirection:
     plunge_deg: float
     sense: str
     reason: Finding
-    north_known: bool = True
-    metric: bool = True
+    is_north_known: bool = True
+    is_metric: bool = True
 
     @property
     def frame(self) -> ViewFrame:

@@ -71,22 +71,22 @@ def _save(figure: Figure, target: Any, format_: str) -> None:
         figure.savefig(target, format=format_, metadata=stamp)
 
 
-def draw_field_sheet(plan: SurveyPlan, *, pictures_only: bool = False) -> Figure:
+def draw_field_sheet(plan: SurveyPlan, *, is_pictures_only: bool = False) -> Figure:
     """Draw the sheet in A4 portrait format, or only its two drawings."""
     from matplotlib.figure import Figure
 
-    height = 6.0 if pictures_only else 11.69
+    height = 6.0 if is_pictures_only else 11.69
     figure = Figure(figsize=(8.27, height))
     lines = [_wrapped(line, 112) for line in _reminders(plan)]
     # The drawings fill the page down to the reminders.
     reminders = _FOOT + sum(_LINE * len(parts) + _PARAGRAPH for parts in lines)
-    bottom, top = (0.08, 0.94) if pictures_only else (reminders + 0.045, 0.785)
+    bottom, top = (0.08, 0.94) if is_pictures_only else (reminders + 0.045, 0.785)
     # Leave half an inch between the drawings for the tick labels of the upper one.
     total_height = (top - bottom - 0.5 / height) / 2
     for low, is_above in ((top - total_height, False), (bottom, True)):
         # Printers leave a margin of about 5 mm.
         _draw(figure.add_axes((0.11, low, 0.85, total_height)), plan, is_plan_view=is_above)
-    if not pictures_only:
+    if not is_pictures_only:
         _text(figure, tr(TITLE), 0.965, 15.0, weight="bold")
         for i, (name, value) in enumerate(figures(plan)):
             x, y = 0.07 + 0.46 * (i % 2), 0.935 - 0.0195 * (i // 2)
@@ -291,7 +291,7 @@ def _html(plan: SurveyPlan) -> str:
     import io
 
     drawing = io.StringIO()
-    _save(draw_field_sheet(plan, pictures_only=True), drawing, "svg")
+    _save(draw_field_sheet(plan, is_pictures_only=True), drawing, "svg")
     svg = drawing.getvalue()
     svg = svg[svg.index("<svg") :]
     rows = "".join(

@@ -118,9 +118,9 @@ def _styles(log: BedLog) -> list[LithologyStyle]:
 def _notes_below(styles: Sequence[LithologyStyle]) -> list[str]:
     """Return the parts below the column, from top to bottom."""
     parts = []
-    if any(style.width is not None and not style.dunham for style in styles):
+    if any(style.width is not None and not style.is_dunham for style in styles):
         parts.append("grains")
-    if any(style.width is not None and style.dunham for style in styles):
+    if any(style.width is not None and style.is_dunham for style in styles):
         parts += ["dunham", "classes"]
     if any(style.width is None for style in styles):
         parts.append("dashes")
@@ -218,7 +218,7 @@ def _draw_bed(
 
 
 def _draw_bricks(
-    ax: Axes, bed: object, width: float, low: float, high: float, slanting: bool, style: NetStyle
+    ax: Axes, bed: object, width: float, low: float, high: float, is_slanting: bool, style: NetStyle
 ) -> None:
     from matplotlib.collections import LineCollection
 
@@ -228,7 +228,7 @@ def _draw_bricks(
     for k in range(math.ceil((high - low) / course)):
         floor, roof = low + k * course, min(low + (k + 1) * course, high)
         lines.append([(0.0, floor), (width, floor)])
-        slant = 0.6 * (roof - floor) if slanting else 0.0
+        slant = 0.6 * (roof - floor) if is_slanting else 0.0
         x = 0.5 * length if k % 2 else length
         while x < width + length:
             lines.append([(x - slant, floor), (x + slant, roof)])

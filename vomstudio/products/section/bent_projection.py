@@ -50,12 +50,18 @@ def project_along_bends(
         if projected_feature is None:
             continue
         x = projected_feature.points[:, 0]
-        nearer = (
+        is_nearer = (
             (x >= panel.low) & (x <= panel.high) & (np.abs(projected_feature.away) < best_distances)
         )
-        best_distances[nearer], panel_of[nearer] = np.abs(projected_feature.away[nearer]), k
-        distances[nearer] = projected_feature.away[nearer]
-        unfolded_points[nearer] = projected_feature.points[nearer] + [panel.start, panel.level]
+        best_distances[is_nearer], panel_of[is_nearer] = (
+            np.abs(projected_feature.away[is_nearer]),
+            k,
+        )
+        distances[is_nearer] = projected_feature.away[is_nearer]
+        unfolded_points[is_nearer] = projected_feature.points[is_nearer] + [
+            panel.start,
+            panel.level,
+        ]
     inner_rows = np.flatnonzero(panel_of >= 0)
     if len(inner_rows) == len(points) and (panel_of == panel_of[0]).all():
         return (ProjectedItem(item, unfolded_points[is_vertex], distances[is_vertex], None),)

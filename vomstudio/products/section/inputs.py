@@ -235,9 +235,9 @@ def read_features(
     lines = int((~table.is_plane).sum())
     if lines:
         warnings.append(Finding("section.lines-left-out", count=lines))
-    nowhere = table.is_plane & ~is_usable
-    if nowhere.any():
-        line_numbers = [int(n) for n in table.line_numbers[nowhere]]
+    is_unlocated = table.is_plane & ~is_usable
+    if is_unlocated.any():
+        line_numbers = [int(n) for n in table.line_numbers[is_unlocated]]
         warnings.append(
             Finding("section.planes-without-place", count=len(line_numbers), lines=line_numbers)
         )

@@ -60,7 +60,7 @@ class LogQuestion:
         Maximum distance of a trace from the line. If None, the default is used.
     words : mapping
         Lithology and notes (RockWords) by the key of their boundary.
-    metric : bool
+    is_metric : bool
         Whether lengths are in metres.
     marked : frozenset of str
         Ids of traces whose bed is marked as overturned.
@@ -75,7 +75,7 @@ class LogQuestion:
     options: LogOptions
     reach_m: float | None
     words: Mapping[str, RockWords]
-    metric: bool
+    is_metric: bool
     marked: frozenset[str] = frozenset()
 
 
@@ -189,7 +189,7 @@ def _boundaries(q: LogQuestion, max_distance: float) -> list[Boundary]:
             name = q.names[crossing.name]
             boundaries.append((crossing.along_m, Boundary(crossing.name, name, (x, y, z))))
     if len(boundaries) < 2:
-        unit = "m" if q.metric else tr("units")
+        unit = "m" if q.is_metric else tr("units")
         raise InputError(
             Finding("log.too-few-boundaries", count=len(boundaries), reach=max_distance, unit=unit)
         )

@@ -41,7 +41,7 @@ class LithologyStyle:
         Name of an ornament drawn by `bed_log_figure`.
     width : float or None
         Width of the bed as a share of the column, 0 to 1; None if the grain size is unknown.
-    dunham : bool
+    is_dunham : bool
         Whether the width follows Dunham's classification.
     """
 
@@ -49,7 +49,7 @@ class LithologyStyle:
     hatch: str = ""
     ornament: Ornament = ""
     width: float | None = None
-    dunham: bool = False
+    is_dunham: bool = False
 
 
 _SILICICLASTIC = {
@@ -99,6 +99,6 @@ def style_of(lithology: str, strabospot: Mapping[str, str]) -> LithologyStyle:
     width = _DUNHAM.get(strabospot.get("dunham_classification", ""))
     if width is not None:
         return LithologyStyle(
-            primary.color, primary.hatch, primary.ornament, width=width, dunham=True
+            primary.color, primary.hatch, primary.ornament, width=width, is_dunham=True
         )
     return primary

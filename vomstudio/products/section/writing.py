@@ -271,7 +271,7 @@ def write_section(
     crs: str | None = None,
     model: str = "",
     is_metric: bool = True,
-    north_known: bool = True,
+    is_north_known: bool = True,
     warnings: tuple[Finding, ...] = (),
     force: bool = False,
 ) -> WrittenSection:
@@ -287,7 +287,7 @@ def write_section(
     targets = section_targets(path, bool(flats))
     with atomic_group(targets, force) as parts:
         if suffix == ".csv":
-            axes = Axes(is_metric, north_known)
+            axes = Axes(is_metric, is_north_known)
             header = _head(curtain, crs, model, figures, axes)
             parts[0].write_text(header + _lines_table(section_cut, axes), "utf-8")
             if flats:
@@ -298,7 +298,7 @@ def write_section(
                 curtain,
                 flats,
                 is_metric=is_metric,
-                north_known=north_known,
+                is_north_known=is_north_known,
                 model=model,
                 figures=figures,
             )
@@ -316,7 +316,7 @@ def section_drawing(
     flats: tuple[ProjectedItem, ...],
     *,
     is_metric: bool = True,
-    north_known: bool = True,
+    is_north_known: bool = True,
     model: str = "",
     figures: SectionFigures | None = None,
 ) -> Drawing:
@@ -341,7 +341,7 @@ def section_drawing(
     )
     low, high = low - 0.5 * padding, high + 0.5 * padding
     shapes += _bend_marks(curtain, float(low[1]), float(high[1]))
-    ends = end_names(curtain, north_known)
+    ends = end_names(curtain, is_north_known)
     unit = "m" if is_metric else tr("units")
     height = (
         tr("Z ({unit})", unit=unit) if curtain.vertical else tr("up the plane ({unit})", unit=unit)
@@ -356,7 +356,7 @@ def section_drawing(
             *([] if figures is None else projection_words(figures)),
             *([Path(model).name] if model else []),
         ),
-        metric=is_metric,
+        is_metric=is_metric,
     )
 
 
@@ -404,10 +404,10 @@ def projection_words(figures: SectionFigures) -> list[str]:
     ]
 
 
-def end_names(curtain: Curtain, north_known: bool = True) -> tuple[str, str]:
+def end_names(curtain: Curtain, is_north_known: bool = True) -> tuple[str, str]:
     """Return the names of the left and the right end, e.g. "NW (315)"."""
     left_azimuth, right_azimuth = curtain.ends
-    if not north_known:
+    if not is_north_known:
         a, b = (
             tr("{azimuth:03d}, local", azimuth=round(v) % 360)
             for v in (left_azimuth, right_azimuth)

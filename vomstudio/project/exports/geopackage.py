@@ -60,7 +60,7 @@ def write_layers(
     styles = [style_of(layer, records) for layer in layers]
     paths = [out, out.with_suffix(".qgs")] if writes_map else [out]
     with atomic_group(paths, force=force) as parts:
-        append = False
+        is_appending = False
         for layer in layers:
             write_layer(
                 parts[0],
@@ -70,9 +70,9 @@ def write_layers(
                 layer.columns,
                 crs,
                 described_text=table.limits.description,
-                append=append,
+                append=is_appending,
             )
-            append = True
+            is_appending = True
         _add_styles(parts[0], [layer.name for layer in layers], styles)
         if writes_map:
             map_layers = [

@@ -44,7 +44,7 @@ def write_shapefiles(
         out.with_name(out.stem + ("" if layer.name == "planes" else f"_{layer.name}") + ".shp")
         for layer in layers
     ]
-    text = None if crs is None else prj_text(crs, esri=True)
+    text = None if crs is None else prj_text(crs, for_esri=True)
     prjs: list[Path] = []
     if crs is not None and text is not None:
         prj_paths = [name.with_suffix(".prj") for name in names]

@@ -83,7 +83,7 @@ PRAGMA user_version = {SCHEMA_VERSION};
 class SqliteJournal:
     """Journal of a project in one file, which also stores the view state outside the history."""
 
-    def __init__(self, path: Path, *, create: bool = False) -> None:
+    def __init__(self, path: Path, *, is_new: bool = False) -> None:
         """Open or create the journal.
 
         Raises
@@ -100,7 +100,7 @@ class SqliteJournal:
         self._report_failure: Callable[[Finding | None], object] | None = None
         self._lock_again: Callable[[], object] = lambda: None
         self._write_dependencies: Callable[[], object] = lambda: None
-        self._open(create)
+        self._open(is_new)
 
     def _open(self, create: bool) -> None:
         path = self.path

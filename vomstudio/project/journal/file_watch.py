@@ -70,8 +70,8 @@ class JournalFiles:
         previous_file_stamp, log = self._file_stamp, self._log_stamp
         # Rows written by this connection do not change the version.
         self._note_files()
-        if not _same_file(previous_file_stamp, self._file_stamp) or (
-            log and not _same_file(log, self._log_stamp)
+        if not _is_same_file(previous_file_stamp, self._file_stamp) or (
+            log and not _is_same_file(log, self._log_stamp)
         ):
             self._file_stamp, self._log_stamp = previous_file_stamp, log
             return self._why_lost()
@@ -83,8 +83,8 @@ class JournalFiles:
         version = _data_version(self._db)
         if (current_stamp, log, version) == (self._file_stamp, self._log_stamp, self._version):
             return None
-        is_same = _same_file(self._file_stamp, current_stamp) and (
-            self._log_stamp is None or _same_file(self._log_stamp, log)
+        is_same = _is_same_file(self._file_stamp, current_stamp) and (
+            self._log_stamp is None or _is_same_file(self._log_stamp, log)
         )
         # Truncated pages that have not been read yet may be missing.
         is_same = is_same and not _is_shorter(current_stamp, self._file_stamp)
@@ -118,11 +118,11 @@ class JournalFiles:
 
     def has_known_log(self) -> bool:
         """Return whether the log next to the journal is the one written by this program."""
-        return self._log_stamp is not None and _same_file(self._log_stamp, _stamp(self._log))
+        return self._log_stamp is not None and _is_same_file(self._log_stamp, _stamp(self._log))
 
     def is_open_file(self) -> bool:
         """Return whether the file at the path of the journal is the open one."""
-        return self._file_stamp is not None and _same_file(self._file_stamp, _stamp(self._file))
+        return self._file_stamp is not None and _is_same_file(self._file_stamp, _stamp(self._file))
 
 
 def write_failure_of(error: Exception, path: Path) -> Finding:
@@ -228,7 +228,7 @@ def _stamp(path: str) -> _Stamp | None:
     return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns
 
 
-def _same_file(first: _Stamp | None, second: _Stamp | None) -> bool:
+def _is_same_file(first: _Stamp | None, second: _Stamp | None) -> bool:
     if first is None or second is None:
         return first is second
     return first[:2] == second[:2]

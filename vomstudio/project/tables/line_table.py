@@ -20,7 +20,7 @@ def write_line_table(
     lines: Sequence[tuple[str, FloatArray]],
     *,
     crs: str | None,
-    north_known: bool = True,
+    is_north_known: bool = True,
     source: str = "",
     force: bool = False,
 ) -> None:
@@ -33,7 +33,7 @@ def write_line_table(
         Names and points of the lines.
     crs : str or None
         CRS of the points.
-    north_known : bool, optional
+    is_north_known : bool, optional
         Whether azimuths refer to grid north.
     source : str, optional
         Inputs of the lines, written to the header.
@@ -47,7 +47,7 @@ def write_line_table(
     """
     file = io.StringIO()
     file.write(comment_line(f"VOM Studio {__version__}, lines of {source}"))
-    axes = "x East, y North, z Up" if north_known else "x, y, z of a frame without north"
+    axes = "x East, y North, z Up" if is_north_known else "x, y, z of a frame without north"
     file.write(comment_line(f"CRS: {crs or 'local'}; {axes}, metres"))
     out = csv.writer(file, lineterminator="\n")
     out.writerow(COLUMNS)

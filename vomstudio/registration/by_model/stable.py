@@ -35,10 +35,10 @@ def near_cloud(points: FloatArray, mask: FloatArray, spacing: float) -> tuple[Bo
         Distance that equals REACH spacings.
     """
     max_distance = REACH * spacing
-    return near_places(points, mask, max_distance), max_distance
+    return is_near_positions(points, mask, max_distance), max_distance
 
 
-def near_places(points: FloatArray, positions: FloatArray, max_distance: float) -> BoolArray:
+def is_near_positions(points: FloatArray, positions: FloatArray, max_distance: float) -> BoolArray:
     """Find the points near the given positions.
 
     Parameters

@@ -38,14 +38,14 @@ class JackknifeError:
     blocks : int
     side_m : float
         Size of a block.
-    alike : bool
+    is_alike : bool
         Whether neighbouring blocks are still correlated.
     """
 
     whitening: FloatArray
     blocks: int
     side_m: float
-    alike: bool
+    is_alike: bool
 
 
 def jackknife_error(refinement: Refinement, radius: float) -> JackknifeError:
@@ -67,7 +67,7 @@ def jackknife_error(refinement: Refinement, radius: float) -> JackknifeError:
         block_of_place, extent = cut_into_blocks(
             refinement.places, count_target, _MIN_BLOCK_RADII * radius
         )
-        is_alike = _neighbours_alike(refinement, block_of_place)
+        is_alike = _are_neighbours_alike(refinement, block_of_place)
         if not is_alike:
             break
     count = int(block_of_place.max()) + 1
@@ -106,7 +106,7 @@ def cut_into_blocks(positions: FloatArray, target: int, min_side: float) -> tupl
     return np.asarray(block_of_place, np.int64), extent
 
 
-def _neighbours_alike(refinement: Refinement, block_of_place: IntArray) -> bool:
+def _are_neighbours_alike(refinement: Refinement, block_of_place: IntArray) -> bool:
     """Return whether neighbouring blocks are correlated (Moran's I; Cliff & Ord 1981)."""
     from scipy.spatial import cKDTree
 

@@ -12,7 +12,7 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 BEYOND_DEG = 1.0
 
 
-def inside_area(world: FloatArray, crs: str | None) -> BoolArray:
+def is_inside_area(world: FloatArray, crs: str | None) -> BoolArray:
     """Find the coordinates inside the area of use of a CRS.
 
     Parameters

@@ -61,7 +61,7 @@ def residual_misfit(model: FloatArray, world: FloatArray, extra_unknowns: int = 
     )
 
 
-def fits_far_better(
+def is_far_better_fit(
     other_misfit: Misfit | None, reference: Misfit | None, significance: float
 ) -> bool:
     """Return whether another interpretation fits significantly better than the reference.

@@ -9,7 +9,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.registration.checks.comparison import fits_far_better, residual_misfit
+from vomstudio.registration.checks.comparison import is_far_better_fit, residual_misfit
 from vomstudio.registration.selection import selected
 from vomstudio.registration.similarity import fit_similarity
 
@@ -63,7 +63,7 @@ def missing_height_findings(
         residual_misfit(model, world),
         residual_misfit(model[~is_placeholder], world[~is_placeholder]),
     )
-    if not fits_far_better(misfit_of_others, misfit, _MIN_P_VALUE):
+    if not is_far_better_fit(misfit_of_others, misfit, _MIN_P_VALUE):
         return []
     return [
         Finding(
@@ -85,7 +85,7 @@ def _contradicts_model(model: FloatArray, world: FloatArray) -> bool:
     squared_extent = float((local_points**2).sum())
     if n < _MIN_POINTS_AFFINE:
         return squares > _FITS**2 * squared_extent and (
-            n < 4 or _off_a_plane(model, fit.scale, squares)
+            n < 4 or _is_off_plane(model, fit.scale, squares)
         )
     if squares <= _NEARLY_FITS**2 * squared_extent:
         return False
@@ -103,7 +103,7 @@ def _contradicts_model(model: FloatArray, world: FloatArray) -> bool:
     ) / dof
 
 
-def _off_a_plane(model: FloatArray, scale: float, squares: float) -> bool:
+def _is_off_plane(model: FloatArray, scale: float, squares: float) -> bool:
     """Return whether four points on the model are as non-planar as their residuals."""
     axes = np.linalg.svd(model - model.mean(axis=0), compute_uv=False)
     return bool((scale * axes[2]) ** 2 > 0.1 * squares)

@@ -11,7 +11,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.registration.checks.comparison import Misfit, fits_far_better, residual_misfit
+from vomstudio.registration.checks.comparison import Misfit, is_far_better_fit, residual_misfit
 from vomstudio.registration.checks.point_order import find_row_order
 from vomstudio.registration.observations import Points
 from vomstudio.registration.similarity import fit_robustly
@@ -39,7 +39,7 @@ def fits_as_mirror(model: FloatArray, world: FloatArray) -> bool:
     mirror_misfit, misfit = residual_misfit(model * _MIRROR, world), residual_misfit(model, world)
     if mirror_misfit is None or misfit is None:
         return False
-    if not fits_far_better(mirror_misfit, misfit, _SIGNIFICANCE):
+    if not is_far_better_fit(mirror_misfit, misfit, _SIGNIFICANCE):
         # An outlier affects both interpretations, so compare them without it.
         return mirror_misfit.variance < misfit.variance and _most_fit_as_mirror(
             model, world, misfit
@@ -67,7 +67,7 @@ def _most_fit_as_mirror(model: FloatArray, world: FloatArray, misfit: Misfit) ->
     misfit_of_inliers, mirror_misfit = (
         residual_misfit(m[agree], world[agree]) for m in (model, model * _MIRROR)
     )
-    return fits_far_better(mirror_misfit, misfit_of_inliers, _SIGNIFICANCE**2)
+    return is_far_better_fit(mirror_misfit, misfit_of_inliers, _SIGNIFICANCE**2)
 
 
 def mirror_findings(points: Points | None) -> list[Finding]:
@@ -114,6 +114,6 @@ def tipping_findings(
 def _exclude_mirror(points: Points) -> bool:
     """Return whether the points fit far better than their mirror image."""
     misfit = residual_misfit(points.model, points.world)
-    return fits_far_better(
+    return is_far_better_fit(
         misfit, residual_misfit(points.model * _MIRROR, points.world), _SIGNIFICANCE
     )

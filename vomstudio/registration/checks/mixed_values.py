@@ -17,7 +17,7 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.registration.checks.comparison import Misfit, fits_far_better, residual_misfit
+from vomstudio.registration.checks.comparison import Misfit, is_far_better_fit, residual_misfit
 from vomstudio.registration.similarity import Similarity, fit_similarity
 
 _FOOT_M = 0.3048
@@ -82,7 +82,7 @@ def find_mixed_values(model: FloatArray, world: FloatArray) -> MixedValues | Non
         return None
     return (
         best_mixture
-        if fits_far_better(best_mixture.misfit, misfit, _SIGNIFICANCE / tests)
+        if is_far_better_fit(best_mixture.misfit, misfit, _SIGNIFICANCE / tests)
         else None
     )
 

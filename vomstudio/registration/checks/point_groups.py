@@ -68,7 +68,7 @@ def distances_agree(model: FloatArray, world: FloatArray) -> bool:
     return squared_misfit < _MAX_RESIDUAL_SHARE**2 * float((local_points**2).sum())
 
 
-def degrees_among_metres(model: FloatArray, world: FloatArray) -> BoolArray:
+def is_in_degrees_among_metres(model: FloatArray, world: FloatArray) -> BoolArray:
     """Find the points in degrees if the other points are in metres.
 
     Parameters
@@ -112,7 +112,7 @@ def select_group_at_model(
     (n,) ndarray of bool or None
         Mask of the correct group, or None if it is unclear.
     """
-    for is_at_model in (is_inside, _near_model_coordinates(model, world)):
+    for is_at_model in (is_inside, _is_near_model_coordinates(model, world)):
         first_share, second_share = (
             float(is_at_model[mask].mean()),
             float(is_at_model[~mask].mean()),
@@ -125,12 +125,12 @@ def select_group_at_model(
     return mask if 2 * count > len(world) else ~mask
 
 
-def _near_model_coordinates(model: FloatArray, world: FloatArray) -> BoolArray:
+def _is_near_model_coordinates(model: FloatArray, world: FloatArray) -> BoolArray:
     """Return a mask of points whose World coordinates are close to those on the model."""
     max_distance = float(np.linalg.norm(np.ptp(model, axis=0)))
     distances = np.linalg.norm(world[:, :2] - model[:, :2], axis=1)
-    far_out = np.linalg.norm(model[:, :2], axis=1) > _SEPARATION_FACTOR * max_distance
-    return np.asarray(far_out & (distances < _SEPARATION_FACTOR * max_distance))
+    is_far = np.linalg.norm(model[:, :2], axis=1) > _SEPARATION_FACTOR * max_distance
+    return np.asarray(is_far & (distances < _SEPARATION_FACTOR * max_distance))
 
 
 def separate_group_findings(

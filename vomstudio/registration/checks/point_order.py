@@ -9,7 +9,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IndexArray
 from vomstudio.core.findings import Finding
-from vomstudio.registration.checks.comparison import Misfit, fits_far_better, residual_misfit
+from vomstudio.registration.checks.comparison import Misfit, is_far_better_fit, residual_misfit
 
 _MIN_POINTS, _MAX_POINTS = 5, 60
 _SIGNIFICANCE = 0.001
@@ -52,7 +52,7 @@ def find_row_order(model: FloatArray, world: FloatArray) -> RowOrder | None:
             best_order is None or misfit.variance < best_order.misfit.variance
         ):
             best_order = RowOrder(model_rows, world_rows, misfit)
-    if best_order is None or not fits_far_better(
+    if best_order is None or not is_far_better_fit(
         best_order.misfit, misfit_as_given, _SIGNIFICANCE / len(orders)
     ):
         return None
@@ -60,7 +60,7 @@ def find_row_order(model: FloatArray, world: FloatArray) -> RowOrder | None:
 
 
 def row_order_findings(
-    labels: Sequence[str], model: FloatArray, world: FloatArray, *, photos: bool = False
+    labels: Sequence[str], model: FloatArray, world: FloatArray, *, is_photo_table: bool = False
 ) -> list[Finding]:
     """Return a finding if the coordinates of points or photos belong to other rows.
 
@@ -68,7 +68,7 @@ def row_order_findings(
     ----------
     labels : sequence of str
     model, world : (n, 3) ndarray
-    photos : bool, optional
+    is_photo_table : bool, optional
         Whether the rows are photos, not points.
 
     Returns
@@ -84,6 +84,6 @@ def row_order_findings(
         "first": labels[int(order.rows[0])],
         "second": labels[int(order.others[0])],
     }
-    if photos:
+    if is_photo_table:
         return [Finding("control.other-order", **subjects, photos=True)]
     return [Finding("control.other-order", **subjects)]

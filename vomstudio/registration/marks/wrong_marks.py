@@ -77,7 +77,7 @@ def find_agreeing(label: str, marks: Marks, limit_px: float) -> tuple[IntArray, 
     wrong : list of WrongMark
     """
     all_rows = np.arange(len(marks.views))
-    if len(all_rows) < 3 or meet(marks, limit_px):
+    if len(all_rows) < 3 or is_meeting(marks, limit_px):
         return all_rows, []
     point = robust_place(marks)
     is_near = mark_distances(marks, point) <= limit_px
@@ -120,7 +120,7 @@ def find_misplaced(
     wrong : list of WrongMark
     """
     is_far = mark_distances(marks, position) > max(limit_px, far_px)
-    if not is_far.any() or is_far.all() or meet(marks, limit_px):
+    if not is_far.any() or is_far.all() or is_meeting(marks, limit_px):
         return np.arange(len(is_far)), []
     wrong_marks = [_wrong(label, marks, int(row), position) for row in np.flatnonzero(is_far)]
     return np.flatnonzero(~is_far), wrong_marks
@@ -135,7 +135,7 @@ def _wrong(label: str, marks: Marks, row: int, position: FloatArray) -> WrongMar
     return WrongMark(label, view.name, (x, y), expected_pixel)
 
 
-def meet(marks: Marks, limit_px: float) -> bool:
+def is_meeting(marks: Marks, limit_px: float) -> bool:
     """Return whether the rays of marks intersect near each mark.
 
     Parameters

@@ -15,7 +15,7 @@ from vtkmodules.vtkCommonCore import mutable
 from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
 
 from vomstudio.core.arrays import BoolArray, FloatArray
-from vomstudio.geometry.boxes import box_range, hits_box
+from vomstudio.geometry.boxes import box_range, is_box_hit
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering.view.camera import Camera
@@ -111,7 +111,7 @@ def pick_model(
     scale = math.hypot(*heading.tolist())
     heading = heading / scale
     pad = (radius + spread * math.hypot(*start.tolist())) * scale * MAX_PICK_DISTANCE_PIXELS
-    if not hits_box(model.low, model.high, start, heading, pad):
+    if not is_box_hit(model.low, model.high, start, heading, pad):
         return None
     limits = None
     if box is not None:

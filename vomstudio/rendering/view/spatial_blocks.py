@@ -22,7 +22,7 @@ from vomstudio.core.arrays import (
     IntegerArray,
     UInt32Array,
 )
-from vomstudio.geometry.boxes import box_range, hits_boxes
+from vomstudio.geometry.boxes import are_boxes_hit, box_range
 
 FACES_PER_BLOCK = 64
 POINTS_PER_BLOCK = 128
@@ -158,10 +158,10 @@ def first_face(
     low = np.stack([c.blocks.low.min(axis=0) for c in chunks])
     high = np.stack([c.blocks.high.max(axis=0) for c in chunks])
     best_distance, face = np.inf, None
-    for i in np.flatnonzero(hits_boxes(low, high, origin, direction)):
+    for i in np.flatnonzero(are_boxes_hit(low, high, origin, direction)):
         chunk = chunks[i]
         rows = chunk.blocks.elements(
-            hits_boxes(chunk.blocks.low, chunk.blocks.high, origin, direction)
+            are_boxes_hit(chunk.blocks.low, chunk.blocks.high, origin, direction)
         )
         if is_hidden is not None:
             rows = rows[~is_hidden[chunk.face_ids[rows]]]
@@ -228,7 +228,7 @@ def points_near_ray(
         if enter[i] > front + thickness * (radius + spread * front):
             break
         chunk = chunks[i]
-        inside = hits_boxes(
+        inside = are_boxes_hit(
             chunk.blocks.low - pad[i], chunk.blocks.high + pad[i], origin, direction
         )
         rows = chunk.blocks.elements(inside)

@@ -127,7 +127,7 @@ def _fit(request: FitRequest, progress: Progress) -> FittedModel:
         target_points,
         start,
         spacing=(spacing * start.scale, target_spacing),
-        scale=request.scale,
+        with_scale=request.scale,
         stable=flags,
         scale_error=None if registration is None else registration.scale_error,
         progress=progress,
@@ -178,7 +178,7 @@ def _stable(
 
     flags = np.ones(len(target_points), bool)
     if part.near_m is not None:
-        flags &= stable.near_places(target_points, np.array(part.places), part.near_m)
+        flags &= stable.is_near_positions(target_points, np.array(part.places), part.near_m)
     if part.box is not None:
         low, high = np.array(part.box)
         flags &= ((target_points >= low) & (target_points <= high)).all(axis=1)

@@ -240,7 +240,7 @@ def _fitted(
     if loaded_model is None:
         raise UsageError(Finding("option.needs-model", option="--reference"), field="MODEL")
     # One or two points support the fit, but give no initial placement.
-    is_determined = not (evidence.empty or evidence.too_few_alone)
+    is_determined = not (evidence.is_empty or evidence.too_few_alone)
     initial = _solved(evidence, loaded_model, to_world) if is_determined else None
     return fit_model(
         loaded_model,
@@ -378,7 +378,7 @@ def _evidence(
     for line in evidence.lengths:
         if not line.value > 0:
             raise UsageError(Finding("number.not-positive", value=line.value), field="--scale")
-    if evidence.empty and options.reference is None:
+    if evidence.is_empty and options.reference is None:
         for finding in findings:
             if isinstance(finding, Finding) and finding.code == "photo.angles-not-measured":
                 raise UsageError(finding, field="--attitudes")

@@ -45,7 +45,9 @@ def compute_exposed(
 ) -> ExposedArea:
     """Measure the exposed area in the cells of a grid, in squared file units."""
     if isinstance(data, Mesh) and len(data.faces):
-        return measure_faces(grid_in_file_frame(grid), data.vertices, data.faces, pieces=pieces)
+        return measure_faces(
+            grid_in_file_frame(grid), data.vertices, data.faces, with_pieces=pieces
+        )
     points = data.vertices if isinstance(data, Mesh) else data.points
     return measure_points(grid_in_file_frame(grid), points, resolution or 0.0)
 

@@ -205,7 +205,7 @@ class OutcropView(QObject):
     def has_content_in_clip_box(self) -> bool:
         """Return whether the clipping box intersects the visible models."""
         box, bounds = self._studio.display.box, self.models_box()
-        return box is not None and bounds is not None and box.meets(bounds)
+        return box is not None and bounds is not None and box.meets_box(bounds)
 
     def select_at(self, view: FeatureView, event: PointerEvent) -> None:
         """Select the feature at a click in another view of the outcrop."""

@@ -182,7 +182,7 @@ class DrawingView(QWidget):
                 painter.setBrush(Qt.BrushStyle.NoBrush)
             else:
                 polygon = QPolygonF([QPointF(x, y) for x, y in vertices.tolist()])
-                draw = painter.drawPolygon if shape.closed else painter.drawPolyline
+                draw = painter.drawPolygon if shape.is_closed else painter.drawPolyline
                 draw(polygon)
             if shape.label:
                 labels.append((QPointF(*vertices[len(vertices) // 2].tolist()), shape.label, color))
@@ -265,7 +265,7 @@ class DrawingView(QWidget):
         )
         length = round_length(0.2 * frame.width() / per_metre)
         bar = QRectF(frame.left(), row.center().y(), length * per_metre, 4)
-        text = bar_text(length, is_metric=drawing.metric)
+        text = bar_text(length, is_metric=drawing.is_metric)
         available_width = (
             frame.right() - bar.right() - metrics.horizontalAdvance(drawing.axes[0]) - 20
         )

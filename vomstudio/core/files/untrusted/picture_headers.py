@@ -143,7 +143,7 @@ def jpeg_scan_start(file: BinaryIO) -> int | None:
 # --- JPEG -----------------------------------------------------------------------------------------
 def _jpeg_size(file: BinaryIO, head: bytes) -> PictureSize | None:
     exif, size, components = bytearray(), None, 0
-    progressive = several_scans = False
+    is_progressive = has_several_scans = False
     for index, (marker, start, length) in enumerate(_segments(file)):
         if index > _MAX_PARTS:
             raise HeaderError(_too_many_parts())
@@ -155,14 +155,14 @@ def _jpeg_size(file: BinaryIO, head: bytes) -> PictureSize | None:
         elif marker in _FRAMES:
             precision, height, width, components = struct.unpack(">BHHB", file.read(6))
             size = PictureSize(width, height, components * (1 if precision <= 8 else 2))
-            progressive = marker in _PROGRESSIVE
+            is_progressive = marker in _PROGRESSIVE
         elif marker == _SCAN:
-            several_scans = progressive or file.read(1) < bytes([components])
-            if several_scans:
+            has_several_scans = is_progressive or file.read(1) < bytes([components])
+            if has_several_scans:
                 _check_scans(file, start)
     if exif:
         check_exif(bytes(exif))
-    if size is None or not several_scans:
+    if size is None or not has_several_scans:
         return size
     # libjpeg keeps all 16-bit coefficients in memory until the last scan.
     coefficients = 2 * size.width * size.height * components

@@ -103,6 +103,6 @@ CONTROL_FORMAT = ControlFormat(
     points=points_of,
     marks=marks_of,
     crs=crs_of,
-    certain=False,
+    is_certain=False,
     extensions=TABLE_EXTENSIONS,
 )

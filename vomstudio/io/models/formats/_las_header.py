@@ -279,7 +279,7 @@ class LasHeader:
     size: int
     point_format: int
     record_bytes: int
-    compressed: bool
+    is_compressed: bool
     points: int
     points_offset: int
     scales: FloatArray

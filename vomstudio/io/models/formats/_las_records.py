@@ -60,7 +60,7 @@ class RecordLayout:
     """
 
     kind: np.dtype[Any]
-    new: bool
+    is_new: bool
     extra: dict[str, tuple[float, float] | None]
     no_data: dict[str, tuple[float, ...]]
 
@@ -127,7 +127,7 @@ def no_data_of(record: bytes) -> dict[str, tuple[float, ...]]:
 def mask_no_data(values: AnyArray, stored_array: AnyArray, no_data: tuple[float, ...]) -> AnyArray:
     """Return floats (n,) or (n, k), NaN where the stored value means "no data"."""
     kind = stored_array.dtype
-    gaps = np.zeros(stored_array.shape, bool)
+    is_no_data = np.zeros(stored_array.shape, bool)
     for k, no_data_value in enumerate(
         no_data[: 1 if stored_array.ndim == 1 else stored_array.shape[1]]
     ):
@@ -137,9 +137,9 @@ def mask_no_data(values: AnyArray, stored_array: AnyArray, no_data: tuple[float,
             if no_data_value != no_data_value
             else column == np.array(no_data_value).astype(kind)
         )
-        gaps[(...,) if stored_array.ndim == 1 else (slice(None), k)] = gap
+        is_no_data[(...,) if stored_array.ndim == 1 else (slice(None), k)] = gap
     floats = np.array(values, np.float32 if values.dtype == np.float32 else np.float64)
-    floats[gaps] = np.nan
+    floats[is_no_data] = np.nan
     return floats
 
 
@@ -159,7 +159,7 @@ def replacement_rows(is_withheld: AnyArray) -> AnyArray | None:
 def withheld_of(records: AnyArray, layout: RecordLayout) -> AnyArray:
     """Return a mask (n,) of the points marked as withheld (LAS 1.4 R15, tables 8 and 16)."""
     flagged_records: AnyArray = (
-        (records["flags"] & 0x04) != 0 if layout.new else (records["class"] & 0x80) != 0
+        (records["flags"] & 0x04) != 0 if layout.is_new else (records["class"] & 0x80) != 0
     )
     return flagged_records
 
@@ -170,11 +170,11 @@ class Choice:
 
     They are the same for all pieces of a file so that the pieces can be joined.
 
-    `wide_colors` states whether the colours use all 16 bits.
+    `has_wide_colors` states whether the colours use all 16 bits.
     """
 
-    colors: bool
-    wide_colors: bool
+    with_colors: bool
+    has_wide_colors: bool
     fields: tuple[str, ...]
 
 
@@ -207,11 +207,11 @@ def cloud_of(records: AnyArray, layout: RecordLayout, top: LasHeader, choice: Ch
         np.multiply(records[axis], top.scales[j], out=points[:, j])
         points[:, j] += top.offsets[j]
     colors = None
-    if choice.colors:
+    if choice.with_colors:
         colors = np.empty((len(records), 3), np.uint8)
         for j, channel in enumerate(("red", "green", "blue")):
             width = records[channel]
-            colors[:, j] = width >> 8 if choice.wide_colors else scale_colors(width)
+            colors[:, j] = width >> 8 if choice.has_wide_colors else scale_colors(width)
     fields = {}
     for name in choice.fields:
         values = _field(records, layout, name)
@@ -222,9 +222,9 @@ def cloud_of(records: AnyArray, layout: RecordLayout, top: LasHeader, choice: Ch
 
 def _field(records: AnyArray, layout: RecordLayout, name: str) -> AnyArray | None:
     if name == "classification":
-        return records["class"] & (0xFF if layout.new else 0x1F)
+        return records["class"] & (0xFF if layout.is_new else 0x1F)
     if name == "return_number":
-        return records["returns"] & (0x0F if layout.new else 0x07)
+        return records["returns"] & (0x0F if layout.is_new else 0x07)
     if name not in (layout.kind.names or ()):
         return None
     values: AnyArray = np.ascontiguousarray(records[name])

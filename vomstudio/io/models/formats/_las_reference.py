@@ -99,7 +99,7 @@ def _combine(
         first_axes = stated_axes(first_reference.text, first_reference.height_unit)
     has_other_heights = other_axes.has_heights and first_axes.units[2] != other_axes.units[2]
     if second_reference.text is not None and (
-        has_other_heights or _differ(first_axes, other_axes, centre)
+        has_other_heights or _are_different(first_axes, other_axes, centre)
     ):
         warning = Finding("frame.two-crs", one=_axes_text(first_axes), other=_axes_text(other_axes))
         first_reference = replace(first_reference, warnings=(*first_reference.warnings, warning))
@@ -114,7 +114,7 @@ def _axes_text(axes: StatedAxes) -> str:
     return f"{name} ({', '.join(map(unit_text, units))})"
 
 
-def _differ(first: StatedAxes, second: StatedAxes, centre: tuple[float, float]) -> bool:
+def _are_different(first: StatedAxes, second: StatedAxes, centre: tuple[float, float]) -> bool:
     """Return whether the units of x and y differ, or the offset is larger than metres."""
     if first.kind != second.kind or first.units[:2] != second.units[:2]:
         return True

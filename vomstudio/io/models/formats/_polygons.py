@@ -120,11 +120,11 @@ def _cut_polygon(vertices, corners, uv_corners, polygons, points, rings, ears): 
             nx += (points[k, 1] - points[m, 1]) * (points[k, 2] + points[m, 2])
             ny += (points[k, 2] - points[m, 2]) * (points[k, 0] + points[m, 0])
             nz += (points[k, 0] - points[m, 0]) * (points[k, 1] + points[m, 1])
-        fan_is_sound = True
+        is_fan_valid = True
         for k in range(1, n - 1):
             if _turn(points, 0, k, k + 1, nx, ny, nz) < 0:
-                fan_is_sound = False
-        if fan_is_sound:
+                is_fan_valid = False
+        if is_fan_valid:
             continue
         for k in range(n):
             index[k] = k

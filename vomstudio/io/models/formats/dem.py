@@ -231,10 +231,10 @@ def _heights(
         findings.append(Finding("dem.unit-unknown", unit=unit_text))
     heights *= scale
     heights += offset
-    wild = np.abs(heights) > MAX_HEIGHT_M / METRES[unit or "m"]
-    n = int(np.count_nonzero(wild))
+    is_implausible = np.abs(heights) > MAX_HEIGHT_M / METRES[unit or "m"]
+    n = int(np.count_nonzero(is_implausible))
     if n:
-        heights[wild] = np.nan
+        heights[is_implausible] = np.nan
         findings.append(Finding("dem.pixels-left-out", count=n))
     return heights, unit
 

@@ -94,7 +94,7 @@ def _read_scans(
     done_count = n_invalid = 0
     names = [_names(e57, scan) for scan in scans]
     is_colored = all(set(COLORS) <= known_name for known_name in names)
-    bright = all("intensity" in known_name for known_name in names)
+    has_intensity = all("intensity" in known_name for known_name in names)
     unread = set()
     # A constant value takes no bits in the file, whatever the number of points.
     budget = Budget(path, path.stat().st_size)
@@ -108,7 +108,7 @@ def _read_scans(
         column_names = [
             *coordinate_names,
             *(c for c in COLORS if is_colored),
-            *(["intensity"] if bright else []),
+            *(["intensity"] if has_intensity else []),
         ]
         flags = [
             name for name in INVALID if name in known_name and name[:4] == coordinate_names[0][:4]
@@ -133,7 +133,7 @@ def _read_scans(
             if is_colored:
                 rgb = np.column_stack([part[name] for name in COLORS])[is_kept]
                 columns.add("colors", _bytes(rgb, limits), point_count)
-            if bright:
+            if has_intensity:
                 columns.add("intensity", part["intensity"][is_kept], point_count)
             if len(scans) > 1:
                 columns.add("scan", np.full(int(is_kept.sum()), index, np.int32), point_count)

@@ -323,8 +323,8 @@ class _Reading:
                     vertices = vertices[source]
                     colors = None if colors is None else colors[source]
                 uv = np.full((len(source), 2), np.nan, np.float32)
-                worn = texture >= 0
-                uv[worn] = self.uvs[texture[worn]]
+                is_textured = texture >= 0
+                uv[is_textured] = self.uvs[texture[is_textured]]
         if not names:
             offsets = np.zeros(1, np.int64)
         mesh = Mesh(vertices, faces, materials, offsets, uv, colors)

@@ -142,10 +142,10 @@ def _layout(head: bytes, is_truncated: bool, path: Path) -> Layout:
     width = len(cells[0])
     if header is None:
         header, header_line = _commented_header(lines[: rows[0][0]], width, delimiter)
-    comma = delimiter in ";\t" and any(is_comma_number(c) for row in cells for c in row)
+    has_decimal_comma = delimiter in ";\t" and any(is_comma_number(c) for row in cells for c in row)
     return Layout(
         delimiter,
-        "," if comma else ".",
+        "," if has_decimal_comma else ".",
         header,
         header_line,
         rows[offset][0],
@@ -251,12 +251,12 @@ def _columns_by_value(layout: Layout, path: Path, findings: list[Finding]) -> Co
     return columns
 
 
-def _are_colors(values: AnyArray, fractions_too: bool) -> bool:
+def _are_colors(values: AnyArray, allow_fractions: bool) -> bool:
     if not np.isfinite(values).all() or values.min() < 0:
         return False
     if (values == np.rint(values)).all():
         return bool(values.max() <= 255) and bool(values.max() > 1)
-    return fractions_too and bool(values.max() <= 1) and not _are_normals(values)
+    return allow_fractions and bool(values.max() <= 1) and not _are_normals(values)
 
 
 def _are_normals(values: AnyArray) -> bool:
@@ -325,12 +325,12 @@ def _refuse_ragged(table: Any, data: bytes, layout: Layout, path: Path) -> None:
     named_width = layout.width if layout.header is None else len(layout.header)
     is_beyond = any(not _is_empty(table[i]) for i in range(named_width, layout.width))
     last_column = table[layout.width - 1]
-    suspicious = last_column.dtype.kind not in "iu" and bool(np.any(last_column != last_column))
+    is_suspicious = last_column.dtype.kind not in "iu" and bool(np.any(last_column != last_column))
     if len(last_column) > BLOCK_ROWS:
         import pandas
 
-        suspicious |= _is_old(pandas)
-    if is_beyond or (suspicious and not have_equal_width(data, layout.delimiter, layout.skip)):
+        is_suspicious |= _is_old(pandas)
+    if is_beyond or (is_suspicious and not have_equal_width(data, layout.delimiter, layout.skip)):
         read_points(path)
 
 
@@ -356,8 +356,10 @@ def plain_numbers(data: bytes, layout: Layout) -> dict[int, AnyArray] | None:
     rows = []
     for line in lines[:-1] if lines[-1] == "" else lines:
         line = line.removesuffix("\r")
-        blanks = layout.delimiter == " "
-        cells = _BLANKS.split(line.strip(" \t")) if blanks else line.split(layout.delimiter)
+        is_blank_separated = layout.delimiter == " "
+        cells = (
+            _BLANKS.split(line.strip(" \t")) if is_blank_separated else line.split(layout.delimiter)
+        )
         if layout.decimal == ",":
             if "." in line:
                 return None

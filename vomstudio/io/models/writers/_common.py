@@ -132,7 +132,7 @@ def plan_images(mesh: Mesh, out: WriteRequest) -> Images:
             continue
         if source not in name_of_source:
             name_of_source[source] = name = _unused_name(source, set(name_of_source.values()), out)
-            if not _same_content(source, folder / name):
+            if not _has_same_content(source, folder / name):
                 copies.append((source, folder / name))
         names.append(name_of_source[source])
     return Images(names, copies)
@@ -151,13 +151,13 @@ def _unused_name(source: Path, used_names: set[str], out: WriteRequest) -> str:
             if name.casefold() in used_folded_names:
                 continue
             target = out.path.with_name(name)
-            is_available = not os.path.lexists(target) or _same_content(source, target)
+            is_available = not os.path.lexists(target) or _has_same_content(source, target)
             if is_available or (label == prefixed_text and out.force and target.is_file()):
                 return name
     raise AssertionError("unreachable")
 
 
-def _same_content(source: Path, target: Path) -> bool:
+def _has_same_content(source: Path, target: Path) -> bool:
     try:
         if not target.is_file() or target.stat().st_size != source.stat().st_size:
             return False
@@ -198,28 +198,28 @@ def _unreadable(path: Path, error: InputError | OSError) -> TargetError:
 
 
 def prj_sidecar(
-    out: WriteRequest, findings: list[Finding], esri: bool = False
+    out: WriteRequest, findings: list[Finding], for_esri: bool = False
 ) -> list[tuple[Path, str]]:
     """Return `NAME.prj` with the CRS for formats that cannot store one, unless it exists.
 
-    `esri` selects ESRI WKT, as used in shapefiles.
+    `for_esri` selects ESRI WKT, as used in shapefiles.
     """
     path = out.path.with_suffix(".prj")
     if out.crs is None:
         if path.exists():
             findings.append(Finding("frame.stale-crs-file", file=path.name))
         return []
-    text = prj_text(out.crs, esri)
+    text = prj_text(out.crs, for_esri)
     return [] if is_same_prj(path, text, out.crs) else [(path, text)]
 
 
-def prj_text(crs: str, esri: bool = False) -> str:
+def prj_text(crs: str, for_esri: bool = False) -> str:
     from pyproj import CRS
     from pyproj.exceptions import CRSError
 
     parsed = CRS.from_user_input(crs)
     try:
-        return str(parsed.to_wkt("WKT1_ESRI" if esri else "WKT1_GDAL")) + "\n"
+        return str(parsed.to_wkt("WKT1_ESRI" if for_esri else "WKT1_GDAL")) + "\n"
     except CRSError:
         return str(parsed.to_wkt()) + "\n"
 

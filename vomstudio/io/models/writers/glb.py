@@ -126,7 +126,7 @@ class _Scene:
         if self._error > MAX_ROUNDING_M:
             self.findings.append(Finding("model.positions-rounded", rounding_mm=self._error * 1000))
         for name, values in data.fields.items():
-            if not _fits_float32(values):
+            if not _is_float32(values):
                 self.findings.append(
                     Finding("model.field-rounded", field=name, precision="float32")
                 )
@@ -272,7 +272,7 @@ def _png_bytes(path: Any) -> bytes:
     return stream.getvalue()
 
 
-def _fits_float32(values: AnyArray) -> bool:
+def _is_float32(values: AnyArray) -> bool:
     narrow = values.astype(np.float32)
     if values.dtype.kind == "f":
         return bool(np.array_equal(narrow.astype(values.dtype), values, equal_nan=True))

@@ -36,7 +36,7 @@ def write(out: WriteRequest) -> list[Finding]:
             Finding("model.exceeds-format", count=len(points), format="SHP", alternatives="LAZ"),
             file=out.path,
         )
-    sidecars = prj_sidecar(out, findings, esri=True)
+    sidecars = prj_sidecar(out, findings, for_esri=True)
     parts = [out.path.with_suffix(suffix) for suffix in (".shx", ".dbf", ".cpg")]
     paths = [out.path, *parts, *(path for path, _ in sidecars)]
     with atomic_group(paths, out.force, out.inputs) as (shp, shx, dbf, cpg, *sidecar_files):

@@ -58,7 +58,7 @@ def read_centres(path: Path, table: NamedTable) -> OwnCameras:
     has_degrees = table.has(("lon", "longitude", "x longitude")) and not is_estimated
     columns = _ESTIMATED_COLUMNS if is_estimated else WORLD
     positions = table.columns(columns, ("x", "y", "z"))
-    if has_degrees or (is_estimated and _look_like_degrees(positions)):
+    if has_degrees or (is_estimated and _are_degrees(positions)):
         raise InputError(
             Finding("cameras.centres-in-degrees"),
             file=path,
@@ -98,7 +98,7 @@ def _views(table: NamedTable, names: list[str], positions: FloatArray) -> list[V
     return views
 
 
-def _look_like_degrees(positions: FloatArray) -> bool:
+def _are_degrees(positions: FloatArray) -> bool:
     extent = np.ptp(positions, axis=0)
     is_in_range = (np.abs(positions[:, 0]) <= 180).all() and (np.abs(positions[:, 1]) <= 90).all()
     return bool(is_in_range and max(extent[:2]) < 0.1 and extent[2] > 100 * max(extent[:2]))

@@ -75,13 +75,15 @@ def read_colmap(folder: Path) -> OwnCameras:
     InputError
         States file and line or field.
     """
-    binary = (folder / NAMES[0]).is_file() and (folder / "cameras.bin").is_file()
-    images = folder / NAMES[0 if binary else 1]
+    is_binary = (folder / NAMES[0]).is_file() and (folder / "cameras.bin").is_file()
+    images = folder / NAMES[0 if is_binary else 1]
     lenses = (
-        _binary_lenses(folder / "cameras.bin") if binary else _text_lenses(folder / "cameras.txt")
+        _binary_lenses(folder / "cameras.bin")
+        if is_binary
+        else _text_lenses(folder / "cameras.txt")
     )
     images_of_cameras = list(
-        _binary_images(images, lenses) if binary else _text_images(images, lenses)
+        _binary_images(images, lenses) if is_binary else _text_images(images, lenses)
     )
     used_models = Counter(lenses[camera][1] for camera, _ in images_of_cameras)
     warnings = [

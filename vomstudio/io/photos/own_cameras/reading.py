@@ -92,7 +92,7 @@ def read_own_cameras(path: str | Path, bounds: FloatArray | None = None) -> OwnC
     if folder is not None:
         return select_frame(path, micmac.read_micmac(folder), bounds)
     if path.is_dir():
-        camera_file = find_own_cameras(path / "model", search_parents=False)
+        camera_file = find_own_cameras(path / "model", include_parents=False)
         if camera_file is None:
             raise InputError(Finding("cameras.none-in-folder"), file=path)
         return read_own_cameras(camera_file, bounds)
@@ -119,15 +119,15 @@ def read_own_cameras(path: str | Path, bounds: FloatArray | None = None) -> OwnC
     return centres.read_centres(path, table)
 
 
-def find_own_cameras(model: str | Path, *, search_parents: bool = True) -> Path | None:
+def find_own_cameras(model: str | Path, *, include_parents: bool = True) -> Path | None:
     """Return the camera file next to a model by its usual names, preferring this program's.
 
-    If `search_parents` is set, parent folders are searched as well.
+    If `include_parents` is set, parent folders are searched as well.
     """
     folder = Path(model).parent
     for name in _CAMERA_FILES:
         path = folder / name
-        if not search_parents and name.startswith(".."):
+        if not include_parents and name.startswith(".."):
             continue
         if path.is_file() and name != "." and not _has_lenses_only(path):
             return path

@@ -299,7 +299,7 @@ def _drawing(
     unit = "m" if q.metric else tr("units")
     up = tr("Z ({unit})", unit=unit) if face.vertical else tr("up the face ({unit})", unit=unit)
     shapes = (
-        *(DrawingShape("cells", cell, _CELL_COLOR, closed=True) for cell in cells),
+        *(DrawingShape("cells", cell, _CELL_COLOR, is_closed=True) for cell in cells),
         *(
             DrawingShape("traces", line, trace.color)
             for trace, line in zip(q.traces, lines, strict=True)
@@ -310,7 +310,7 @@ def _drawing(
         np.stack([low - margin, high + margin]),
         end_names(face, q.north_known),
         (tr("along the face ({unit})", unit=unit), up),
-        metric=q.metric,
+        is_metric=q.metric,
     )
 
 

@@ -33,7 +33,7 @@ def write(result: LogAnswer, path: Path) -> None:
     suffix = path.suffix.lower().removeprefix(".")
     if suffix == "csv":
         description = about_log(result.bed, result.bed95_deg)
-        metric = result.question.metric
+        metric = result.question.is_metric
         write_log(path, result.log, description=description, is_metric=metric, force=True)
     else:
         with atomic_write(path, True) as temporary:
@@ -50,7 +50,7 @@ def _write_figure(result: LogAnswer, target: io.BytesIO | Path, format_: str, dp
         result.log,
         format=format_,
         description=description,
-        is_metric=result.question.metric,
+        is_metric=result.question.is_metric,
         dpi=dpi,
     )
 

@@ -230,7 +230,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         from vomstudio.products.section.decimals import format_with_error
 
         q, total = result.question, result.log.total_m
-        unit = "m" if q.metric else tr("units")
+        unit = "m" if q.is_metric else tr("units")
         lines = [
             tr_n(
                 "{count} bed, true thickness {total} {unit} (95 %).",

@@ -163,7 +163,7 @@ def fill_camera_positions(out: Path, rows: Sequence[PhotoRow], model: Model | No
         cameras = read_cameras(out / FILE_NAME)
     except VomError:
         return None
-    frame = Frame("local") if cameras.scaled else Frame()
+    frame = Frame("local") if cameras.is_scaled else Frame()
     if cameras.crs is not None:
         frame = Frame("crs", cameras.crs)
     to_world = np.eye(4)

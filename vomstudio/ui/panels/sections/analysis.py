@@ -94,7 +94,7 @@ def answer(question: SectionQuestion) -> SectionAnswer:
         q.curtain,
         projected_features,
         is_metric=q.metric,
-        north_known=q.north_known,
+        is_north_known=q.north_known,
         model=str(q.path),
         figures=figures,
     )
@@ -125,7 +125,7 @@ def write(result: SectionAnswer, path: Path) -> None:
         crs=q.crs,
         model=str(q.path),
         is_metric=q.metric,
-        north_known=q.north_known,
+        is_north_known=q.north_known,
         force=True,
     )
 
