@@ -158,7 +158,7 @@ def settled(window: MainWindow) -> str:
     wait(lambda: window.studio.models, "the model's data")
     model_id = next(iter(window.studio.models))
     wait(lambda: "complete" in viewport.models.reached(model_id), "the drawn model")
-    wait(lambda: viewport.still, "the camera's rest")
+    wait(lambda: viewport.is_still, "the camera's rest")
     return model_id
 
 
@@ -228,7 +228,7 @@ def look_at(window: MainWindow, points: np.ndarray, trend: float, plunge: float 
     window.viewport.moves.look_along(trend, plunge)
     window.viewport.moves.frame(points)
     viewport = window.viewport
-    wait(lambda: viewport.still, "the camera's rest")
+    wait(lambda: viewport.is_still, "the camera's rest")
 
 
 # --- files -----------------------------------------------------------------------------------

@@ -42,7 +42,7 @@ class Pictures(Journey):
         """Stand before the outcrop, and turn the wheel over the middle of it."""
         viewport = self.window.viewport
         viewport.moves.look_along(trend, plunge)
-        self.wait(lambda: viewport.still, "the camera's rest")
+        self.wait(lambda: viewport.is_still, "the camera's rest")
         if notches:
             middle = viewport.mapToGlobal(viewport.rect().center())
             self.wheel(middle.x(), middle.y(), notches)

@@ -172,7 +172,7 @@ def zoom(app: QApplication, view, heart: Heartbeat) -> None:  # type: ignore[no-
         view.moves.moved()
         pump(app, 0.02)
         rests.append(pump(app, 30.0, lambda: bool(scene.picture.complete)))
-    levels = [s.level for m in scene.models.values() for s in m.skins.values()]
+    levels = [s.level for m in scene.models.values() for s in m.gpu_textures.values()]
     print(
         f"zooming in, 8 rests             {max(rests):6.2f} s at most, texture levels {levels}, "
         f"{heart.report()}"
@@ -254,7 +254,7 @@ def display(app: QApplication, view, heart: Heartbeat, steps: int) -> None:  # t
     scene = view.scene
 
     def whole() -> bool:
-        return bool(view.still)
+        return bool(view.is_still)
 
     pump(app, 30.0, whole)
     before = memory_mb()
@@ -597,7 +597,7 @@ def second_view(app: QApplication, millions: float, folder: Path) -> None:
     pump(app, 300.0, lambda: {"complete", "pickable"} <= view.models.reached("m"))
     pump(app, 1.0)
     print(f"drag step of the viewport alone {milliseconds(drag(app, view, 20))}")
-    pump(app, 60.0, lambda: view.still)
+    pump(app, 60.0, lambda: view.is_still)
     before, started = memory_mb(), time.perf_counter()
     import_plotter()
     print(f"libraries                       {time.perf_counter() - started:6.2f} s")
@@ -608,7 +608,7 @@ def second_view(app: QApplication, millions: float, folder: Path) -> None:
     row.addWidget(second)
     pump(app, 60.0, lambda: second.scene is not None and second.scene.canvas.frames > 1)
     print(f"first picture                   {time.perf_counter() - started:6.2f} s")
-    pump(app, 300.0, lambda: second.still and view.still)
+    pump(app, 300.0, lambda: second.is_still and view.is_still)
     print(f"complete picture                {time.perf_counter() - started:6.2f} s")
     print(f"while it opens                  {heart.report()}")
     print(f"memory of the view              {memory_mb() - before:6.0f} MB")
@@ -619,7 +619,7 @@ def second_view(app: QApplication, millions: float, folder: Path) -> None:
     second.camera_changed.connect(lambda: follow(second, view))
     print(f"drag step of linked views       {milliseconds(drag(app, plotter, 20))}")
     print(f"pictures of the drag            {second.scene.canvas.frames - frames:6d}")
-    pump(app, 300.0, lambda: second.still and view.still)
+    pump(app, 300.0, lambda: second.is_still and view.is_still)
     print(f"pictures with the rest          {second.scene.canvas.frames - frames:6d}")
     frames = second.scene.canvas.frames
     pump(app, 3.0)
@@ -629,7 +629,7 @@ def second_view(app: QApplication, millions: float, folder: Path) -> None:
         pump(app, 1.0)
         closed = memory_mb() - before
         second.show()
-        pump(app, 300.0, lambda: second.still)
+        pump(app, 300.0, lambda: second.is_still)
         print(f"memory closed and opened again  {closed:6.0f} {memory_mb() - before:6.0f} MB")
     second.release()
     window.close()

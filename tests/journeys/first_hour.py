@@ -64,7 +64,7 @@ class Hour:
     def done(self, step: str) -> None:
         """A step is done: keep a picture, and see that the keys are the outcrop's."""
         self.number += 1
-        wait(lambda: self.view.still, "the picture's rest")
+        wait(lambda: self.view.is_still, "the picture's rest")
         driver.pause(100)
         driver.keep_picture(self.window, f"hour_{self.name}_{self.number:02d}_{step}")
         focus = QApplication.focusWidget()

@@ -87,7 +87,7 @@ def test_the_rock_menu_begins_a_plane_and_moves_the_view(window, outcrop, picks)
     hit = viewport.pick(away.x(), away.y())
     key(window, Qt.Key.Key_N)
     run(right_click(viewport, away), "Look along normal")
-    wait(lambda: viewport.still, "the view")
+    wait(lambda: viewport.is_still, "the view")
     assert viewport.moves.camera_state() != before
     radius = NORMAL_SPACINGS * studio.models[hit.model_id].resolution
     normal = studio.surface(hit.model_id).normal_near(hit.index, hit.position, radius)

@@ -166,7 +166,7 @@ def test_an_orthophoto_of_a_registered_model(window, model_id, told, tmp_path, p
     frame = replace(model.frame, unit_m=2.0)
     assert studio.attempt(edits.declare_frame, model_id, frame)
     window.view.look_along(300.0, 20.0)
-    wait(lambda: window.viewport.still, "the camera's rest")
+    wait(lambda: window.viewport.is_still, "the camera's rest")
     window.actions_table.run("orthophoto")
     (dialog,) = window.findChildren(OrthoDialog)
     wait(dialog._start_button.isEnabled, "a proposed pixel size")

@@ -29,7 +29,7 @@ def picture(window, outcrop, tmp_path) -> Path:
     """The sidecar of an orthophoto that was made in the window, looking north."""
     driver.open_outcrop(window, outcrop)
     window.view.look_along(0.0, 10.0)
-    driver.wait(lambda: window.viewport.still, "the camera's rest")
+    driver.wait(lambda: window.viewport.is_still, "the camera's rest")
     window.actions_table.all["orthophoto"].trigger()
     driver.wait(lambda: window.findChild(OrthoDialog) is not None, "the dialog")
     dialog = window.findChild(OrthoDialog)

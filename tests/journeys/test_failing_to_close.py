@@ -130,7 +130,7 @@ def test_a_window_that_cannot_ask_does_not_close_without_a_word(
     assert len(answers.said) == 1
     assert WORDS in answers.said[0]
     assert window.isVisible()
-    assert window.viewport.still
+    assert window.viewport.is_still
     assert not is_free(folder)
     quit_by_key(window)
     assert len(answers.said) == 2

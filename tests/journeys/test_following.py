@@ -222,7 +222,7 @@ def slow_search(window) -> Iterator[None]:
 def pending(window) -> list[QPoint]:
     """Where clicks are marked that have not taken effect yet."""
     preview = window.viewport.preview
-    places = [] if preview is None or preview.pending is None else preview.pending
+    places = [] if preview is None or preview.pending_places is None else preview.pending_places
     return [pixel(window, place) for place in places]
 
 

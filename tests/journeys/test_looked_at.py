@@ -115,7 +115,7 @@ def test_cells_are_marked_by_clicks_and_keys_and_counted(window, laid) -> None:
     assert left_out in [figures(line)[:2] for line in panel.figures.toPlainText().splitlines()]
     told = driver.tool_panel(window, CellsPanel).count.text()
     assert figures(told) == [4, grid.columns * grid.rows]
-    wait(lambda: viewport.still, "the picture")
+    wait(lambda: viewport.is_still, "the picture")
     driver.keep_picture(window, "looked_at")
     press(panel.remove)
     assert not studio.session.of(FaceGrid)

@@ -59,7 +59,7 @@ def test_a_line_is_drawn_while_the_photos_of_another_model_appear(window, tmp_pa
     studio, panel = window.studio, window.in_photos
     first = opened(window, photographed(tmp_path / "first"))
     second = opened(window, photographed(tmp_path / "second", "other_"))
-    wait(lambda: window.viewport.still, "the camera's rest")
+    wait(lambda: window.viewport.is_still, "the camera's rest")
     window.actions_table.run("show_in_photos")
     wait(lambda: panel.names and panel.photo is not None, "the photos of the first", 60.0)
     assert panel.feature_photo.photos.model_id == first

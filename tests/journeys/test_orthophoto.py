@@ -24,7 +24,7 @@ def dialog_of(window) -> OrthoDialog:
 def test_an_orthophoto_of_what_is_looked_at(window, outcrop, tmp_path, part) -> None:
     model_id = driver.open_outcrop(window, outcrop)
     window.view.look_along(300.0, 20.0)
-    driver.wait(lambda: window.viewport.still, "the camera's rest")
+    driver.wait(lambda: window.viewport.is_still, "the camera's rest")
     window.actions_table.all["orthophoto"].trigger()
     driver.wait(lambda: dialog_of(window) is not None, "the dialog")
     dialog = dialog_of(window)

@@ -76,7 +76,7 @@ def test_a_round_of_blind_repeats(window, three, picks, capfd) -> None:
     assert len(again.chosen) == 2
     first = again.current
     # Nothing that was picked is to be seen, on the outcrop, on the net or beside the ring.
-    wait(lambda: window.viewport.still, "the picture")
+    wait(lambda: window.viewport.is_still, "the picture")
     drawn = window.viewport.features.drawings
     assert not any(drawn[id_].visible for id_ in names if id_ in drawn)
     assert any("again" in key for key in drawn)

@@ -59,7 +59,7 @@ def ready(window, outcrop, picks) -> QPoint:
 
 def still(window) -> None:
     viewport = window.viewport
-    wait(lambda: viewport.still, "the camera's rest")
+    wait(lambda: viewport.is_still, "the camera's rest")
 
 
 @pytest.mark.full
@@ -206,12 +206,12 @@ def test_the_preview_follows_the_type_at_once(window, outcrop, picks):
     click(viewport, at)
     wait(lambda: studio.tool_of(PlaneTool).count, "the plane")
     drawn = []
-    viewport.features.set_live = lambda areas: drawn.append([color for _, color in areas])
+    viewport.features.set_preview_areas = lambda areas: drawn.append([color for _, color in areas])
     for number, name in ((Qt.Key.Key_2, "fault"), (Qt.Key.Key_3, "joint")):
         key(window, number)
         assert viewport.preview.color == rgb(studio.records[name].color)
         assert drawn[-1] == [viewport.preview.color]
-    del viewport.features.set_live
+    del viewport.features.set_preview_areas
     key(window, Qt.Key.Key_Return)
     assert patches(window)[0].type_id == "joint"
 

@@ -171,7 +171,7 @@ def at_rest(viewport):
     def same() -> bool:
         driver.pause(200)
         pictures.append(viewport.grab().toImage())
-        return viewport.still and differing(*pictures[-2:]) == 0
+        return viewport.is_still and differing(*pictures[-2:]) == 0
 
     driver.wait(same, "the picture's rest")
     return pictures[-1]

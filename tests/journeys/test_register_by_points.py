@@ -61,7 +61,7 @@ def test_ten_points_from_a_table_to_a_registered_model(
         driver.click(window.viewport, driver.pixel(window, point))
         clicks += 1
     # Labels and dots, each drawn into the picture that is kept, and nothing else.
-    driver.wait(lambda: window.viewport.still, "the picture")
+    driver.wait(lambda: window.viewport.is_still, "the picture")
     changed = np.abs(picture(window) - before).max(axis=2) > 40
     assert 0.001 < changed.mean() < 0.1
     found = studio.session.of(ControlPoint)

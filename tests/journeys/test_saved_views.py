@@ -16,7 +16,7 @@ pytestmark = pytest.mark.full
 
 
 def rest(window) -> None:
-    wait(lambda: window.viewport.still, "the camera's rest")
+    wait(lambda: window.viewport.is_still, "the camera's rest")
 
 
 def view(window) -> np.ndarray:

@@ -41,8 +41,8 @@ class Beside:
 
     def rest(self) -> None:
         viewport = self.window.viewport
-        wait(lambda: viewport.still, "the rest of the outcrop")
-        wait(lambda: self.view.still, "the rest of the second view")
+        wait(lambda: viewport.is_still, "the rest of the outcrop")
+        wait(lambda: self.view.is_still, "the rest of the second view")
 
     def frames(self) -> int:
         return self.view.scene.canvas.frames
@@ -88,7 +88,7 @@ def begun(window, model_id: str) -> Beside:
     wait(lambda: isinstance(page.widget(), SecondViewPanel), "the page")
     panel = page.widget()
     wait(lambda: panel.view is not None, "the libraries", 60.0)
-    wait(lambda: panel.view.still, "the picture", 60.0)
+    wait(lambda: panel.view.is_still, "the picture", 60.0)
     made = Beside(window, model_id, panel)
     made.rest()
     return made
@@ -238,8 +238,8 @@ def test_two_models_stand_side_by_side_and_share_their_data(window, outcrop, bes
         assert shared.data is model.data
         for part, source in zip(shared.parts, model.parts, strict=True):
             assert part.actor.GetMapper().GetInput() is source.actor.GetMapper().GetInput()
-        for material, skin in shared.skins.items():
-            assert skin.texture is model.skins[material].texture
+        for material, skin in shared.gpu_textures.items():
+            assert skin.texture is model.gpu_textures[material].texture
     driver.keep_picture(window, "second-view-two-models")
     assert studio.attempt(edits.remove_model, later_id)
     wait(lambda: later_id not in view.scene.models, "a view without it")
@@ -249,14 +249,14 @@ def test_the_view_floats_returns_and_closes(beside):
     window, view = beside.window, beside.view
     dock = window.docks["second_view"]
     dock.setFloating(True)
-    wait(lambda: view.plotter is not None and view.still, "the floating picture")
+    wait(lambda: view.plotter is not None and view.is_still, "the floating picture")
     beside.drag(view.plotter, QPoint(40, 0))
     second, first = directions(beside)
     np.testing.assert_allclose(second, first)
     beside.rest()
 
     window.actions_table.run("reset_panels")
-    wait(lambda: view.plotter is not None and view.still, "the picture in its place")
+    wait(lambda: view.plotter is not None and view.is_still, "the picture in its place")
     assert not dock.isFloating()
     assert dock.isVisible()
     window.actions_table.run("page_in_center")
@@ -269,7 +269,7 @@ def test_the_view_floats_returns_and_closes(beside):
     assert view.plotter is None
     assert view.scene is None
     window.actions_table.run("second_view")
-    wait(lambda: view.plotter is not None and view.still, "the picture again")
+    wait(lambda: view.plotter is not None and view.is_still, "the picture again")
     assert beside.frames() > 0
 
 

@@ -233,7 +233,7 @@ def test_what_is_hidden_is_chosen_only_through_the_surface(window, outcrop, pick
     viewport, tool = window.viewport, window.studio.tool_of(SelectTool)
     ready(window, outcrop, picks)
     viewport.moves.look_along(0.0, 45.0)
-    wait(lambda: viewport.still, "the camera's rest")
+    wait(lambda: viewport.is_still, "the camera's rest")
     key(window, Qt.Key.Key_R)
     corner = QPoint(5, 5), QPoint(viewport.width() - 5, viewport.height() - 5)
     drag(viewport, *corner)
@@ -255,7 +255,7 @@ def test_chosen_faces_are_hidden_isolated_and_shown_again(window, outcrop, picks
     assert tool.selection.mask[face]
     key(window, Qt.Key.Key_H)
     assert not tool.open
-    wait(lambda: viewport.still, "the picture")
+    wait(lambda: viewport.is_still, "the picture")
     behind = viewport.pick(at.x(), at.y())
     assert behind is None or behind.index != face
     driver.keep_picture(window, "select-7-hidden")
@@ -264,11 +264,11 @@ def test_chosen_faces_are_hidden_isolated_and_shown_again(window, outcrop, picks
     assert not tool.count or not tool.selection.mask[face]
     key(window, Qt.Key.Key_Escape)
     key(window, Qt.Key.Key_U)
-    wait(lambda: viewport.still, "the picture")
+    wait(lambda: viewport.is_still, "the picture")
     assert viewport.pick(at.x(), at.y()).index == face
     draw(window, circle(at, 60))
     key(window, Qt.Key.Key_H, SHIFT)
-    wait(lambda: viewport.still, "the picture")
+    wait(lambda: viewport.is_still, "the picture")
     assert tool.count
     assert viewport.pick(at.x(), at.y()).index == face
     away = at + QPoint(150, 100)
@@ -296,7 +296,7 @@ def test_what_is_hidden_stays_so_in_the_project(own_folders, qtbot, outcrop, pic
     driver.dismiss(window)
     window = driver.make_window([tmp_path / "cliff.vom"])
     driver.settled(window)
-    wait(lambda: window.viewport.still, "the picture")
+    wait(lambda: window.viewport.is_still, "the picture")
     assert window.studio.workspace.elements.hidden(id_)[face]
     found = window.viewport.pick(at.x(), at.y())
     assert found is None or found.index != face
@@ -327,7 +327,7 @@ def test_a_piece_is_cut_out_with_its_texture_and_the_original_stays(window, outc
     key(window, Qt.Key.Key_Escape)
     studio.set_visible([original.id], False)
     wait(lambda: "complete" in window.viewport.models.reached(piece.id), "the drawn piece")
-    wait(lambda: window.viewport.still, "the picture")
+    wait(lambda: window.viewport.is_still, "the picture")
     driver.keep_picture(window, "select-9-cut-out")
 
 

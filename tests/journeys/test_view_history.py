@@ -26,7 +26,7 @@ def opened(window, outcrop):
 
 def rest(window) -> None:
     """As long as a view must stand still to count."""
-    wait(lambda: window.viewport.still, "the camera's rest")
+    wait(lambda: window.viewport.is_still, "the camera's rest")
     driver.pause(600)
 
 

@@ -22,7 +22,7 @@ def test_workspaces_leave_camera_work_and_keyboard_alone(window, outcrop, picks)
     tool = studio.open_tool
     vertices = list(tool.vertices)
     assert len(vertices) == 3
-    wait(lambda: viewport.still, "the camera's rest")
+    wait(lambda: viewport.is_still, "the camera's rest")
     camera, label = viewport.moves.camera_state(), studio.undo_label
     for number in (1, 2, 3, 2):
         key(window, Qt.Key.Key_0 + number, CTRL)

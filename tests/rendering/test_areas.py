@@ -128,10 +128,10 @@ def test_the_live_area_comes_and_goes(scene: Scene) -> None:  # noqa: F811
     show(scene, "m", mesh)
     before(scene)
     plain = rest(scene)
-    scene.features.areas.set_live([(area(mesh, np.arange(400)), GREEN)])
+    scene.features.areas.set_preview_areas([(area(mesh, np.arange(400)), GREEN)])
     scene.picture.draw_features()
     assert (scene.canvas.pixels()[::-1, :, :3] != plain).any()
-    scene.features.areas.set_live([])
+    scene.features.areas.set_preview_areas([])
     scene.picture.draw_features()
     assert (scene.canvas.pixels()[::-1, :, :3] == plain).all()
 

@@ -116,7 +116,7 @@ def test_while_the_view_moves_many_labels_are_moved_and_none_is_added(image, mon
     def labels(*, moving: bool) -> dict[str, float]:
         painter = QPainter(image)
         size = (float(image.width()), float(image.height()))
-        annotations.paint(painter, drawings, frozenset(), Camera(), project, size, moving=moving)
+        annotations.paint(painter, drawings, frozenset(), Camera(), project, size, is_moving=moving)
         painter.end()
         return {id_: box.x() for id_, box in annotations.label_boxes}
 

@@ -406,7 +406,7 @@ def test_a_texture_in_quarters_is_drawn_as_the_whole(
     show(scene, "w", mesh)
     stop = threading.Event()
     preparation.prepare_textures(mesh, 4096, stop, lambda e: scene.take("w", e), 32)
-    (skin,) = scene.models["w"].skins.values()
+    (skin,) = scene.models["w"].gpu_textures.values()
     assert len(skin.texture.levels[0].tiles) == 4
     quarters = rest(scene)
     assert scene.picture.complete
@@ -634,12 +634,12 @@ def test_nine_textures_of_a_real_outcrop_are_drawn(scene: Scene, data_dir: Path)
     loaded = read_model(data_dir / "brighton_model" / "brighton_utm15n.obj")
     told = show(scene, "b", loaded.data)
     assert told == []
-    assert len(scene.models["b"].skins) == 9
+    assert len(scene.models["b"].gpu_textures) == 9
     scene.camera.look_along(0.0, 90.0)
     scene.camera.fit(scene.corners(close=True), SIZE)
     picture = rest(scene)
     assert scene.picture.complete
-    assert all(s.level is not None for s in scene.models["b"].skins.values())
+    assert all(s.level is not None for s in scene.models["b"].gpu_textures.values())
     drawn = np.abs(picture - picture[2, 2]).max(axis=2) > 8
     assert drawn.mean() > 0.3
     assert picture[drawn].mean() > 50

@@ -89,9 +89,9 @@ def test_the_data_are_shared_and_the_actors_are_not(scene, second, tmp_path) -> 
     for part, copy in pairs:
         assert part.actor is not copy.actor
         assert part.actor.GetMapper().GetInput() is copy.actor.GetMapper().GetInput()
-    for material, skin in model.skins.items():
-        assert twin.skins[material] is not skin
-        assert twin.skins[material].texture is skin.texture
+    for material, skin in model.gpu_textures.items():
+        assert twin.gpu_textures[material] is not skin
+        assert twin.gpu_textures[material].texture is skin.texture
 
 
 def test_a_second_scene_follows_placement_visibility_hidden_faces_and_removal(

@@ -87,14 +87,14 @@ class Sink:
         elif isinstance(event, StreamStarted):
             self.streamer = event.streamer
         elif isinstance(event, ViewDone):
-            self.done = event.turn
+            self.done = event.request_number
 
     def look(self, view: CloudView) -> None:
         assert self.streamer is not None
         shown = self.streamer.look(view)
         assert shown is not None
         self.shown = tuple(shown)
-        assert self.done == self.streamer.turn
+        assert self.done == self.streamer.request_number
         assert self.streamer.look(view) is None
 
 

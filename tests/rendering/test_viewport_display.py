@@ -36,7 +36,7 @@ def at_rest(stage: Stage) -> None:
     scene = stage.view.scene
     assert scene is not None
     stage.settle(0.1)
-    stage.wait(lambda: stage.view.still)
+    stage.wait(lambda: stage.view.is_still)
     stage.settle(0.05)
 
 

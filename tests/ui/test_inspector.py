@@ -209,9 +209,9 @@ def test_a_line_remembers_its_set_by_type_too(window, studio):
     tool = panel._tool
     tool.choose(type_id="lineation", set_name="L1")
     tool.choose(type_id="fold_axis", set_name="L1")
-    assert tool.next.set_name == ""
+    assert tool.next_line.set_name == ""
     tool.choose(type_id="lineation", set_name="")
-    assert tool.next.set_name == "L1"
+    assert tool.next_line.set_name == "L1"
 
 
 def test_the_planes_of_a_line_begin_with_the_nearest_fault(window, studio):

@@ -89,35 +89,35 @@ def test_slip_waits_for_a_plane_and_says_so(window, planes):
     assert rows["B01"] == "–"
     choose(panel.plane_box, "")
     assert not panel.slip_box.isEnabled()
-    assert planes.tool_of(LineTool).next.slip == ""
+    assert planes.tool_of(LineTool).next_line.slip == ""
 
 
 @pytest.mark.full
 def test_the_selected_plane_is_followed_and_stays_when_a_line_is_made(window, planes):
     panel = driver.tool_panel(window, LinePanel)
     planes.selection.set(["f1"])
-    assert planes.tool_of(LineTool).next.plane_id == "", "not before it is asked for"
+    assert planes.tool_of(LineTool).next_line.plane_id == "", "not before it is asked for"
     choose(panel.plane_box, SELECTED)
-    assert planes.tool_of(LineTool).next.plane_id == "f1"
+    assert planes.tool_of(LineTool).next_line.plane_id == "f1"
     planes.selection.set(["b2"])
-    assert planes.tool_of(LineTool).next.plane_id == "b2"
+    assert planes.tool_of(LineTool).next_line.plane_id == "b2"
     assert "B02" in panel.plane_box.currentText()
     planes.activate("line")
     click(planes, (0, 0, 0), (1, 0.5, 1.0))
     planes.finish_tool()
-    assert planes.tool_of(LineTool).next.plane_id == "b2", (
+    assert planes.tool_of(LineTool).next_line.plane_id == "b2", (
         "the made line is selected, the plane stays"
     )
     choose(panel.plane_box, "f1")
     planes.selection.set(["b1"])
-    assert planes.tool_of(LineTool).next.plane_id == "f1", (
+    assert planes.tool_of(LineTool).next_line.plane_id == "f1", (
         "chosen by name: the selection does not matter"
     )
     choose(panel.plane_box, SELECTED)
-    assert planes.tool_of(LineTool).next.plane_id == "b1"
+    assert planes.tool_of(LineTool).next_line.plane_id == "b1"
     planes.selection.set(["b1"])
     planes.attempt(edits.delete, ["b1"])
-    assert planes.tool_of(LineTool).next.plane_id == ""
+    assert planes.tool_of(LineTool).next_line.plane_id == ""
 
 
 def test_a_line_is_laid_onto_another_plane_in_its_properties(window, planes):

@@ -172,7 +172,7 @@ def stereonet(
     with name_arguments_in_errors(StereonetFigure):
         style = FigureStyle.from_options(figure)
     with name_arguments_in_errors(StereonetOptions):
-        contents = read_wishes(options)
+        net_request = read_wishes(options)
     if ax is not None and not is_stereonet_axes(ax):
         raise wrong_type(ax, "mplstereonet.StereonetAxes", "ax")
     if ax is not None and size_mm is not None:
@@ -186,7 +186,7 @@ def stereonet(
             contour=options.contour,
             contouring=contouring_of(options),
         )
-        net = contents.net(net, rows)
+        net = net_request.net(net, rows)
     if ax is None:
         ax = new_axes(net, style, None if size_mm is None else style.size_mm)
     draw_net(ax, net, style)

@@ -16,8 +16,8 @@ ProgressArgument = Callable[[str, int, int | None], Any] | Progress | None
 class _CallbackProgress:
     """Progress that calls a function given by the caller."""
 
-    def __init__(self, call: Callable[[str, int, int | None], Any]) -> None:
-        self._call = call
+    def __init__(self, callback: Callable[[str, int, int | None], Any]) -> None:
+        self._call = callback
         self._stage, self._total = "", None
 
     def stage(self, name: str, total: int | None = None) -> None:
@@ -43,9 +43,9 @@ class _CancellableProgress:
         self._progress.step(done)
 
 
-def _accepts_three_arguments(call: Callable[..., Any]) -> bool:
+def _accepts_three_arguments(callback: Callable[..., Any]) -> bool:
     try:
-        inspect.signature(call).bind("", 0, None)
+        inspect.signature(callback).bind("", 0, None)
     except TypeError:
         return False
     except ValueError:  # Builtins have no signature.

@@ -95,8 +95,8 @@ def _result_text(report: SurveyReport) -> str:
     ]
     lines = []
     if rows:
-        heads = (tr("photo"), tr("GSD"), tr("blur"), tr("views"), tr("overlap"))
-        lines = [text_tables.table(heads, ("", unit, "px", "", "%"), rows), ""]
+        headers = (tr("photo"), tr("GSD"), tr("blur"), tr("views"), tr("overlap"))
+        lines = [text_tables.table(headers, ("", unit, "px", "", "%"), rows), ""]
     for finding in report.findings:
         lines.append(f"{finding.severity}: {finding.message}")
     lines += ["", report.verdict]

@@ -65,7 +65,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _result_text(result: dict[str, Any]) -> str:
-    heads = [
+    headers = [
         tr("pair"),
         tr("net"),
         "+-",
@@ -97,4 +97,4 @@ def _result_text(result: dict[str, Any]) -> str:
         if result["what"] == "net slip"
         else tr("Dip separation in metres, with 95 % errors; the net slip is unknown")
     )
-    return f"{title}\n" + text_tables.table(heads, [""] * len(heads), rows)
+    return f"{title}\n" + text_tables.table(headers, [""] * len(headers), rows)

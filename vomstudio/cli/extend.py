@@ -140,13 +140,13 @@ def _result_text(extension: ExtendedPlane, unit: str) -> str:
         ]
         for bed in extension.beds[:MAX_SHOWN]
     ]
-    heads = [tr("bed"), tr("offset"), tr("length"), tr("95 % min"), tr("95 % max")]
+    headers = [tr("bed"), tr("offset"), tr("length"), tr("95 % min"), tr("95 % max")]
     lines = [
         tr(
             "Plane {plane} (95 %), extended over the model.",
             plane=text_tables.plane_with_error(vars(extension), "max_error95_deg"),
         ),
-        text_tables.table(heads, ["", *[unit] * 4], rows),
+        text_tables.table(headers, ["", *[unit] * 4], rows),
     ]
     remaining_count = len(extension.beds) - MAX_SHOWN
     if remaining_count > 0:

@@ -107,7 +107,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 def _result_text(facet_table: FacetTable) -> str:
     """Describe the largest facets and the share of the outcrop that all facets cover."""
-    heads = [tr("facet"), tr("plane"), tr("area"), tr("n"), tr("quality")]
+    headers = [tr("facet"), tr("plane"), tr("area"), tr("n"), tr("quality")]
     units = ["", tr("dip direction/dip ± 95 %"), "m2", "", ""]
     rows = [
         [
@@ -119,7 +119,7 @@ def _result_text(facet_table: FacetTable) -> str:
         ]
         for row in facet_table.rows[:MAX_SHOWN]
     ]
-    lines = [text_tables.table(heads, units, rows)] if rows else []
+    lines = [text_tables.table(headers, units, rows)] if rows else []
     if facet_table.facets > MAX_SHOWN:
         lines.append(tr("{count} more are in the table.", count=facet_table.facets - MAX_SHOWN))
     if facet_table.coverage is not None:

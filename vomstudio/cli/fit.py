@@ -208,7 +208,7 @@ def _no_fit_error(path: str, by: str | None, skipped: list[dict[str, Any]]) -> G
 def _result_text(rows: list[dict[str, Any]]) -> str:
     from vomstudio.geology.notation import attitude_decimals, format_azimuth
 
-    heads = [
+    headers = [
         tr("id"),
         tr("n"),
         tr("plane"),
@@ -248,7 +248,7 @@ def _result_text(rows: list[dict[str, Any]]) -> str:
         for row in rows
         if row["quality_reason"]
     ]
-    return "\n".join([text_tables.table(heads, units, body), *reasons])
+    return "\n".join([text_tables.table(headers, units, body), *reasons])
 
 
 def _pair(row: dict[str, Any], name: str) -> str:

@@ -69,15 +69,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
             progress.part(number, len(args.files))
         report_reading(args, name)
         try:
-            contents = _describe_path(Path(name), progress)
+            description = _describe_path(Path(name), progress)
         except InputError as error:
             out.error(f"vomstudio: {error}")
             first_error = first_error or error.to_dict()
-            contents = {**EMPTY_CONTENTS, "error": error.to_dict()}
+            description = {**EMPTY_CONTENTS, "error": error.to_dict()}
         else:
-            out.text(_result_text(name, contents))
-            out.warn([item.with_file(name) for item in contents.get("warnings", ())])
-        files.append({**EMPTY_CONTENTS, **contents, "path": name})
+            out.text(_result_text(name, description))
+            out.warn([item.with_file(name) for item in description.get("warnings", ())])
+        files.append({**EMPTY_CONTENTS, **description, "path": name})
     result: dict[str, Any] = {"files": files}
     if first_error is not None:
         result["error"] = first_error
@@ -299,23 +299,23 @@ def _grid(path: Path, progress: Progress) -> dict[str, Any]:
     }
 
 
-def _extent_rows(contents: dict[str, Any]) -> list[tuple[str, str]]:
+def _extent_rows(description: dict[str, Any]) -> list[tuple[str, str]]:
     """Return bounds and spacing with their unit, and the units stated in the file."""
     rows = []
-    units = contents.get("units") or ["unknown"] * 3
-    is_metric = "resolution" not in contents and units[0] != "unknown"
-    if bounds := contents.get("bounds"):
+    units = description.get("units") or ["unknown"] * 3
+    is_metric = "resolution" not in description and units[0] != "unknown"
+    if bounds := description.get("bounds"):
         for axis, unit, low, high in zip("xyz", units, *bounds, strict=True):
             if low is None:  # a picture has no heights
                 continue
             shown_unit = "m" if is_metric else unit
             label = axis if shown_unit == "unknown" else f"{axis}, {shown_unit}"
             rows.append((label, tr("{low:.3f} to {high:.3f}", low=low, high=high)))
-    if spacing := contents.get("resolution_m"):
+    if spacing := description.get("resolution_m"):
         rows.append((tr("resolution, m"), f"{spacing:.4g}"))
-    elif spacing := contents.get("resolution"):
+    elif spacing := description.get("resolution"):
         rows.append((tr("resolution"), f"{spacing:.4g}"))
-    if contents.get("units"):
+    if description.get("units"):
         stated_units = tr("unknown") if set(units) == {"unknown"} else ", ".join(units)
         rows.append((tr("file units"), stated_units))
     return rows
@@ -336,7 +336,7 @@ def _camera_text(camera: dict[str, Any]) -> str:
     )
 
 
-def _result_text(name: str, contents: dict[str, Any]) -> str:
+def _result_text(name: str, description: dict[str, Any]) -> str:
     counts = {
         "photos": tr("photos"),
         "with_gps": tr("with GPS"),
@@ -347,11 +347,13 @@ def _result_text(name: str, contents: dict[str, Any]) -> str:
         "height": tr("height, px"),
     }
     lists = {"fields": tr("fields"), "materials": tr("materials"), "textures": tr("textures")}
-    rows = [(label, str(contents[key])) for key, label in counts.items() if contents.get(key)]
-    rows += [(tr("camera"), _camera_text(camera)) for camera in contents.get("cameras", ())]
-    rows += _extent_rows(contents)
-    if contents["kind"] in ("mesh", "cloud") or contents.get("crs"):
-        rows.append((tr("CRS"), contents.get("crs") or tr("none in the file")))
-    rows += [(t, ", ".join(map(str, contents[k]))) for k, t in lists.items() if contents.get(k)]
-    heading = f"{name}: {contents['kind']}"
+    rows = [(label, str(description[key])) for key, label in counts.items() if description.get(key)]
+    rows += [(tr("camera"), _camera_text(camera)) for camera in description.get("cameras", ())]
+    rows += _extent_rows(description)
+    if description["kind"] in ("mesh", "cloud") or description.get("crs"):
+        rows.append((tr("CRS"), description.get("crs") or tr("none in the file")))
+    rows += [
+        (t, ", ".join(map(str, description[k]))) for k, t in lists.items() if description.get(k)
+    ]
+    heading = f"{name}: {description['kind']}"
     return f"{heading}\n{text_tables.label_lines(rows, 14, '  ')}" if rows else heading

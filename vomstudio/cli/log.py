@@ -104,7 +104,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     }
     out.result(add_unitless_names(result, is_metric=answer.metric))
     out.warn(log.warnings)
-    heads = [tr("bed"), tr("from"), tr("to"), tr("thickness"), tr("lithology"), tr("notes")]
+    headers = [tr("bed"), tr("from"), tr("to"), tr("thickness"), tr("lithology"), tr("notes")]
     rows = [
         [
             str(i.number),
@@ -119,7 +119,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     heading = tr("True thickness in metres, with 95 % errors, youngest bed on top")
     if not answer.metric:
         heading = tr("True thickness in model units, with 95 % errors, youngest bed on top")
-    out.text(heading + "\n" + text_tables.table(heads, [""] * len(heads), rows))
+    out.text(heading + "\n" + text_tables.table(headers, [""] * len(headers), rows))
 
 
 class _LogResult(NamedTuple):

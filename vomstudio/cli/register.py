@@ -87,8 +87,8 @@ def _attitudes_text(photos: Sequence[AttitudeMiss]) -> str:
         [p.photo, *(text_tables.figures(v) for v in (p.yaw_deg, p.pitch_deg, p.roll_deg))]
         for p in photos
     ]
-    heads = [tr("photo"), tr("yaw"), tr("pitch"), tr("roll")]
-    return "\n" + text_tables.table(heads, ["", "°", "°", "°"], rows)
+    headers = [tr("photo"), tr("yaw"), tr("pitch"), tr("roll")]
+    return "\n" + text_tables.table(headers, ["", "°", "°", "°"], rows)
 
 
 def _write_registered_model(
@@ -132,8 +132,8 @@ def placement_text(placement: Placed) -> str:
                 [title, p.label, *(text_tables.figures(v) for v in (p.dx, p.dy, p.dz, p.error_m))]
                 for p in points
             ]
-            heads = [tr("use"), tr("label"), "dx", "dy", "dz", tr("error")]
-            blocks.append(text_tables.table(heads, ["", "", "m", "m", "m", "m"], rows))
+            headers = [tr("use"), tr("label"), "dx", "dy", "dz", tr("error")]
+            blocks.append(text_tables.table(headers, ["", "", "m", "m", "m", "m"], rows))
     if placement.without:
         rows = [
             [
@@ -145,12 +145,12 @@ def placement_text(placement: Placed) -> str:
             ]
             for w in placement.without
         ]
-        heads = [
+        headers = [
             tr("without"),
             tr("its error"),
             tr("model rotates"),
             tr("others agree"),
             tr("worst 95 %"),
         ]
-        blocks.append(text_tables.table(heads, ["", "°", "°", "°", "°"], rows))
+        blocks.append(text_tables.table(headers, ["", "°", "°", "°", "°"], rows))
     return "\n".join([*blocks, *map(str, worst_axis_findings(placement))])

@@ -92,7 +92,7 @@ def _result_text(result: dict[str, Any]) -> str:
         ]
         for proposed_set in result["sets"]
     ]
-    heads = [
+    headers = [
         tr("set"),
         "n",
         tr("mean plane"),
@@ -104,7 +104,7 @@ def _result_text(result: dict[str, Any]) -> str:
         "P32",
     ]
     units = ["", "", tr("dip direction/dip ± 95 %"), "", "", "m", "m", "m", "1/m"]
-    lines = [text_tables.table(heads, units, rows)] if rows else []
+    lines = [text_tables.table(headers, units, rows)] if rows else []
     lines.append(
         tr_n(
             "{count} plane of {all} has no set.",

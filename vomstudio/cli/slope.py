@@ -157,7 +157,7 @@ def _facets_text(slopes: FacetSlopes) -> str:
         ]
         for i in worst_facets
     ]
-    heads = [
+    headers = [
         tr("facet"),
         tr("dip dir"),
         tr("dip"),
@@ -168,7 +168,7 @@ def _facets_text(slopes: FacetSlopes) -> str:
     ]
     lines = [
         heading,
-        text_tables.table(heads, ["", tr("deg"), tr("deg"), "%", "%", "%", "%"], rows),
+        text_tables.table(headers, ["", tr("deg"), tr("deg"), "%", "%", "%", "%"], rows),
     ]
     if len(shares) > MAX_SHOWN:
         lines.append(tr("{count} more are in the table.", count=len(shares) - MAX_SHOWN))
@@ -191,8 +191,8 @@ def _result_text(slope: TableSlope) -> str:
         _row(tr("direct toppling"), tr("intersections"), slope.direct_toppling),
         _row("  " + tr("its bases"), tr("planes"), slope.direct_toppling.bases),
     ]
-    heads = [tr("mode"), tr("of"), tr("critical"), tr("all"), tr("share"), tr("with errors")]
-    return heading + "\n" + text_tables.table(heads, ["", "", "", "", "%", "%"], rows)
+    headers = [tr("mode"), tr("of"), tr("critical"), tr("all"), tr("share"), tr("with errors")]
+    return heading + "\n" + text_tables.table(headers, ["", "", "", "", "%", "%"], rows)
 
 
 def _row(name: str, of: str, mode: Mode) -> list[str]:

@@ -60,7 +60,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     format_ = picture_format(args.output, "--output")
     options = parse_options(args, StereonetOptions)
-    contents = read_wishes(options)
+    net_request = read_wishes(options)
     style = FigureStyle.from_options(parse_options(args, StereonetFigure))
     colors = parse_options(args, SetColors).colors_by_set
     check_target(args.output, force=args.force, inputs=[args.table])
@@ -75,7 +75,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         contouring=contouring_of(options),
     )
     net = replace_colors(net, select_colors(colors, [s.name for s in net.sets]))
-    net = contents.net(net, table)
+    net = net_request.net(net, table)
 
     from vomstudio.products.net.figure import write_stereonet
 

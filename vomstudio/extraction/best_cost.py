@@ -230,12 +230,12 @@ def rank_path(
     resolution = resolution_near(points)
     face = None if face_near is None else face_near(points)
     reliable_remaining_plane = fit_remaining_plane(points, doubtful_ranges)
-    stretch = (
+    length_ratio = (
         None
         if reliable_remaining_plane is None
         else reliable_remaining_plane.error95_deg(fit, resolution, face)
     )
-    error = total_error_deg(fit, resolution, outcrop_normal=face, stretch_error_deg=stretch)
+    error = total_error_deg(fit, resolution, outcrop_normal=face, stretch_error_deg=length_ratio)
     if face is not None and abs(float(fit.normal @ face)) > _MAX_FACE_COSINE:
         return (_TENSOR_RANK["poor"], 90.0), error
     verdict = judge(
@@ -245,6 +245,6 @@ def rank_path(
         surface_findings=()
         if reliable_remaining_plane is None
         else reliable_remaining_plane.findings(),
-        stretch_error_deg=stretch,
+        stretch_error_deg=length_ratio,
     )
     return (_TENSOR_RANK[verdict.quality], 90.0 if error is None else error), error

@@ -128,7 +128,7 @@ def tabulate_facets(
         vegetation_share=exposure.vegetation_share,
         debris_share=exposure.debris_share,
         angle_deg=options.used_angle_deg,
-        max_distance_m=facets.reach,
+        max_distance_m=facets.max_distance,
         min_points=facets.min_points,
         min_area_m2=options.min_area_m2,
         warnings=facets.warnings,

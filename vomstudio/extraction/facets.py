@@ -111,7 +111,7 @@ class FacetSegmentation:
         Facet of each point or vertex of the model; -1 if it belongs to none.
     of : str
         Kind of the surface elements.
-    reach : float
+    max_distance : float
         Median of the maximum distances from the plane, m.
     min_points : int
     exposure : Exposure
@@ -123,7 +123,7 @@ class FacetSegmentation:
     facets: list[Facet]
     labels: Int32Array
     of: str
-    reach: float
+    max_distance: float
     min_points: int
     exposure: Exposure
     covers: Int32Array
@@ -190,7 +190,7 @@ def find_facets(
     labels = grow_facets(
         elements,
         angle_deg=options.used_angle_deg,
-        reach=max_distance,
+        max_distances=max_distance,
         min_count=min_count,
         min_area=min_area,
         typical_tolerance=typical_reach,
@@ -474,11 +474,11 @@ def _label_points(data: Mesh | PointCloud, elements: Elements, labels: Int32Arra
         return result
     assert isinstance(data, Mesh)
     count = max(int(labels.max(initial=-1)), -1) + 2
-    inside = np.flatnonzero(labels >= 0)
-    corner = np.asarray(data.faces[elements.rows[inside]], np.int64)
-    key = (corner * count + labels[inside, None]).ravel()
+    labelled_rows = np.flatnonzero(labels >= 0)
+    corner = np.asarray(data.faces[elements.rows[labelled_rows]], np.int64)
+    key = (corner * count + labels[labelled_rows, None]).ravel()
     pairs, pair_of = np.unique(key, return_inverse=True)
-    area = np.bincount(pair_of, np.repeat(elements.areas[inside], 3))
+    area = np.bincount(pair_of, np.repeat(elements.areas[labelled_rows], 3))
     order = np.argsort(area, kind="stable")
     result = np.full(len(data.vertices), -1, np.int32)
     result[pairs[order] // count] = (pairs[order] % count).astype(np.int32)

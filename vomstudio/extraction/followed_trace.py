@@ -339,11 +339,11 @@ def write_path(
     TargetError
         If the file cannot be written.
     """
-    head = [
+    header_lines = [
         f"VOM Studio {__version__}, followed trace",
         f"CRS: {crs or 'none declared, coordinates as given'}",
         *notes,
     ]
     rows = [f"{x:.6f},{y:.6f},{z:.6f}" for x, y, z in points.tolist()]
-    text = "".join(map(comment_line, head)) + "\n".join(["x,y,z", *rows]) + "\n"
+    text = "".join(map(comment_line, header_lines)) + "\n".join(["x,y,z", *rows]) + "\n"
     write_bytes(path, text.encode(), force=force)

@@ -141,25 +141,30 @@ class Follower:
         self, start: FloatArray, goal: FloatArray, tints: FloatArray | None, number: int
     ) -> PathLeg:
         spacing = self._spacing(start, goal)
-        stretch, previous_count = CORRIDOR_STRETCH_FACTOR, 0
+        stretch_factor, previous_count = CORRIDOR_STRETCH_FACTOR, 0
         # In a graph of points and vertices, the nearest node may not be connected.
         max_distance = float(self.surface.tree.query(goal)[0]) * (1.0 + 1e-9) + 1e-12
         if self._covers(start, goal, spacing):
             return self._over_whole(start, goal, tints, number)
         while True:
             margin = (
-                2.0 * _MARGIN_SPACINGS if stretch > CORRIDOR_STRETCH_FACTOR else _MARGIN_SPACINGS
+                2.0 * _MARGIN_SPACINGS
+                if stretch_factor > CORRIDOR_STRETCH_FACTOR
+                else _MARGIN_SPACINGS
             ) * spacing
-            graph = self.surface.corridor(start, goal, stretch, margin)
+            graph = self.surface.corridor(start, goal, stretch_factor, margin)
             ends = _nearest_nodes(graph.places, np.stack([start, goal]))
             if np.linalg.norm(graph.places[ends[1]] - goal) <= max_distance:
                 costs = self._costs(graph, tints)
                 path = straightest_path(graph, int(ends[0]), int(ends[1]), costs)
                 if path is not None:
                     return self.surface.world(graph, path), costs[path] / np.median(costs)
-            if len(graph.places) in (previous_count, len(self.surface.places)) or stretch > 50.0:
+            if (
+                len(graph.places) in (previous_count, len(self.surface.places))
+                or stretch_factor > 50.0
+            ):
                 raise _separate_parts_error(number)
-            stretch, previous_count = 3.0 * stretch, len(graph.places)
+            stretch_factor, previous_count = 3.0 * stretch_factor, len(graph.places)
 
     def _covers(self, start: FloatArray, goal: FloatArray, spacing: float) -> bool:
         """Return whether searching the whole surface is faster than searching a corridor.

@@ -115,7 +115,7 @@ def grow_facets(
     elements: Elements,
     *,
     angle_deg: float,
-    reach: FloatArray,
+    max_distances: FloatArray,
     min_count: int,
     min_area: float,
     typical_tolerance: float,
@@ -129,12 +129,12 @@ def grow_facets(
     elements : Elements
     angle_deg : float
         Maximum angle between the normal of an element and the plane of the facet, degrees.
-    reach : (n,) array
+    max_distances : (n,) array
         Maximum distance of each element from the plane of its facet, m.
     min_count, min_area
         Minimum number of elements and minimum area; a facet must reach one of the two.
     typical_tolerance : float
-        Median of `reach`, m.
+        Median of `max_distances`, m.
     progress : Progress
         Its steps are the seeds processed so far.
     known_labels : (n,) int32 array, optional
@@ -156,13 +156,15 @@ def grow_facets(
         if known_labels is None
         else to_kernel_array(known_labels, np.int32)
     )
-    is_usable = np.isfinite(elements.normals[:, 0]) & np.isfinite(reach)
+    is_usable = np.isfinite(elements.normals[:, 0]) & np.isfinite(max_distances)
     labels[~is_usable] = OUTLIER
     rows, inner_sums = np.arange(n), None
     if known_labels is not None:
         is_listed = np.diff(elements.starts) > 0
         rows, closed_rows = np.flatnonzero(is_listed), np.flatnonzero(~is_listed)
-        inner_sums = _sum_moments(elements, labels, closed_rows, _count(labels), reach=reach)
+        inner_sums = _sum_moments(
+            elements, labels, closed_rows, _count(labels), max_distances=max_distances
+        )
     free_rows = rows[labels[rows] == UNASSIGNED_LABEL]
     roughness = np.nan_to_num(elements.variation[free_rows], nan=1.0)
     order = free_rows[np.argsort(roughness, kind="stable")]
@@ -180,7 +182,7 @@ def grow_facets(
             elements.normals,
             elements.areas,
             elements.inner,
-            reach,
+            max_distances,
             elements.starts,
             elements.near,
             cosine,
@@ -194,10 +196,14 @@ def grow_facets(
         progress.step(last_seed)
     progress.stage(tr("Merging facets"), None)
     for _ in range(2):
-        labels = _reassign(elements, rows, inner_sums, reach, typical_tolerance, cosine, labels)
-        labels, inner_sums = _merge_coplanar(elements, rows, inner_sums, reach, angle_deg, labels)
+        labels = _reassign(
+            elements, rows, inner_sums, max_distances, typical_tolerance, cosine, labels
+        )
+        labels, inner_sums = _merge_coplanar(
+            elements, rows, inner_sums, max_distances, angle_deg, labels
+        )
         progress.step(0)
-    labels = _reassign(elements, rows, inner_sums, reach, typical_tolerance, cosine, labels)
+    labels = _reassign(elements, rows, inner_sums, max_distances, typical_tolerance, cosine, labels)
     return _remove_small(
         elements,
         rows,
@@ -262,7 +268,7 @@ def _sum_moments(
     rows: IntArray,
     f: int,
     inner_sums: _FacetSums | None = None,
-    reach: FloatArray | None = None,
+    max_distances: FloatArray | None = None,
 ) -> _FacetSums:
     sums = _zero_sums(f) if inner_sums is None else inner_sums.extended(f)
     kernel_labels = to_kernel_array(labels, np.int32)
@@ -271,7 +277,7 @@ def _sum_moments(
         elements.places,
         elements.areas,
         elements.inner,
-        np.zeros(1) if reach is None else reach,
+        np.zeros(1) if max_distances is None else max_distances,
         kernel_labels,
         sums.about,
         sums.known,
@@ -286,7 +292,7 @@ def facet_planes(
     labels: Int32Array,
     rows: IntArray | None = None,
     inner_sums: _FacetSums | None = None,
-    reach: FloatArray | None = None,
+    max_distances: FloatArray | None = None,
 ) -> FacetPlanes:
     """Compute the area-weighted planes of all facets, from 0 to the largest label.
 
@@ -298,11 +304,11 @@ def facet_planes(
         Elements to add; by default, all elements.
     inner_sums : _Sums, optional
         Sums of all other elements.
-    reach : (n,) array, optional
+    max_distances : (n,) array, optional
         Tolerances of the elements, for `Planes.squares`.
     """
     rows = np.arange(len(labels)) if rows is None else rows
-    sums = _sum_moments(elements, labels, rows, _count(labels), inner_sums, reach)
+    sums = _sum_moments(elements, labels, rows, _count(labels), inner_sums, max_distances)
     area = sums.sums[:, 0]
     means = sums.sums[:, 1:] / np.where(area > 0.0, area, 1.0)[:, None]
     mean = means[:, :3]
@@ -344,7 +350,7 @@ def _reassign(
     elements: Elements,
     rows: IntArray,
     inner_sums: _FacetSums | None,
-    reach: FloatArray,
+    max_distances: FloatArray,
     typical_tolerance: float,
     cosine: float,
     labels: Int32Array,
@@ -358,7 +364,7 @@ def _reassign(
             rows,
             elements.places,
             elements.normals,
-            reach,
+            max_distances,
             elements.starts,
             elements.near,
             cosine,
@@ -378,7 +384,7 @@ def _merge_coplanar(
     elements: Elements,
     rows: IntArray,
     inner_sums: _FacetSums | None,
-    reach: FloatArray,
+    max_distances: FloatArray,
     angle_deg: float,
     labels: Int32Array,
 ) -> tuple[Int32Array, _FacetSums | None]:
@@ -387,7 +393,7 @@ def _merge_coplanar(
     if f < 2:
         return labels, inner_sums
     pairs = _adjacent_facets(elements, labels, f, rows)
-    planes = facet_planes(elements, labels, rows, inner_sums, reach)
+    planes = facet_planes(elements, labels, rows, inner_sums, max_distances)
     owner = np.arange(f)
     weight = planes.area.copy()
     mean, normal, rms = planes.centre.copy(), planes.normal.copy(), planes.rms.copy()
@@ -566,8 +572,8 @@ def _rotation_to_neighbour(
     place, height = offset @ (towards / size), offset @ normal
     inner, centre, end = np.sort(place)[(np.array(_PIECE_QUANTILES) * len(place)).astype(np.int64)]
     slopes = [
-        _slope(place[inside], height[inside])
-        for inside in ((place > centre) & (place < end), (place > inner) & (place < centre))
+        _slope(place[is_inside], height[is_inside])
+        for is_inside in ((place > centre) & (place < end), (place > inner) & (place < centre))
     ]
     return np.array(
         [
@@ -580,12 +586,12 @@ def _rotation_to_neighbour(
 def _slope(position: FloatArray, height: FloatArray) -> tuple[float, float]:
     """Fit a slope to heights as a function of position; return it and its variance."""
     centred_position = position - position.mean() if len(position) else position
-    square = float(centred_position @ centred_position)
-    if len(position) < 4 or square <= 0.0:
+    squared_length = float(centred_position @ centred_position)
+    if len(position) < 4 or squared_length <= 0.0:
         return 0.0, np.inf
-    slope = float(centred_position @ height) / square
+    slope = float(centred_position @ height) / squared_length
     residuals = height - height.mean() - slope * centred_position
-    return slope, float(residuals @ residuals) / (len(position) - 2) / square
+    return slope, float(residuals @ residuals) / (len(position) - 2) / squared_length
 
 
 def _angle_deg(first: FloatArray, second: FloatArray) -> FloatArray:

@@ -229,8 +229,8 @@ def assign_nearest_planes(  # type: ignore[no-untyped-def]
         if labels[e] == -2:
             out[i] = -2
             continue
-        for turn in range(starts[e] - 1, starts[e + 1]):
-            f = labels[e] if turn < starts[e] else labels[neighbours[turn]]
+        for k in range(starts[e] - 1, starts[e + 1]):
+            f = labels[e] if k < starts[e] else labels[neighbours[k]]
             if f < 0 or f == best_plane:
                 continue
             distance = abs(

@@ -57,8 +57,8 @@ def extract_visible_part(
         centre = _find_point_in_view(
             points, np.asarray(eye, np.float64), np.asarray(view_target, np.float64)
         )
-        square = np.nan_to_num(((points - centre) ** 2).sum(axis=1), nan=np.inf)
-        rows = np.sort(np.argpartition(square, count)[:count])
+        squared_distances = np.nan_to_num(((points - centre) ** 2).sum(axis=1), nan=np.inf)
+        rows = np.sort(np.argpartition(squared_distances, count)[:count])
     if not isinstance(data, Mesh):
         return ModelPart(data.select_rows(rows), rows, np.zeros(0, np.int64))
     number = np.full(len(points), -1, np.int32)

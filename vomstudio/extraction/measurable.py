@@ -240,19 +240,21 @@ def _surface(
     if not len(rows):
         raise GeometryError(Finding("model.no-faces"))
     used_faces = faces if len(rows) == len(faces) else faces[rows]
-    square = np.empty(len(used_faces))
+    squared_lengths = np.empty(len(used_faces))
     square_longest_sides(
-        to_read_only_array(vertices, np.float64), to_read_only_array(used_faces, np.int64), square
+        to_read_only_array(vertices, np.float64),
+        to_read_only_array(used_faces, np.int64),
+        squared_lengths,
     )
     # Half and three quarters of the faces have no side longer than these lengths.
-    typical_side, long_side = np.sqrt(np.percentile(square, [50.0, 75.0]))
+    typical_side, long_side = np.sqrt(np.percentile(squared_lengths, [50.0, 75.0]))
     step = strip_half_width(float(long_side), length)
     max_side = 2.0 * step
     if max_side < typical_side:
         # Reject a length that is much too short before the mesh is divided into millions of pieces.
         _require_min_length(length, resolution or _MIN_RESOLUTION_RATIO * typical_resolution(data))
     is_fine = CELL_STRIPS * step > _MIN_CELL_RATIO * typical_side
-    if not is_fine and float(square.max()) <= max_side**2:
+    if not is_fine and float(squared_lengths.max()) <= max_side**2:
         elements = build_elements(data, _NORMAL_ANGLE_DEG, progress)
         return _ShortPieces(elements, np.asarray(elements.rows))
     node_of = weld_points(vertices)
@@ -429,8 +431,10 @@ def _errors(
     degrees_of_freedom = length / resolution - 3.0
     if options.points is not None:
         degrees_of_freedom = np.minimum(degrees_of_freedom, options.points - 3.0)
-    square = noise**2
-    values = np.stack([larger + square, smaller + square, np.full(len(larger), square)], axis=1)
+    variance = noise**2
+    values = np.stack(
+        [larger + variance, smaller + variance, np.full(len(larger), variance)], axis=1
+    )
     with np.errstate(invalid="ignore", divide="ignore"):
         is_determined = (degrees_of_freedom > 0.0) & (count >= _MIN_PIECES) & (smaller > 0.0)
         quantile = joint_quantile(np.where(is_determined, degrees_of_freedom, 1.0))

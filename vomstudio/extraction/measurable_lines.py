@@ -199,8 +199,8 @@ def _select_representatives(
     # Faces in the same cell with a different direction belong to another surface.
     normals = elements.normals[rows]
     first, second = _plane_axes(normal)
-    turn = np.arctan2(normals @ second, normals @ first)
-    key = key * 4 + np.floor((turn + np.pi) / (np.pi / 2.0)).astype(np.int64) % 4
+    angles = np.arctan2(normals @ second, normals @ first)
+    key = key * 4 + np.floor((angles + np.pi) / (np.pi / 2.0)).astype(np.int64) % 4
     _, cell_of = np.unique(key, return_inverse=True)
     order = np.lexsort((areas, cell_of))
     last_in_cell = np.flatnonzero(np.append(np.diff(cell_of[order]) != 0, True))

@@ -69,14 +69,14 @@ def node_costs(graph: Graph, cost: str, tints: FloatArray | None = None) -> Floa
         assert graph.colours is not None
         assert tints is not None
         colours = smooth_opponent_colours(graph)
-        square = np.full(len(graph.places), np.inf)
+        squared_distances = np.full(len(graph.places), np.inf)
         for target in np.unique(tints, axis=0):
             # Column by column: a sum over rows of three is many times slower.
             deviation = (colours[0] - target[0]) ** 2
             for axis in (1, 2):
                 deviation += (colours[axis] - target[axis]) ** 2
-            np.minimum(square, deviation, out=square)
-        value = np.sqrt(square)
+            np.minimum(squared_distances, deviation, out=squared_distances)
+        value = np.sqrt(squared_distances)
         value /= max(float(np.percentile(value, _HIGH_PERCENTILE)), 1e-9)
     else:
         value = contact_values(graph, cost)

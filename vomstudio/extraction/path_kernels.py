@@ -66,14 +66,15 @@ def _detour(positions, node, start, end):  # type: ignore[no-untyped-def]
 
 @kernel("i8(f8[:,::1], i8[::1], i4[::1], i8, f8[::1], f8[::1], f8, i8[::1], i8[::1])")
 def list_component_in_ellipsoid(  # type: ignore[no-untyped-def]
-    positions, starts, neighbours, first, start, end, reach, mark, rows
+    positions, starts, neighbours, first, start, end, max_length, mark, rows
 ):
     """List the nodes connected to `first` within an ellipsoid, and return their number.
 
     Return -1 if there are too many nodes.
 
-    The ellipsoid contains the points for which the sum of the distances from `start` and `end` does
-    not exceed `reach`. The nodes are written to `rows`; `mark` (n,) must be -1 and is restored.
+    The ellipsoid contains the points for which the sum of the distances from `start` and `end`
+    does not exceed `max_length`. The nodes are written to `rows`; `mark` (n,) must be -1 and is
+    restored.
     """
     rows[0] = first
     mark[first] = 0
@@ -83,7 +84,7 @@ def list_component_in_ellipsoid(  # type: ignore[no-untyped-def]
         done_count += 1
         for k in range(starts[node], starts[node + 1]):
             neighbour = neighbours[k]
-            if mark[neighbour] >= 0 or _detour(positions, neighbour, start, end) > reach:
+            if mark[neighbour] >= 0 or _detour(positions, neighbour, start, end) > max_length:
                 continue
             if count == len(rows):
                 done_count = -1
@@ -97,7 +98,7 @@ def list_component_in_ellipsoid(  # type: ignore[no-untyped-def]
 
 
 @kernel("i8(f8[:,::1], f8[::1], f8[::1], f8, i8[::1])")
-def list_nodes_in_ellipsoid(positions, start, end, reach, rows):  # type: ignore[no-untyped-def]
+def list_nodes_in_ellipsoid(positions, start, end, max_length, rows):  # type: ignore[no-untyped-def]
     """List all nodes within such an ellipsoid in `rows` (n,), and return their number.
 
     For many nodes, this is faster than a search from neighbour to neighbour.
@@ -105,12 +106,12 @@ def list_nodes_in_ellipsoid(positions, start, end, reach, rows):  # type: ignore
     count = 0
     x, y, z = 0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1]), 0.5 * (start[2] + end[2])
     # The enclosing sphere, slightly enlarged for rounding, excludes most nodes without a root.
-    max_square = 0.25 * reach * reach * (1.0 + 1e-9)
+    max_square = 0.25 * max_length * max_length * (1.0 + 1e-9)
     for node in range(len(positions)):
         right, up, forward = positions[node, 0] - x, positions[node, 1] - y, positions[node, 2] - z
         if right * right + up * up + forward * forward > max_square:
             continue
-        if _detour(positions, node, start, end) <= reach:
+        if _detour(positions, node, start, end) <= max_length:
             rows[count] = node
             count += 1
     return count
@@ -284,8 +285,10 @@ def search_least_cost(  # type: ignore[no-untyped-def]
             if total < distance[neighbour]:
                 distance[neighbour] = total
                 predecessor[neighbour] = node
-                forward = min_cost * _distance(positions, neighbour, end) if min_cost > 0.0 else 0.0
-                size = _insert_node(keys, heap, place, size, neighbour, total + forward)
+                remaining_cost = (
+                    min_cost * _distance(positions, neighbour, end) if min_cost > 0.0 else 0.0
+                )
+                size = _insert_node(keys, heap, place, size, neighbour, total + remaining_cost)
     return False
 
 

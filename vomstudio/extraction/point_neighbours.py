@@ -269,7 +269,10 @@ def _search_cells(
     def work(block: slice) -> None:
         position = selected_indices[block]
         neighbours = np.empty((len(position), around), np.int32)
-        squares, is_known = np.empty((len(position), around)), np.empty(len(position), np.bool_)
+        squared_distances, is_known = (
+            np.empty((len(position), around)),
+            np.empty(len(position), np.bool_),
+        )
         centres = to_kernel_array(rows[position], np.int64)
         nearest_in_block(
             grid.places,
@@ -283,7 +286,7 @@ def _search_cells(
             centres,
             to_kernel_array(cells[position], np.int64),
             neighbours,
-            squares,
+            squared_distances,
             is_known,
         )
         position, neighbours = position[is_known], neighbours[is_known]
@@ -292,7 +295,7 @@ def _search_cells(
         )
         surroundings.near[position], surroundings.far[position] = (
             neighbours[:, 1 : neighbour_count + 1],
-            np.sqrt(squares[is_known, neighbour_count]),
+            np.sqrt(squared_distances[is_known, neighbour_count]),
         )
         is_open[position] = False
 

@@ -44,12 +44,14 @@ def subdivide_mesh(
     GeometryError
         If the result would have too many faces.
     """
-    square = np.empty(len(faces))
+    squared_lengths = np.empty(len(faces))
     square_longest_sides(
-        to_read_only_array(vertices, np.float64), to_read_only_array(faces, np.int64), square
+        to_read_only_array(vertices, np.float64),
+        to_read_only_array(faces, np.int64),
+        squared_lengths,
     )
     has_long_face = np.zeros(len(vertices), np.bool_)
-    has_long_face[faces[square > max_edge**2].ravel()] = True
+    has_long_face[faces[squared_lengths > max_edge**2].ravel()] = True
     # A face with a long edge contains at least two such vertices.
     is_candidate = has_long_face[faces].sum(axis=1) >= 2
     source = np.flatnonzero(is_candidate)

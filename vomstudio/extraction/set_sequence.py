@@ -219,10 +219,10 @@ def _clusters(
     elements: Elements, set_of: IntArray, count: int, progress: Progress
 ) -> tuple[Int32Array, IntArray]:
     """Return the cluster (n,) of each point (-1 for none), and the set of each cluster."""
-    inside = np.flatnonzero(set_of >= 0)
+    assigned_rows = np.flatnonzero(set_of >= 0)
     labels = np.full(len(set_of), -1, np.int32)
     sets: list[int] = []
-    if len(inside) <= CORE_POINTS:
+    if len(assigned_rows) <= CORE_POINTS:
         return labels, np.zeros(0, np.int64)
     from scipy.spatial import cKDTree
 

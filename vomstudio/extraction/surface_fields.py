@@ -286,20 +286,20 @@ def _orient_outward(
     If neither is available, the normals are oriented upward, and a warning is returned.
     """
     if isinstance(data, Mesh) and len(data.faces):
-        sides: FloatArray | None = _vertex_normals(data)
+        reference_normals: FloatArray | None = _vertex_normals(data)
     elif isinstance(data, PointCloud) and data.normals is not None:
-        sides = np.asarray(data.normals, np.float64)
+        reference_normals = np.asarray(data.normals, np.float64)
     else:
-        sides = None
-    if sides is None:
+        reference_normals = None
+    if reference_normals is None:
         up = np.broadcast_to([0.0, 0.0, 1.0], normals.shape)
         warning = Finding("fields.outside-unknown")
         return _orient(normals, up), (warning,)
-    return _orient(normals, sides), ()
+    return _orient(normals, reference_normals), ()
 
 
-def _orient(normals: FloatArray, sides: FloatArray) -> FloatArray:
-    cosine = np.einsum("ij,ij->i", normals, np.nan_to_num(sides))
+def _orient(normals: FloatArray, reference_normals: FloatArray) -> FloatArray:
+    cosine = np.einsum("ij,ij->i", normals, np.nan_to_num(reference_normals))
     return normals * np.where(cosine < 0.0, -1.0, 1.0)[:, None]
 
 

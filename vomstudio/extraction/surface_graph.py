@@ -306,19 +306,21 @@ class SurfaceGraph:
         -------
         Graph
         """
-        reach = stretch_factor * float(np.linalg.norm(end - start)) + margin
+        max_length = stretch_factor * float(np.linalg.norm(end - start)) + margin
         if not self.refines:
-            return self._corridor_of_nodes(start, end, reach)
-        rows = np.asarray(self.tree.query_ball_point((start + end) / 2.0, reach / 2.0), np.int64)
+            return self._corridor_of_nodes(start, end, max_length)
+        rows = np.asarray(
+            self.tree.query_ball_point((start + end) / 2.0, max_length / 2.0), np.int64
+        )
         near_rows = self.places[rows]
         list_nodes_in_ellipsoid = (
             np.linalg.norm(near_rows - start, axis=1) + np.linalg.norm(near_rows - end, axis=1)
-            <= reach
+            <= max_length
         )
         ends = np.asarray(self.tree.query(np.stack([start, end]))[1], np.int64)
         return self._refined(np.append(rows[list_nodes_in_ellipsoid], ends))
 
-    def _corridor_of_nodes(self, one: FloatArray, end: FloatArray, reach: float) -> Graph:
+    def _corridor_of_nodes(self, one: FloatArray, end: FloatArray, max_length: float) -> Graph:
         from vomstudio.extraction.path_kernels import (
             list_component_in_ellipsoid,
             list_nodes_in_ellipsoid,
@@ -328,7 +330,7 @@ class SurfaceGraph:
         starts, neighbours = self._neighbours
         number, rows = self._scratch
         first = int(self.tree.query(one)[1])
-        ends = np.array(one, np.float64), np.array(end, np.float64), reach
+        ends = np.array(one, np.float64), np.array(end, np.float64), max_length
         buffer = rows[: len(self.places) // _LOCAL_SEARCH_DIVISOR + 1]
         count = list_component_in_ellipsoid(
             self.places, starts, neighbours, first, *ends, number, buffer

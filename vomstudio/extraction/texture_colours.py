@@ -133,11 +133,11 @@ def _interpolate(picture: ByteArray, uv: FloatArray) -> FloatArray:
     height, width = picture.shape[:2]
     is_known = np.asarray(np.isfinite(uv).all(axis=1))
     finite_uv = np.where(is_known[:, None], uv, 0.0)
-    inside = np.where(
+    values = np.where(
         (finite_uv >= 0.0) & (finite_uv <= 1.0), finite_uv, finite_uv - np.floor(finite_uv)
     )
-    x = np.clip(inside[:, 0] * width - 0.5, 0.0, width - 1.0)
-    y = np.clip((1.0 - inside[:, 1]) * height - 0.5, 0.0, height - 1.0)
+    x = np.clip(values[:, 0] * width - 0.5, 0.0, width - 1.0)
+    y = np.clip((1.0 - values[:, 1]) * height - 0.5, 0.0, height - 1.0)
     i, j = x.astype(np.int64), y.astype(np.int64)
     i1, j1 = np.minimum(i + 1, width - 1), np.minimum(j + 1, height - 1)
     fx, fy = (x - i)[:, None], (y - j)[:, None]

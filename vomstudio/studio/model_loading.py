@@ -130,7 +130,7 @@ class ModelLoader:
         self._budget = budget
         self._running: dict[str, RunningJob | None] = {}
         self._unbuilt: list[MeshSurface | CloudSurface] = []
-        self._building = later(PICTURE_FIRST_S, self._build)
+        self._build_timer = later(PICTURE_FIRST_S, self._build)
 
     @property
     def busy(self) -> bool:
@@ -234,7 +234,7 @@ class ModelLoader:
             self.ended.emit(key)
         self._background.cancel_all()
         self._streams.cancel_all()
-        self._building.stop()
+        self._build_timer.stop()
         self._unbuilt.clear()
         for job in self._running.values():
             if job is not None:
@@ -273,7 +273,7 @@ class ModelLoader:
         del self._running[key]
         callback(opened_model)
         self._unbuilt.append(opened_model.surface)
-        self._building.start()
+        self._build_timer.start()
         self.ended.emit(key)
 
     def _refuse(self, key: str, reason: Finding | VomError) -> None:

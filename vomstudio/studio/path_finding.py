@@ -31,7 +31,7 @@ class _Search:
     data: Any
     cost: str
     ends: tuple[Point, Point]
-    live: bool
+    is_live: bool
     photo: str
     photos: ModelPhotos | None
 
@@ -80,20 +80,20 @@ class PathFinding:
         ends: tuple[Point, Point],
         *,
         photo: str = "",
-        live: bool,
+        is_live: bool,
         answer: Answer,
     ) -> None:
         """Request a path; see `studio.tools.followed_line.PathFinder`."""
         open_model = self._models.open.get(model_id)
         photos = self._photos_of(model_id) if photo else None
         data = None if open_model is None else open_model.data
-        search = _Search(data, cost, ends, live, photo, photos)
+        search = _Search(data, cost, ends, is_live, photo, photos)
         # A new search for the cursor replaces the one for its previous position.
         self._background.run(
             partial(self._find, search),
             answer,
             lambda error: answer(finding_of(error)),
-            key=_LIVE if live else None,
+            key=_LIVE if is_live else None,
         )
 
     def forget(self) -> None:
@@ -111,12 +111,12 @@ class PathFinding:
         ends = np.asarray(search.ends)
         try:
             return self._photo_paths.find_path(
-                search.photos, search.photo, search.cost, ends, is_live=search.live
+                search.photos, search.photo, search.cost, ends, is_live=search.is_live
             )
         except VomError as error:
             # If the photo gives no path, the path over the surface is returned with the reason.
             path = self._over_surface(search)
-            return replace(path, warnings=(finding_of(error),), final=not search.live)
+            return replace(path, warnings=(finding_of(error),), final=not search.is_live)
 
     def _over_surface(self, search: _Search) -> FollowedPath:
         from vomstudio.extraction.following import Follower

@@ -20,11 +20,11 @@ class Preferences:
         self.settings = settings
         self._notices = notices
         self._file = SettingsFile(settings, lambda error: post(lambda: notices.warn(error)))
-        self._recent = later(PICTURE_FIRST_S, self._write_soon)
+        self._recent_timer = later(PICTURE_FIRST_S, self._write_soon)
 
     def keep(self) -> None:
         """Write the settings to their file now."""
-        self._recent.stop()
+        self._recent_timer.stop()
         try:
             self._file.write(self.settings)
         except VomError as error:
@@ -35,7 +35,7 @@ class Preferences:
         """Add a path to the list of recent files."""
         self.settings.add_recent(path.resolve())
         self.recent_changed.emit()
-        self._recent.start()
+        self._recent_timer.start()
 
     def remember_results(self, folder: Path) -> None:
         """Save the folder in which a result is written, for later projects."""
@@ -59,5 +59,5 @@ class Preferences:
             self._write_soon()
 
     def _write_soon(self) -> None:
-        self._recent.stop()
+        self._recent_timer.stop()
         self._file.write_soon(self.settings)

@@ -334,14 +334,16 @@ class ToolHost:
         points = {f.id: np.asarray(measurements[f.id].points).reshape(-1, 3) for f in features}
         return {id_: point.mean(axis=0) for id_, point in points.items() if len(point)}
 
-    def select(self, feature_ids: Sequence[str], how: Combine) -> None:
+    def select(self, feature_ids: Sequence[str], combination: Combine) -> None:
         current, other_ids = self._selection.ids, set(feature_ids)
-        if how == "add":
+        if combination == "add":
             self._selection.set((*current, *feature_ids))
-        elif how == "new":
+        elif combination == "new":
             self._selection.set(feature_ids)
         else:
-            self._selection.set(i for i in current if (i in other_ids) is (how == "intersect"))
+            self._selection.set(
+                i for i in current if (i in other_ids) is (combination == "intersect")
+            )
 
     def show(self, preview: Preview | None) -> None:
         self._tool_preview = preview
@@ -349,9 +351,9 @@ class ToolHost:
         if hits:
             preview = preview or Preview(np.zeros((0, 3)))
             positions = self.world_places(hits)
-            if preview.pending is not None:
-                positions = np.concatenate([preview.pending, positions])
-            preview = replace(preview, pending=positions)
+            if preview.pending_places is not None:
+                positions = np.concatenate([preview.pending_places, positions])
+            preview = replace(preview, pending_places=positions)
         self.preview.emit(preview)
 
     def report(self, message: Finding | VomError) -> None:

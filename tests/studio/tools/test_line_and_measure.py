@@ -131,7 +131,7 @@ def test_on_a_plane_the_rake_and_the_angle_off_it_are_read(line, context):
 
 def test_without_a_plane_there_is_no_sense_of_slip(line, context):
     line.choose(slip="normal")
-    assert line.next.slip == ""
+    assert line.next_line.slip == ""
     line.choose(plane_id="f1")
     clicks(line, STRIA[:2])
     line.choose(slip="dextral")
@@ -395,7 +395,7 @@ def test_a_click_that_cannot_be_written_is_not_there(context, cls):
 def test_the_attributes_of_a_closed_project_are_forgotten(line: LineTool, context: Context) -> None:
     line.choose(type_id="own-1", set_name="S2", plane_id="f1", slip="normal")
     line.forget()
-    assert line.next == NextLine()
+    assert line.next_line == NextLine()
     measure = MeasureTool(context)
     measure.next_plane_id = "f1"
     measure.forget()

@@ -177,17 +177,17 @@ def test_clicks_wait_for_the_neighbour_graph_with_marks(tool, context):
     context.elements.is_slow = True
     tool.pointer(at(Pointer.CLICK, (1.0, 1.0)))
     assert tool.open
-    assert len(context.shown[-1].pending) == 1
+    assert len(context.shown[-1].pending_places) == 1
     tool.finish()
     tool.pointer(at(Pointer.CLICK, (3.0, 3.0)))
     assert tool.finishing
-    assert len(context.shown[-1].pending) == 2
+    assert len(context.shown[-1].pending_places) == 2
     assert patches(context) == []
     context.elements.be_done()
     assert len(patches(context)) == 1
     assert tool.count > 0
     assert not tool.finishing
-    assert context.shown[-1].pending is None
+    assert context.shown[-1].pending_places is None
 
 
 def test_undo_and_escape_remove_waiting_clicks_first(tool, context):

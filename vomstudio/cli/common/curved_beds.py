@@ -48,5 +48,5 @@ def result_text(fit: dict[str, Any]) -> str:
         ]
         for dip in fit["dips"]
     ]
-    heads = [tr("id"), tr("plane")]
-    return f"{text}\n" + text_tables.table(heads, ["", tr("dip direction/dip ± 95 %")], rows)
+    headers = [tr("id"), tr("plane")]
+    return f"{text}\n" + text_tables.table(headers, ["", tr("dip direction/dip ± 95 %")], rows)

@@ -83,8 +83,15 @@ def _result_text(repeats: TableRepeats) -> str:
         for p in repeats.pairs
     ]
     if rows:
-        heads = [tr("first"), tr("repeat"), tr("by"), tr("angle"), tr("stated 95 %"), tr("within")]
-        lines.append(text_tables.table(heads, ["", "", "", "deg", "deg", ""], rows))
+        headers = [
+            tr("first"),
+            tr("repeat"),
+            tr("by"),
+            tr("angle"),
+            tr("stated 95 %"),
+            tr("within"),
+        ]
+        lines.append(text_tables.table(headers, ["", "", "", "deg", "deg", ""], rows))
     if repeats.spread is not None:
         lines.append(
             tr(

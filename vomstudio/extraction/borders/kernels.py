@@ -66,7 +66,7 @@ def thin_cells(points, cell_starts, x, y, cells_per_unit, columns, max_points, i
     The points are sorted by `sort_into_cells`. `is_occupied` is a work array for the squares of one
     cell.
     """
-    squares, total, first = len(is_occupied), 0, 0
+    cell_count, total, first = len(is_occupied), 0, 0
     for c in range(len(cell_starts) - 1):
         last_point = cell_starts[c + 1]
         is_crowded = last_point - first > max_points
@@ -77,8 +77,8 @@ def thin_cells(points, cell_starts, x, y, cells_per_unit, columns, max_points, i
         for p in range(first, last_point):
             a, b = points[p, 0], points[p, 1]
             if is_crowded:
-                i = min(max(int(((a - x) * cells_per_unit - u) * squares), 0), squares - 1)
-                j = min(max(int(((b - y) * cells_per_unit - v) * squares), 0), squares - 1)
+                i = min(max(int(((a - x) * cells_per_unit - u) * cell_count), 0), cell_count - 1)
+                j = min(max(int(((b - y) * cells_per_unit - v) * cell_count), 0), cell_count - 1)
                 if is_occupied[i, j]:
                     continue
                 is_occupied[i, j] = True
@@ -101,17 +101,17 @@ def _is_interior(cell_starts, columns, c):  # type: ignore[no-untyped-def]
 
 
 @part
-def _is_surrounded(points, cell_starts, columns, c, p, reach, radius, table):  # type: ignore[no-untyped-def]
+def _is_surrounded(points, cell_starts, columns, c, p, max_offset, radius, table):  # type: ignore[no-untyped-def]
     """Return whether each of 64 sectors of directions is excluded by a single neighbour."""
     bins = table.shape[0]
     x, y = points[p, 0], points[p, 1]
     per, half_bins = bins / (4.0 * radius), bins / 2.0
     sectors = 0
-    for row in range(reach + 1):
+    for row in range(max_offset + 1):
         # Start with the nearest rows of cells.
         for side in range(1 if row == 0 else 2):
             first = c + (row if side == 0 else -row) * columns
-            for q in range(cell_starts[first - reach], cell_starts[first + reach + 1]):
+            for q in range(cell_starts[first - max_offset], cell_starts[first + max_offset + 1]):
                 i = int((points[q, 0] - x) * per + half_bins)
                 j = int((points[q, 1] - y) * per + half_bins)
                 if i >= 0 and j >= 0 and i < bins and j < bins:
@@ -122,13 +122,13 @@ def _is_surrounded(points, cell_starts, columns, c, p, reach, radius, table):  #
 
 
 @part
-def _arcs(points, cell_starts, columns, c, p, reach, radius, near, arcs):  # type: ignore[no-untyped-def]
+def _arcs(points, cell_starts, columns, c, p, max_offset, radius, near, arcs):  # type: ignore[no-untyped-def]
     """List neighbours with the arcs (start, width) that they exclude; return their number."""
     x, y = points[p, 0], points[p, 1]
     number = 0
-    for row in range(-reach, reach + 1):
+    for row in range(-max_offset, max_offset + 1):
         first = c + row * columns
-        for q in range(cell_starts[first - reach], cell_starts[first + reach + 1]):
+        for q in range(cell_starts[first - max_offset], cell_starts[first + max_offset + 1]):
             dx, dy = points[q, 0] - x, points[q, 1] - y
             distance = math.sqrt(dx * dx + dy * dy)
             if distance >= 2.0 * radius or distance == 0.0 or number == len(near):
@@ -156,7 +156,7 @@ def roll_disc(  # type: ignore[no-untyped-def]
     cells_per_unit,
     columns,
     cell_starts,
-    reach,
+    max_offset,
     radius,
     spacing_factor,
     table,
@@ -169,14 +169,14 @@ def roll_disc(  # type: ignore[no-untyped-def]
     """Write the pairs of points between which an empty disc rolls, and return their number.
 
     Return -1 if there are more pairs than fit into `edges`. The points are sorted by
-    `sort_into_cells`, with a margin of `reach` and one empty cells. If `spacing_factor`, only gaps
+    `sort_into_cells`, with a margin of `max_offset` + 1 empty cells. If `spacing_factor`, only gaps
     that reach a cell beside an empty cell are used. `table` contains the sectors, see polygons.py;
     `is_queued` must be False on entry; `queue`, `near` and `arcs` are work arrays.
     """
     tail, total = 0, 0
     rows = (len(cell_starts) - 1) // columns
-    for row in range(reach + 1, rows - reach - 1):
-        for c in range(row * columns + reach + 1, (row + 1) * columns - reach - 1):
+    for row in range(max_offset + 1, rows - max_offset - 1):
+        for c in range(row * columns + max_offset + 1, (row + 1) * columns - max_offset - 1):
             if cell_starts[c] == cell_starts[c + 1] or (
                 spacing_factor and _is_interior(cell_starts, columns, c)
             ):
@@ -192,9 +192,9 @@ def roll_disc(  # type: ignore[no-untyped-def]
         c = int((points[p, 0] - x) * cells_per_unit) + columns * int(
             (points[p, 1] - y) * cells_per_unit
         )
-        if _is_surrounded(points, cell_starts, columns, c, p, reach, radius, table):
+        if _is_surrounded(points, cell_starts, columns, c, p, max_offset, radius, table):
             continue
-        number = _arcs(points, cell_starts, columns, c, p, reach, radius, near, arcs)
+        number = _arcs(points, cell_starts, columns, c, p, max_offset, radius, near, arcs)
         if number == 0:
             continue
         last, passed = near[0], 0.0

@@ -75,8 +75,8 @@ def enclose_faces(
     pieces = _pieces(nodes)
     if not pieces.any():
         return _polygonize(lines[_find_free_edges(ends)]), axes
-    side = float(np.median(np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)))
-    return _close_gaps(lines, ends, np.repeat(pieces, 3), _GAP_SIDES * side), axes
+    edge_length = float(np.median(np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)))
+    return _close_gaps(lines, ends, np.repeat(pieces, 3), _GAP_SIDES * edge_length), axes
 
 
 def _pieces(nodes: IntArray) -> IntArray:
@@ -151,15 +151,15 @@ def _trace_boundary_lines(
     on a circle.
     """
     low, size = ends[0], ends[1] - ends[0]
-    side = max(_CELL_SPACINGS * spacing, float(np.sqrt(size[0] * size[1] / _MAX_CELLS)))
-    if side <= 0.0 or not (size < 1e4 * side).all():
+    cell_size = max(_CELL_SPACINGS * spacing, float(np.sqrt(size[0] * size[1] / _MAX_CELLS)))
+    if cell_size <= 0.0 or not (size < 1e4 * cell_size).all():
         return None
-    n, max_distance = len(plane_coordinates), int(2.0 * radius / side) + 1
-    columns, rows = ((size / side).astype(np.int64) + 2 * max_distance + 4).tolist()
+    n, max_distance = len(plane_coordinates), int(2.0 * radius / cell_size) + 1
+    columns, rows = ((size / cell_size).astype(np.int64) + 2 * max_distance + 4).tolist()
     grid = (
-        float(low[0]) - (max_distance + 1) * side,
-        float(low[1]) - (max_distance + 1) * side,
-        1.0 / side,
+        float(low[0]) - (max_distance + 1) * cell_size,
+        float(low[1]) - (max_distance + 1) * cell_size,
+        1.0 / cell_size,
     )
     begins, sorted_points = np.zeros(columns * rows + 1, np.int64), np.empty((n, 2))
     sort_into_cells(plane_coordinates, *grid, columns, begins, np.empty(n, np.int64), sorted_points)
@@ -200,8 +200,8 @@ def _sectors() -> IntArray:
     """
     edge = np.linspace(-2.0, 2.0, _SECTOR_SQUARES + 1)
     corner = np.stack(np.meshgrid(edge, edge, indexing="ij"), axis=-1)
-    turn = 2.0 * np.pi * np.arange(65) / 64.0
-    directions = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    angles = 2.0 * np.pi * np.arange(65) / 64.0
+    directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     is_forbidden = np.linalg.norm(corner[:, :, None] - directions, axis=-1) < 1.0 - 1e-9
     is_forbidden = (
         is_forbidden[:-1, :-1]

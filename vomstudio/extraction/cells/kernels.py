@@ -117,7 +117,7 @@ def describe_cells(  # type: ignore[no-untyped-def]
         variation[c] = smallest_spread / max(
             smallest_spread + medium_spread + largest_spread, 1e-300
         )
-        square = smallest_spread
+        variance = smallest_spread
         points = cell_starts[c + 1] - cell_starts[c]
         if not medium_spread > 1e-9 * largest_spread:
             normals[c, 0], normals[c, 1], normals[c, 2] = math.nan, math.nan, math.nan
@@ -131,5 +131,5 @@ def describe_cells(  # type: ignore[no-untyped-def]
                 + inner[c, 2] * z * z
                 + 2.0 * (inner[c, 3] * x * y + inner[c, 4] * x * z + inner[c, 5] * y * z)
             )
-            square = min(square, scatter * points / max(points - 3.0, 1.0))
-        noise[c] = math.sqrt(max(square, 0.0))
+            variance = min(variance, scatter * points / max(points - 3.0, 1.0))
+        noise[c] = math.sqrt(max(variance, 0.0))

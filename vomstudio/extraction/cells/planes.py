@@ -112,7 +112,7 @@ def find_cell_planes(
     labels = grow_facets(
         cells,
         angle_deg=angle_deg,
-        reach=extent_radius,
+        max_distances=extent_radius,
         min_count=min_cells,
         min_area=np.inf,
         typical_tolerance=typical_reach,

@@ -51,10 +51,10 @@ class EdgeNetwork:
         except OSError as error:
             raise self._error(Finding("file.unreadable", reason=error)) from error
         try:
-            head = read_shapes(raw)
+            shapes = read_shapes(raw)
         except ValueError as error:
             raise self._error(Finding("file.other-format", format="ONNX")) from error
-        self.channels, self._sides = self._check_shapes(head)
+        self.channels, self._sides = self._check_shapes(shapes)
         self._net = self._load(raw)
 
     def probability(self, picture: ByteArray, progress: Progress) -> Float32Array:

@@ -308,8 +308,8 @@ def _cut_turns(positions: FloatArray, path: IntArray) -> list[IntArray]:
         offsets = line - line[0]
         if chord_length > 0.0:
             offsets = offsets - np.outer(offsets @ chord / chord_length**2, chord)
-        turn = 1 + int(np.linalg.norm(offsets, axis=1)[1:-1].argmax())
-        remaining += [part[: turn + 1], part[turn:]]
+        corner_row = 1 + int(np.linalg.norm(offsets, axis=1)[1:-1].argmax())
+        remaining += [part[: corner_row + 1], part[corner_row:]]
     return straight_paths
 
 

@@ -141,11 +141,11 @@ class ElementColours:
         differences = palette - sample_colours.mean(axis=0)
         differences[:, 0] *= 0.5
         is_near = np.sqrt((differences * differences).sum(axis=1)) <= tolerance
-        inside = is_near[self._codes]
+        is_similar = is_near[self._codes]
         if self._faces is None:
-            return np.asarray(inside)
+            return np.asarray(is_similar)
         a, b, c = self._faces.T
-        return np.asarray(inside[a].astype(np.int8) + inside[b] + inside[c] >= 2)
+        return np.asarray(is_similar[a].astype(np.int8) + is_similar[b] + is_similar[c] >= 2)
 
 
 def _values(data: Mesh | PointCloud, to_world: FloatArray, name: str) -> AnyArray:

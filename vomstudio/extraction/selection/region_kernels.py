@@ -73,18 +73,18 @@ def smooth_normals(corners, starts, neighbours, raw, first, out):  # type: ignor
         f = first + row
         nx, ny, nz = float(raw[f, 0]), float(raw[f, 1]), float(raw[f, 2])
         sx, sy, sz = nx, ny, nz
-        square = nx * nx + ny * ny + nz * nz
+        squared_length = nx * nx + ny * ny + nz * nz
         for k in range(3):
             node = corners[row, k]
             for index in range(starts[node], starts[node + 1]):
                 o = neighbours[index]
                 x, y, z = float(raw[o, 0]), float(raw[o, 1]), float(raw[o, 2])
-                turn = nx * x + ny * y + nz * z
+                cosine = nx * x + ny * y + nz * z
                 # A surface beyond an edge must not affect the normals of this one.
-                if turn * turn < 0.25 * square * (x * x + y * y + z * z):
+                if cosine * cosine < 0.25 * squared_length * (x * x + y * y + z * z):
                     continue
-                side = -1.0 if sx * x + sy * y + sz * z < 0.0 else 1.0
-                sx, sy, sz = sx + side * x, sy + side * y, sz + side * z
+                sign = -1.0 if sx * x + sy * y + sz * z < 0.0 else 1.0
+                sx, sy, sz = sx + sign * x, sy + sign * y, sz + sign * z
         size = math.sqrt(sx * sx + sy * sy + sz * sz)
         if size > 0.0:
             out[row, 0], out[row, 1], out[row, 2] = sx / size, sy / size, sz / size
@@ -120,14 +120,24 @@ def find_adjacent_faces(corners, starts, neighbours, first, out):  # type: ignor
     "i8(f8[:,::1], i4[:,::1], i4[:,::1], f4[:,::1], b1[::1], i8, f8, f8, f8[::1], f8[::1], i4[::1])"
 )
 def grow_faces(  # type: ignore[no-untyped-def]
-    vertices, faces, neighbour_faces, normals, is_taken, seed, cosine, reach, plane, sums, queue
+    vertices,
+    faces,
+    neighbour_faces,
+    normals,
+    is_taken,
+    seed,
+    cosine,
+    max_distance,
+    plane,
+    sums,
+    queue,
 ):
     """Grow a piece from the face `seed` across edges, and return its number of faces.
 
     A face joins the piece if its normal is within the angle (given by its cosine) of the plane of
-    the piece, and its centre is within `reach` of the plane. The faces are written to `queue`,
-    whose length is the maximum. `is_taken` must be zero except for excluded faces; `plane` must be
-    zero on entry, and receives the final plane.
+    the piece, and its centre is within `max_distance` of the plane. The faces are written to
+    `queue`, whose length is the maximum. `is_taken` must be zero except for excluded faces; `plane`
+    must be zero on entry, and receives the final plane.
     """
     a = faces[seed, 0]
     ox, oy, oz = vertices[a, 0], vertices[a, 1], vertices[a, 2]
@@ -148,11 +158,11 @@ def grow_faces(  # type: ignore[no-untyped-def]
             o = neighbour_faces[e, k]
             if o == -1 or is_taken[o]:
                 continue
-            turn = abs(
+            normal_cosine = abs(
                 normals[o, 0] * plane[3] + normals[o, 1] * plane[4] + normals[o, 2] * plane[5]
             )
             # Faces without an area have no normal; NaN is not rejected.
-            if turn < cosine:
+            if normal_cosine < cosine:
                 continue
             a, b, c = faces[o, 0], faces[o, 1], faces[o, 2]
             x = (vertices[a, 0] + vertices[b, 0] + vertices[c, 0]) / 3.0 - ox
@@ -161,7 +171,7 @@ def grow_faces(  # type: ignore[no-untyped-def]
             offset = (
                 (x - plane[0]) * plane[3] + (y - plane[1]) * plane[4] + (z - plane[2]) * plane[5]
             )
-            if not abs(offset) <= reach:
+            if not abs(offset) <= max_distance:
                 continue
             is_taken[o] = True
             if tail == max_count:
@@ -212,8 +222,8 @@ def _cell_normal(points, cell_starts, neighbours, count, cell, point_normals, no
                 float(point_normals[o, 2]),
             )
             if x * x + y * y + z * z > 0.0:
-                side = -1.0 if sx * x + sy * y + sz * z < 0.0 else 1.0
-                sx, sy, sz = sx + side * x, sy + side * y, sz + side * z
+                sign = -1.0 if sx * x + sy * y + sz * z < 0.0 else 1.0
+                sx, sy, sz = sx + sign * x, sy + sign * y, sz + sign * z
         size = math.sqrt(sx * sx + sy * sy + sz * sz)
         if size > 0.0:
             normals[cell, 0], normals[cell, 1] = sx / size, sy / size
@@ -262,7 +272,7 @@ def grow_points(  # type: ignore[no-untyped-def]
     seed,
     cell,
     cosine,
-    reach,
+    max_distance,
     plane,
     sums,
     neighbours,
@@ -272,8 +282,8 @@ def grow_points(  # type: ignore[no-untyped-def]
     """Grow a piece from the point `seed` over adjacent cells of a grid. See `grow_faces`.
 
     The points are sorted by cell. A cell joins the piece if its normal is within the angle, and its
-    points within `reach` are added. Return the number of points, or -1 if the cell of the seed has
-    no plane.
+    points within `max_distance` are added. Return the number of points, or -1 if the cell of the
+    seed has no plane.
 
     `cell_starts` (c + 1,) is the first point of each cell; `point_normals` are the normals of the
     points, or empty; `normals` are those of the cells, NaN if not yet computed; `left_out` marks
@@ -295,8 +305,10 @@ def grow_points(  # type: ignore[no-untyped-def]
                 return -1
             plane[3], plane[4], plane[5] = normals[c, 0], normals[c, 1], normals[c, 2]
         head += 1
-        turn = abs(normals[c, 0] * plane[3] + normals[c, 1] * plane[4] + normals[c, 2] * plane[5])
-        if not (turn >= cosine and turn < 2.0):
+        normal_cosine = abs(
+            normals[c, 0] * plane[3] + normals[c, 1] * plane[4] + normals[c, 2] * plane[5]
+        )
+        if not (normal_cosine >= cosine and normal_cosine < 2.0):
             continue
         previous_count = count
         for o in range(cell_starts[c], cell_starts[c + 1]):
@@ -306,7 +318,7 @@ def grow_points(  # type: ignore[no-untyped-def]
             offset = (
                 (x - plane[0]) * plane[3] + (y - plane[1]) * plane[4] + (z - plane[2]) * plane[5]
             )
-            if not abs(offset) <= reach:
+            if not abs(offset) <= max_distance:
                 continue
             if count == max_count:
                 return count

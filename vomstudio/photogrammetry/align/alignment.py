@@ -104,7 +104,7 @@ class Alignment:
         for number, part in enumerate(self.parts):
             (folder / f"part{number}").mkdir(exist_ok=True)
             part.save(folder / f"part{number}")
-        head = {
+        header = {
             "version": _VERSION,
             "parts": len(self.parts),
             "unregistered": [(name, reason.to_dict()) for name, reason in self.unregistered],
@@ -114,7 +114,7 @@ class Alignment:
             "notes": plain(self.notes),
         }
         temporary_path = folder / (_HEADER_FILE + ".part")
-        temporary_path.write_text(json.dumps(head, indent=1), encoding="utf-8")
+        temporary_path.write_text(json.dumps(header, indent=1), encoding="utf-8")
         temporary_path.replace(folder / _HEADER_FILE)
 
     @classmethod
@@ -152,7 +152,7 @@ def _calibration(row: dict[str, Any]) -> Calibration:
 
 def align(
     photos: Sequence[PhotoLike],
-    work: Path,
+    work_folder: Path,
     options: AlignmentOptions,
     executor: Executor,
     progress: Progress,
@@ -167,10 +167,10 @@ def align(
     """
     if len(photos) < 2:
         raise InputError(Finding("one-photo", photos=(), value=len(photos)))
-    work.mkdir(parents=True, exist_ok=True)
+    work_folder.mkdir(parents=True, exist_ok=True)
     threads = options.threads or -1
-    features, keys = find_features(photos, work, options, executor, progress)
-    database = work / "database.db"
+    features, keys = find_features(photos, work_folder, options, executor, progress)
+    database = work_folder / "database.db"
     match_database.open_database(database, photos, features, keys)
     choice = matching.choose_pairs(photos, features, options.matching, progress)
     # Skip photos without features.
@@ -182,10 +182,16 @@ def align(
     if max(best_counts, default=0) < _MIN_MATCHES:
         raise InputError(_no_overlap(photos, features, best_counts))
     settings = mapping.MappingOptions(options.mapper, threads, options.seed)  # type: ignore[arg-type]
-    mapped_photos = mapping.map_photos(database, photos, work, settings, progress)
+    mapped_photos = mapping.map_photos(database, photos, work_folder, settings, progress)
     mapped_photos = (
         shared_lenses.separate_lenses(
-            database, photos, features, work, settings, mapped_photos.reconstructions, progress
+            database,
+            photos,
+            features,
+            work_folder,
+            settings,
+            mapped_photos.reconstructions,
+            progress,
         )
         or mapped_photos
     )
@@ -207,7 +213,7 @@ def align(
         parts.append(mapping.scene_of(reconstruction, photos, features))
         cameras += _limit_to_photos(part_cameras, {view.name for view in parts[-1].views})
     for number, reconstruction in enumerate(reconstructions):
-        model = work / f"part{number}" / "colmap"
+        model = work_folder / f"part{number}" / "colmap"
         shutil.rmtree(model, ignore_errors=True)
         model.mkdir(parents=True)
         reconstruction.write_binary(model)
@@ -226,20 +232,20 @@ def align(
         int((parts[0].track_lengths >= 3).sum()),
         tuple(notes),
     )
-    alignment.save(work)
+    alignment.save(work_folder)
     return alignment
 
 
 # ------------------------------------------------------------------------------------------------
 def find_features(
     photos: Sequence[PhotoLike],
-    work: Path,
+    work_folder: Path,
     options: AlignmentOptions,
     executor: Executor,
     progress: Progress,
 ) -> tuple[list[Features], list[str]]:
     """Return the features and the key of every photo, from the work folder if available."""
-    folder = work / "features"
+    folder = work_folder / "features"
     folder.mkdir(parents=True, exist_ok=True)
     settings = FeatureOptions(options.max_size, options.max_features)
     features: list[Features | None] = [None] * len(photos)

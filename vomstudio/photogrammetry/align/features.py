@@ -204,8 +204,8 @@ def sift(image: ByteArray, options: FeatureOptions) -> tuple[Float32Array, ByteA
         pictures = Path(folder, "pictures")
         pictures.mkdir()
         height, width = image.shape
-        head = f"P5 {width} {height} 255\n".encode()
-        (pictures / "one.pgm").write_bytes(head + np.ascontiguousarray(image).tobytes())
+        header = f"P5 {width} {height} 255\n".encode()
+        (pictures / "one.pgm").write_bytes(header + np.ascontiguousarray(image).tobytes())
         database = Path(folder, "one.db")
         pycolmap.extract_features(
             database, pictures, extraction_options=settings, device=pycolmap.Device.cpu

@@ -69,7 +69,7 @@ class MappingResult:
 def map_photos(
     database: Path,
     photos: Sequence[PhotoLike],
-    work: Path,
+    work_folder: Path,
     options: MappingOptions,
     progress: Progress,
 ) -> MappingResult:
@@ -89,10 +89,10 @@ def map_photos(
     if mapper == "global":
         notes.append(Finding("alignment.global-mapping"))
     free_text: FreeFocals = "none" if all(has_focal) else "unknown"
-    parts = run(database, photos, work, options, progress, free_text)
+    parts = run(database, photos, work_folder, options, progress, free_text)
     placed_names = _placed(parts)
     if any(has_focal) and placed_names < _MIN_PLACED_SHARE * len(photos):
-        other_parts = run(database, photos, work, options, progress, "all")
+        other_parts = run(database, photos, work_folder, options, progress, "all")
         if _placed(other_parts) > placed_names:
             notes.append(
                 Finding(
@@ -112,7 +112,7 @@ def _placed(parts: Sequence[Any]) -> int:
 def _incremental(
     database: Path,
     photos: Sequence[PhotoLike],
-    work: Path,
+    work_folder: Path,
     options: MappingOptions,
     progress: Progress,
     free_focals: FreeFocals,
@@ -139,11 +139,11 @@ def _incremental(
     def first_two() -> None:
         placed_count[0] = min(placed_count[0] + 2, len(photos))
 
-    folder = _empty_folder(work / "mapping")
+    folder = _empty_folder(work_folder / "mapping")
     reconstructions = cancellable(
         lambda token: pycolmap.incremental_mapping(
             database,
-            work,
+            work_folder,
             folder,
             settings,
             initial_image_pair_callback=first_two,
@@ -161,7 +161,7 @@ def _incremental(
 def _global(
     database: Path,
     photos: Sequence[PhotoLike],
-    work: Path,
+    work_folder: Path,
     options: MappingOptions,
     progress: Progress,
     free_focals: FreeFocals,
@@ -173,10 +173,10 @@ def _global(
     settings.min_model_size = 2
     settings.mapper.bundle_adjustment.refine_focal_length = free_focals != "none"
     progress.stage(tr("Computing poses"))
-    folder = _empty_folder(work / "mapping")
+    folder = _empty_folder(work_folder / "mapping")
     # The mapper cannot be interrupted: to cancel, wait until it ends or kill the worker.
     reconstructions = cancellable(
-        lambda token: pycolmap.global_mapping(database, work, folder, settings), progress
+        lambda token: pycolmap.global_mapping(database, work_folder, folder, settings), progress
     )
     shutil.rmtree(folder, ignore_errors=True)
     return _largest_first(reconstructions)

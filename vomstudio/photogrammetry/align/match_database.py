@@ -57,15 +57,15 @@ def open_database(
             for p, k, lens in zip(photos, keys, lenses, strict=True)
         ]
     )
-    note = path.with_suffix(".json")
+    note_path = path.with_suffix(".json")
     try:
-        if read_small(note, JSON_BYTES) == stated_options.encode() and _is_valid(path):
+        if read_small(note_path, JSON_BYTES) == stated_options.encode() and _is_valid(path):
             return
     except (InputError, OSError):
         pass
-    note.unlink(missing_ok=True)
-    for tail in ("", "-wal", "-shm", "-journal"):
-        path.with_name(path.name + tail).unlink(missing_ok=True)
+    note_path.unlink(missing_ok=True)
+    for suffix in ("", "-wal", "-shm", "-journal"):
+        path.with_name(path.name + suffix).unlink(missing_ok=True)
     pycolmap = colmap()
     cameras: dict[tuple[object, ...], int] = {}
     database = pycolmap.Database.open(path)
@@ -95,7 +95,7 @@ def open_database(
             database.write_descriptors(row + 1, descriptors)
     finally:
         database.close()
-    note.write_text(stated_options, encoding="utf-8")
+    note_path.write_text(stated_options, encoding="utf-8")
 
 
 def image_name(row: int) -> str:

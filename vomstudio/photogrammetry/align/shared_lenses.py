@@ -44,7 +44,7 @@ def separate_lenses(
     database: Path,
     photos: Sequence[PhotoLike],
     features: Sequence[Features],
-    work: Path,
+    work_folder: Path,
     options: MappingOptions,
     present_images: Sequence[Any],
     progress: Progress,
@@ -58,7 +58,7 @@ def separate_lenses(
     groups = unknown_groups(photos)
     if not groups or not present_images:
         return None
-    scratch = work / "lenses"
+    scratch = work_folder / "lenses"
     shutil.rmtree(scratch, ignore_errors=True)
     scratch.mkdir()
     try:

@@ -112,7 +112,7 @@ class SparseScene:
             track_views=self.track_views,
             track_pixels=self.track_pixels,
         )
-        head = {
+        header = {
             "version": _VERSION,
             "origin": list(self.origin),
             "crs": self.crs,
@@ -120,7 +120,7 @@ class SparseScene:
             "notes": list(self.notes),
             "views": [view_to_dict(view) for view in self.views],
         }
-        (folder / "scene.json").write_text(json.dumps(head, indent=1), encoding="utf-8")
+        (folder / "scene.json").write_text(json.dumps(header, indent=1), encoding="utf-8")
 
     @classmethod
     def load(cls, folder: str | Path) -> SparseScene:

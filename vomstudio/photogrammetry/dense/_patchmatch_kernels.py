@@ -94,12 +94,12 @@ def _read_patch(ref, x, y, patch, weights, moments):  # type: ignore[no-untyped-
             patch[k], weights[k] = value, weight
             total += weight
             k += 1
-    mean, square = np.float32(0.0), np.float32(0.0)
+    mean, mean_square = np.float32(0.0), np.float32(0.0)
     for k in range(SAMPLES):
         weights[k] /= total
         mean += weights[k] * patch[k]
-        square += weights[k] * patch[k] * patch[k]
-    moments[0], moments[1] = mean, square - mean * mean
+        mean_square += weights[k] * patch[k] * patch[k]
+    moments[0], moments[1] = mean, mean_square - mean * mean
 
 
 @step
@@ -122,9 +122,9 @@ def _select_sources(trial, selection, count):  # type: ignore[no-untyped-def]
 
 
 @step
-def _neighbour(k, x, y, reach):  # type: ignore[no-untyped-def]
+def _neighbour(k, x, y, radius):  # type: ignore[no-untyped-def]
     """Return a neighbour of a pixel, one of the four adjacent or the four distant ones."""
-    far_off = 1 if k < 4 else reach
+    far_off = 1 if k < 4 else radius
     side = k % 4
     i = x + (far_off if side == 0 else (-far_off if side == 1 else 0))
     j = y + (far_off if side == 2 else (-far_off if side == 3 else 0))
@@ -189,7 +189,7 @@ def sweep(  # type: ignore[no-untyped-def]
     ref,
     sources,
     sizes,
-    turns,
+    rotations,
     shifts,
     lens,
     active,
@@ -202,7 +202,7 @@ def sweep(  # type: ignore[no-untyped-def]
     unit,
     spread,
     max_sources,
-    reach,
+    radius,
     parity,
     first,
     last,
@@ -212,7 +212,7 @@ def sweep(  # type: ignore[no-untyped-def]
     ref : (h, w) picture, 0 to 1
     sources : (n, H, W) other pictures, padded
     sizes : (n, 2) widths and heights of these pictures
-    turns, shifts : (n, 3, 3) K' R K^-1 and (n, 3) K' t, for pixels counted from their centres
+    rotations, shifts : (n, 3, 3) K' R K^-1 and (n, 3) K' t, for pixels counted from their centres
     lens : 1 / fx, 1 / fy, cx, cy
     active : (h, w) mask of the pixels to improve; other pixels only propagate their planes
     depth, normal : (h, w), (h, w, 3) planes, which are set for all pixels
@@ -221,7 +221,7 @@ def sweep(  # type: ignore[no-untyped-def]
     unit : change of inverse depth per pixel of disparity
     spread : size of the random changes, initially 1
     max_sources : number of best sources that are used
-    reach : odd distance of the farther neighbours whose planes are tried, or 0
+    radius : odd distance of the farther neighbours whose planes are tried, or 0
     """
     h, w = ref.shape
     n = len(sources)
@@ -254,7 +254,7 @@ def sweep(  # type: ignore[no-untyped-def]
                     sources[s],
                     sizes[s, 0],
                     sizes[s, 1],
-                    turns[s],
+                    rotations[s],
                     shifts[s],
                     lens,
                     patch,
@@ -265,7 +265,7 @@ def sweep(  # type: ignore[no-untyped-def]
             best_cost = fraction * _select_sources(trial, selection, count)
             for k in range(11):
                 if k < 8:
-                    i, j = _neighbour(k, x, y, reach)
+                    i, j = _neighbour(k, x, y, radius)
                     if (i == x and j == y) or i < 0 or j < 0 or i >= w or j >= h:
                         continue
                     ax, ay, az = normal[j, i, 0], normal[j, i, 1], normal[j, i, 2]
@@ -304,7 +304,7 @@ def sweep(  # type: ignore[no-untyped-def]
                         sources[s],
                         sizes[s, 0],
                         sizes[s, 1],
-                        turns[s],
+                        rotations[s],
                         shifts[s],
                         lens,
                         patch,
@@ -327,7 +327,7 @@ def sweep(  # type: ignore[no-untyped-def]
     fastmath=True,
 )
 def measure(  # type: ignore[no-untyped-def]
-    ref, sources, sizes, turns, shifts, lens, active, depth, normal, costs, first, last
+    ref, sources, sizes, rotations, shifts, lens, active, depth, normal, costs, first, last
 ):
     """Compute the costs of the planes in each source for the rows `first` to `last`."""
     w = ref.shape[1]
@@ -353,7 +353,7 @@ def measure(  # type: ignore[no-untyped-def]
                     sources[s],
                     sizes[s, 0],
                     sizes[s, 1],
-                    turns[s],
+                    rotations[s],
                     shifts[s],
                     lens,
                     patch,

@@ -8,15 +8,15 @@ from vomstudio.photogrammetry.base import memory
 from vomstudio.photogrammetry.dense import depthmaps, fusion
 
 
-def memory_of_all(side: int, sizes: Sequence[tuple[int, int]]) -> int:
+def memory_of_all(page_side: int, sizes: Sequence[tuple[int, int]]) -> int:
     """Return the peak memory of one depth map at a time or of their cloud, in bytes.
 
-    side : long side of the reduced photos
+    page_side : long side of the reduced photos
     sizes : width and height of each original photo
     """
     reduced_sizes = []
     for width, height in sizes:
-        scale = min(1.0, side / max(width, height))
+        scale = min(1.0, page_side / max(width, height))
         reduced_sizes.append((round(width * scale), round(height * scale)))
     areas = [width * height for width, height in reduced_sizes]
     bytes_per_photo = max(depthmaps.memory_needed(*size) for size in reduced_sizes)

@@ -227,7 +227,7 @@ def _candidates(
             continue
         baseline = centres[other_row] - centres[row]
         axis = scene.views[row].direction
-        side = baseline - axis * (axis @ baseline)
+        offset = baseline - axis * (axis @ baseline)
         candidates.append(
             _Candidate(
                 other_row,
@@ -235,7 +235,7 @@ def _candidates(
                 typical_angle,
                 float(_angles_deg(axis[None], scene.views[other_row].direction[None])[0]),
                 float(_angle_weights(angles).sum()),
-                side / max(float(np.linalg.norm(side)), 1e-300),
+                offset / max(float(np.linalg.norm(offset)), 1e-300),
             )
         )
     return candidates

@@ -85,12 +85,12 @@ def match(
     levels = [level for level in _LEVELS if min(h, w) / level[0] >= _MIN_SIDE] or [_LEVELS[-1]]
     costs = np.empty((0, 0, 0), np.float32)
     with thread_pool(threads) as pool:
-        for reduction, sweeps, spread, reach in levels:
+        for reduction, sweeps, spread, radius in levels:
             setting = _Setting.make(view, gray, is_active, sources, reduction)
             fixed = _reduced(known_depths, setting.ref.shape)
             if planes is None:
                 depth, normal = _start(setting.lens, fixed, view, points, near, far, rng)
-                sweeps, spread, reach = _LEVELS[0][1:]
+                sweeps, spread, radius = _LEVELS[0][1:]
             else:
                 depth, normal = _refine_planes(planes, setting.lens, near, far)
             has_depth = fixed > 0
@@ -99,7 +99,13 @@ def match(
             costs = np.full((*setting.ref.shape, len(sources)), 2.0, np.float32)
             seeds = rng.integers(1, 2**32 - 1, setting.ref.size, dtype=np.uint32)
             unit = np.float32(_unit(view, setting.lens, [s[0] for s in sources]))
-            arrays = (setting.ref, setting.pictures, setting.sizes, setting.turns, setting.shifts)
+            arrays = (
+                setting.ref,
+                setting.pictures,
+                setting.sizes,
+                setting.rotations,
+                setting.shifts,
+            )
             arrays += (setting.k, todo, depth, normal, costs)  # type: ignore[assignment]
             for sweep_number in range(sweeps):
                 size = np.float32(spread * 0.5**sweep_number)
@@ -116,7 +122,7 @@ def match(
                             unit,
                             size,
                             _SOURCES,
-                            reach,
+                            radius,
                             parity,
                         ),
                     )
@@ -162,7 +168,7 @@ def likeness(
         setting.ref,
         setting.pictures,
         setting.sizes,
-        setting.turns,
+        setting.rotations,
         setting.shifts,
         setting.k,
         to_kernel_array(reduced_depth > 0, np.uint8),
@@ -218,7 +224,7 @@ class _Setting:
     k: Float32Array
     pictures: Float32Array
     sizes: IntArray
-    turns: Float32Array
+    rotations: Float32Array
     shifts: Float32Array
 
     @classmethod

@@ -84,17 +84,17 @@ def rectify(
     if not np.linalg.norm(z) > 0.5:
         return None
     z /= np.linalg.norm(z)
-    turn = np.stack([x, np.cross(z, x), z])
+    rotation = np.stack([x, np.cross(z, x), z])
     lens = first.intrinsics
     focal = float(np.mean(lens.focal))
 
     for _ in range(2):
-        box = _box(first, turn, focal)
+        box = _box(first, rotation, focal)
         if box is None:
             return None
         left, top, right, bottom = box
         plane, low, high = _search(
-            (points - first.centre) @ turn.T, focal, length, near, far, (left, right)
+            (points - first.centre) @ rotation.T, focal, length, near, far, (left, right)
         )
         count = int(np.ceil((high - low + 1) / 16)) * 16
         if count <= _MAX_DISPARITIES:
@@ -116,14 +116,14 @@ def rectify(
 
     def project_onto(view: View) -> FloatArray:
         return np.asarray(
-            camera_matrix @ turn @ view.rotation.T @ np.linalg.inv(view.intrinsics.matrix),
+            camera_matrix @ rotation @ view.rotation.T @ np.linalg.inv(view.intrinsics.matrix),
             np.float64,
         )
 
     return Rectified(
         project_onto(first),
         np.linalg.inv(shear) @ project_onto(second),
-        turn,
+        rotation,
         focal,
         length,
         plane,

@@ -146,8 +146,8 @@ class GroundPoints:
 
     def off(self, scene: SparseScene, rows: Sequence[int]) -> float:
         """Return the RMS residual of points in a placed scene, m."""
-        squares = ((self.places(scene, rows) - self.local[list(rows)]) ** 2).sum(axis=1)
-        return float(np.sqrt(np.nan_to_num(squares, nan=np.inf).mean()))
+        squared_distances = ((self.places(scene, rows) - self.local[list(rows)]) ** 2).sum(axis=1)
+        return float(np.sqrt(np.nan_to_num(squared_distances, nan=np.inf).mean()))
 
     def adjusted(
         self,

@@ -165,8 +165,8 @@ def _problem(
 ) -> Finding | None:
     positions = [
         p.position
-        for p, facts in zip(control, points, strict=True)
-        if facts.usable and facts.use == "control"
+        for p, point_check in zip(control, points, strict=True)
+        if point_check.usable and point_check.use == "control"
     ]
     if len(positions) < MIN_POINTS:
         reasons = []
@@ -177,7 +177,7 @@ def _problem(
         return Finding(
             "control.too-few",
             count=len(positions),
-            total=sum(facts.use == "control" for facts in points),
+            total=sum(point_check.use == "control" for point_check in points),
             least=MIN_POINTS,
             photos=MIN_PHOTOS,
             reasons=" ".join(item.message for item in reasons),

@@ -218,8 +218,8 @@ def _scatter(
         local_points[is_used], (centres - local_points)[is_used], sigma_of_each, is_ordered=True
     )
     sigma = scatter.horizontal_sigma
-    inside = local_points[is_used] - local_points[is_used].mean(axis=0)
-    baseline = float(np.sqrt((inside**2).sum(1).mean()))
+    centred_positions = local_points[is_used] - local_points[is_used].mean(axis=0)
+    baseline = float(np.sqrt((centred_positions**2).sum(1).mean()))
     if sigma > 0.5 * baseline:
         raise GeometryError(Finding("gps.imprecise", sigma_m=sigma, spread_m=baseline))
     worst_rotation = scatter.worst_rotation_deg

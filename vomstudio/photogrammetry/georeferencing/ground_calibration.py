@@ -106,7 +106,7 @@ def ground_misfit(
     scene: SparseScene, points: Sequence[KnownPoint], centres: Sequence[KnownCentre] = ()
 ) -> float:
     """Return the ratio of the residuals of points and cameras to their errors, at least 1."""
-    squares: list[float] = []
+    squared_residuals: list[float] = []
     for point in points:
         if point.position is None:
             continue
@@ -117,11 +117,11 @@ def ground_misfit(
             )
             variance = point.mark_px**2 + (point.sigma / size) ** 2
             misclosure = view.project(point.position)[0] - pixel
-            squares += (misclosure**2 / variance).tolist()
+            squared_residuals += (misclosure**2 / variance).tolist()
     for centre in centres:
         misclosure = (scene.views[centre.view].centre - centre.position) / centre.sigma
-        squares += (misclosure**2).tolist()
-    known_squares = np.array([s for s in squares if math.isfinite(s)])
+        squared_residuals += (misclosure**2).tolist()
+    known_squares = np.array([s for s in squared_residuals if math.isfinite(s)])
     if not len(known_squares):
         return 1.0
     # The median of squared standard Gaussian errors is 0.455; unlike the mean, it is robust to

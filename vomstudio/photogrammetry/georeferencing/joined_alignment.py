@@ -39,21 +39,25 @@ def join_alignment(
     """
     if not marks or len(alignment.parts) < 2:
         return alignment, None, ()
-    work = stage()
-    if not work.done:
+    stage_work = stage()
+    if not stage_work.done:
         progress.stage(tr("Joining components"))
         parts, report = join_components(
             alignment.parts, marks, control, threads=threads or -1, progress=progress
         )
         for number, part in enumerate(parts):
-            (work.folder / f"part{number}").mkdir(exist_ok=True)
-            part.save(work.folder / f"part{number}")
-        work.finish(
+            (stage_work.folder / f"part{number}").mkdir(exist_ok=True)
+            part.save(stage_work.folder / f"part{number}")
+        stage_work.finish(
             parts=len(parts), findings=plain(_report_findings(report)), report=asdict(report)
         )
-    facts = work.facts
-    parts = tuple(SparseScene.load(work.folder / f"part{k}") for k in range(facts["parts"]))
-    return _replace_parts(alignment, parts), work, tuple(map(Finding.from_dict, facts["findings"]))
+    facts = stage_work.facts
+    parts = tuple(SparseScene.load(stage_work.folder / f"part{k}") for k in range(facts["parts"]))
+    return (
+        _replace_parts(alignment, parts),
+        stage_work,
+        tuple(map(Finding.from_dict, facts["findings"])),
+    )
 
 
 def _replace_parts(alignment: Alignment, parts: tuple[SparseScene, ...]) -> Alignment:

@@ -102,7 +102,7 @@ def lens_effect(
     thin_scene = _thin_points(scene)
     wide_scene = _add_second_radial(thin_scene, focal_errors)
     response = response_of(wide_scene, noise_px(wide_scene), points, centres)
-    middle, axes, reach = model_shape(scene.points)
+    middle, axes, extent = model_shape(scene.points)
     changes = []
     try:
         for change in _changes(response, [focal_errors.get(lens) for lens in _lenses(thin_scene)]):
@@ -124,15 +124,15 @@ def lens_effect(
         row[4:] = change_.shift + np.cross(change_.turn, offsets) + change_.growth * offsets
     covariance = rows.T @ rows
     curvature = float(np.sqrt(sum(change_.curvature_per_m**2 for change_ in changes)))
-    stretch = float(np.sqrt(sum(change_.stretch**2 for change_ in changes)))
-    if not np.isfinite([*covariance.ravel(), curvature, stretch]).all():
+    scale_error = float(np.sqrt(sum(change_.stretch**2 for change_ in changes)))
+    if not np.isfinite([*covariance.ravel(), curvature, scale_error]).all():
         return None
     away2 = float(
-        (((scene.points - middle) @ axes[:2].T) ** 2).sum(axis=1).clip(0, reach**2).mean()
+        (((scene.points - middle) @ axes[:2].T) ** 2).sum(axis=1).clip(0, extent**2).mean()
     )
-    tilt = (2.0 * curvature) ** 2 * away2 / 2.0 + (stretch / 2.0) ** 2 / 2.0
+    tilt = (2.0 * curvature) ** 2 * away2 / 2.0 + (scale_error / 2.0) ** 2 / 2.0
     covariance[:3, :3] += tilt * axes[:2].T @ axes[:2]
-    return LensEffect(covariance, LensBend(_Z95 * curvature, reach, _Z95 * stretch))
+    return LensEffect(covariance, LensBend(_Z95 * curvature, extent, _Z95 * scale_error))
 
 
 def bend_of_lenses(scene: SparseScene, cameras: Sequence[Calibration]) -> LensBend | None:

@@ -209,11 +209,11 @@ def _derivatives(
         slopes = np.zeros((len(rows_of_view), 2, 3))
         for k in range(3):
             move = step * np.eye(3)[k]
-            forward, inverse_rotation = (
+            forward_rotation, inverse_rotation = (
                 view.intrinsics.project(camera_points + move),
                 view.intrinsics.project(camera_points - move),
             )
-            slopes[:, :, k] = (forward - inverse_rotation) / (2.0 * step)
+            slopes[:, :, k] = (forward_rotation - inverse_rotation) / (2.0 * step)
         rotation_derivatives = np.zeros((len(rows_of_view), 3, 6))
         x, y, z = camera_points.T
         rotation_derivatives[:, 0, 1], rotation_derivatives[:, 0, 2] = z, -y

@@ -44,18 +44,18 @@ def upright(scene: SparseScene, photos: Sequence[Photo]) -> SparseScene:
             for view in scene.views
         ]
     )
-    forward = np.array([view.direction for view in scene.views]).mean(axis=0)
+    mean_direction = np.array([view.direction for view in scene.views]).mean(axis=0)
     up = ups.mean(axis=0)
     if np.linalg.norm(up) < _MIN_UP_LENGTH:
         # The camera was held in all directions, like that of a drone that looks down and rotates.
-        up = -forward
+        up = -mean_direction
     up = up / np.linalg.norm(up)
-    right = np.cross(forward, up)
+    right = np.cross(mean_direction, up)
     if np.linalg.norm(right) < 1e-3:
         right = scene.views[0].rotation[0]
         right = right - up * (right @ up)
     right = right / np.linalg.norm(right)
-    turn = np.array([right, np.cross(up, right), up])
+    rotation = np.array([right, np.cross(up, right), up])
     depths = [
         float(np.median(view.depths(scene.points[point_rows])))
         for number, view in enumerate(scene.views)
@@ -63,8 +63,8 @@ def upright(scene: SparseScene, photos: Sequence[Photo]) -> SparseScene:
     ]
     scale = 10.0 / float(np.median(depths)) if depths else 1.0
     median = np.median(scene.points, axis=0) if len(scene.points) else scene.centres.mean(axis=0)
-    shift = -scale * turn @ median
-    return transform_scene(scene, scale, turn, shift)
+    shift = -scale * rotation @ median
+    return transform_scene(scene, scale, rotation, shift)
 
 
 def transform_scene(

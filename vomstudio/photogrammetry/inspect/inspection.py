@@ -66,12 +66,12 @@ def overview(out: Path) -> dict[str, Any]:
     alignment = Alignment.load(folder)
     framed = _stage(out, "frame", _POSES)
     scene = SparseScene.load(framed)
-    facts = _facts(framed)
+    scene_facts = _facts(framed)
     database = folder / "database.db"
     names = _aligned_names(folder)
     counts = match_database.match_counts(database)
     features = match_database.feature_counts(database)
-    registration = facts.get("registration", {})
+    registration = scene_facts.get("registration", {})
     gps = {row["name"]: row["error_m"] for row in registration.get("residuals", [])}
     depths = stage_folder(out, "depths")
     reasons = {name: reason.message for name, reason in alignment.unregistered}

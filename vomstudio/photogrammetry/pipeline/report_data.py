@@ -173,11 +173,11 @@ def _bowing(bowing: Bowing | None) -> dict[str, Any] | None:
     """Return the bowing by the residuals as plain values, with its effect on dips."""
     if bowing is None:
         return None
-    facts = asdict(bowing)
+    figures = asdict(bowing)
     # The normal of the model is reported separately.
-    del facts["normal"]
+    del figures["normal"]
     return {
-        **facts,
+        **figures,
         "edge_from_middle_deg": bowing.side_deg,
         "edge_from_middle_error95_deg": bowing.side_error95_deg,
         "edge_to_edge_deg": bowing.across_deg,
@@ -212,17 +212,17 @@ def add_edge_bowing(
     from vomstudio.project.registration_errors import bowing_of_registration
     from vomstudio.registration.warnings import bowing_findings, lens_findings
 
-    _, axes, reach = model_shape(mesh.vertices)
-    shape = {"reach_m" if scene.scaled else "reach": reach, "normal": axes[2].tolist()}
-    facts: dict[str, Any] = {**registration, "shape": shape}
-    bowing, bend = bowing_of_registration(result_registration({"registration": facts}, "")), None
+    _, axes, extent = model_shape(mesh.vertices)
+    shape = {"reach_m" if scene.scaled else "reach": extent, "normal": axes[2].tolist()}
+    figures: dict[str, Any] = {**registration, "shape": shape}
+    bowing, bend = bowing_of_registration(result_registration({"registration": figures}, "")), None
     if lens := registration.get("lens_bowing"):
-        bend = LensBend(lens["curvature95_per_m"], reach, lens["stretch95"])
+        bend = LensBend(lens["curvature95_per_m"], extent, lens["stretch95"])
     findings = [*bowing_findings(bowing), *lens_findings(bend, bowing)]
-    facts |= {"bowing": _bowing(bowing), "lens_bowing": lens_bowing(bend)}
+    figures |= {"bowing": _bowing(bowing), "lens_bowing": lens_bowing(bend)}
     for finding in findings:
         note(finding)
-    return facts | {"warnings": [*registration.get("warnings", ()), *plain(findings)]}
+    return figures | {"warnings": [*registration.get("warnings", ()), *plain(findings)]}
 
 
 def cameras_after_placement(

@@ -286,9 +286,9 @@ def _directions(normals: FloatArray, weights: FloatArray) -> FloatArray:
     n = 200
     k = np.arange(n) + 0.5
     z = 1 - 2 * k / n
-    turn = np.pi * (1 + 5**0.5) * k
+    azimuth = np.pi * (1 + 5**0.5) * k
     radius = np.sqrt(1 - z * z)
-    candidates = np.stack([radius * np.cos(turn), radius * np.sin(turn), z], 1)
+    candidates = np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), z], 1)
     step = max(1, len(normals) // 50_000)
     subset, weight = normals[::step], weights[::step].copy()
     facing = subset @ candidates.T > _MIN_REACH
@@ -442,15 +442,15 @@ def _pack(
         )
         shapes.append(cells)
         filled_counts[k] = cells.sum()
-    side = _page_side(shapes, int(filled_counts.sum()), options) // _CELL_TEXELS
+    page_side = _page_side(shapes, int(filled_counts.sum()), options) // _CELL_TEXELS
     while True:
-        packed_charts = _place_charts(shapes, filled_counts, side, options, progress)
+        packed_charts = _place_charts(shapes, filled_counts, page_side, options, progress)
         # One slightly larger page is better than a second one for the remaining charts.
-        if side == options.page // _CELL_TEXELS or (
+        if page_side == options.page // _CELL_TEXELS or (
             packed_charts is not None and len(packed_charts[0]) == 1
         ):
             break
-        side = min(side + max(side // 20, 1), options.page // _CELL_TEXELS)
+        page_side = min(page_side + max(page_side // 20, 1), options.page // _CELL_TEXELS)
     if packed_charts is None:
         return None
     pages, place = packed_charts
@@ -467,7 +467,7 @@ def _pack(
 def _place_charts(
     shapes: list[BoolArray],
     filled_indices: IntArray,
-    side: int,
+    page_side: int,
     options: AtlasOptions,
     progress: Progress,
 ) -> tuple[list[BoolArray], IntArray] | None:
@@ -489,15 +489,15 @@ def _place_charts(
             if number == len(pages):
                 if number == options.most_pages:
                     return None
-                pages.append(np.zeros((side, side), bool))
+                pages.append(np.zeros((page_side, page_side), bool))
                 starts.append({})
             # Where a chart of this size found room, rows above are full for the next as well.
             first = starts[number].get(size_class, 0)
-            position = int(place_chart(pages[number], cells, first, side))
+            position = int(place_chart(pages[number], cells, first, page_side))
             if position < 0:
-                starts[number][size_class] = side
+                starts[number][size_class] = page_side
                 number += 1
-        row, column = divmod(position, side)
+        row, column = divmod(position, page_side)
         starts[number][size_class] = row
         h, w = cells.shape
         pages[number][row : row + h, column : column + w] |= cells

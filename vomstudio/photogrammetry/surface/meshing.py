@@ -356,12 +356,14 @@ def _refine(
             refined_vertices[part], k=min(_NEIGHBOURS, len(points)), workers=1
         )
         rows = start + np.flatnonzero(distance[:, 0] < 4 * width)
-        subset, forward = (
+        subset, corrected_vertices = (
             np.ascontiguousarray(refined_vertices[rows]),
             np.ascontiguousarray(facing[rows]),
         )
         neighbour_rows = np.ascontiguousarray(near[rows - start].astype(np.int64))
-        pull_to_points(subset, forward, neighbour_rows, points, normals, width, 2.5 * width)
+        pull_to_points(
+            subset, corrected_vertices, neighbour_rows, points, normals, width, 2.5 * width
+        )
         refined_vertices[rows] = subset
     normals_before = cross_products(vertices, faces)
     for _ in range(5):

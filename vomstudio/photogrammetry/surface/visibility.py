@@ -119,10 +119,10 @@ def compute_visibility(task: VisibilityTask) -> PhotoVisibility:
     view, faces = task.view, task.faces
     picture = decode(task.photo, view)
     pixels, depths = project(view, task.vertices)
-    inside = view.contains(np.nan_to_num(pixels, nan=-1.0))
+    is_in_photo = view.contains(np.nan_to_num(pixels, nan=-1.0))
     drawable = np.isfinite(pixels).all(axis=1) & (depths > 0)
     is_drawable = drawable[faces].all(axis=1)
-    selection = np.flatnonzero(is_drawable & inside[faces].any(axis=1)).astype(np.int32)
+    selection = np.flatnonzero(is_drawable & is_in_photo[faces].any(axis=1)).astype(np.int32)
     visible_share, clear_share = _visible_shares(task, pixels, depths, selection)
     cross = cross_products(task.vertices, faces[selection])
     length = np.linalg.norm(cross, axis=1)
@@ -131,7 +131,9 @@ def compute_visibility(task: VisibilityTask) -> PhotoVisibility:
     cosine = (cross * rays).sum(axis=1) / np.maximum(length * distances, 1e-300)
     corners = faces[selection]
     is_kept = (
-        (visible_share >= _MIN_VISIBLE_SHARE) & (cosine > _MIN_COSINE) & inside[corners].all(axis=1)
+        (visible_share >= _MIN_VISIBLE_SHARE)
+        & (cosine > _MIN_COSINE)
+        & is_in_photo[corners].all(axis=1)
     )
     selection, corners, cosine, clear_share, distances = (
         a[is_kept] for a in (selection, corners, cosine, clear_share, distances)

@@ -186,9 +186,9 @@ def _camera_findings(folder: PhotoFolder) -> list[Finding]:
         return []
     groups = [_camera_group(group) for group in settings.values()]
     findings = [Finding("several-cameras", photos=(), value=len(settings), cameras=groups)]
-    sides = {(g[0].camera, g[0].width, g[0].height) for g in settings.values()}
+    photo_sizes = {(g[0].camera, g[0].width, g[0].height) for g in settings.values()}
     turned_cameras = {
-        (camera, w, h) for camera, w, h in sides if w != h and (camera, h, w) in sides
+        (camera, w, h) for camera, w, h in photo_sizes if w != h and (camera, h, w) in photo_sizes
     }
     if turned_cameras:
         names = [p.name for p in folder.photos if (p.camera, p.width, p.height) in turned_cameras]

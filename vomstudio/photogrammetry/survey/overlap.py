@@ -235,11 +235,11 @@ def compare_pair(
     plane, is_on_plane = cv2.findHomography(p, q, cv2.RANSAC, 4.0 / LONG_SIDE, None, 2000, 0.999)
     plane_share = 0.0 if is_on_plane is None else float(is_on_plane.mean())
     if plane is None or plane_share < _MIN_PLANE_SHARE or abs(np.linalg.det(plane)) < 1e-9:
-        inside, inside_backward = _inside_hull(p, a), _inside_hull(q, b)
+        is_inside, is_inside_backward = _inside_hull(p, a), _inside_hull(q, b)
         rotation, ratio = _rotation_by_essential_matrix(p, q, a, b), None
     else:
-        inside = _is_in_other_photo(plane, a, b)
-        inside_backward = _is_in_other_photo(np.linalg.inv(plane), b, a)
+        is_inside = _is_in_other_photo(plane, a, b)
+        is_inside_backward = _is_in_other_photo(np.linalg.inv(plane), b, a)
         ratio = _pixel_ratio(plane, a)
         rotation = None
     base = None
@@ -252,12 +252,12 @@ def compare_pair(
         j,
         len(p),
         plane_share,
-        float(min(inside.mean(), inside_backward.mean())),
+        float(min(is_inside.mean(), is_inside_backward.mean())),
         ratio,
         rotation,
         base,
-        inside,
-        inside_backward,
+        is_inside,
+        is_inside_backward,
     )
 
 

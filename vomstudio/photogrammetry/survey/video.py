@@ -327,17 +327,17 @@ def _shift(previous_frame: ByteArray, frame: ByteArray) -> float | None:
     corners = cv2.goodFeaturesToTrack(previous_frame, 300, 0.01, 7)
     if corners is None or len(corners) < 20:
         return None
-    forward, status, _ = cv2.calcOpticalFlowPyrLK(
+    moved_corners, status, _ = cv2.calcOpticalFlowPyrLK(
         previous_frame, frame, corners, np.empty_like(corners), winSize=(21, 21), maxLevel=4
     )
     tracked_back, back_status, _ = cv2.calcOpticalFlowPyrLK(
-        frame, previous_frame, forward, np.empty_like(corners), winSize=(21, 21), maxLevel=4
+        frame, previous_frame, moved_corners, np.empty_like(corners), winSize=(21, 21), maxLevel=4
     )
     is_consistent = np.linalg.norm((tracked_back - corners).reshape(-1, 2), axis=1) < 1.0
     is_tracked = (status.ravel() == 1) & (back_status.ravel() == 1) & is_consistent
     if is_tracked.sum() < max(12, 0.15 * len(corners)):
         return None
-    steps = np.linalg.norm((forward - corners).reshape(-1, 2)[is_tracked], axis=1)
+    steps = np.linalg.norm((moved_corners - corners).reshape(-1, 2)[is_tracked], axis=1)
     return float(np.median(steps)) / float(max(previous_frame.shape))
 
 

@@ -80,7 +80,7 @@ class NodesDropped:
 class NodeStream(Protocol):
     """Stream of the nodes of a cloud, for the window's thread; see `Streamer`."""
 
-    turn: int
+    request_number: int
     """Number of the last view that required different nodes."""
 
     def needed(self, view: CloudView) -> dict[int, float]: ...
@@ -101,7 +101,7 @@ class StreamStarted:
 class ViewDone:
     """Event after all nodes that were requested with this number have been handed over."""
 
-    turn: int
+    request_number: int
 
 
 @dataclass(frozen=True)

@@ -54,25 +54,25 @@ class ModelQueue:
     def expect(self, model_id: str) -> threading.Event:
         """Register a model for preparation; setting the returned event cancels it."""
         self.forget(model_id)
-        stop = self._stops[model_id] = threading.Event()
-        return stop
+        stop_event = self._stops[model_id] = threading.Event()
+        return stop_event
 
     def forget(self, model_id: str) -> None:
         """Cancel the preparation of a model."""
-        stop = self._stops.pop(model_id, None)
-        if stop is not None:
-            stop.set()
+        stop_event = self._stops.pop(model_id, None)
+        if stop_event is not None:
+            stop_event.set()
         self.forget_field(model_id)
 
     def forget_field(self, model_id: str) -> None:
-        stop = self._field_stops.pop(model_id, None)
-        if stop is not None:
-            stop.set()
+        stop_event = self._field_stops.pop(model_id, None)
+        if stop_event is not None:
+            stop_event.set()
 
     def close(self) -> None:
         """Stop all workers and wait for them to end."""
-        for stop in (*self._stops.values(), *self._field_stops.values()):
-            stop.set()
+        for stop_event in (*self._stops.values(), *self._field_stops.values()):
+            stop_event.set()
         for pool in (self._pool, self._streams):
             if pool is not None:
                 pool.shutdown(wait=True, cancel_futures=True)
@@ -87,8 +87,8 @@ class ModelQueue:
     def next(self) -> tuple[str, Event] | None:
         """Return the next result with the id of its model, or None if the queue is empty."""
         while self._inbox:
-            model_id, stop, event = self._inbox.popleft()
-            if self._stops.get(model_id) is stop:
+            model_id, stop_event, event = self._inbox.popleft()
+            if self._stops.get(model_id) is stop_event:
                 return model_id, event
         return None
 
@@ -104,37 +104,37 @@ class ModelQueue:
         """Prepare a registered model; see the module `preparation`."""
         from vomstudio.rendering.prepare import preparation
 
-        stop = self._stops[model_id]
-        emit = self._emitter(model_id, stop, stop)
+        stop_event = self._stops[model_id]
+        emit = self._emitter(model_id, stop_event, stop_event)
         pool = self._workers()
         if self._streams is None:
             # Uses a separate thread, so that a long preparation does not delay it.
             self._streams = thread_pool(1, "clouds", niceness=NICENESS)
-        submit = _submitter(self._streams, stop)
+        submit = _submitter(self._streams, stop_event)
 
         def shape() -> None:
             with self._reporting(emit, "display.not-prepared"):
                 if isinstance(data, Mesh):
-                    bounds = preparation.finite_bounds(data.vertices, stop)
+                    bounds = preparation.finite_bounds(data.vertices, stop_event)
                 elif data.arrangement is not None or isinstance(data, StreamedCloud):
                     bounds = data.bounds
                 else:
-                    bounds = preparation.finite_bounds(data.points, stop)
+                    bounds = preparation.finite_bounds(data.points, stop_event)
                 origin = np.round(bounds.mean(axis=0))
                 emit(ModelBounds(data, bounds, origin))
                 if isinstance(data, Mesh):
                     # Results before the registration of the model would be lost.
-                    _submitter(pool, stop)(pictures)
-                    preparation.prepare_mesh(data, origin, stop, emit)
+                    _submitter(pool, stop_event)(pictures)
+                    preparation.prepare_mesh(data, origin, stop_event, emit)
                 else:
                     # Starting a thread takes time, during which this thread would wait.
                     submit(lambda: None)
-                    preparation.prepare_cloud(data, origin, stop, emit, submit, budget)
+                    preparation.prepare_cloud(data, origin, stop_event, emit, submit, budget)
 
         def pictures() -> None:
             with self._reporting(emit, "display.not-prepared"):
                 if isinstance(data, Mesh):
-                    preparation.prepare_textures(data, texture_limit, stop, emit, whole_side)
+                    preparation.prepare_textures(data, texture_limit, stop_event, emit, whole_side)
 
         pool.submit(shape)
 
@@ -153,12 +153,12 @@ class ModelQueue:
         # A computed field may be removed while it is being coloured.
         data = replace(data, fields=dict(data.fields))
         self.forget_field(model_id)
-        stop = self._field_stops[model_id] = threading.Event()
-        emit = self._emitter(model_id, self._stops[model_id], stop)
+        stop_event = self._field_stops[model_id] = threading.Event()
+        emit = self._emitter(model_id, self._stops[model_id], stop_event)
 
         def work() -> None:
             with self._reporting(emit, "display.field-not-shown", field=style.name):
-                preparation.prepare_field(data, style, to_world, proxies, parts, stop, emit)
+                preparation.prepare_field(data, style, to_world, proxies, parts, stop_event, emit)
 
         self._workers().submit(work)
 
@@ -167,11 +167,11 @@ class ModelQueue:
             self._pool = thread_pool(2, "viewport", niceness=NICENESS)
         return self._pool
 
-    def _emitter(self, model_id: str, model: threading.Event, stop: threading.Event) -> Emit:
+    def _emitter(self, model_id: str, model: threading.Event, stop_event: threading.Event) -> Emit:
         """Return the function through which a worker emits the results of a model."""
 
         def emit(event: Event) -> None:
-            if stop.is_set():
+            if stop_event.is_set():
                 raise Stopped
             self._inbox.append((model_id, model, event))
             self._notify()
@@ -192,7 +192,7 @@ class ModelQueue:
                 emit(Problem(Finding(code, **values, reason=str(error))))
 
 
-def _submitter(pool: ThreadPoolExecutor, stop: threading.Event) -> Submit:
+def _submitter(pool: ThreadPoolExecutor, stop_event: threading.Event) -> Submit:
     """Return a function that submits jobs to a thread pool.
 
     A pool that is being closed rejects jobs from its own threads. This is not an error if the
@@ -203,7 +203,7 @@ def _submitter(pool: ThreadPoolExecutor, stop: threading.Event) -> Submit:
         try:
             pool.submit(work)
         except RuntimeError:
-            if not stop.is_set():
+            if not stop_event.is_set():
                 raise
 
     return submit

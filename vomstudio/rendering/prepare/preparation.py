@@ -61,18 +61,18 @@ ROW = 3 * 512
 NEUTRAL = (190, 186, 178)
 
 
-def pieces(count: int, stop: threading.Event, size: int = PIECE) -> Iterator[slice]:
-    """Yield consecutive slices of a range; raise Stopped when `stop` is set."""
+def pieces(count: int, stop_event: threading.Event, size: int = PIECE) -> Iterator[slice]:
+    """Yield consecutive slices of a range; raise Stopped when `stop_event` is set."""
     for start in range(0, count, size):
-        if stop.is_set():
+        if stop_event.is_set():
             raise Stopped
         yield slice(start, min(start + size, count))
 
 
-def finite_bounds(points: FloatingArray, stop: threading.Event) -> FloatArray:
+def finite_bounds(points: FloatingArray, stop_event: threading.Event) -> FloatArray:
     """Return the bounds (2, 3) of the finite points, or zeros without finite points."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    for part in pieces(len(points), stop):
+    for part in pieces(len(points), stop_event):
         # Reduces long rows, because a reduction along rows of three elements is eight times
         # slower.
         flat_coordinates = np.ascontiguousarray(points[part]).reshape(-1)
@@ -93,10 +93,12 @@ def finite_bounds(points: FloatingArray, stop: threading.Event) -> FloatArray:
     return np.stack([low, high])
 
 
-def local_points(points: FloatArray, origin: FloatArray, stop: threading.Event) -> Float32Array:
+def local_points(
+    points: FloatArray, origin: FloatArray, stop_event: threading.Event
+) -> Float32Array:
     """Subtract an origin from points in float64, and return float32."""
     out = np.empty((len(points), 3), np.float32)
-    for part in pieces(len(points), stop):
+    for part in pieces(len(points), stop_event):
         out[part] = points[part] - origin
     return out
 
@@ -107,26 +109,26 @@ def local_points(points: FloatArray, origin: FloatArray, stop: threading.Event) 
 def prepare_mesh(
     mesh: Mesh,
     origin: FloatArray,
-    stop: threading.Event,
+    stop_event: threading.Event,
     emit: Emit,
 ) -> None:
     """Emit the proxy, the chunks and the locators of a mesh, but not its textures."""
-    points = local_points(mesh.vertices, origin, stop)
+    points = local_points(mesh.vertices, origin, stop_event)
     groups = material_groups(mesh)
-    colors = vertex_colors(mesh, groups, stop)
-    proxy = make_proxy(points, mesh.faces, colors, stop)
+    colors = vertex_colors(mesh, groups, stop_event)
+    proxy = make_proxy(points, mesh.faces, colors, stop_event)
     if proxy is not None:
         emit(ProxyReady(*proxy))
     chunks = []
     for material, rows in groups:
-        for event in mesh_chunks(mesh, points, colors, material, rows, stop):
+        for event in mesh_chunks(mesh, points, colors, material, rows, stop_event):
             chunks.append(event.chunk)
             emit(event)
     emit(ChunksDone(len(chunks)))
     del points, colors
     locators = []
     for chunk in chunks:
-        if stop.is_set():
+        if stop_event.is_set():
             raise Stopped
         locators.append(make_locator(chunk))
     emit(LocatorReady(locators))
@@ -148,7 +150,7 @@ def material_groups(mesh: Mesh) -> list[tuple[int, slice]]:
 
 
 def vertex_colors(
-    mesh: Mesh, groups: list[tuple[int, slice]], stop: threading.Event
+    mesh: Mesh, groups: list[tuple[int, slice]], stop_event: threading.Event
 ) -> ByteArray | None:
     """Return vertex colours (n, 3) from the file or else from downsampled textures."""
     if mesh.colors is not None:
@@ -167,10 +169,10 @@ def vertex_colors(
             continue
         tint, picture = diffuse[material], small_textures[material]
         worn = np.zeros(len(out), np.bool_)
-        for part in pieces(rows.stop - rows.start, stop):
+        for part in pieces(rows.stop - rows.start, stop_event):
             worn[mesh.faces[rows.start + part.start : rows.start + part.stop].reshape(-1)] = True
         used_vertices = np.flatnonzero(worn)
-        for part in pieces(len(used_vertices), stop):
+        for part in pieces(len(used_vertices), stop_event):
             used_part = used_vertices[part]
             if picture is not None and mesh.uv is not None:
                 uv = mesh.uv[used_part]
@@ -191,7 +193,7 @@ def make_proxy(
     points: Float32Array,
     faces: Int32Array,
     colors: ByteArray | None,
-    stop: threading.Event,
+    stop_event: threading.Event,
 ) -> tuple[vtkPolyData, Int32Array] | None:
     """Simplify a mesh to about PROXY_FACES triangles.
 
@@ -209,7 +211,7 @@ def make_proxy(
     area = float(np.nansum(areas)) * len(faces) / len(sample)
     extent = (np.nanmax(points, axis=0) - np.nanmin(points, axis=0)).astype(np.float64)
     cell = max(np.sqrt(2.0 * area / PROXY_FACES), float(extent.max()) / 2000.0, 1e-9)
-    if stop.is_set():
+    if stop_event.is_set():
         raise Stopped
     data = vtk_data.triangles(points, np.array(faces, np.int32), colors=colors)
     out = vtkPolyData()
@@ -223,7 +225,7 @@ def make_proxy(
         binned.Update()
         out = binned.GetOutput()
         face_count = out.GetNumberOfCells()
-        if stop.is_set():
+        if stop_event.is_set():
             raise Stopped
         if 0.6 * PROXY_FACES <= face_count <= 1.1 * PROXY_FACES:
             break
@@ -266,7 +268,7 @@ def mesh_chunks(
     colors: ByteArray | None,
     material: int,
     rows: slice,
-    stop: threading.Event,
+    stop_event: threading.Event,
 ) -> Iterator[MeshChunkReady]:
     """Yield the faces of a material in chunks of neighbouring faces."""
     faces = np.asarray(mesh.faces[rows])
@@ -282,7 +284,7 @@ def mesh_chunks(
     uv = mesh.uv if is_textured else None
     is_used = np.zeros(len(points), np.bool_)
     position = np.empty(len(points), np.int32)
-    for part in pieces(len(faces), stop, FACES_PER_CHUNK):
+    for part in pieces(len(faces), stop_event, FACES_PER_CHUNK):
         ids = order[part]
         large_faces = faces[ids]
         is_used[large_faces.reshape(-1)] = True
@@ -340,7 +342,7 @@ def make_locator(chunk: FaceChunk) -> vtkStaticCellLocator:
 def prepare_textures(
     mesh: Mesh,
     limit: int,
-    stop: threading.Event,
+    stop_event: threading.Event,
     emit: Emit,
     whole_side: int | None = None,
 ) -> None:
@@ -351,7 +353,7 @@ def prepare_textures(
     mesh : Mesh
     limit : int
         Maximum side length of a texture, pixels.
-    stop : Event
+    stop_event : Event
         Ends the work when set.
     emit : Emit
         Receives the events.
@@ -360,7 +362,7 @@ def prepare_textures(
     """
     loaded_textures: dict[Path, Texture | None] = {}
     for i, material in enumerate(mesh.materials):
-        if stop.is_set():
+        if stop_event.is_set():
             raise Stopped
         path = material.texture
         if path is None or mesh.uv is None:
@@ -384,7 +386,7 @@ def prepare_textures(
 def prepare_cloud(
     cloud: PointCloud,
     origin: FloatArray,
-    stop: threading.Event,
+    stop_event: threading.Event,
     emit: Emit,
     submit: Submit,
     budget: int = POINT_BUDGET,
@@ -396,7 +398,7 @@ def prepare_cloud(
     cloud : PointCloud
     origin : (3,) ndarray
         Origin of the scene in the World frame.
-    stop : Event
+    stop_event : Event
         Ends the work when set.
     emit : Emit
         Receives the events.
@@ -407,14 +409,14 @@ def prepare_cloud(
     """
 
     def check() -> None:
-        if stop.is_set():
+        if stop_event.is_set():
             raise Stopped
 
     if isinstance(cloud, StreamedCloud):
         nodes: CloudNodes = cloud.store
     else:
         nodes = ArrangedNodes(cloud, cloud.arrangement or arrange(cloud.points, check), budget)
-    Streamer(cloud, nodes, origin, stop, emit, submit).begin()
+    Streamer(cloud, nodes, origin, stop_event, emit, submit).begin()
 
 
 # -- fields
@@ -426,7 +428,7 @@ def prepare_field(
     to_world: FloatArray,
     proxies: Sequence[IntegerArray],
     parts: Sequence[IntegerArray],
-    stop: threading.Event,
+    stop_event: threading.Event,
     emit: Emit,
 ) -> None:
     """Emit the colours of a field for the proxies and chunks of a model.
@@ -436,7 +438,7 @@ def prepare_field(
     """
 
     def check() -> None:
-        if stop.is_set():
+        if stop_event.is_set():
             raise Stopped
 
     scale = make_scale(data, style, to_world, check)

@@ -76,12 +76,12 @@ class Streamer:
         cloud: PointCloud,
         nodes: CloudNodes,
         origin: FloatArray,
-        stop: threading.Event,
+        stop_event: threading.Event,
         emit: Emit,
         submit: Submit,
     ) -> None:
         self._nodes, self._origin = nodes, origin
-        self._stopped, self._emit, self._submit = stop, emit, submit
+        self._stopped, self._emit, self._submit = stop_event, emit, submit
         sample = cloud.overview() if isinstance(cloud, StreamedCloud) else cloud
         self._colors = coloring(sample)
         self._view: CloudView | None = None
@@ -89,7 +89,7 @@ class Streamer:
         self._fetched: dict[int, NodePoints] = {}
         self._used: dict[int, int] = {}
         self._broken: set[int] = set()
-        self.turn = 0
+        self.request_number = 0
         """Number of the last view that required different nodes."""
 
     def begin(self) -> None:
@@ -120,8 +120,7 @@ class Streamer:
     def look(self, view: CloudView) -> dict[int, float] | None:
         """Fetch and return the required nodes, or return None if the view is unchanged.
 
-        A `ViewDone` event with the number in `turn` follows after all nodes have been handed
-        over.
+        After all nodes have been handed over, a `ViewDone` event with `request_number` follows.
         """
         if view == self._view:
             return None
@@ -130,28 +129,28 @@ class Streamer:
         rows = tuple(needed_nodes)
         if rows != self._requested:
             self._requested = rows
-            self.turn += 1
-            turn = self.turn
-            self._submit(lambda: self._follow(rows, turn))
+            self.request_number += 1
+            request_number = self.request_number
+            self._submit(lambda: self._follow(rows, request_number))
         return needed_nodes
 
-    def _follow(self, rows: tuple[int, ...], turn: int) -> None:
+    def _follow(self, rows: tuple[int, ...], request_number: int) -> None:
         try:
-            self._used.update(dict.fromkeys(rows, turn))
+            self._used.update(dict.fromkeys(rows, request_number))
             missing_rows = [
                 row for row in rows if row not in self._fetched and row not in self._broken
             ]
             while missing_rows:
-                if turn != self.turn:
+                if request_number != self.request_number:
                     return
                 if self._stopped.is_set():
                     raise Stopped
                 points = np.cumsum(self._nodes.counts[missing_rows])
                 count = max(1, int(np.searchsorted(points, self._nodes.batch_points, side="right")))
-                self._make_room(int(points[count - 1]), turn)
+                self._make_room(int(points[count - 1]), request_number)
                 self._fetch(missing_rows[:count])
                 missing_rows = missing_rows[count:]
-            self._emit(ViewDone(turn))
+            self._emit(ViewDone(request_number))
         except Stopped:
             pass
         except Exception as error:  # noqa: BLE001 - a thread has no caller to handle the error
@@ -159,7 +158,7 @@ class Streamer:
                 ERRORS.report(error, "while points of a cloud were read")
             try:
                 self._emit(Problem(Finding("display.points-missing", reason=str(error))))
-                self._emit(ViewDone(turn))
+                self._emit(ViewDone(request_number))
             except Stopped:
                 pass
 
@@ -178,12 +177,15 @@ class Streamer:
         for row, piece in zip(rows, pieces, strict=True):
             self._hand_over(row, piece)
 
-    def _make_room(self, requested_points: int, turn: int) -> None:
+    def _make_room(self, requested_points: int, request_number: int) -> None:
         point_count = sum(int(self._nodes.counts[row]) for row in self._fetched)
         kept_rows = set(self._nodes.first)
         dropped_nodes: dict[int, NodePoints] = {}
         for row in sorted(self._fetched.keys() - kept_rows, key=lambda r: self._used.get(r, 0)):
-            if point_count + requested_points <= self._nodes.budget or self._used.get(row) == turn:
+            if (
+                point_count + requested_points <= self._nodes.budget
+                or self._used.get(row) == request_number
+            ):
                 break
             dropped_nodes[row] = self._fetched.pop(row)
             point_count -= int(self._nodes.counts[row])

@@ -113,7 +113,7 @@ class Annotations:
         few)."""
         self._numbers: dict[tuple[str, float], QPixmap] = {}
         self._dots: dict[tuple[tuple[float, float, float], float, float], QPixmap] = {}
-        self._ready: _Ready | None = None
+        self._arrays: _Ready | None = None
         self._previous: _Ready | None = None
         self._corners: dict[str, int] = {}
         self._labels_shown: dict[str, int] = {}
@@ -124,30 +124,30 @@ class Annotations:
 
     def forget(self) -> None:
         """Discard the cached data after a change of the drawings."""
-        self._previous = self._ready or self._previous
-        self._ready = None
+        self._previous = self._arrays or self._previous
+        self._arrays = None
 
     def forget_font(self) -> None:
         self.labels.clear()
         self._numbers.clear()
-        self._previous = self._ready = None
+        self._previous = self._arrays = None
 
     def at(self, x: float, y: float) -> str | None:
         """Return the id of the feature whose label or symbol is at a pixel, or None."""
         for key, box in self.label_boxes:
             if box.contains(x, y):
                 return key
-        if self._ready is None or not len(self._strokes):
+        if self._arrays is None or not len(self._strokes):
             return None
         a, b = self._strokes[:, 0], self._strokes[:, 1]
         ab, point = b - a, np.array([x, y])
-        square = np.maximum(np.einsum("ij,ij->i", ab, ab), 1e-12)
-        t = np.clip(np.einsum("ij,ij->i", point - a, ab) / square, 0.0, 1.0)
+        squared_lengths = np.maximum(np.einsum("ij,ij->i", ab, ab), 1e-12)
+        t = np.clip(np.einsum("ij,ij->i", point - a, ab) / squared_lengths, 0.0, 1.0)
         distance = np.hypot(*(a + t[:, None] * ab - point).T)
         best_row = int(np.argmin(distance))
         if distance[best_row] > PICK_DISTANCE:
             return None
-        return self._ready.drawings[int(self._owners[best_row])].id
+        return self._arrays.drawings[int(self._owners[best_row])].id
 
     def paint(
         self,
@@ -159,7 +159,7 @@ class Annotations:
         size: tuple[float, float],
         *,
         kept_free: Iterable[QRectF] = (),
-        moving: bool = False,
+        is_moving: bool = False,
     ) -> None:
         """Paint symbols and labels.
 
@@ -177,33 +177,35 @@ class Annotations:
             Width and height of the picture.
         kept_free : iterable of QRectF, optional
             Rectangles in which no label is placed.
-        moving : bool, optional
+        is_moving : bool, optional
             Whether the camera is moving.
         """
         self.label_boxes = []
         self._strokes, self._owners = np.zeros((0, 2, 2)), np.zeros(0, np.int64)
-        ready = self._ready or self._prepare(features)
-        self._ready = ready
-        if not ready.drawings:
+        arrays = self._arrays or self._prepare(features)
+        self._arrays = arrays
+        if not arrays.drawings:
             return
         ratio = painter.device().devicePixelRatioF()
-        count = len(ready.drawings)
-        pixels, is_visible = project(ready.places.reshape(-1, 3))
-        position = self._choose_positions(ready, is_visible.reshape(count, -1), moving)
+        count = len(arrays.drawings)
+        pixels, is_visible = project(arrays.places.reshape(-1, 3))
+        position = self._choose_positions(arrays, is_visible.reshape(count, -1), is_moving)
         anchors = pixels.reshape(count, -1, 2)[np.arange(count), position]
         is_seen = is_visible.reshape(count, -1)[np.arange(count), position]
-        is_selected = ready.flags(selected_names)
+        is_selected = arrays.flags(selected_names)
         grid = LabelGrid(*size)
         for box in kept_free:
             grid.block(box.x(), box.y(), box.width(), box.height())
         gap = LABEL_GAP
-        if len(ready.symbol_rows):
-            rows = ready.symbol_rows
-            signs = ready.symbols.signs(camera, size, ready.places[rows, position[rows]])
-            self._paint_symbols(painter, ready, signs, is_seen, is_selected, grid, size, moving)
-            if not ready.discs.all():
+        if len(arrays.symbol_rows):
+            rows = arrays.symbol_rows
+            signs = arrays.symbols.signs(camera, size, arrays.places[rows, position[rows]])
+            self._paint_symbols(painter, arrays, signs, is_seen, is_selected, grid, size, is_moving)
+            if not arrays.discs.all():
                 gap = SYMBOL_GAP
-        self._paint_labels(painter, ready, anchors, is_seen, is_selected, grid, gap, moving, ratio)
+        self._paint_labels(
+            painter, arrays, anchors, is_seen, is_selected, grid, gap, is_moving, ratio
+        )
 
     def _prepare(self, features: Mapping[str, FeatureDrawing]) -> _Ready:
         drawings = [d for d in features.values() if d.visible and (d.label or d.symbol)]
@@ -248,25 +250,25 @@ class Annotations:
         self._previous = None
         return places, sizes
 
-    def _choose_positions(self, ready: _Ready, is_visible: BoolArray, is_moving: bool) -> IntArray:
+    def _choose_positions(self, arrays: _Ready, is_visible: BoolArray, is_moving: bool) -> IntArray:
         """Return the index (n,) of each label's position, preferably the previous one.
 
         If the previous position is hidden, a visible one is chosen, so that a long trace is
         labelled even in a close view.
         """
-        last_positions = ready.numbers(self._position_by_id)
+        last_positions = arrays.numbers(self._position_by_id)
         # Return to the anchor once the view has come to rest.
         preferred_last_positions = last_positions if is_moving else np.zeros_like(last_positions)
-        is_kept = is_visible[np.arange(ready.count), preferred_last_positions] | ~is_visible.any(
+        is_kept = is_visible[np.arange(arrays.count), preferred_last_positions] | ~is_visible.any(
             axis=1
         )
         if is_moving:
             for shown_frames in (self._labels_shown, self._symbols_shown):
-                hidden_frames = ready.numbers(shown_frames)
+                hidden_frames = arrays.numbers(shown_frames)
                 is_kept |= (hidden_frames > 0) & (hidden_frames < MAX_HIDDEN_FRAMES)
         index = np.where(is_kept, preferred_last_positions, np.argmax(is_visible, axis=1))
         self._position_by_id = {
-            ready.drawings[i].id: int(index[i]) for i in np.flatnonzero(index).tolist()
+            arrays.drawings[i].id: int(index[i]) for i in np.flatnonzero(index).tolist()
         }
         return index
 
@@ -274,7 +276,7 @@ class Annotations:
     def _paint_symbols(
         self,
         painter: QPainter,
-        ready: _Ready,
+        arrays: _Ready,
         signs: Signs,
         is_visible: BoolArray,
         is_selected: BoolArray,
@@ -282,18 +284,18 @@ class Annotations:
         size: tuple[float, float],
         is_moving: bool,
     ) -> None:
-        rows = ready.symbol_rows
-        extents = ready.extents[rows]
+        rows = arrays.symbol_rows
+        extents = arrays.extents[rows]
         with np.errstate(invalid="ignore"):
             is_inside = (
                 (signs.depth > 0.0)
                 & (signs.pixels > -20.0).all(axis=1)
                 & (signs.pixels < np.array(size) + 20.0).all(axis=1)
             )
-        is_patient = self._patient(ready, is_visible, self._symbols_shown, is_moving)[rows]
+        is_patient = self._patient(arrays, is_visible, self._symbols_shown, is_moving)[rows]
         is_small = extents < MIN_DISC_PIXELS * signs.metres
-        candidates = is_inside & (is_patient | is_selected[rows]) & (~ready.discs | is_small)
-        was_shown = ready.flags(self._symbols_shown)[rows]
+        candidates = is_inside & (is_patient | is_selected[rows]) & (~arrays.discs | is_small)
+        was_shown = arrays.flags(self._symbols_shown)[rows]
         order = order_by_importance(is_selected[rows], was_shown, extents, is_moving=is_moving)
         # Includes a margin, because a symbol may be partly outside the image.
         available_space = LabelGrid(size[0] + 40.0, size[1] + 40.0)
@@ -310,7 +312,7 @@ class Annotations:
             is_free = available_space.is_free(
                 x + 20.0 - margin, y + 20.0 - margin, 2 * margin, 2 * margin
             )
-            if ready.discs[i]:
+            if arrays.discs[i]:
                 discs.append(i)
             elif i in certain or is_free:
                 available_space.block(
@@ -323,15 +325,15 @@ class Annotations:
                 grid.block(x - 6.0, y - 6.0, 12.0, 12.0)
             else:
                 dots.append(i)
-        self._remember(self._symbols_shown, ready, rows[full_signs].tolist(), is_visible)
+        self._remember(self._symbols_shown, arrays, rows[full_signs].tolist(), is_visible)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        colors = [ready.drawings[i].color for i in rows]
+        colors = [arrays.drawings[i].color for i in rows]
         # The most important symbol is drawn last, over the others.
         self._paint_dots(painter, signs.pixels, discs[::-1], colors, MIN_DISC_PIXELS)
         self._paint_dots(painter, signs.pixels, dots[::-1], colors, DOT_DIAMETER)
         strokes, owners = signs.strokes(full_signs)
         self._paint_strokes(painter, strokes, owners, colors, is_selected[rows])
-        self._paint_numbers(painter, ready, signs, full_signs, grid)
+        self._paint_numbers(painter, arrays, signs, full_signs, grid)
         dots += discs
         dot_strokes = np.repeat(signs.pixels[dots][:, None], 2, axis=1).reshape(-1, 2, 2)
         self._strokes = np.concatenate([strokes, dot_strokes])
@@ -408,12 +410,17 @@ class Annotations:
                 painter.drawLines(part)
 
     def _paint_numbers(
-        self, painter: QPainter, ready: _Ready, signs: Signs, full_signs: list[int], grid: LabelGrid
+        self,
+        painter: QPainter,
+        arrays: _Ready,
+        signs: Signs,
+        full_signs: list[int],
+        grid: LabelGrid,
     ) -> None:
         ratio = painter.device().devicePixelRatioF()
         centres = signs.numbers()
         for i in full_signs:
-            symbol = ready.drawings[int(ready.symbol_rows[i])].symbol
+            symbol = arrays.drawings[int(arrays.symbol_rows[i])].symbol
             if symbol is None or not symbol.text or not np.isfinite(centres[i]).all():
                 continue
             picture = self._number(symbol.text, ratio)
@@ -438,15 +445,15 @@ class Annotations:
         return pixmap
 
     # --- labels ------------------------------------------------------------------------------
-    def _labels_selection_only(self, ready: _Ready) -> bool:
+    def _labels_selection_only(self, arrays: _Ready) -> bool:
         """Return whether only selected features are labelled to avoid hiding the rock."""
-        is_many = int(ready.labelled.sum()) > MAX_LABELLED_FEATURES
+        is_many = int(arrays.labelled.sum()) > MAX_LABELLED_FEATURES
         return self.label_mode == "selected" or (self.label_mode == "auto" and is_many)
 
     def _paint_labels(
         self,
         painter: QPainter,
-        ready: _Ready,
+        arrays: _Ready,
         anchors: FloatArray,
         is_visible: BoolArray,
         is_selected: BoolArray,
@@ -455,33 +462,33 @@ class Annotations:
         is_moving: bool,
         ratio: float,
     ) -> None:
-        is_patient = self._patient(ready, is_visible, self._labels_shown, is_moving)
-        was_shown = ready.flags(self._labels_shown)
-        candidates = ready.labelled & (is_patient | is_selected) & np.isfinite(anchors).all(axis=1)
+        is_patient = self._patient(arrays, is_visible, self._labels_shown, is_moving)
+        was_shown = arrays.flags(self._labels_shown)
+        candidates = arrays.labelled & (is_patient | is_selected) & np.isfinite(anchors).all(axis=1)
         if self.label_mode == "none":
             candidates[:] = False
-        elif self._labels_selection_only(ready):
+        elif self._labels_selection_only(arrays):
             candidates &= is_selected
         if is_moving and was_shown.any() and int(candidates.sum()) > MAX_PLACED_IN_MOTION:
             # Placing thousands of labels takes too long for a step of a drag; at rest, all are
             # placed.
             candidates &= was_shown
-        order = order_by_importance(is_selected, was_shown, ready.extents, is_moving=is_moving)
-        corners = ready.numbers(self._corners)
+        order = order_by_importance(is_selected, was_shown, arrays.extents, is_moving=is_moving)
+        corners = arrays.numbers(self._corners)
         # While the view moves, a new label needs more space, so that it does not vanish at the
         # next step.
         clear = np.where(was_shown | is_selected, 0.0, NEW_LABEL_CLEARANCE) if is_moving else None
         placed_labels = place_labels(
-            grid, anchors, ready.sizes, order[candidates[order]], gap, corners, clear
+            grid, anchors, arrays.sizes, order[candidates[order]], gap, corners, clear
         )
         for i, (x, y) in placed_labels.items():
-            d = ready.drawings[i]
+            d = arrays.drawings[i]
             picture = self.labels.picture(d.label, d.color, bool(is_selected[i]), ratio, d.verdict)
             painter.drawPixmap(QPointF(x, y), picture)
-            width, height = ready.sizes[i]
+            width, height = arrays.sizes[i]
             self.label_boxes.append((d.id, QRectF(x, y, float(width), float(height))))
-        self._remember(self._labels_shown, ready, list(placed_labels), is_visible)
-        self._corners = {ready.drawings[i].id: int(corners[i]) for i in placed_labels}
+        self._remember(self._labels_shown, arrays, list(placed_labels), is_visible)
+        self._corners = {arrays.drawings[i].id: int(corners[i]) for i in placed_labels}
 
     def paint_hovered(
         self, painter: QPainter, drawing: FeatureDrawing, x: float, y: float, available_rect: QRectF
@@ -504,19 +511,23 @@ class Annotations:
 
     # --- memory ------------------------------------------------------------------------------
     def _patient(
-        self, ready: _Ready, is_visible: BoolArray, shown_positions: dict[str, int], is_moving: bool
+        self,
+        arrays: _Ready,
+        is_visible: BoolArray,
+        shown_positions: dict[str, int],
+        is_moving: bool,
     ) -> BoolArray:
         """Return which drawings are visible, or were visible recently if the view is moving."""
         if not is_moving or not shown_positions:
             return is_visible
-        return is_visible | ready.flags(
+        return is_visible | arrays.flags(
             id_ for id_, gone in shown_positions.items() if gone < MAX_HIDDEN_FRAMES
         )
 
     def _remember(
         self,
         shown_positions: dict[str, int],
-        ready: _Ready,
+        arrays: _Ready,
         shown_rows: Iterable[int],
         is_visible: BoolArray,
     ) -> None:
@@ -524,7 +535,7 @@ class Annotations:
         previous = dict(shown_positions)
         shown_positions.clear()
         for row in shown_rows:
-            id_ = ready.drawings[row].id
+            id_ = arrays.drawings[row].id
             shown_positions[id_] = 0 if is_visible[row] else previous.get(id_, 0) + 1
 
 

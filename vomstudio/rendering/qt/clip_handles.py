@@ -41,7 +41,7 @@ class ClipHandles(QObject):
         self,
         camera: Camera,
         pane: Pane,
-        life: SceneLife,
+        lifetime: SceneLife,
         picture: ScenePicture,
         annotations: Annotations,
         parent: QObject,
@@ -51,7 +51,7 @@ class ClipHandles(QObject):
         self.handles = True
         self.hot: int | None = None
         self._camera, self._pane = camera, pane
-        self._life, self._picture, self._annotations = life, picture, annotations
+        self._lifetime, self._picture, self._annotations = lifetime, picture, annotations
 
     def set_box(self, box: ClipBox | None, *, handles: bool = True) -> None:
         """Set the clipping box, or None for no clipping, and whether it has handles."""
@@ -66,11 +66,11 @@ class ClipHandles(QObject):
                 self._cut()
                 self._picture.redraw()
 
-            self._life.when_started(apply)
+            self._lifetime.when_started(apply)
 
     def _cut(self) -> None:
-        if self._life.scene is not None:
-            self._life.scene.set_clip(self.box)
+        if self._lifetime.scene is not None:
+            self._lifetime.scene.set_clip(self.box)
 
     # -- contents of the box
 

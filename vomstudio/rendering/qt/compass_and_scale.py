@@ -40,17 +40,17 @@ def draw_compass(painter: QPainter, frame: FloatArray, height: float, north_know
         x, y = (frame[:2] @ np.asarray(vector, float)) * max_distance
         return QPointF(centre.x() + float(x), centre.y() - float(y))
 
-    turn = np.linspace(0.0, 2.0 * np.pi, 49)
-    ring = QPolygonF([place((math.sin(a), math.cos(a), 0.0)) for a in turn])
+    angles = np.linspace(0.0, 2.0 * np.pi, 49)
+    ring = QPolygonF([place((math.sin(a), math.cos(a), 0.0)) for a in angles])
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.setPen(QPen(painting.DARK, 3.2))
     painter.drawPolyline(ring)
     painter.setPen(QPen(QColor(225, 225, 225), 1.4))
     painter.drawPolyline(ring)
     needle = np.array([0.0, 1.0, 0.0])
-    side = np.array([1.0, 0.0, 0.0]) * 0.3
-    north = QPolygonF([place(needle), place(side), place(-side)])
-    south_needle = QPolygonF([place(-needle), place(side), place(-side)])
+    half_width = np.array([1.0, 0.0, 0.0]) * 0.3
+    north = QPolygonF([place(needle), place(half_width), place(-half_width)])
+    south_needle = QPolygonF([place(-needle), place(half_width), place(-half_width)])
     painter.setPen(QPen(painting.DARK, 1.2))
     painter.setBrush(QColor(235, 235, 235))
     painter.drawPolygon(south_needle)

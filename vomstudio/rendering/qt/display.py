@@ -24,11 +24,11 @@ class ModelAppearance(QObject):
     """Emits the model id when the colour scale of its field is available from `scale_of`."""
 
     def __init__(
-        self, life: SceneLife, picture: ScenePicture, models: ShownModels, parent: QObject
+        self, lifetime: SceneLife, picture: ScenePicture, models: ShownModels, parent: QObject
     ) -> None:
         super().__init__(parent)
         self.captions: dict[str, str] = {}
-        self._life, self._picture, self._work = life, picture, models.work
+        self._lifetime, self._picture, self._work = lifetime, picture, models.work
         self._styles: dict[str, FieldStyle] = {}
         self._mode = "textured"
         models.chunked.connect(self._color)
@@ -65,11 +65,11 @@ class ModelAppearance(QObject):
 
     def _change(self, change: Callable[[Scene], None]) -> None:
         def apply() -> None:
-            assert self._life.scene is not None
-            change(self._life.scene)
+            assert self._lifetime.scene is not None
+            change(self._lifetime.scene)
             self._picture.renew()
 
-        self._life.when_started(apply)
+        self._lifetime.when_started(apply)
 
     # -- fields
 
@@ -82,7 +82,7 @@ class ModelAppearance(QObject):
         if style == self._styles.get(model_id):
             return
         self._forget_field(model_id)
-        scene = self._life.scene
+        scene = self._lifetime.scene
         if style is not None:
             self._styles[model_id] = style
             self._color(model_id)
@@ -92,7 +92,7 @@ class ModelAppearance(QObject):
 
     def scale_of(self, model_id: str) -> Scale | None:
         """Return the colour scale of a model's field, or None if the model shows no field."""
-        scene = self._life.scene
+        scene = self._lifetime.scene
         model = None if scene is None else scene.models.get(model_id)
         if model is None or model.field is None or self._mode != "field":
             return None
@@ -100,7 +100,7 @@ class ModelAppearance(QObject):
 
     def scales(self) -> list[tuple[Scale, str]]:
         """Return the colour scales of all displayed fields, with the ids of their models."""
-        scene = self._life.scene
+        scene = self._lifetime.scene
         return [] if scene is None else scene.scales()
 
     def _placed(self, model_id: str) -> None:
@@ -109,7 +109,7 @@ class ModelAppearance(QObject):
 
     def _color(self, model_id: str) -> None:
         """Start to compute the colours of a model's field if the field is displayed."""
-        scene = self._life.scene
+        scene = self._lifetime.scene
         model = None if scene is None else scene.models.get(model_id)
         style = self._styles.get(model_id)
         if model is None or style is None or self._mode != "field" or not model.chunks_done:
@@ -124,7 +124,7 @@ class ModelAppearance(QObject):
         )
 
     def _take_field(self, model_id: str, event: FieldReady) -> None:
-        scene = self._life.scene
+        scene = self._lifetime.scene
         if scene is None:
             return
         if self._mode == "field" and self._styles.get(model_id) == event.style:

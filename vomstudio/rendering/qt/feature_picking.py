@@ -55,5 +55,5 @@ def feature_at(
 def inside_convex(ring: FloatArray, x: float, y: float) -> bool:
     """Return whether a pixel lies inside a convex ring (n, 2) of any orientation."""
     a, b = ring, np.roll(ring, -1, axis=0)
-    side = (b[:, 0] - a[:, 0]) * (y - a[:, 1]) - (b[:, 1] - a[:, 1]) * (x - a[:, 0])
-    return bool((side >= 0.0).all() or (side <= 0.0).all())
+    cross_products = (b[:, 0] - a[:, 0]) * (y - a[:, 1]) - (b[:, 1] - a[:, 1]) * (x - a[:, 0])
+    return bool((cross_products >= 0.0).all() or (cross_products <= 0.0).all())

@@ -107,21 +107,21 @@ class Gestures(QObject):
         self.cursor: QPointF | None = None
         self.hot_handle: int | None = None
         self.held_face: int | None = None
-        self._press: QPointF | None = None
+        self._press_position: QPointF | None = None
         self._button = Qt.MouseButton.NoButton
         self._held_handle: int | None = None
-        self._last = QPointF()
+        self._last_position = QPointF()
         self._action: str | None = None
         self._action_depth: float | None = None
         self._after_double_click = False
         self._last_hover = 0.0
         self._hover_event: PointerEvent | None = None
-        self._hover = QTimer(self, singleShot=True)
-        self._hover.timeout.connect(self._emit_hover)
+        self._hover_timer = QTimer(self, singleShot=True)
+        self._hover_timer.timeout.connect(self._emit_hover)
         # A tool whose measurements are delayed during a drag updates them when the cursor stops.
-        self._still = QTimer(self)
-        self._still.setInterval(STILL_MS)
-        self._still.timeout.connect(self._stand_still)
+        self._rest_timer = QTimer(self)
+        self._rest_timer.setInterval(STILL_MS)
+        self._rest_timer.timeout.connect(self._stand_still)
 
     def set_turntable(self, is_enabled: bool) -> None:
         """Set whether orbiting keeps the z axis upright or is free, as with a trackball."""
@@ -133,8 +133,8 @@ class Gestures(QObject):
         self._turntable = other._turntable
 
     def stop(self) -> None:
-        self._hover.stop()
-        self._still.stop()
+        self._hover_timer.stop()
+        self._rest_timer.stop()
 
     def handle_at(self, x: float, y: float) -> int | None:
         """Return the preview vertex at a pixel, or None."""
@@ -171,10 +171,10 @@ class Gestures(QObject):
     # -- drags and clicks
 
     def press(self, event: QMouseEvent) -> None:
-        if self._press is not None:
+        if self._press_position is not None:
             return
         position = event.position()
-        self._press = self._last = position
+        self._press_position = self._last_position = position
         self._button = event.button()
         self._action = None
         is_left_button = event.button() == Qt.MouseButton.LeftButton
@@ -188,18 +188,18 @@ class Gestures(QObject):
 
     def _begin_action(self, event: QMouseEvent) -> None:
         """Determine the action of a drag once the cursor has moved far enough."""
-        assert self._press is not None
+        assert self._press_position is not None
         if self.held_face is not None:
             self._action = "face"
             return
         view = self._view
         shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
         button = self._button
-        hit = view.pick(self._press.x(), self._press.y())
+        hit = view.pick(self._press_position.x(), self._press_position.y())
         position = None if hit is None else view.world_of(hit)
         if self._held_handle is not None:
             self._action = "handle"
-            start = self._event(Pointer.DRAG_START, self._press, button, event)
+            start = self._event(Pointer.DRAG_START, self._press_position, button, event)
             self.pointer.emit(replace(start, handle=self._held_handle))
         elif button == Qt.MouseButton.MiddleButton or (
             button == Qt.MouseButton.LeftButton and shift and not self.tool_takes_keys
@@ -216,7 +216,7 @@ class Gestures(QObject):
                 self._camera.set_pivot(position)
         elif button == Qt.MouseButton.LeftButton:
             self._action = "tool"
-            self.pointer.emit(self._event(Pointer.DRAG_START, self._press, button, event))
+            self.pointer.emit(self._event(Pointer.DRAG_START, self._press_position, button, event))
         elif button == Qt.MouseButton.RightButton:
             self._action = "zoom"
             if position is not None:
@@ -227,16 +227,18 @@ class Gestures(QObject):
     def move(self, event: QMouseEvent) -> None:
         position = event.position()
         self.cursor = position
-        if self._press is None:
+        if self._press_position is None:
             self._hover_later(event)
             return
         if self._action is None:
-            if is_click(position.x() - self._press.x(), position.y() - self._press.y()):
+            if is_click(
+                position.x() - self._press_position.x(), position.y() - self._press_position.y()
+            ):
                 return
             self._begin_action(event)
-            self._last = self._press
-        dx, dy = position.x() - self._last.x(), position.y() - self._last.y()
-        self._last = position
+            self._last_position = self._press_position
+        dx, dy = position.x() - self._last_position.x(), position.y() - self._last_position.y()
+        self._last_position = position
         if self._action == "face":
             assert self.held_face is not None
             self._faces.drag_face(self.held_face, position.x(), position.y())
@@ -251,8 +253,8 @@ class Gestures(QObject):
     def _move_camera(self, dx: float, dy: float) -> None:
         camera = self._camera
         if self._action == "orbit":
-            turn = camera.orbit if self._turntable else camera.tumble
-            turn(dx * DEGREES_PER_PIXEL, dy * DEGREES_PER_PIXEL)
+            rotate = camera.orbit if self._turntable else camera.tumble
+            rotate(dx * DEGREES_PER_PIXEL, dy * DEGREES_PER_PIXEL)
         elif self._action == "pan":
             camera.pan(dx, dy, self._view.extent()[1], self._action_depth)
         else:
@@ -271,25 +273,25 @@ class Gestures(QObject):
             pixels = brush.radius / camera.metres_per_pixel(self._view.extent()[1], depth)
             length = max(abs(movement.x()), abs(movement.y()))
             steps = min(max(1, math.ceil(2.0 * length / max(pixels, 2.0))), BRUSH_STEPS)
-        self._still.start()
+        self._rest_timer.start()
         for step in range(1, steps + 1):
             position = last_position + movement * (step / steps)
             move = self._event(Pointer.DRAG_MOVE, position, self._button, event)
             self.pointer.emit(replace(move, handle=None, more=step < steps))
 
     def _stand_still(self) -> None:
-        if self._action != "tool" or self._press is None:
-            self._still.stop()
+        if self._action != "tool" or self._press_position is None:
+            self._rest_timer.stop()
             return
-        x, y = self._last.x(), self._last.y()
+        x, y = self._last_position.x(), self._last_position.y()
         button = BUTTONS.get(self._button, Button.NONE)
         self.pointer.emit(PointerEvent(Pointer.DRAG_MOVE, x, y, button, hit=self._view.pick(x, y)))
 
     def release(self, event: QMouseEvent) -> None:
-        if self._press is None or event.button() != self._button:
+        if self._press_position is None or event.button() != self._button:
             return
         action, self._action = self._action, None
-        press, self._press = self._press, None
+        press, self._press_position = self._press_position, None
         face, self.held_face = self.held_face, None
         if face is not None:
             self._faces.release_face()
@@ -311,7 +313,7 @@ class Gestures(QObject):
             # Quick brush strokes are not double clicks.
             self.press(event)
             return
-        self._press = self._last = event.position()
+        self._press_position = self._last_position = event.position()
         self._button = event.button()
         self._action = None
         self._held_handle = None
@@ -357,12 +359,12 @@ class Gestures(QObject):
         wait = self._last_hover + HOVER_S - time.perf_counter()
         if wait <= 0.0:
             self._emit_hover()
-        elif not self._hover.isActive():
-            self._hover.start(max(1, int(wait * 1000.0)))
+        elif not self._hover_timer.isActive():
+            self._hover_timer.start(max(1, int(wait * 1000.0)))
 
     def _emit_hover(self) -> None:
         event, self._hover_event = self._hover_event, None
-        if event is None or self._press is not None:
+        if event is None or self._press_position is not None:
             return
         self._last_hover = time.perf_counter()
         if event.handle != self.hot_handle:

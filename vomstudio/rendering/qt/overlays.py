@@ -55,7 +55,7 @@ class Overlays:
         scales: list[tuple[Scale, str]],
         project: Callable[[FloatArray], tuple[FloatArray, BoolArray]],
         *,
-        moving: bool,
+        is_moving: bool,
     ) -> None:
         """Paint the overlays.
 
@@ -72,7 +72,7 @@ class Overlays:
             Colour scales of the displayed fields, with the ids of their models.
         project : callable
             Returns the pixels of points in the World frame, and whether each is visible.
-        moving : bool
+        is_moving : bool
             Whether the camera is moving.
         """
         width, height = size
@@ -91,7 +91,7 @@ class Overlays:
                 *(bar.box for bar in self.bars),
                 *([self.legend.box()] if self.legend.entries else []),
             ),
-            moving=moving,
+            is_moving=is_moving,
         )
         for bar in self.bars:
             bar.paint(painter)

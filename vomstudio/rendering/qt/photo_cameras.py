@@ -35,12 +35,14 @@ class PhotoCameras:
         Name of the photo under the cursor.
     """
 
-    def __init__(self, camera: Camera, pane: Pane, life: SceneLife, picture: ScenePicture) -> None:
+    def __init__(
+        self, camera: Camera, pane: Pane, lifetime: SceneLife, picture: ScenePicture
+    ) -> None:
         self.frusta: tuple[Frustum, ...] = ()
         self.selection: frozenset[str] = frozenset()
         self.hot: str | None = None
         self._camera, self._pane = camera, pane
-        self._life, self._picture = life, picture
+        self._lifetime, self._picture = lifetime, picture
 
     def furnish(self, scene: Scene) -> None:
         """Pass the state to a new scene."""
@@ -53,7 +55,7 @@ class PhotoCameras:
         self.frusta, self.hot = tuple(frusta), None
         if not previous and not self.frusta:
             return
-        scene = self._life.scene
+        scene = self._lifetime.scene
         if scene is not None:
             scene.cameras.show(self.frusta)
             # Cameras far from the models need another depth range.
@@ -65,7 +67,7 @@ class PhotoCameras:
         if selection == self.selection:
             return
         self.selection = selection
-        scene = self._life.scene
+        scene = self._lifetime.scene
         if scene is not None:
             scene.cameras.choose(selection)
         if self.frusta:

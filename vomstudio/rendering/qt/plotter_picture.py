@@ -18,7 +18,7 @@ class PlotterPicture(QObject):
 
     Attributes
     ----------
-    moving : bool
+    is_moving : bool
         Whether the camera is moving or has just stopped.
     """
 
@@ -27,11 +27,11 @@ class PlotterPicture(QObject):
 
     def __init__(self, request_paint: Callable[[], None], parent: QObject) -> None:
         super().__init__(parent)
-        self.moving = False
+        self.is_moving = False
         self._scene: Scene | None = None
         self._present: Callable[[], None] = lambda: None
         self._request_paint = request_paint
-        self._is_dirty, self._features_dirty, self._rest_pending = True, False, False
+        self._is_dirty, self._are_features_dirty, self._rest_pending = True, False, False
         self._rest_timer = QTimer(self, singleShot=True)
         self._rest_timer.timeout.connect(self._come_to_rest)
 
@@ -46,13 +46,13 @@ class PlotterPicture(QObject):
         self._rest_timer.stop()
 
     @property
-    def still(self) -> bool:
+    def is_still(self) -> bool:
         """Whether the picture is complete and nothing will be drawn until something changes."""
         scene = self._scene
         return (
             scene is not None
             and scene.picture.complete
-            and not (self.moving or self._is_dirty or self._features_dirty)
+            and not (self.is_moving or self._is_dirty or self._are_features_dirty)
             and not self._rest_timer.isActive()
         )
 
@@ -60,7 +60,7 @@ class PlotterPicture(QObject):
 
     def stir(self) -> None:
         """Draw once in the next paint because the camera has moved, and refine after a delay."""
-        self.moving, self._is_dirty = True, True
+        self.is_moving, self._is_dirty = True, True
         if self._scene is not None:
             self._scene.picture.abandon()
         self._rest_timer.start(REST_MS)
@@ -79,7 +79,7 @@ class PlotterPicture(QObject):
 
     def redraw_features(self) -> None:
         """Draw the features again."""
-        self._features_dirty = True
+        self._are_features_dirty = True
         self._request_paint()
 
     def _rest_soon(self) -> None:
@@ -87,7 +87,7 @@ class PlotterPicture(QObject):
             self._rest_timer.start(REFRESH_DELAY_MS)
 
     def _come_to_rest(self) -> None:
-        self.moving = False
+        self.is_moving = False
         scene = self._scene
         if scene is None:
             return
@@ -109,18 +109,18 @@ class PlotterPicture(QObject):
         if scene is None:
             return
         picture = scene.picture
-        if self._rest_pending and not self.moving and not picture.refining:
+        if self._rest_pending and not self.is_moving and not picture.refining:
             picture.begin_rest()
         self._rest_pending = False
         if picture.refining:
             if picture.refine():
-                self._is_dirty = self._features_dirty = False
+                self._is_dirty = self._are_features_dirty = False
                 self._finish(scene)
             else:
                 self._request_paint()
         elif self._is_dirty:
-            self._is_dirty = self._features_dirty = False
-            picture.draw(is_moving=self.moving)
+            self._is_dirty = self._are_features_dirty = False
+            picture.draw(is_moving=self.is_moving)
             if picture.layering:
                 self._request_paint()
                 return
@@ -132,8 +132,8 @@ class PlotterPicture(QObject):
                 self._finish(scene)
             else:
                 self._request_paint()
-        elif self._features_dirty:
-            self._features_dirty = False
+        elif self._are_features_dirty:
+            self._are_features_dirty = False
             picture.draw_features()
             if picture.layering:
                 self._request_paint()

@@ -40,11 +40,11 @@ class ReadoutBox:
     def size(self) -> tuple[float, float]:
         """Return width and height in pixels."""
         first_metrics = self._metrics[0]
-        head = first_metrics.horizontalAdvance(self._lines[0])
+        header_width = first_metrics.horizontalAdvance(self._lines[0])
         if self._verdict:
-            head += self._icon() + 2 * GAP + first_metrics.horizontalAdvance(self._verdict)
+            header_width += self._icon() + 2 * GAP + first_metrics.horizontalAdvance(self._verdict)
         other_lines = zip(self._metrics[1:], self._lines[1:], strict=True)
-        width = max([head] + [m.horizontalAdvance(text) for m, text in other_lines])
+        width = max([header_width] + [m.horizontalAdvance(text) for m, text in other_lines])
         return width + 2 * _SIDE, sum(m.height() for m in self._metrics) + 2 * _TOP
 
     def paint(self, painter: QPainter, box: QRectF) -> None:

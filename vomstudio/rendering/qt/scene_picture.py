@@ -34,7 +34,7 @@ class ScenePicture(QObject):
     ----------
     image : QImage or None
         Last picture, or None before the first one.
-    moving : bool
+    is_moving : bool
         Whether the camera is moving or has just stopped.
     """
 
@@ -46,30 +46,30 @@ class ScenePicture(QObject):
     outdated = Signal()
     """Emitted when the overlays must be laid out again."""
 
-    def __init__(self, view: QWidget, life: SceneLife) -> None:
+    def __init__(self, view: QWidget, lifetime: SceneLife) -> None:
         super().__init__(view)
         self.image: QImage | None = None
-        self.moving = False
-        self._view, self._life = view, life
+        self.is_moving = False
+        self._view, self._lifetime = view, lifetime
         self._pixels: ByteArray | None = None
         self._is_dirty = True
-        self._features_dirty = False
+        self._are_features_dirty = False
         self._first_done = False
         self._warming: Iterator[None] = iter(())
         self._rest_timer = QTimer(self, singleShot=True, interval=REST_MS)
         self._rest_timer.timeout.connect(self._come_to_rest)
-        self._refine = QTimer(self, singleShot=True, interval=0)
-        self._refine.timeout.connect(self._refine_step)
-        life.started.connect(self.redraw_once)
+        self._refine_timer = QTimer(self, singleShot=True, interval=0)
+        self._refine_timer.timeout.connect(self._refine_step)
+        lifetime.started.connect(self.redraw_once)
 
     @property
-    def still(self) -> bool:
+    def is_still(self) -> bool:
         """Whether the picture is complete and nothing will be drawn until something changes."""
-        scene = self._life.scene
+        scene = self._lifetime.scene
         return (
             scene is not None
             and scene.picture.complete
-            and not self.moving
+            and not self.is_moving
             and not self._rest_timer.isActive()
         )
 
@@ -77,11 +77,11 @@ class ScenePicture(QObject):
 
     def stir(self) -> None:
         """Draw once in the next paint because the camera has moved, and refine after a delay."""
-        self.moving = True
+        self.is_moving = True
         self._is_dirty = True
-        if self._life.scene is not None:
-            self._life.scene.picture.abandon()
-        self._refine.stop()
+        if self._lifetime.scene is not None:
+            self._lifetime.scene.picture.abandon()
+        self._refine_timer.stop()
         self._rest_timer.start(REST_MS)
         self._view.update()
 
@@ -89,7 +89,7 @@ class ScenePicture(QObject):
         """Draw again because the models have changed."""
         self.content_changed.emit()
         self._is_dirty = True
-        self._refine.stop()
+        self._refine_timer.stop()
         self._rest_soon()
         self._view.update()
 
@@ -102,7 +102,7 @@ class ScenePicture(QObject):
     def redraw_features(self) -> None:
         """Draw the features again."""
         self.content_changed.emit()
-        self._features_dirty = True
+        self._are_features_dirty = True
         self._view.update()
 
     def renew(self) -> None:
@@ -111,14 +111,14 @@ class ScenePicture(QObject):
         The previous picture remains until then, unless proxies can be drawn immediately.
         """
         self.content_changed.emit()
-        scene = self._life.scene
+        scene = self._lifetime.scene
         if scene is None:
             return
         if any(m.visible and m.proxies for m in scene.models.values()):
             self.redraw()
             return
         scene.picture.abandon()
-        self._refine.stop()
+        self._refine_timer.stop()
         if not self._is_dirty:
             self._rest_timer.start(1)
 
@@ -136,14 +136,14 @@ class ScenePicture(QObject):
     def rescale(self) -> None:
         """Adapt to a new size of the widget or to another screen."""
         self.outdated.emit()
-        scene = self._life.scene
+        scene = self._lifetime.scene
         if scene is None:
             return
         scene.set_scale(self._view.devicePixelRatioF())
         scene.resize(*self.device_size())
-        self.moving = True
+        self.is_moving = True
         self._is_dirty = True
-        self._refine.stop()
+        self._refine_timer.stop()
         self._rest_timer.start(REST_MS)
         self._view.update()
 
@@ -155,11 +155,11 @@ class ScenePicture(QObject):
 
     def pause(self) -> None:
         """Stop drawing while the view is hidden."""
-        self._refine.stop()
+        self._refine_timer.stop()
 
     def stop(self) -> None:
         self._rest_timer.stop()
-        self._refine.stop()
+        self._refine_timer.stop()
         # Break the reference to the scene.
         self._warming = iter(())
 
@@ -171,16 +171,16 @@ class ScenePicture(QObject):
 
     def draw_changes(self) -> None:
         """Draw what has changed since the last paint."""
-        scene = self._life.scene
+        scene = self._lifetime.scene
         if scene is None:
             return
         _leave_qt_context()
         picture = scene.picture
         if self._is_dirty and not picture.refining:
-            self._is_dirty = self._features_dirty = False
-            picture.draw(is_moving=self.moving)
+            self._is_dirty = self._are_features_dirty = False
+            picture.draw(is_moving=self.is_moving)
             if picture.layering:
-                self._refine.start()
+                self._refine_timer.start()
                 if self.image is not None:
                     return
             self._grab(scene)
@@ -190,22 +190,22 @@ class ScenePicture(QObject):
                 QTimer.singleShot(0, self._view.update)
             if not picture.complete and not picture.layering:
                 self._rest_soon()
-        elif self._features_dirty:
-            self._features_dirty = False
+        elif self._are_features_dirty:
+            self._are_features_dirty = False
             picture.draw_features()
             if picture.layering:
-                self._refine.start()
+                self._refine_timer.start()
                 return
             self._grab(scene)
             if not picture.complete and not picture.refining:
                 self._rest_soon()
-        elif picture.layering and not self._refine.isActive():
+        elif picture.layering and not self._refine_timer.isActive():
             # The view has been hidden in the meantime.
-            self._refine.start()
+            self._refine_timer.start()
 
     def painted(self) -> None:
         """Finish a paint, and warm up the driver after the first paint with a scene."""
-        scene = self._life.scene
+        scene = self._lifetime.scene
         if scene is not None and not self._first_done:
             self._first_done = True
             self.first_frame.emit()
@@ -213,7 +213,7 @@ class ScenePicture(QObject):
             QTimer.singleShot(0, self._warm)
 
     def _warm(self) -> None:
-        scene = self._life.scene
+        scene = self._lifetime.scene
         if scene is not None and not scene.models:
             for _ in self._warming:
                 self._is_dirty = True
@@ -224,8 +224,8 @@ class ScenePicture(QObject):
     # -- refinement at rest
 
     def _come_to_rest(self) -> None:
-        scene = self._life.scene
-        self.moving = False
+        scene = self._lifetime.scene
+        self.is_moving = False
         if scene is None or not self._view.isVisible():
             return
         if scene.picture.layering and not scene.picture.refining and not self._is_dirty:
@@ -250,10 +250,10 @@ class ScenePicture(QObject):
             self._rest_timer.start(50)
             return
         scene.picture.begin_rest()
-        self._refine.start()
+        self._refine_timer.start()
 
     def _refine_step(self) -> None:
-        scene = self._life.scene
+        scene = self._lifetime.scene
         if scene is None:
             return
         _leave_qt_context()
@@ -262,14 +262,14 @@ class ScenePicture(QObject):
             is_finished = picture.refine()
             if is_finished:
                 self._is_dirty = False
-                self._features_dirty = False
-        elif picture.layering and not self._is_dirty and not self._features_dirty:
+                self._are_features_dirty = False
+        elif picture.layering and not self._is_dirty and not self._are_features_dirty:
             is_finished = picture.draw_band()
         else:
             # The next paint starts the drawing again.
             return
         if not is_finished:
-            self._refine.start()
+            self._refine_timer.start()
             return
         self._grab(scene)
         self.drawn.emit()

@@ -59,7 +59,7 @@ class SecondView(QWidget):
         super().__init__(parent)
         self.setMinimumSize(160, 120)
         self.preview: Preview | None = None
-        self._live: list[tuple[Area, tuple[float, float, float]]] = []
+        self._preview_areas: list[tuple[Area, tuple[float, float, float]]] = []
         self._reading_place = ReadingPosition()
         self._source, self._is_shown = source, is_shown
         self._plotter: PlotterView | None = None
@@ -98,9 +98,9 @@ class SecondView(QWidget):
         return self._plotter
 
     @property
-    def still(self) -> bool:
+    def is_still(self) -> bool:
         """Whether the picture is complete and nothing will be drawn until something changes."""
-        return self._picture.still and not self._follow_timer.isActive()
+        return self._picture.is_still and not self._follow_timer.isActive()
 
     # -- start and end
 
@@ -254,10 +254,12 @@ class SecondView(QWidget):
         self.preview = preview
         areas = [] if preview is None else preview.areas()
         # The areas are compared by identity, because their arrays may be large.
-        is_same = [(id(area), c) for area, c in areas] == [(id(area), c) for area, c in self._live]
+        is_same = [(id(area), c) for area, c in areas] == [
+            (id(area), c) for area, c in self._preview_areas
+        ]
         if self._scene is not None and not is_same:
-            self._live = areas
-            self._scene.features.set_live(areas)
+            self._preview_areas = areas
+            self._scene.features.set_preview_areas(areas)
             self._picture.redraw_features()
         self._labels.update()
 
@@ -283,7 +285,7 @@ class SecondView(QWidget):
             self._source.features.selected,
             self._scene.scales(),
             self.project,
-            moving=self._picture.moving,
+            is_moving=self._picture.is_moving,
         )
         if self.preview is not None:
             PreviewPainter(

@@ -35,17 +35,17 @@ class ShownFeatures:
         self,
         camera: Camera,
         pane: Pane,
-        life: SceneLife,
+        lifetime: SceneLife,
         picture: ScenePicture,
         annotations: Annotations,
-        inside: Callable[[FeatureDrawing], bool],
+        is_inside: Callable[[FeatureDrawing], bool],
         cut_callback: Callable[[], bool],
     ) -> None:
         """Create an empty set of features.
 
         Parameters
         ----------
-        inside : callable
+        is_inside : callable
             Returns whether any part of a feature is inside the clipping box.
         cut_callback : callable
             Returns whether clipping is on.
@@ -54,8 +54,8 @@ class ShownFeatures:
         self.selected: frozenset[str] = frozenset()
         self._hovered: tuple[str, float, float] | None = None
         self._camera, self._pane = camera, pane
-        self._life, self._picture = life, picture
-        self._annotations, self._inside, self._cut = annotations, inside, cut_callback
+        self._lifetime, self._picture = lifetime, picture
+        self._annotations, self._inside, self._cut = annotations, is_inside, cut_callback
 
     def furnish(self, scene: Scene) -> None:
         """Pass the drawings to a new scene."""
@@ -71,15 +71,15 @@ class ShownFeatures:
             else:
                 self.drawings[key] = drawing
         self._annotations.forget()
-        if self._life.scene is not None:
-            self._life.scene.set_features(changes)
+        if self._lifetime.scene is not None:
+            self._lifetime.scene.set_features(changes)
         self._picture.redraw_features()
 
     def select(self, ids: Iterable[str]) -> None:
         """Emphasise exactly these features."""
         self.selected = frozenset(ids)
-        if self._life.scene is not None:
-            self._life.scene.set_selected(self.selected)
+        if self._lifetime.scene is not None:
+            self._lifetime.scene.set_selected(self.selected)
         self._picture.redraw_features()
 
     @property
@@ -105,11 +105,11 @@ class ShownFeatures:
             available_rect = QRectF(0.0, 0.0, width, height)
             self._annotations.paint_hovered(painter, drawing, x, y, available_rect)
 
-    def set_live(self, areas: list[tuple[Area, tuple[float, float, float]]]) -> None:
+    def set_preview_areas(self, areas: list[tuple[Area, tuple[float, float, float]]]) -> None:
         """Show the areas of an unfinished feature with their colours."""
-        scene = self._life.scene
+        scene = self._lifetime.scene
         if scene is not None:
-            scene.features.set_live(areas)
+            scene.features.set_preview_areas(areas)
             self._picture.redraw_features()
 
     def at(self, x: float, y: float, *, discs: bool = True) -> str | None:

@@ -53,12 +53,12 @@ class ShownModels(QObject):
     _handed = Signal()
 
     def __init__(
-        self, life: SceneLife, picture: ScenePicture, moves: CameraMoves, parent: QObject
+        self, lifetime: SceneLife, picture: ScenePicture, moves: CameraMoves, parent: QObject
     ) -> None:
         super().__init__(parent)
         self.point_budget = POINT_BUDGET
         self.work = ModelQueue(lambda: self._handed.emit())
-        self._life, self._picture, self._moves = life, picture, moves
+        self._lifetime, self._picture, self._moves = lifetime, picture, moves
         self._stages: dict[str, set[str]] = {}
         self._framing: set[str] = set()
         self._hidden: set[str] = set()
@@ -93,21 +93,21 @@ class ShownModels(QObject):
         frame_camera : bool
             Whether to frame the model as soon as its bounds are known.
         """
-        if self._life.closed:
+        if self._lifetime.closed:
             return
         hidden_element = self._elements.get(model_id)
         self.remove(model_id)
         if hidden_element is not None:
             self._elements[model_id] = hidden_element
-        stop = self.work.expect(model_id)
+        stop_event = self.work.expect(model_id)
         self._stages[model_id] = set()
         self._transforms[model_id] = np.array(to_world, np.float64)
         if frame_camera:
             self._framing.add(model_id)
 
         def begin() -> None:
-            scene = self._life.scene
-            if not stop.is_set() and scene is not None:
+            scene = self._lifetime.scene
+            if not stop_event.is_set() and scene is not None:
                 canvas = scene.canvas
                 self.work.prepare(
                     model_id,
@@ -117,7 +117,7 @@ class ShownModels(QObject):
                     budget=self.point_budget,
                 )
 
-        self._life.when_started(begin)
+        self._lifetime.when_started(begin)
 
     def remove(self, model_id: str) -> None:
         """Remove a model; an unknown id is ignored."""
@@ -128,14 +128,14 @@ class ShownModels(QObject):
         self._framing.discard(model_id)
         self._hidden.discard(model_id)
         self._elements.pop(model_id, None)
-        scene = self._life.scene
+        scene = self._lifetime.scene
         if scene is not None and model_id in scene.models:
             scene.remove_model(model_id)
             self._picture.redraw()
 
     def set_visible(self, model_id: str, is_visible: bool) -> None:
         (self._hidden.discard if is_visible else self._hidden.add)(model_id)
-        scene = self._life.scene
+        scene = self._lifetime.scene
         if scene is not None and model_id in scene.models:
             scene.set_visible(model_id, is_visible)
             self._picture.redraw()
@@ -145,7 +145,7 @@ class ShownModels(QObject):
         self._elements.pop(model_id, None)
         if is_hidden is not None:
             self._elements[model_id] = is_hidden
-        scene = self._life.scene
+        scene = self._lifetime.scene
         if scene is not None and model_id in scene.models:
             scene.set_hidden(model_id, is_hidden)
             self._picture.redraw()
@@ -155,7 +155,7 @@ class ShownModels(QObject):
         if model_id not in self._transforms:
             return
         self._transforms[model_id] = np.array(to_world, np.float64)
-        scene = self._life.scene
+        scene = self._lifetime.scene
         if scene is not None and model_id in scene.models:
             scene.set_to_world(model_id, self._transforms[model_id])
             self._picture.redraw()
@@ -177,7 +177,7 @@ class ShownModels(QObject):
 
     def _take(self) -> None:
         """Accept results of the workers for a few milliseconds."""
-        scene = self._life.scene
+        scene = self._lifetime.scene
         if scene is None:
             return
         until = time.perf_counter() + TAKE_S
@@ -206,7 +206,7 @@ class ShownModels(QObject):
             self._content_changed()
 
     def _register(self, model_id: str, event: ModelBounds) -> None:
-        scene = self._life.scene
+        scene = self._lifetime.scene
         assert scene is not None
         to_world = self._transforms[model_id]
         model = scene.add_model(model_id, event.data, to_world, event.bounds, event.origin)
@@ -217,11 +217,11 @@ class ShownModels(QObject):
             self._framing.discard(model_id)
             self._moves.fit(model.corners_world())
             # The camera is at rest, so new content is drawn in its final quality.
-            self._picture.moving = False
+            self._picture.is_moving = False
             self._picture.schedule_rest()
 
     def _content_changed(self) -> None:
-        scene = self._life.scene
+        scene = self._lifetime.scene
         if scene is None:
             return
         models = scene.models.values()
@@ -229,7 +229,7 @@ class ShownModels(QObject):
         self._picture.arrived(is_first=is_unseen and any(m.proxies or m.parts for m in models))
 
     def _report_stages(self) -> None:
-        scene = self._life.scene
+        scene = self._lifetime.scene
         if scene is None:
             return
         picture = scene.picture

@@ -95,21 +95,27 @@ class Viewport(QWidget):
         self.setMinimumSize(160, 120)
         self.camera = camera = Camera()
         self.preview: Preview | None = None
-        self._live: list[tuple[Area, tuple[float, float, float]]] = []
+        self._preview_areas: list[tuple[Area, tuple[float, float, float]]] = []
         self.reading_place = ReadingPosition()
         self._base: QImage | None = None
-        self._life = life = SceneLife(camera, self._furnish, self)
-        self._picture = picture = ScenePicture(self, life)
-        self.moves = CameraMoves(camera, self, life.everything, picture, self)
-        self.models = ShownModels(life, picture, self.moves, self)
-        self.display = ModelAppearance(life, picture, self.models, self)
+        self._lifetime = lifetime = SceneLife(camera, self._furnish, self)
+        self._picture = picture = ScenePicture(self, lifetime)
+        self.moves = CameraMoves(camera, self, lifetime.everything, picture, self)
+        self.models = ShownModels(lifetime, picture, self.moves, self)
+        self.display = ModelAppearance(lifetime, picture, self.models, self)
         self.overlays = Overlays(camera, self.display.captions)
         notes = self.overlays.annotations
-        self.clip = ClipHandles(camera, self, life, picture, notes, self)
+        self.clip = ClipHandles(camera, self, lifetime, picture, notes, self)
         self.features = ShownFeatures(
-            camera, self, life, picture, notes, self.clip.meets, lambda: self.clip.box is not None
+            camera,
+            self,
+            lifetime,
+            picture,
+            notes,
+            self.clip.meets,
+            lambda: self.clip.box is not None,
         )
-        self.photos = PhotoCameras(camera, self, life, picture)
+        self.photos = PhotoCameras(camera, self, lifetime, picture)
         self.gestures = Gestures(self, self.moves, self.clip, self)
         self._connect()
 
@@ -136,16 +142,16 @@ class Viewport(QWidget):
     @property
     def scene(self) -> Scene | None:
         """VTK scene, or None before its creation and after its release."""
-        return self._life.scene
+        return self._lifetime.scene
 
     @property
-    def still(self) -> bool:
+    def is_still(self) -> bool:
         """Whether the picture is complete and nothing will be drawn until something changes."""
-        return self._picture.still
+        return self._picture.is_still
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         super().showEvent(event)
-        self._life.begin()
+        self._lifetime.begin()
 
     def _furnish(self, scene: Scene) -> None:
         width, height = self._picture.device_size()
@@ -168,12 +174,12 @@ class Viewport(QWidget):
         The view cannot be used afterwards; further calls have no effect. The window calls this
         method before it closes.
         """
-        if self._life.closed:
+        if self._lifetime.closed:
             return
         with ExitStack() as steps:
-            steps.callback(self._life.close)
+            steps.callback(self._lifetime.close)
             steps.callback(self.models.close)
-            steps.callback(self._life.stop)
+            steps.callback(self._lifetime.stop)
             steps.callback(self.gestures.stop)
             steps.callback(self._picture.stop)
 
@@ -181,7 +187,7 @@ class Viewport(QWidget):
 
     def pick(self, x: float, y: float) -> Hit | None:
         """Return the front-most point of a visible model at a pixel."""
-        scene = self._life.scene
+        scene = self._lifetime.scene
         return None if scene is None else scene.pick(x, y, self.extent())
 
     def feature_at(self, x: float, y: float, *, discs: bool = True) -> str | None:
@@ -200,7 +206,7 @@ class Viewport(QWidget):
         """
         points = np.asarray(points_world, np.float64).reshape(-1, 3)
         pixels, depth = self.camera.project(points, self.extent())
-        scene = self._life.scene
+        scene = self._lifetime.scene
         if scene is not None:
             return pixels, scene.visibility(points)
         width, height = self.extent()
@@ -224,7 +230,7 @@ class Viewport(QWidget):
 
     def looking(self) -> ViewSnapshot | None:
         """Return a numerical description of the current view, or None before the first picture."""
-        scene = self._life.scene
+        scene = self._lifetime.scene
         return None if scene is None else scene.looking(self.devicePixelRatioF())
 
     # -- overlays
@@ -234,9 +240,11 @@ class Viewport(QWidget):
         self.preview = preview
         areas = [] if preview is None else preview.areas()
         # The areas are compared by identity, because their arrays may be large.
-        if [(id(area), color) for area, color in areas] != [(id(a), c) for a, c in self._live]:
-            self._live = areas
-            self.features.set_live(areas)
+        if [(id(area), color) for area, color in areas] != [
+            (id(a), c) for a, c in self._preview_areas
+        ]:
+            self._preview_areas = areas
+            self.features.set_preview_areas(areas)
         self.update()
 
     def set_label_mode(self, mode: str) -> None:
@@ -292,7 +300,7 @@ class Viewport(QWidget):
     def _compose(self) -> QImage:
         """Return the picture with the overlays that change only with the camera."""
         width, height = self.extent()
-        image, scene = self._picture.image, self._life.scene
+        image, scene = self._picture.image, self._lifetime.scene
         if image is None:
             base = QImage(*self._picture.device_size(), QImage.Format.Format_RGBX8888)
             base.setDevicePixelRatio(self.devicePixelRatioF())
@@ -311,7 +319,7 @@ class Viewport(QWidget):
                 self.features.selected,
                 self.display.scales(),
                 self._project_uncut,
-                moving=self._picture.moving,
+                is_moving=self._picture.is_moving,
             )
             painter.end()
         return base

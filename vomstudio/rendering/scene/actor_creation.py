@@ -25,7 +25,7 @@ from vomstudio.rendering.scene.camera_visibility import SceneVisibility
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
 from vomstudio.rendering.scene.frame_progress import FrameProgress
-from vomstudio.rendering.scene.gpu_textures import Skin
+from vomstudio.rendering.scene.gpu_textures import GpuTexture
 from vomstudio.rendering.scene.model_scene import ModelScene, Part
 
 
@@ -33,9 +33,13 @@ class Intake:
     """Creates the actors of a scene, in the thread that draws it."""
 
     def __init__(
-        self, canvas: Canvas, contents: Contents, visibility: SceneVisibility, frame: FrameProgress
+        self,
+        canvas: Canvas,
+        scene_contents: Contents,
+        visibility: SceneVisibility,
+        frame: FrameProgress,
     ) -> None:
-        self._canvas, self._contents = canvas, contents
+        self._canvas, self._contents = canvas, scene_contents
         self._sight, self._frame = visibility, frame
 
     def take(self, model: ModelScene, event: Event) -> None:
@@ -58,7 +62,7 @@ class Intake:
                 model.chunks_done = True
             case TextureReady():
                 if event.texture is not None:
-                    model.skins[event.material] = Skin(event.texture)
+                    model.gpu_textures[event.material] = GpuTexture(event.texture)
                 self._frame.outdate()
             case TexturesDone():
                 model.textures_done = True
@@ -108,7 +112,11 @@ class Intake:
             event.nodes.let_go(row, piece)
 
     def _take_view(self, model: ModelScene, event: ViewDone) -> None:
-        if model.settled or model.streamer is None or event.turn != model.streamer.turn:
+        if (
+            model.settled
+            or model.streamer is None
+            or event.request_number != model.streamer.request_number
+        ):
             return
         model.settled = True
         self._frame.outdate()

@@ -40,10 +40,10 @@ class Appearance:
                 self.untint(part)
                 self.dress(model, part)
             return
-        ready = model.field if self.mode == "field" else None
-        fields = [] if ready is None else [*ready.parts, *ready.proxies]
+        field = model.field if self.mode == "field" else None
+        fields = [] if field is None else [*field.parts, *field.proxies]
         parts = [*model.parts, *model.proxies]
-        if ready is not None and (len(ready.parts), len(ready.proxies)) != (
+        if field is not None and (len(field.parts), len(field.proxies)) != (
             len(model.parts),
             len(model.proxies),
         ):
@@ -68,13 +68,13 @@ class Appearance:
 
     def tint_node(self, model: ModelScene, part: Part) -> bool:
         """Apply field colours to a node before it is shown. Return whether its colours changed."""
-        ready = model.field
-        if part.tinted or part.piece is None or ready is None or not self.shows_field(model):
+        field = model.field
+        if part.tinted or part.piece is None or field is None or not self.shows_field(model):
             return False
-        _, read = reader(part.piece.cloud, ready.style.name, model.to_world)
+        _, read = reader(part.piece.cloud, field.style.name, model.to_world)
         values = part.actor.GetMapper().GetInput().GetPointData()
         part.own_scalars = values.GetScalars()
-        values.SetScalars(vtk_data.color_array(ready.scale.colors(read(part.piece.rows))))
+        values.SetScalars(vtk_data.color_array(field.scale.colors(read(part.piece.rows))))
         part.uploaded, part.tinted = False, True
         # Keep the point size of the view.
         part.actor.GetMapper().SetScalarVisibility(True)
@@ -96,9 +96,9 @@ class Appearance:
             colored = part.tinted or (part.has_colors and self.mode != "plain shaded")
             mapper.SetScalarVisibility(colored)
             return
-        skin = model.skins.get(part.material) if part.has_uv else None
+        gpu_texture = model.gpu_textures.get(part.material) if part.has_uv else None
         gpu_textures.remove_textures(actor)
-        textured = skin is not None and self.textured(model) and skin.wear(actor)
+        textured = gpu_texture is not None and self.textured(model) and gpu_texture.wear(actor)
         if textured:
             display_property.SetColor(1.0, 1.0, 1.0)
         colored = part.tinted or (part.has_colors and not textured and self.mode != "plain shaded")

@@ -123,10 +123,10 @@ class AreaLayer:
         self._bins: dict[int, _Piece] = {}
         self._stale: set[int] = set()
         self._selected_piece: _Piece | None = None
-        self._chosen_stale = False
-        self._live: list[tuple[Area, Color]] = []
+        self._is_selection_stale = False
+        self._preview_areas: list[tuple[Area, Color]] = []
         self._live_piece: _Piece | None = None
-        self._live_stale = False
+        self._is_preview_stale = False
         self._planes: vtkPlaneCollection | None = None
 
     @property
@@ -157,7 +157,7 @@ class AreaLayer:
 
     def _all_stale(self) -> None:
         self._stale = {_bin(key) for key in self._drawings}
-        self._chosen_stale = self._live_stale = True
+        self._is_selection_stale = self._is_preview_stale = True
 
     def change(self, key: str, drawing: FeatureDrawing | None) -> None:
         previous = self._drawings.pop(key, None)
@@ -169,16 +169,16 @@ class AreaLayer:
         ) == (current and current.color):
             return
         self._stale.add(_bin(key))
-        self._chosen_stale = self._chosen_stale or key in self._selected
+        self._is_selection_stale = self._is_selection_stale or key in self._selected
 
     def select(self, ids: frozenset[str]) -> None:
-        self._chosen_stale = self._chosen_stale or ids != self._selected
+        self._is_selection_stale = self._is_selection_stale or ids != self._selected
         self._selected = ids
 
-    def set_live(self, areas: list[tuple[Area, Color]]) -> None:
+    def set_preview_areas(self, areas: list[tuple[Area, Color]]) -> None:
         """Show the areas of an unfinished feature with their colours."""
-        self._live = areas
-        self._live_stale = True
+        self._preview_areas = areas
+        self._is_preview_stale = True
 
     def refresh(self, *, is_moving: bool, pixel: Pixel | None = None) -> None:
         renderer, emphasis = self._renderer, self._emphasis
@@ -188,11 +188,11 @@ class AreaLayer:
             piece = self._bins.get(number)
             if piece is None:
                 piece = self._bins[number] = self._piece(renderer, OPACITY, BORDER_WIDTH)
-            inside = [d for key, d in self._drawings.items() if _bin(key) == number]
-            piece.set([(d.area, d.color, d.color) for d in inside if d.area], self._origin)
+            drawings = [d for key, d in self._drawings.items() if _bin(key) == number]
+            piece.set([(d.area, d.color, d.color) for d in drawings if d.area], self._origin)
         self._stale.clear()
-        if self._chosen_stale:
-            self._chosen_stale = False
+        if self._is_selection_stale:
+            self._is_selection_stale = False
             if self._selected_piece is None:
                 self._selected_piece = self._piece(
                     emphasis, SELECTED_OPACITY, SELECTED_BORDER_WIDTH
@@ -201,12 +201,12 @@ class AreaLayer:
             self._selected_piece.set(
                 [(d.area, d.color, WHITE) for d in selected_drawings if d.area], self._origin
             )
-        if self._live_stale:
-            self._live_stale = False
+        if self._is_preview_stale:
+            self._is_preview_stale = False
             if self._live_piece is None:
                 self._live_piece = self._piece(emphasis, OPACITY, BORDER_WIDTH)
             self._live_piece.set(
-                [(*live_drawing, WHITE) for live_drawing in self._live], self._origin
+                [(*live_drawing, WHITE) for live_drawing in self._preview_areas], self._origin
             )
         offset = PROXY_OFFSET if is_moving else OVER_SURFACE
         for piece in (*self._bins.values(), self._selected_piece, self._live_piece):

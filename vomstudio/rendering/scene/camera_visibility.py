@@ -16,10 +16,10 @@ from vomstudio.rendering.view.camera import Camera, Eye
 class SceneVisibility:
     """Visibility of the contents; `eye` was last applied to the canvas (None at first)."""
 
-    def __init__(self, camera: Camera, canvas: Canvas, contents: Contents) -> None:
+    def __init__(self, camera: Camera, canvas: Canvas, scene_contents: Contents) -> None:
         self.camera = camera
         self.eye: Eye | None = None
-        self._canvas, self._contents = canvas, contents
+        self._canvas, self._contents = canvas, scene_contents
 
     def apply(self, camera: Camera | None = None) -> Eye:
         """Apply the scene's camera, or the given one, to the canvas."""
@@ -50,7 +50,7 @@ class SceneVisibility:
         visible_parts.size_points(model, part, self.eye, self.camera, height, style)
 
     def texels_per_pixel(self) -> dict[int, float]:
-        """Return the texels per pixel for each skin in view, keyed by its `id`."""
+        """Return the texels per pixel for each texture in view, keyed by its `id`."""
         assert self.eye is not None
         return visible_parts.texels_per_pixel(
             self.parts(), self.eye, self.camera, self._canvas.size[1]

@@ -18,7 +18,7 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderWindow, vtkTextureObje
 
 from vomstudio.core.arrays import ByteArray, Float32Array, FloatArray
 from vomstudio.rendering.prepare import vtk_data
-from vomstudio.rendering.scene.dirty_region import Spot
+from vomstudio.rendering.scene.dirty_region import PixelRegion
 from vomstudio.rendering.scene.offscreen_buffers import Buffers
 from vomstudio.rendering.view.camera import Eye
 
@@ -247,12 +247,12 @@ class Canvas:
         self.confine(None)
         self.frames += 1
 
-    def confine(self, spot: Spot | None) -> None:
+    def confine(self, region: PixelRegion | None) -> None:
         """Restrict drawing to a part of the picture; None removes the restriction."""
         camera = self.surface.GetActiveCamera()
-        camera.SetUseScissor(spot is not None)
-        if spot is not None:
-            camera.SetScissorRect(vtkRecti(spot.left, spot.bottom, *spot.size))
+        camera.SetUseScissor(region is not None)
+        if region is not None:
+            camera.SetScissorRect(vtkRecti(region.left, region.bottom, *region.size))
 
     def wait(self) -> None:
         """Wait until the graphics card has drawn everything."""
@@ -272,12 +272,12 @@ class Canvas:
         self.buffers.save("surface")
         self.surface_saved = True
 
-    def restore_surface(self, spot: Spot | None = None) -> None:
-        self.buffers.restore("surface", spot)
+    def restore_surface(self, region: PixelRegion | None = None) -> None:
+        self.buffers.restore("surface", region)
 
-    def keep_features(self, spot: Spot | None = None) -> None:
+    def keep_features(self, region: PixelRegion | None = None) -> None:
         """Save the picture with features, or only the part that was redrawn."""
-        self.buffers.save("features", spot)
+        self.buffers.save("features", region)
         self.features_saved = True
 
     def restore_features(self) -> None:

@@ -11,7 +11,7 @@ from vomstudio.rendering.view.camera import Eye
 
 
 @dataclass(frozen=True)
-class Spot:
+class PixelRegion:
     """Rectangle of device pixels, measured from the lower-left corner of the picture.
 
     The edges are the first and last column and row, inclusive.
@@ -26,13 +26,13 @@ class Spot:
     def size(self) -> tuple[int, int]:
         return self.right - self.left + 1, self.top - self.bottom + 1
 
-    def wider(self, margin: int) -> Spot:
+    def enlarged(self, margin: int) -> PixelRegion:
         """Return the rectangle enlarged by a margin in pixels on each side."""
-        return Spot(
+        return PixelRegion(
             self.left - margin, self.bottom - margin, self.right + margin, self.top + margin
         )
 
-    def within(self, size: tuple[int, int]) -> Spot:
+    def within(self, size: tuple[int, int]) -> PixelRegion:
         """Return the part inside a picture, or at least one pixel at the picture's edge."""
         (left, right), (bottom, top) = (
             np.clip((low, high), 0, end - 1).tolist()
@@ -41,10 +41,10 @@ class Spot:
                 (self.bottom, self.top, size[1]),
             )
         )
-        return Spot(left, bottom, right, top)
+        return PixelRegion(left, bottom, right, top)
 
 
-def find_spot(points: FloatArray, eye: Eye, size: tuple[int, int]) -> Spot | None:
+def find_dirty_region(points: FloatArray, eye: Eye, size: tuple[int, int]) -> PixelRegion | None:
     """Return the part of the picture in which lines between points (n, 3) may be visible.
 
     Points are in the World frame. Returns None if the lines may be anywhere because points are
@@ -68,10 +68,12 @@ def find_spot(points: FloatArray, eye: Eye, size: tuple[int, int]) -> Spot | Non
         )
         for v in (columns, rows)
     )
-    return Spot(left, bottom, right, top)
+    return PixelRegion(left, bottom, right, top)
 
 
-def visible_in_spot(spot: Spot, boxes: FloatArray, eye: Eye, size: tuple[int, int]) -> BoolArray:
+def visible_in_region(
+    region: PixelRegion, boxes: FloatArray, eye: Eye, size: tuple[int, int]
+) -> BoolArray:
     """Return whether World boxes (n, 2, 3) may be visible in a rectangle.
 
     The result is true for all visible boxes and for a few that are not visible. It is false for
@@ -82,8 +84,8 @@ def visible_in_spot(spot: Spot, boxes: FloatArray, eye: Eye, size: tuple[int, in
     max_distance = (boxes[:, 1] - boxes[:, 0]) / 2.0
     is_visible = np.ones(len(boxes), np.bool_)
     for axis, first_pixel, last_pixel, midpoint in (
-        (eye.right, spot.left, spot.right + 1, width / 2.0),
-        (eye.up, spot.bottom, spot.top + 1, height / 2.0),
+        (eye.right, region.left, region.right + 1, width / 2.0),
+        (eye.up, region.bottom, region.top + 1, height / 2.0),
     ):
         for sign, limit in ((1.0, first_pixel), (-1.0, last_pixel)):
             # Plane that contains an edge of the rectangle and the eye (or the view direction).

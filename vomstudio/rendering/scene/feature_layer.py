@@ -58,7 +58,7 @@ class FeatureLayer:
         self._stale = True
         self._changed: list[FeatureDrawing] = []
         self._is_all_changed = False
-        self._chosen_stale = True
+        self._is_selection_stale = True
         self._actors: dict[str, vtkActor] = {}
         self._numbers: dict[str, int] = {}
         self._next = count()
@@ -138,7 +138,7 @@ class FeatureLayer:
                 self._numbers.setdefault(key, next(self._next))
             self.areas.change(key, drawing)
         self._stale = self._stale or len(self._changed) > MAX_PARTIAL_CHANGES
-        self._chosen_stale = True
+        self._is_selection_stale = True
         self._runs.change(changes)
         box = self._runs.box()
         if len(box):
@@ -150,11 +150,11 @@ class FeatureLayer:
     def select(self, ids: frozenset[str]) -> None:
         self.selected = ids
         self.areas.select(ids)
-        self._chosen_stale = True
+        self._is_selection_stale = True
 
-    def set_live(self, areas: list[tuple[Area, tuple[float, float, float]]]) -> None:
+    def set_preview_areas(self, areas: list[tuple[Area, tuple[float, float, float]]]) -> None:
         """Show the areas of an unfinished feature with their colours."""
-        self.areas.set_live(areas)
+        self.areas.set_preview_areas(areas)
 
     def shown(self) -> list[FeatureDrawing]:
         return [d for d in self.drawings.values() if d.visible]
@@ -190,7 +190,7 @@ class FeatureLayer:
             self._is_all_changed = False
         elif self._stale or self._changed or not self._is_all_changed:
             self._fill(self._runs.lines(), self._runs.discs())
-            self._is_all_changed = self._chosen_stale = True
+            self._is_all_changed = self._is_selection_stale = True
         self._stale = False
         self._changed.clear()
         self.refresh_emphasis(pixel)
@@ -200,10 +200,10 @@ class FeatureLayer:
         if not self._actors:
             return
         self.areas.refresh(is_moving=self.thin, pixel=pixel)
-        if self._chosen_stale:
+        if self._is_selection_stale:
             # Selected features are redrawn over all features, so that a change of the selection
             # does not rebuild the large arrays.
-            self._chosen_stale = False
+            self._is_selection_stale = False
             # Drawn in the same order as the other features, so that crossing features always
             # overlap in the same way.
             keys = sorted(self.selected & self.drawings.keys(), key=self._numbers.__getitem__)

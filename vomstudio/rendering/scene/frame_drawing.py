@@ -18,7 +18,7 @@ from vomstudio.rendering.scene import proxies
 from vomstudio.rendering.scene.camera_visibility import SceneVisibility
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
-from vomstudio.rendering.scene.dirty_region import Spot, find_spot, visible_in_spot
+from vomstudio.rendering.scene.dirty_region import PixelRegion, find_dirty_region, visible_in_region
 from vomstudio.rendering.scene.eyedome import BANDS, EyeDome
 from vomstudio.rendering.scene.feature_layer import HALO_EXTRA, LINE_WIDTH
 from vomstudio.rendering.scene.frame_progress import Entry, FrameProgress
@@ -50,7 +50,7 @@ class FramePicture:
     def __init__(
         self,
         canvas: Canvas,
-        contents: Contents,
+        scene_contents: Contents,
         visibility: SceneVisibility,
         nodes: VisibleNodes,
         frame: FrameProgress,
@@ -59,9 +59,9 @@ class FramePicture:
         self.showing_proxy = False
         self.more_to_come = False
         self.pace = Pace()
-        self._canvas, self._contents = canvas, contents
+        self._canvas, self._contents = canvas, scene_contents
         self._sight, self._nodes, self._frame = visibility, nodes, frame
-        self._levels = TextureLevels(canvas, contents, visibility)
+        self._levels = TextureLevels(canvas, scene_contents, visibility)
         self._dome = EyeDome()
         self._was_moving = False
         self._bands: list[tuple[int, int]] = []
@@ -79,7 +79,7 @@ class FramePicture:
     @property
     def refining(self) -> bool:
         """Whether a frame is being refined."""
-        return self._frame.pending is not None
+        return self._frame.pending_parts is not None
 
     def abandon(self) -> None:
         """Discard the frame that is being refined, and mark the last picture as incomplete."""
@@ -185,8 +185,8 @@ class FramePicture:
             self._render_layer(keep=not busy)
         elif not len(changed_features):
             self._render_emphasis()
-        elif (spot := find_spot(changed_features, eye, canvas.size)) is not None:
-            self._render_spot(spot, eye)
+        elif (region := find_dirty_region(changed_features, eye, canvas.size)) is not None:
+            self._render_region(region, eye)
         else:
             self._render_layer(keep=not busy)
         if busy:
@@ -211,9 +211,9 @@ class FramePicture:
     def refine(self) -> bool:
         """Draw a small part of the frame at rest. Return whether the frame is complete."""
         frame, canvas = self._frame, self._canvas
-        if frame.pending is None:
+        if frame.pending_parts is None:
             return True
-        if self._bands and frame.pending:
+        if self._bands and frame.pending_parts:
             # More parts of the models have arrived, which must be drawn below the features.
             self._bands = []
             canvas.restore_surface()
@@ -221,18 +221,18 @@ class FramePicture:
             return self.draw_band() and self._end_rest()
         if self._levels.upload_one():
             return False
-        if not frame.pending and not frame.first and self._shade_band():
+        if not frame.pending_parts and not frame.first and self._shade_band():
             return False
         started = time.perf_counter()
-        is_last = not frame.pending
-        count = self.pace.next_batch([part for _, part in frame.pending])
+        is_last = not frame.pending_parts
+        count = self.pace.next_batch([part for _, part in frame.pending_parts])
         tint = self._contents.look.tint_node
-        if any([tint(*entry) for entry in frame.pending[:count]]):
+        if any([tint(*entry) for entry in frame.pending_parts[:count]]):
             # The parts must be uploaded to the graphics card again.
-            count = self.pace.next_batch([part for _, part in frame.pending])
-        batch = [part for _, part in frame.pending[:count]]
-        frame.pending = frame.pending[count:]
-        if frame.first and not frame.pending and not self.domed:
+            count = self.pace.next_batch([part for _, part in frame.pending_parts])
+        batch = [part for _, part in frame.pending_parts[:count]]
+        frame.pending_parts = frame.pending_parts[count:]
+        if frame.first and not frame.pending_parts and not self.domed:
             # The features, including copying the surface below them, are a separate step unless
             # the whole frame is drawn quickly.
             is_last = is_last or self.pace.expected(batch) <= BATCH_S
@@ -352,9 +352,9 @@ class FramePicture:
             self._bands = []
             return True
         first_row, end_row = self._bands.pop(0)
-        band = Spot(0, first_row, canvas.size[0] - 1, end_row - 1)
+        band = PixelRegion(0, first_row, canvas.size[0] - 1, end_row - 1)
         # The selection is drawn over all bands.
-        self._render_spot(band, eye, emphasis=not self._bands)
+        self._render_region(band, eye, emphasis=not self._bands)
         canvas.wait()
         canvas.features_saved = not self._bands
         return not self._bands
@@ -370,24 +370,25 @@ class FramePicture:
             before_emphasis=self._canvas.restore_features,
         )
 
-    def _render_spot(self, spot: Spot, eye: Eye, *, emphasis: bool = True) -> None:
+    def _render_region(self, region: PixelRegion, eye: Eye, *, emphasis: bool = True) -> None:
         """Redraw a part of the picture with changed features; `emphasis` includes the selection."""
         canvas, features = self._canvas, self._contents.features
         width = math.ceil((LINE_WIDTH + HALO_EXTRA) * features.scale)
-        spot = spot.wider(width).within(canvas.size)
-        wider_spot = spot.wider(width)
+        region = region.enlarged(width).within(canvas.size)
+        wider_spot = region.enlarged(width)
         features.refresh(
-            self._sight.pixel_at, lambda boxes: visible_in_spot(wider_spot, boxes, eye, canvas.size)
+            self._sight.pixel_at,
+            lambda boxes: visible_in_region(wider_spot, boxes, eye, canvas.size),
         )
 
         def before_layer() -> None:
             canvas.restore_features()
-            canvas.restore_surface(spot)
-            canvas.confine(spot)
+            canvas.restore_surface(region)
+            canvas.confine(region)
 
         def before_emphasis() -> None:
             canvas.confine(None)
-            canvas.keep_features(spot)
+            canvas.keep_features(region)
 
         canvas.render(
             erase=False,

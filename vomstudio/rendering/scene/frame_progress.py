@@ -14,7 +14,7 @@ class FrameProgress:
 
     Attributes
     ----------
-    pending : list or None
+    pending_parts : list or None
         Parts that remain to be drawn, or None if no frame is being drawn.
     first : bool
         Whether no part of the frame has been drawn yet.
@@ -25,25 +25,25 @@ class FrameProgress:
     """
 
     def __init__(self) -> None:
-        self.pending: list[Entry] | None = None
+        self.pending_parts: list[Entry] | None = None
         self.first = False
         self.bands: list[tuple[int, int]] | None = None
         self.complete = False
         self._is_outdated = False
 
     def begin(self, parts: list[Entry]) -> None:
-        self.pending, self.bands = parts, None
+        self.pending_parts, self.bands = parts, None
         self.first = True
         self._is_outdated = False
 
     def end(self) -> None:
         """Mark the frame as complete."""
-        self.pending = None
+        self.pending_parts = None
         self.complete = not self._is_outdated
 
     def abandon(self) -> None:
         """Discard the frame, and mark the last picture as incomplete."""
-        self.pending = None
+        self.pending_parts = None
         self.complete = False
 
     def outdate(self) -> None:
@@ -53,13 +53,15 @@ class FrameProgress:
 
     def admit(self, model: ModelScene, part: Part) -> bool:
         """Add a part to the frame. Return False if it is too late to add it."""
-        if self.pending is None or self.bands is not None:
+        if self.pending_parts is None or self.bands is not None:
             return False
-        self.pending.append((model, part))
+        self.pending_parts.append((model, part))
         return True
 
     def dismiss(self, parts: Iterable[Part]) -> None:
         """Remove parts that no longer exist."""
         dropped_ids = {id(part) for part in parts}
-        if self.pending is not None and dropped_ids:
-            self.pending = [entry for entry in self.pending if id(entry[1]) not in dropped_ids]
+        if self.pending_parts is not None and dropped_ids:
+            self.pending_parts = [
+                entry for entry in self.pending_parts if id(entry[1]) not in dropped_ids
+            ]

@@ -39,7 +39,7 @@ QUARTERS_SHADER = """
 """
 
 
-class Skin:
+class GpuTexture:
     """Texture of a material; `level` is the uploaded level (None before the first upload)."""
 
     def __init__(self, texture: Texture) -> None:

@@ -15,7 +15,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import NodePoints, StreamedCloud
 from vomstudio.rendering.prepare.events import FieldReady, NodeStream
-from vomstudio.rendering.scene.gpu_textures import Skin
+from vomstudio.rendering.scene.gpu_textures import GpuTexture
 from vomstudio.rendering.view.spatial_blocks import FaceChunk, PointChunk
 
 
@@ -70,7 +70,7 @@ class ModelScene:
     proxies: list[Part] = field(default_factory=list)
     face_chunks: list[FaceChunk] = field(default_factory=list)
     point_chunks: list[PointChunk] = field(default_factory=list)
-    skins: dict[int, Skin] = field(default_factory=dict)
+    gpu_textures: dict[int, GpuTexture] = field(default_factory=dict)
     locators: list[vtkStaticCellLocator] = field(default_factory=list)
     streamer: NodeStream | None = None
     shown_rows: dict[int, float] = field(default_factory=dict)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLFramebufferObject, vtkOpenGLRenderWindow
 
-from vomstudio.rendering.scene.dirty_region import Spot
+from vomstudio.rendering.scene.dirty_region import PixelRegion
 
 GL_READ_FRAMEBUFFER = 0x8CA8
 GL_DRAW_FRAMEBUFFER = 0x8CA9
@@ -24,14 +24,14 @@ class Buffers:
     def __getitem__(self, name: str) -> vtkOpenGLFramebufferObject:
         return self._buffers[name]
 
-    def save(self, name: str, spot: Spot | None = None) -> None:
+    def save(self, name: str, region: PixelRegion | None = None) -> None:
         """Save the picture of the window, or only a part of it."""
         buffer = self._buffers[name] = self._fitting(name)
-        self._copy(self._window.GetRenderFramebuffer(), buffer, spot)
+        self._copy(self._window.GetRenderFramebuffer(), buffer, region)
 
-    def restore(self, name: str, spot: Spot | None = None) -> None:
+    def restore(self, name: str, region: PixelRegion | None = None) -> None:
         """Restore a saved picture, or only a part of it."""
-        self._copy(self._buffers[name], self._window.GetRenderFramebuffer(), spot)
+        self._copy(self._buffers[name], self._window.GetRenderFramebuffer(), region)
 
     def release(self) -> None:
         for buffer in self._buffers.values():
@@ -62,13 +62,13 @@ class Buffers:
         self,
         source: vtkOpenGLFramebufferObject,
         target: vtkOpenGLFramebufferObject,
-        spot: Spot | None,
+        region: PixelRegion | None,
     ) -> None:
         self._window.MakeCurrent()
         width, height = self._window.GetSize()
-        spot = spot or Spot(0, 0, width - 1, height - 1)
+        region = region or PixelRegion(0, 0, width - 1, height - 1)
         # First and end columns, then first and end rows.
-        extent = [spot.left, spot.right + 1, spot.bottom, spot.top + 1]
+        extent = [region.left, region.right + 1, region.bottom, region.top + 1]
         state = self._window.GetState()
         state.PushFramebufferBindings()
         source.Bind(GL_READ_FRAMEBUFFER)

@@ -144,8 +144,8 @@ class Scene:
         for part in model.parts + model.proxies:
             self._intake.drop(part)
         window = self.canvas.window if self.canvas.is_open else None
-        for skin in model.skins.values():
-            skin.release(window)
+        for gpu_texture in model.gpu_textures.values():
+            gpu_texture.release(window)
         if not self.models:
             self.canvas.origin = None
 
@@ -216,10 +216,10 @@ class Scene:
         self.picture.eye_dome = is_enabled
         self.picture.abandon()
 
-    def set_field(self, model_id: str, ready: FieldReady | None) -> None:
+    def set_field(self, model_id: str, field: FieldReady | None) -> None:
         """Set the colours of a model's field, or remove them if None."""
         model = self.models[model_id]
-        model.field = ready
+        model.field = field
         self.look.tint(model)
         self.picture.abandon()
 

@@ -20,7 +20,7 @@ from vomstudio.rendering.view.camera import Camera
 
 
 def warm_up(
-    canvas: Canvas, contents: Contents, visibility: SceneVisibility, intake: Intake
+    canvas: Canvas, scene_contents: Contents, visibility: SceneVisibility, intake: Intake
 ) -> Iterator[None]:
     """Compile one shader program per step.
 
@@ -38,18 +38,18 @@ def warm_up(
         (PointCloud(corners), vtk_data.point_set(points, grey), 0),
     )
     for holder, data, pictures in samples:
-        if contents.models or not canvas.is_open:
+        if scene_contents.models or not canvas.is_open:
             return
         zero = np.zeros(3)
         origin, canvas.origin = canvas.origin, None
         model = ModelScene("", holder, zero, zero, zero + 1.0, np.eye(4), np.eye(4))
         part = intake.part(model, data)
-        contents.look.dress(model, part)
+        scene_contents.look.dress(model, part)
         if pictures:
-            square = vtk_data.image(np.full((4, 4, 3), 128, np.uint8))
+            texture_image = vtk_data.image(np.full((4, 4, 3), 128, np.uint8))
             textures = [vtkTexture() for _ in range(pictures)]
             for texture in textures:
-                texture.SetInputData(square)
+                texture.SetInputData(texture_image)
                 texture.InterpolateOn()
             gpu_textures.wear(part.actor, textures)
             part.actor.GetProperty().LightingOff()

@@ -10,7 +10,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vomstudio.rendering.scene import gpu_textures, picking
 from vomstudio.rendering.scene.appearance import Appearance
 from vomstudio.rendering.scene.canvas import Canvas
-from vomstudio.rendering.scene.gpu_textures import Skin
+from vomstudio.rendering.scene.gpu_textures import GpuTexture
 from vomstudio.rendering.scene.model_scene import ModelScene, Part
 from vomstudio.rendering.scene.scene import Scene
 from vomstudio.rendering.view.camera import Camera
@@ -118,38 +118,38 @@ class SharedScene(Scene):
 
     def _follow_model(self, model: ModelScene) -> bool:
         """Adopt the present state of a model of the source."""
-        twin, is_changed = self.models.get(model.model_id), False
-        if twin is None or twin.data is not model.data:
+        copy, is_changed = self.models.get(model.model_id), False
+        if copy is None or copy.data is not model.data:
             bounds = model.origin + np.stack([model.low, model.high])
-            twin = self.add_model(model.model_id, model.data, model.to_world, bounds, model.origin)
+            copy = self.add_model(model.model_id, model.data, model.to_world, bounds, model.origin)
             is_changed = True
-        if (twin.to_world != model.to_world).any():
+        if (copy.to_world != model.to_world).any():
             self.set_to_world(model.model_id, model.to_world)
             is_changed = True
-        if twin.field is not model.field or twin.hidden is not model.hidden:
-            twin.field, twin.hidden = model.field, model.hidden
+        if copy.field is not model.field or copy.hidden is not model.hidden:
+            copy.field, copy.hidden = model.field, model.hidden
             is_changed = True
-        is_changed |= self._follow_skins(twin, model)
-        is_changed |= self._follow_parts(twin, twin.proxies, model.proxies)
-        is_changed |= self._follow_parts(twin, twin.parts, model.parts)
+        is_changed |= self._follow_textures(copy, model)
+        is_changed |= self._follow_parts(copy, copy.proxies, model.proxies)
+        is_changed |= self._follow_parts(copy, copy.parts, model.parts)
         is_done = (model.chunks_done, model.textures_done)
-        if (twin.chunks_done, twin.textures_done) != is_done:
-            twin.chunks_done, twin.textures_done = is_done
+        if (copy.chunks_done, copy.textures_done) != is_done:
+            copy.chunks_done, copy.textures_done = is_done
             # Until all chunks are present, a simplified model is shown.
             is_changed = True
         return is_changed
 
     @staticmethod
-    def _follow_skins(twin: ModelScene, model: ModelScene) -> bool:
+    def _follow_textures(copy: ModelScene, model: ModelScene) -> bool:
         is_changed = False
-        for material, skin in model.skins.items():
-            previous = twin.skins.get(material)
-            if previous is None or previous.texture is not skin.texture:
-                twin.skins[material] = Skin(skin.texture)
+        for material, gpu_texture in model.gpu_textures.items():
+            previous = copy.gpu_textures.get(material)
+            if previous is None or previous.texture is not gpu_texture.texture:
+                copy.gpu_textures[material] = GpuTexture(gpu_texture.texture)
                 is_changed = True
         return is_changed
 
-    def _follow_parts(self, twin: ModelScene, parts: list[Part], sources: list[Part]) -> bool:
+    def _follow_parts(self, copy: ModelScene, parts: list[Part], sources: list[Part]) -> bool:
         """Adopt the parts of a model, which share the data of their sources."""
         is_changed = False
         if [id(part.source) for part in parts] != [id(source) for source in sources]:
@@ -157,29 +157,29 @@ class SharedScene(Scene):
             parts[:] = [
                 present_parts.pop(id(source))
                 if id(source) in present_parts
-                else self._share(twin, source)
+                else self._share(copy, source)
                 for source in sources
             ]
             for part in present_parts.values():
                 gpu_textures.remove_textures(part.actor)
                 self.canvas.remove(part.actor)
-            twin.forget_boxes()
+            copy.forget_boxes()
             is_changed = True
         for part, source in zip(parts, sources, strict=True):
             if part.tinted != source.tinted or part.elements != source.elements:
                 part.tinted, part.elements, part.uploaded = source.tinted, source.elements, False
-                self.look.dress(twin, part)
+                self.look.dress(copy, part)
                 is_changed = True
         return is_changed
 
-    def _share(self, twin: ModelScene, source: Part) -> Part:
+    def _share(self, copy: ModelScene, source: Part) -> Part:
         """Create a part that draws the data of another part."""
         data = source.actor.GetMapper().GetInput()
         assert isinstance(data, vtkPolyData)
-        part = self._intake.part(twin, data)
+        part = self._intake.part(copy, data)
         part.source, part.has_colors = source, source.has_colors
         part.material, part.density, part.has_uv = source.material, source.density, source.has_uv
         part.spacing, part.row, part.rows = source.spacing, source.row, source.rows
         part.tinted = source.tinted
-        self.look.dress(twin, part)
+        self.look.dress(copy, part)
         return part

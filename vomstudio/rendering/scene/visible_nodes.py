@@ -16,8 +16,10 @@ MAX_NODE_DELAY_S = 0.4
 class VisibleNodes:
     """Visible nodes of all clouds in a scene."""
 
-    def __init__(self, canvas: Canvas, contents: Contents, visibility: SceneVisibility) -> None:
-        self._canvas, self._contents, self._sight = canvas, contents, visibility
+    def __init__(
+        self, canvas: Canvas, scene_contents: Contents, visibility: SceneVisibility
+    ) -> None:
+        self._canvas, self._contents, self._sight = canvas, scene_contents, visibility
         self._requested_at_s = 0.0
 
     def look_around(self, *, fetch: bool = True) -> None:

@@ -81,18 +81,18 @@ def size_points(
 def texels_per_pixel(
     parts: Iterable[tuple[ModelScene, Part]], eye: Eye, camera: Camera, height: int
 ) -> dict[int, float]:
-    """Return the texels of the finest level per pixel for each skin in view, keyed by `id`.
+    """Return the texels of the finest level per pixel for each texture in view, keyed by `id`.
 
-    The value is that at the nearest point of the skin.
+    The value is that at the nearest point of the textured surface.
     """
     best_density: dict[int, float] = {}
     for model, part in parts:
-        if not part.has_uv or part.material not in model.skins:
+        if not part.has_uv or part.material not in model.gpu_textures:
             continue
-        skin = model.skins[part.material]
+        gpu_texture = model.gpu_textures[part.material]
         scale, depth = reach(model, part, eye)
         per_pixel = camera.metres_per_pixel(height, depth)
-        finest = skin.texture.levels[0]
+        finest = gpu_texture.texture.levels[0]
         texels = part.density / scale * max(finest.width, finest.height) * per_pixel
-        best_density[id(skin)] = min(best_density.get(id(skin), np.inf), texels)
+        best_density[id(gpu_texture)] = min(best_density.get(id(gpu_texture), np.inf), texels)
     return best_density

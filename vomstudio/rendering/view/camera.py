@@ -267,9 +267,9 @@ class Camera:
 
     def _turn_to(self, frame: FloatArray) -> None:
         # The pivot keeps its camera coordinates and therefore its pixel.
-        inside = self.frame @ (self.pivot - self.position)
+        pivot_offset = self.frame @ (self.pivot - self.position)
         self.frame = frame
-        self.position = self.pivot - frame.T @ inside
+        self.position = self.pivot - frame.T @ pivot_offset
 
     def look_along(self, trend_deg: float, plunge_deg: float) -> None:
         """Look along a direction, keeping the pixel of the pivot."""

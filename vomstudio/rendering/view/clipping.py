@@ -39,15 +39,15 @@ def limits_for(
     max_distance: float = 0.0,
 ) -> PickLimits | None:
     """Return the picking limits on a World ray, or None if it misses the box."""
-    stretch = box.stretch(origin, direction, max_distance)
-    if stretch is None:
+    depth_range = box.stretch(origin, direction, max_distance)
+    if depth_range is None:
         return None
     scale = float(np.cbrt(abs(np.linalg.det(to_world[:3, :3])))) or 1.0
 
     def inside(local_points: FloatArray) -> BoolArray:
         return box.holds((local_points + model_origin) @ to_world[:3, :3].T + to_world[:3, 3])
 
-    return PickLimits(stretch[0] / scale, stretch[1] / scale, inside)
+    return PickLimits(depth_range[0] / scale, depth_range[1] / scale, inside)
 
 
 def along_axis(

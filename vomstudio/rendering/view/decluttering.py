@@ -58,9 +58,11 @@ class LabelGrid:
         x, y, width, height = boxes.T
         is_rejected = (x < 0) | (y < 0) | (x + width > self.width) | (y + height > self.height)
         is_rejected |= ~np.isfinite(boxes).all(axis=1)
-        inside = np.where(is_rejected[:, None], 0.0, boxes)
-        left, top = (inside[:, :2].astype(np.int64) // CELL).T
-        right, bottom = ((inside[:, :2] + inside[:, 2:]).astype(np.int64) // CELL + 1).T
+        accepted_boxes = np.where(is_rejected[:, None], 0.0, boxes)
+        left, top = (accepted_boxes[:, :2].astype(np.int64) // CELL).T
+        right, bottom = (
+            (accepted_boxes[:, :2] + accepted_boxes[:, 2:]).astype(np.int64) // CELL + 1
+        ).T
         # Number of occupied cells above and to the left of each cell (summed-area table).
         columns = int(self.width) // CELL + 2
         sums = np.zeros((len(self._rows) + 1, columns + 1), np.int64)

@@ -407,8 +407,8 @@ def _categories(name: str, codes: IntArray) -> Iterator[Category]:
             yield Category(code, f"{code}  {tr(title)}", _rgb(color))
         else:
             text = f"{code}  {tr('user-defined')}" if las and code >= 64 else str(code)
-            turn = (code if labels else place) % len(OTHER_COLORS)
-            yield Category(code, text, _rgb(OTHER_COLORS[turn]))
+            color_index = (code if labels else place) % len(OTHER_COLORS)
+            yield Category(code, text, _rgb(OTHER_COLORS[color_index]))
 
 
 def _rgb(color: str) -> tuple[int, int, int]:

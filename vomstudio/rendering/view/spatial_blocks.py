@@ -228,18 +228,18 @@ def points_near_ray(
         if enter[i] > front + thickness * (radius + spread * front):
             break
         chunk = chunks[i]
-        inside = are_boxes_hit(
+        is_hit = are_boxes_hit(
             chunk.blocks.low - pad[i], chunk.blocks.high + pad[i], origin, direction
         )
-        rows = chunk.blocks.elements(inside)
+        rows = chunk.blocks.elements(is_hit)
         if is_hidden is not None:
             rows = rows[~is_hidden[chunk.point_ids[rows]]]
         if not len(rows):
             continue
         q = chunk.points[rows] - origin
         depth = q @ direction
-        side = q - depth[:, None] * direction
-        offset = np.sqrt(np.einsum("ij,ij->i", side, side))
+        offsets = q - depth[:, None] * direction
+        offset = np.sqrt(np.einsum("ij,ij->i", offsets, offsets))
         allowed_distances = radius + spread * np.maximum(depth, 0.0)
         near_rows = np.flatnonzero((depth > 0.0) & (offset <= allowed_distances))
         if counts is not None and len(near_rows):

@@ -106,7 +106,7 @@ def _propose(request: TracesRequest, progress: Progress) -> FoundTraces:
         surface_measures.outcrop_normal(proposal.points) if surface_measures else None
         for proposal in result.proposals
     ]
-    turn = scale * to_file[:3, :3]
+    rotation = scale * to_file[:3, :3]
     unknown_values = np.full(3, np.nan)
     arrays: dict[str, Any] = {
         "places": transform.apply(
@@ -119,7 +119,7 @@ def _propose(request: TracesRequest, progress: Progress) -> FoundTraces:
         "doubt": np.array([proposal.doubt for proposal in result.proposals]),
         "resolution": np.array([np.nan if r is None else r / scale for r in resolutions]),
         "outcrop_normal": np.array(
-            [unknown_values if face is None else turn @ face for face in faces]
+            [unknown_values if face is None else rotation @ face for face in faces]
         ).reshape(-1, 3),
     }
     request.out.parent.mkdir(parents=True, exist_ok=True)

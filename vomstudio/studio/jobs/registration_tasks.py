@@ -183,10 +183,10 @@ def _stable(
         low, high = np.array(part.box)
         flags &= ((target_points >= low) & (target_points <= high)).all(axis=1)
     if part.polygons is not None:
-        inside, messages = stable.find_inside_polygons(
+        is_inside, messages = stable.find_inside_polygons(
             target_points, part.polygons, request.reference.crs, progress
         )
-        flags &= inside
+        flags &= is_inside
     if part.model is not None:
         from vomstudio.registration.by_model.starting import points_and_spacing
 

@@ -27,11 +27,11 @@ def encode(value: Any, place: str = "") -> Any:
     if isinstance(value, Finding):
         return value.to_dict()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        inside = f"{place}." if place else ""
+        prefix = f"{place}." if place else ""
         return {
             field.name: encode(
                 item.tolist() if _is_array(type(item)) and field.type is not Any else item,
-                inside + field.name,
+                prefix + field.name,
             )
             for field in dataclasses.fields(value)
             for item in [getattr(value, field.name)]
@@ -115,16 +115,16 @@ def _finding(plain_value: Any, place: str) -> Finding:
 def _dataclass(cls: Any, plain_value: Any, place: str) -> Any:
     if not isinstance(plain_value, Mapping):
         return _misfit(cls, plain_value, place)
-    hints, inside = _hints(cls), f"{place}." if place else ""
+    hints, prefix = _hints(cls), f"{place}." if place else ""
     fields = {field.name: field for field in dataclasses.fields(cls) if field.init}
     if unknown := sorted(set(plain_value) - set(fields)):
-        raise WorkerError(Finding("job.unknown-field", type=cls.__name__, name=inside + unknown[0]))
+        raise WorkerError(Finding("job.unknown-field", type=cls.__name__, name=prefix + unknown[0]))
     for name, field in fields.items():
         is_needed = field.default is dataclasses.MISSING
         if name not in plain_value and is_needed and field.default_factory is dataclasses.MISSING:
-            raise WorkerError(Finding("job.missing-field", name=inside + name, type=cls.__name__))
+            raise WorkerError(Finding("job.missing-field", name=prefix + name, type=cls.__name__))
     return cls(
-        **{name: _decode(hints[name], plain_value[name], inside + name) for name in plain_value}
+        **{name: _decode(hints[name], plain_value[name], prefix + name) for name in plain_value}
     )
 
 

@@ -225,7 +225,7 @@ def _find(request: FacetsRequest, progress: Progress) -> FoundFacets:
     return FoundFacets(
         len(facets.facets),
         facets.of,
-        facets.reach,
+        facets.max_distance,
         facets.min_points,
         exposure.near_planar_share,
         exposure.coverage,
@@ -252,7 +252,7 @@ def _facet_arrays(result: FacetSegmentation, part: ModelPart, count: int, to_wor
     from vomstudio.geometry.patches import outline
 
     to_file = transform.invert(transform.matrix(to_world))
-    turn, scale = to_file[:3, :3], transform.scale_factor(to_world)
+    rotation, scale = to_file[:3, :3], transform.scale_factor(to_world)
     element_ids = part.points if result.of == "point" else part.faces
     label, covers = np.full((2, count), -1, np.int32)
     label[part.points], covers[part.points] = result.labels, result.covers
@@ -270,7 +270,7 @@ def _facet_arrays(result: FacetSegmentation, part: ModelPart, count: int, to_wor
         "n": np.array([m.n for m in moments], np.int64),
         "n_effective": np.array([m.n_effective for m in moments]),
         "mean": transform.apply(to_file, mean),
-        "scatter": turn @ scatter @ turn.T,
+        "scatter": rotation @ scatter @ rotation.T,
         "area": np.array([facet.area for facet in facets]) / scale**2,
         "resolution": np.array([facet.resolution for facet in facets]) / scale,
         "bent": np.array([facet.bent for facet in facets], np.bool_),

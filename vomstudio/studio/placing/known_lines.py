@@ -205,8 +205,8 @@ def _transform_evidence(evidence: Evidence, change_matrix: FloatArray) -> Eviden
         pairs = replace(pairs, model=transform.apply(change_matrix, pairs.model))
     compass = evidence.compass
     if compass is not None:
-        turn = change_matrix[:3, :3] / transform.scale_factor(change_matrix)
-        compass = replace(compass, model=compass.model @ turn.T)
+        rotation = change_matrix[:3, :3] / transform.scale_factor(change_matrix)
+        compass = replace(compass, model=compass.model @ rotation.T)
     return replace(
         evidence,
         pairs=pairs,

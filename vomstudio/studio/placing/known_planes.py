@@ -61,7 +61,7 @@ def measure_directions(
     model : Model
     """
     rows = transform.matrix(model.to_world)
-    turn = rows[:3, :3] / transform.scale_factor(rows)
+    rotation = rows[:3, :3] / transform.scale_factor(rows)
     directions = {}
     for line in lines:
         measurement = measurements.get(line.feature_id)
@@ -70,7 +70,7 @@ def measure_directions(
         world = _direction(measurement, line.kind == "plane")
         if world is not None:
             directions[line.id] = ModelDirection(
-                world @ turn, _direction_sigma(measurement, line.kind == "plane")
+                world @ rotation, _direction_sigma(measurement, line.kind == "plane")
             )
     return directions
 

@@ -128,9 +128,9 @@ def _match_two_points(points: Sequence[ControlPoint], model: Model) -> FloatArra
     level, length = np.hypot(u, v), np.linalg.norm([u, v, w])
     if np.hypot(x, y) <= 0.1 * np.linalg.norm([x, y, z]) or level <= 0.1 * length:
         return None
-    turn = np.arctan2(y, x) - np.arctan2(v, u)
+    angle = np.arctan2(y, x) - np.arctan2(v, u)
     to_model = np.eye(4)
-    to_model[:3, :3] = Rotation.from_rotvec([0.0, 0.0, turn]).as_matrix()
+    to_model[:3, :3] = Rotation.from_rotvec([0.0, 0.0, angle]).as_matrix()
     to_model[:3, :3] *= np.linalg.norm([x, y, z]) / length
     to_model[:3, 3] = on_model.mean(axis=0) - to_model[:3, :3] @ target_places.mean(axis=0)
     return to_model

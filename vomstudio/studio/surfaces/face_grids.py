@@ -34,9 +34,9 @@ def world_grid(grid: FaceGrid, model: Model | None) -> SquareGrid:
     """Return a grid in the World frame, in metres if the scale of the model is known."""
     rows = rows_of(model)
     scale = transform.scale_factor(rows)
-    turn = rows[:3, :3] / scale
+    rotation = rows[:3, :3] / scale
     origin = transform.apply(rows, [grid.origin])[0]
-    right, up = turn @ np.array(grid.right), turn @ np.array(grid.up)
+    right, up = rotation @ np.array(grid.right), rotation @ np.array(grid.up)
     return SquareGrid(origin, right, up, grid.cell * scale, grid.columns, grid.rows)
 
 

@@ -49,7 +49,7 @@ class ModelElements:
         self._background, self._cutting = background, cutting
         self._hidden: dict[str, BoolArray] = {}
         self._neighbours: tuple[OpenModel, Neighbours | Finding] | None = None
-        self._pending: tuple[OpenModel, list[Callable[[], None]]] | None = None
+        self._pending_request: tuple[OpenModel, list[Callable[[], None]]] | None = None
 
     def looking(self) -> ViewSnapshot | None:
         return self.look()
@@ -78,11 +78,11 @@ class ModelElements:
             return Finding("model.not-open", model=model_id)
         if self._neighbours is not None and self._neighbours[0] is open_model:
             return self._neighbours[1]
-        if self._pending is not None and self._pending[0] is open_model:
-            if on_finished not in self._pending[1]:
-                self._pending[1].append(on_finished)
+        if self._pending_request is not None and self._pending_request[0] is open_model:
+            if on_finished not in self._pending_request[1]:
+                self._pending_request[1].append(on_finished)
         else:
-            self._pending = (open_model, [on_finished])
+            self._pending_request = (open_model, [on_finished])
             self._background.run(
                 lambda: build_neighbours(open_model.data, open_model.resolution or 0.0),
                 partial(self._store, open_model),
@@ -92,10 +92,10 @@ class ModelElements:
         return None
 
     def _store(self, opened_model: OpenModel, result: Neighbours | Finding) -> None:
-        pending, self._pending = self._pending, None
+        pending_request, self._pending_request = self._pending_request, None
         if any(item is opened_model for item in self._models.open.values()):
             self._neighbours = (opened_model, result)
-            for callback in () if pending is None else pending[1]:
+            for callback in () if pending_request is None else pending_request[1]:
                 callback()
 
     # --- hidden elements ----------------------------------------------------------------------
@@ -158,4 +158,4 @@ class ModelElements:
         """Reset because another project is opened."""
         self._hidden.clear()
         self._background.cancel(_NEIGHBOURS)
-        self._neighbours = self._pending = None
+        self._neighbours = self._pending_request = None

@@ -39,7 +39,7 @@ class ContactTool(FollowingTool[Contact]):
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)
-        self.next = NextContact()
+        self.next_contact = NextContact()
         self._sets = SetMemory()
 
     def hint(self) -> str:
@@ -67,7 +67,7 @@ class ContactTool(FollowingTool[Contact]):
     def attributes(self) -> NextContact:
         """Type and set of the open line, or else of the next line."""
         line = self._feature
-        return self.next if line is None else NextContact(line.type_id, line.set_name)
+        return self.next_contact if line is None else NextContact(line.type_id, line.set_name)
 
     def choose(self, **values: str) -> None:
         """Set `type_id` or `set_name` of the next line, and of the open line if it is new.
@@ -78,7 +78,7 @@ class ContactTool(FollowingTool[Contact]):
             current = self.attributes.type_id, self.attributes.set_name
             set_name = self._sets.set_for(current, values["type_id"], values["set_name"])
             values["set_name"] = set_name
-        self.next = replace(self.next, **values)
+        self.next_contact = replace(self.next_contact, **values)
         line = self._feature
         if line is None or self._continued:
             self._context.tool_changed()
@@ -91,11 +91,11 @@ class ContactTool(FollowingTool[Contact]):
         return Contact(
             new_id("contact"),
             "",
-            self.next.type_id,
+            self.next_contact.type_id,
             model.id,
             model.content_hash,
             vertices,
-            self.next.set_name,
+            self.next_contact.set_name,
         )
 
     def _look(self) -> None:
@@ -128,13 +128,13 @@ class ContactTool(FollowingTool[Contact]):
         contact = Contact(
             str(state["contact_id"]),
             "",
-            type_of_draft(self._context, state, self.next.type_id),
+            type_of_draft(self._context, state, self.next_contact.type_id),
             str(state["model_id"]),
             str(state["model_hash"]),
             vertices,
             str(state["set_name"]),
         )
-        self.next = NextContact(contact.type_id, contact.set_name)
+        self.next_contact = NextContact(contact.type_id, contact.set_name)
         return contact
 
     # --- preview ------------------------------------------------------------------------------

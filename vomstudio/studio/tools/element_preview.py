@@ -26,15 +26,15 @@ class ElementPreview:
     def __init__(self, context: ToolContext) -> None:
         self._context = context
         self._area: tuple[BoolArray, Area | None] | None = None
-        self._live: tuple[BoolArray, Measurement | None] | None = None
+        self._mask_measurement: tuple[BoolArray, Measurement | None] | None = None
 
     def forget(self) -> None:
         """Reset because the selection is empty."""
-        self._area = self._live = None
+        self._area = self._mask_measurement = None
 
     def forget_measurement(self) -> None:
         """Reset the measurement because the plane would have another type."""
-        self._live = None
+        self._mask_measurement = None
 
     def patch(self, selection: ElementSelection) -> Patch | None:
         """Return the patch of the selection, or None if its model is not open."""
@@ -49,10 +49,13 @@ class ElementPreview:
         """Return the measurement of the plane, or None if the selection is too large."""
         if selection is None or selection.count > MAX_LIVE_ELEMENTS:
             return None
-        if self._live is None or self._live[0] is not selection.mask:
+        if self._mask_measurement is None or self._mask_measurement[0] is not selection.mask:
             patch = self.patch(selection)
-            self._live = (selection.mask, None if patch is None else self._context.measure(patch))
-        return self._live[1]
+            self._mask_measurement = (
+                selection.mask,
+                None if patch is None else self._context.measure(patch),
+            )
+        return self._mask_measurement[1]
 
     def area(self, selection: ElementSelection | None) -> Area | None:
         """Return the selection for drawing, or None if it is empty or its model is not open."""

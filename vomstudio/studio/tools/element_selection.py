@@ -45,7 +45,7 @@ class ElementSelection:
         self.mask: BoolArray = np.zeros(size, np.bool_)
         self.count = 0
         self._steps: list[tuple[str, ByteArray]] = []
-        self._ahead: list[tuple[str, ByteArray]] = []
+        self._undone_steps: list[tuple[str, ByteArray]] = []
 
     @property
     def last_step(self) -> str | None:
@@ -55,7 +55,7 @@ class ElementSelection:
     @property
     def next_step(self) -> str | None:
         """Label of the last undone step, or None if no step can be redone."""
-        return self._ahead[-1][0] if self._ahead else None
+        return self._undone_steps[-1][0] if self._undone_steps else None
 
     def ids(self) -> IntArray:
         """Return the sorted indices (k,) of the selected elements."""
@@ -70,13 +70,13 @@ class ElementSelection:
         if np.array_equal(mask, self.mask):
             return False
         self._steps = [*self._steps[1 - MAX_STEPS :], (step, np.packbits(self.mask))]
-        self._ahead = []
+        self._undone_steps = []
         self._take(mask)
         return True
 
     def change_last(self, mask: BoolArray) -> None:
         """Replace the result of the last step."""
-        self._ahead = []
+        self._undone_steps = []
         self._take(mask)
 
     def before_last(self) -> BoolArray:
@@ -88,22 +88,22 @@ class ElementSelection:
         if not self._steps:
             return False
         step, mask_before = self._steps.pop()
-        self._ahead.append((step, np.packbits(self.mask)))
+        self._undone_steps.append((step, np.packbits(self.mask)))
         self._take(self._unpacked(mask_before))
         return True
 
     def redo(self) -> bool:
         """Redo the last undone step. Return False if no step can be redone."""
-        if not self._ahead:
+        if not self._undone_steps:
             return False
-        step, mask_after = self._ahead.pop()
+        step, mask_after = self._undone_steps.pop()
         self._steps.append((step, np.packbits(self.mask)))
         self._take(self._unpacked(mask_after))
         return True
 
     def settle(self) -> None:
         """Discard the undone steps."""
-        self._ahead = []
+        self._undone_steps = []
 
     def _take(self, mask: BoolArray) -> None:
         self.mask, self.count = mask, int(np.count_nonzero(mask))

@@ -201,26 +201,26 @@ class ElementTool:
         else:
             self.take(best_model_id, masks[best_model_id], combination_mode, tr(MODES[shape.mode]))
 
-    def _models(self, how: Combine) -> list[str]:
+    def _models(self, combination: Combine) -> list[str]:
         """Return the ids of the models to search; an existing selection restricts them."""
         visible_ids = self._context.elements.shown()
-        if self.selection is not None and how != "new":
+        if self.selection is not None and combination != "new":
             return [id_ for id_ in visible_ids if id_ == self.selection.model_id]
         return visible_ids
 
     # --- selection ---------------------------------------------------------------------------
-    def take(self, model_id: str, mask: BoolArray, how: Combine, step: str) -> None:
+    def take(self, model_id: str, mask: BoolArray, combination: Combine, step: str) -> None:
         """Select elements of a model; `step` is the label of the step."""
         selection = self._selection
         if selection is None or selection.model_id != model_id or len(selection.mask) != len(mask):
-            if how in ("subtract", "intersect"):
+            if combination in ("subtract", "intersect"):
                 self._context.hint(Finding("selection.empty"))
                 return
             selection = ElementSelection(model_id, len(mask))
         hidden_elements = self._context.elements.hidden(model_id)
         if hidden_elements is not None:
             mask = mask & ~hidden_elements
-        if not selection.change(combine_masks(selection.mask, mask, how), step):
+        if not selection.change(combine_masks(selection.mask, mask, combination), step):
             self._context.hint(Finding("selection.no-change"))
             return
         self._selection = selection

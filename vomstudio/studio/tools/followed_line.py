@@ -77,7 +77,7 @@ class PathFinder(Protocol):
         ends: tuple[Point, Point],
         *,
         photo: str = "",
-        live: bool,
+        is_live: bool,
         answer: Answer,
     ) -> None:
         """Request the path between two points on a model.
@@ -91,7 +91,7 @@ class PathFinder(Protocol):
             End points of the path, in the file frame of the model.
         photo : str
             Photo in whose pixels the path is followed, or "" to follow it over the surface.
-        live : bool
+        is_live : bool
             Whether only the latest of the live requests is answered.
         answer : callable
             Called with the result later, in the caller's thread.
@@ -136,7 +136,7 @@ class FollowedLine:
         self._photos: dict[Point, str] = {}
         self._legs: dict[Key, FollowedPath | None] = {}
         self._requested: set[Key] = set()
-        self._live: Key | None = None
+        self._live_key: Key | None = None
 
     def set_photo(self, photo: str, place: Point) -> None:
         """Record the photo in which a way-point or the cursor was set, or "" for no photo."""
@@ -155,7 +155,9 @@ class FollowedLine:
         keys = (self._key(model_id, a, b, cost_name) for a, b in pairwise(way_points))
         return [leg for key in keys if (leg := self._legs.get(key)) is not None]
 
-    def path(self, model_id: str, way_points: Sequence[Point], *, live: bool = False) -> FloatArray:
+    def path(
+        self, model_id: str, way_points: Sequence[Point], *, is_live: bool = False
+    ) -> FloatArray:
         """Return the line (n, 3) through way-points; request unknown legs, which are straight.
 
         Parameters
@@ -163,17 +165,19 @@ class FollowedLine:
         model_id : str
         way_points : sequence of Point
             Way-points in the file frame of the model.
-        live : bool
+        is_live : bool
             Whether a way-point is being dragged; in this case only the last missing leg is
             requested.
         """
         points = np.asarray(way_points, np.float64).reshape(-1, 3)
         if self.cost is None or len(points) < 2:
             return points
-        if self.cost == AUTO and not live:
+        if self.cost == AUTO and not is_live:
             self._update_best_cost(model_id, tuple(way_points))
         cost_name = self.by(model_id)
-        legs = [self._leg(model_id, a, b, cost_name, is_live=live) for a, b in pairwise(way_points)]
+        legs = [
+            self._leg(model_id, a, b, cost_name, is_live=is_live) for a, b in pairwise(way_points)
+        ]
         return _joined(way_points, legs)
 
     def doubtful(
@@ -265,7 +269,7 @@ class FollowedLine:
         leg = self._legs.get(key)
         points = None if leg is None else leg.points
         if is_live and key not in self._legs:
-            self._live = key
+            self._live_key = key
         elif is_live or self._has(key) or key in self._requested:
             return points
         else:
@@ -275,7 +279,7 @@ class FollowedLine:
             cost,
             (start, end),
             photo=key[4],
-            live=is_live,
+            is_live=is_live,
             answer=lambda result: self._keep(key, result),
         )
         return points
@@ -307,7 +311,7 @@ class FollowedLine:
     def forget(self) -> None:
         """Discard all legs and requests."""
         self._requested.clear()
-        self._live = None
+        self._live_key = None
 
     def _keep(self, key: Key, result: FollowedPath | Finding) -> None:
         is_awaited = key in self._requested
@@ -326,7 +330,7 @@ class FollowedLine:
             if is_awaited and self._reports(key):
                 for warning in result.warnings:
                     self._on_finding(warning)
-        if is_awaited or self._live == key:
+        if is_awaited or self._live_key == key:
             self._on_leg()
 
     def _reports(self, key: Key) -> bool:

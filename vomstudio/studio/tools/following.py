@@ -290,7 +290,7 @@ class FollowingTool(PolylineTool[F]):
             return feature
         dragged = self._drag_from is not None
         way_points = self._way(feature.vertices)
-        path = self._line.path(feature.model_id, way_points, live=dragged)
+        path = self._line.path(feature.model_id, way_points, is_live=dragged)
         vertices = tuple((x, y, z) for x, y, z in path.tolist())
         is_ring = len(way_points) > len(feature.vertices) and len(vertices) > 1
         return feature.but(vertices=vertices[:-1] if is_ring else vertices)
@@ -341,10 +341,12 @@ class FollowingTool(PolylineTool[F]):
             return None, None
         outline = self._way(self._whole(feature).vertices)
         path = np.asarray(outline, np.float64)
-        position, forward = self._hovered(), None
+        position, next_leg = self._hovered(), None
         if position is not None and feature.vertices and self._drag_from is None:
-            forward = self._line.leg(feature.model_id, feature.vertices[-1], position, is_live=True)
+            next_leg = self._line.leg(
+                feature.model_id, feature.vertices[-1], position, is_live=True
+            )
         to_world = model.to_world
         return transform.apply(to_world, path), (
-            None if forward is None else transform.apply(to_world, forward)
+            None if next_leg is None else transform.apply(to_world, next_leg)
         )

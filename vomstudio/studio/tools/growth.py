@@ -42,7 +42,7 @@ class Growth:
         Maximum distance from the plane, metres; None until it is derived from a model.
     seed : Seed or None
         Seed of the last piece, or None once the piece is final.
-    pending : bool
+    is_pending : bool
         Whether the last piece waits for the neighbour graph.
     """
 
@@ -51,7 +51,7 @@ class Growth:
         self.angle_deg = 20.0
         self.distance: float | None = None
         self.seed: Seed | None = None
-        self.pending = False
+        self.is_pending = False
 
     def set_angle(self, degrees: float) -> None:
         """Set the maximum angle, limited to the permitted range."""
@@ -77,7 +77,7 @@ class Growth:
         elements = self._context.elements
         model = get(self._context.session.records, hit.model_id, Model)
         neighbours = elements.neighbours(hit.model_id, on_finished)
-        self.pending = model is not None and neighbours is None
+        self.is_pending = model is not None and neighbours is None
         if model is None:
             return None
         if neighbours is None:

@@ -48,7 +48,7 @@ class LineTool(PolylineTool[Lineation]):
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)
-        self.next = NextLine()
+        self.next_line = NextLine()
         self._sets = SetMemory()
 
     def hint(self) -> str:
@@ -78,7 +78,7 @@ class LineTool(PolylineTool[Lineation]):
         """Attributes of the open line, or else of the next line."""
         line = self._feature
         if line is None:
-            return self.next
+            return self.next_line
         return NextLine(line.type_id, line.set_name, line.plane_id, line.slip)
 
     def choose(self, **values: str) -> None:
@@ -90,7 +90,7 @@ class LineTool(PolylineTool[Lineation]):
             current = self.attributes.type_id, self.attributes.set_name
             set_name = self._sets.set_for(current, values["type_id"], values["set_name"])
             values["set_name"] = set_name
-        self.next = _drop_orphan_slip(replace(self.next, **values))  # type: ignore[arg-type]
+        self.next_line = _drop_orphan_slip(replace(self.next_line, **values))  # type: ignore[arg-type]
         line = self._feature
         if line is None or self._continued:
             self._context.tool_changed()
@@ -110,13 +110,13 @@ class LineTool(PolylineTool[Lineation]):
         return Lineation(
             id=new_id("line"),
             name="",
-            type_id=self.next.type_id,
+            type_id=self.next_line.type_id,
             model_id=model.id,
             model_hash=model.content_hash,
             vertices=vertices,
-            plane_id=self.next.plane_id,
-            slip=self.next.slip,
-            set_name=self.next.set_name,
+            plane_id=self.next_line.plane_id,
+            slip=self.next_line.slip,
+            set_name=self.next_line.set_name,
         )
 
     def _edit(self, feature: Lineation) -> Edit:
@@ -140,7 +140,7 @@ class LineTool(PolylineTool[Lineation]):
     def forget(self) -> None:
         """Reset the attributes, because types, sets and planes belong to a project."""
         super().forget()
-        self.next = NextLine()
+        self.next_line = NextLine()
         self._sets.clear()
 
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Lineation:
@@ -149,7 +149,7 @@ class LineTool(PolylineTool[Lineation]):
         lineation = Lineation(
             id=str(state["line_id"]),
             name="",
-            type_id=type_of_draft(self._context, state, self.next.type_id),
+            type_id=type_of_draft(self._context, state, self.next_line.type_id),
             model_id=str(state["model_id"]),
             model_hash=str(state["model_hash"]),
             vertices=vertices,
@@ -157,7 +157,7 @@ class LineTool(PolylineTool[Lineation]):
             slip=slip,
             set_name=str(state["set_name"]),
         )
-        self.next = NextLine(
+        self.next_line = NextLine(
             lineation.type_id, lineation.set_name, lineation.plane_id, lineation.slip
         )
         return lineation

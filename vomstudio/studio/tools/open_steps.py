@@ -35,8 +35,8 @@ class SteppedFeature(Generic[F]):
         self._feature: F | None = None
         self._continued = False
         self._steps: list[tuple[Point, ...]] = []
-        self._ahead: list[tuple[F, list[tuple[Point, ...]]]] = []
-        self._hover: Hit | None = None
+        self._undone_steps: list[tuple[F, list[tuple[Point, ...]]]] = []
+        self._hover_hit: Hit | None = None
         self._drag_from: tuple[Point, ...] | None = None
         self.current_vertex: int | None = None
         self.measurement: Measurement | None = None
@@ -96,9 +96,9 @@ class SteppedFeature(Generic[F]):
 
     @property
     def redo_label(self) -> str | None:
-        if not self._ahead:
+        if not self._undone_steps:
             return None
-        feature, steps = self._ahead[-1]
+        feature, steps = self._undone_steps[-1]
         return step_label(self.vertices, feature.vertices) if steps else f"Continue {feature.name}"
 
     def _unchanged(self) -> bool:
@@ -145,21 +145,21 @@ class SteppedFeature(Generic[F]):
         """Undo the last step of the open feature. Return False if no step can be undone."""
         if self._feature is None or self.undo_label is None:
             return False
-        forward = [*self._ahead, (self._feature, self._steps)]
+        undone_steps = [*self._undone_steps, (self._feature, self._steps)]
         vertices = self._steps[-1] if self._steps else ()
         if not self._steps or not (vertices or self._continued):
             self._close()
         else:
             self._keep(self._feature.but(vertices=vertices), self._steps[:-1], None)
-        self._ahead = forward
+        self._undone_steps = undone_steps
         self._context.tool_changed()
         return True
 
     def redo(self) -> bool:
         """Redo the last undone step. Return False if no step can be redone."""
-        if not self._ahead:
+        if not self._undone_steps:
             return False
-        *remaining, (feature, steps) = self._ahead
+        *remaining, (feature, steps) = self._undone_steps
         if self._feature is not None:
             # The type of the feature may have been changed in the meantime.
             feature = self._feature.but(vertices=feature.vertices)
@@ -169,14 +169,14 @@ class SteppedFeature(Generic[F]):
         self._continued = self._continued and self.open
         if not self.open:
             return False
-        self._ahead = remaining
+        self._undone_steps = remaining
         self._context.tool_changed()
         return True
 
     def _set_vertices(self, vertices: tuple[Point, ...], mark: int | None = None) -> None:
         assert self._feature is not None
         feature = self._feature.but(vertices=vertices)
-        self._ahead = []
+        self._undone_steps = []
         self._keep(feature, [*self._steps, self.vertices], mark)
 
     def _keep(self, feature: F, steps: list[tuple[Point, ...]], mark: int | None) -> None:

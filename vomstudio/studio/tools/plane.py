@@ -89,8 +89,8 @@ class PlaneTool(ElementTool):
         self._stroke_how: Combine = "new"
         self._down = False
         self._removes = False
-        self._hover: Hit | None = None
-        self._live: Measurement | None = None
+        self._hover_hit: Hit | None = None
+        self._live_measurement: Measurement | None = None
 
     # --- state -------------------------------------------------------------------------------
     @property
@@ -127,7 +127,7 @@ class PlaneTool(ElementTool):
     def measurement(self) -> Measurement | None:
         """Measurement of the plane, or None if it has none yet or too many elements."""
         if self._down:
-            return self._live
+            return self._live_measurement
         return self._preview.measurement(self.selection)
 
     @property
@@ -191,7 +191,7 @@ class PlaneTool(ElementTool):
         self._preview.forget_measurement()
         if self.count:
             self._keep_draft()
-        if self.open or self._hover is not None:
+        if self.open or self._hover_hit is not None:
             self._show()
 
     # --- gestures ----------------------------------------------------------------------------
@@ -202,7 +202,7 @@ class PlaneTool(ElementTool):
             self.regrow()
             return
         if event.kind is Pointer.MOVE:
-            self._hover, self._removes = event.hit, self._erases(event)
+            self._hover_hit, self._removes = event.hit, self._erases(event)
             if self._shape is None:
                 self._show()
         if self.mode != "pick":
@@ -256,7 +256,7 @@ class PlaneTool(ElementTool):
                 self._waiting.clear()
                 self._context.report(error)
                 break
-            if piece is None and self.growth.pending:
+            if piece is None and self.growth.is_pending:
                 self._changed()
                 return
             self._waiting.pop(0)
@@ -277,7 +277,7 @@ class PlaneTool(ElementTool):
 
     # --- painting ----------------------------------------------------------------------------
     def _press(self, event: PointerEvent) -> None:
-        self._down, self._stroke, self._live = True, None, None
+        self._down, self._stroke, self._live_measurement = True, None, None
         self._stroke_how = combination(event, self.combine)
         self._removes = self._stroke_how == "subtract"
         self._paint(event.hit)
@@ -309,7 +309,7 @@ class PlaneTool(ElementTool):
         return Stroke.begin(hit, model, surface, previous_mask, removes=self._removes)
 
     def _paint(self, hit: Hit | None) -> None:
-        self._hover = hit
+        self._hover_hit = hit
         if hit is None:
             return
         if self._stroke is None:
@@ -329,7 +329,7 @@ class PlaneTool(ElementTool):
         self._changed()
 
     def _stop_stroke(self) -> None:
-        self._down, self._stroke, self._live, self._removes = False, None, None, False
+        self._down, self._stroke, self._live_measurement, self._removes = False, None, None, False
 
     def _measure_live(self) -> None:
         """Fit a plane to the painted area, unless a slow fit was made just before."""
@@ -338,18 +338,20 @@ class PlaneTool(ElementTool):
             return
         ids = stroke.ids()
         if not len(ids):
-            self._live, stroke.measured = None, stroke.count
+            self._live_measurement, stroke.measured = None, stroke.count
             return
         patch = self._continued or new_patch(self._context, stroke.model, stroke.surface.element)
-        self._live = self._context.measure(patch.but(**stroke.figures(ids, is_whole=False)))
+        self._live_measurement = self._context.measure(
+            patch.but(**stroke.figures(ids, is_whole=False))
+        )
         stroke.note_measured(started)
 
-    def take(self, model_id: str, mask: BoolArray, how: Combine, step: str) -> None:
+    def take(self, model_id: str, mask: BoolArray, combination: Combine, step: str) -> None:
         self.growth.seed = None
         if self._continued is not None and self._continued.model_id != model_id:
             self._context.hint(Finding("tool.other-model"))
             return
-        super().take(model_id, mask, how, step)
+        super().take(model_id, mask, combination, step)
 
     # --- start and end ------------------------------------------------------------------------
     def continue_feature(self, feature_id: str) -> None:
@@ -367,7 +369,7 @@ class PlaneTool(ElementTool):
         mask = np.zeros(surface.count, np.bool_)
         mask[ids[ids < surface.count]] = True
         selection.start(mask)
-        self._continued, self._hover, self.growth.seed = patch, None, None
+        self._continued, self._hover_hit, self.growth.seed = patch, None, None
         self.adopt(selection)
 
     def undo(self) -> bool:
@@ -484,7 +486,7 @@ class PlaneTool(ElementTool):
         """End an unfinished stroke and discard an unfinished shape; the plane remains."""
         if self._down:
             self._release()
-        self._hover = None
+        self._hover_hit = None
         if not self.open:
             self._continued = None
         super().leave()
@@ -492,7 +494,7 @@ class PlaneTool(ElementTool):
     def forget(self) -> None:
         self._waiting.clear()
         self._stop_stroke()
-        self._continued, self.growth.seed, self._hover = None, None, None
+        self._continued, self.growth.seed, self._hover_hit = None, None, None
         super().forget()
 
     def document_changed(self) -> None:
@@ -501,7 +503,7 @@ class PlaneTool(ElementTool):
         if any(seed is not None and seed.hit.model_id not in records for seed in self._waiting):
             self._waiting.clear()
             self._changed()
-        if self._hover is not None and not self._down:
+        if self._hover_hit is not None and not self._down:
             self._show()
 
     # --- drafts ------------------------------------------------------------------------------
@@ -531,7 +533,7 @@ class PlaneTool(ElementTool):
             self._context.tool_changed()
 
     def _show(self) -> None:
-        brush, pending = self._brush(), self._pending_places()
+        brush, pending_places = self._brush(), self._pending_places()
         if brush is None and not self.open:
             self._context.show(None)
             return
@@ -551,7 +553,7 @@ class PlaneTool(ElementTool):
                 stroke=None if self._stroke is None else self._stroke.area(),
                 erases=self._removes,
                 outline=None if self._shape is None else self._shape.outline(),
-                pending=pending,
+                pending_places=pending_places,
             )
         )
 
@@ -567,7 +569,7 @@ class PlaneTool(ElementTool):
         return self._context.world_places(hits) if hits else None
 
     def _brush(self) -> BrushRing | None:
-        hit = self._hover
+        hit = self._hover_hit
         model = get(self._context.session.records, hit.model_id, Model) if hit else None
         surface = self._context.surface(hit.model_id) if hit else None
         if hit is None or surface is None or model is None or self.mode != "pick":

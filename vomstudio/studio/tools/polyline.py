@@ -139,7 +139,7 @@ class PolylineTool(SteppedFeature[F]):
             self._end_drag()
 
     def _move(self, event: PointerEvent) -> None:
-        self._hover = event.hit
+        self._hover_hit = event.hit
         if self.open:
             self._show()
 
@@ -170,7 +170,7 @@ class PolylineTool(SteppedFeature[F]):
         if not isinstance(model, Model):
             self._context.report(Finding("model.removed"))
             return
-        self._ahead = []
+        self._undone_steps = []
         self._keep(self._new(model, (hit.position,)), [()], None)
 
     def _drag(self, hit: Hit | None) -> None:
@@ -203,7 +203,7 @@ class PolylineTool(SteppedFeature[F]):
             raise DocumentError(Finding("tool.other-kind"))
         self._continued = True
         # Avoids a rubber band to the last position of the cursor.
-        self._hover, self._ahead = None, []
+        self._hover_hit, self._undone_steps = None, []
         self._keep(feature, [], None)
         self._continued = self._feature is not None
 
@@ -257,15 +257,15 @@ class PolylineTool(SteppedFeature[F]):
 
     def forget(self) -> None:
         """Reset because the project is being closed; the open feature remains as a draft."""
-        self._ahead = []
+        self._undone_steps = []
         if self._feature is not None:
             self._reset()
 
     def _reset(self) -> None:
-        self._feature, self._continued, self._steps, self._ahead = None, False, [], []
+        self._feature, self._continued, self._steps, self._undone_steps = None, False, [], []
         self._drag_from, self.current_vertex, self.measurement = None, None, None
         # The cursor may be anywhere when the next feature starts.
-        self._hover = None
+        self._hover_hit = None
         self._context.show(None)
         self._context.tool_changed()
 
@@ -315,9 +315,9 @@ class PolylineTool(SteppedFeature[F]):
     def _hovered(self) -> Point | None:
         """Return the position of the cursor on the model of the open feature, or None."""
         model = self._model()
-        if self._hover is None or model is None or self._hover.model_id != model.id:
+        if self._hover_hit is None or model is None or self._hover_hit.model_id != model.id:
             return None
-        return self._hover.position
+        return self._hover_hit.position
 
     def _show(self) -> None:
         if self._feature is None:
@@ -346,7 +346,7 @@ class PolylineTool(SteppedFeature[F]):
                 color=rgb(self._color()),
                 reading=self._reading(),
                 verdict=self._verdict(),
-                pending=self._pending_places(),
+                pending_places=self._pending_places(),
             )
         )
 

@@ -85,10 +85,10 @@ class SelectTool(ElementTool):
         is_seen = np.asarray(is_in_picture.all(axis=1))
         columns, rows = np.where(is_seen[:, None], pixels, 0.0).astype(int).T
         is_inside = is_seen & (filled_ring[rows, columns] > 0)
-        inside = tuple(id_ for id_, is_in in zip(ids, is_inside, strict=True) if is_in)
-        if not inside and shape.combine == "new":
+        inside_ids = tuple(id_ for id_, is_in in zip(ids, is_inside, strict=True) if is_in)
+        if not inside_ids and shape.combine == "new":
             self._context.hint(Finding("selection.no-feature-inside"))
-        self._context.select(inside, shape.combine)
+        self._context.select(inside_ids, shape.combine)
 
     def finish(self) -> str | None:
         """Close the unfinished shape."""

@@ -38,7 +38,7 @@ class StationTool(PolylineTool[Station]):
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)
-        self.next = NextStation()
+        self.next_station = NextStation()
 
     def hint(self) -> str:
         if self.continued:
@@ -52,7 +52,7 @@ class StationTool(PolylineTool[Station]):
 
     def choose(self, **values: str) -> None:
         """Set `what`, `number` or `photo` of the next station."""
-        self.next = replace(self.next, **values)  # type: ignore[arg-type]
+        self.next_station = replace(self.next_station, **values)  # type: ignore[arg-type]
         self._context.tool_changed()
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Station:
@@ -62,15 +62,17 @@ class StationTool(PolylineTool[Station]):
             model.id,
             model.content_hash,
             vertices[:1],
-            self.next.what,
-            self.next.number,
-            self.next.photo,
+            self.next_station.what,
+            self.next_station.number,
+            self.next_station.photo,
         )
 
     def _begin(self, hit: Hit) -> None:
         super()._begin(hit)
         if self._feature is not None and self.finish() is not None:
-            self.next = replace(self.next, number=number_after(self.next.number), photo="")
+            self.next_station = replace(
+                self.next_station, number=number_after(self.next_station.number), photo=""
+            )
             self._context.tool_changed()
 
     def _append(self, position: Point) -> None:
@@ -93,7 +95,7 @@ class StationTool(PolylineTool[Station]):
     def forget(self) -> None:
         """Reset for another project, which has its own numbers."""
         super().forget()
-        self.next = NextStation()
+        self.next_station = NextStation()
 
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Station:
         station_kind = {kind_name: kind_name for kind_name, _ in STATION_KINDS}[state["what"]]

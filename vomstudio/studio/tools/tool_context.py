@@ -144,7 +144,7 @@ class ToolContext(Protocol):
     def feature_places(self) -> dict[str, FloatArray]:
         """Return the centres (3,) of the visible features in the World frame, by id."""
 
-    def select(self, feature_ids: Sequence[str], how: Combine) -> None:
+    def select(self, feature_ids: Sequence[str], combination: Combine) -> None:
         """Combine features with the selected features."""
 
     def show(self, preview: Preview | None) -> None:

@@ -102,7 +102,7 @@ class TraceTool(FollowingTool[Trace]):
         """
         self._line.cost = cost
         # Avoids a rubber band to the last position of the cursor.
-        self._hover, self._ahead = None, []
+        self._hover_hit, self._undone_steps = None, []
         self._keep(replace(self._new(model, way_points), notes=notes), [()], None)
         return None if self._feature is None else self._feature.id
 

@@ -160,8 +160,8 @@ def _read(path: Path, request: Request[PhotoPyramid]) -> PhotoPyramid:
         quick.setScaledSize(size.scaled(QSize(_PREVIEW_PIXELS, _PREVIEW_PIXELS), _KEEP))
         image = quick.read()
         if not image.isNull():
-            turn = orientation_transform(orientation, width, height)
-            request.emit(PhotoPyramid((_drawable(image),), width, height, turn, False))
+            to_upright = orientation_transform(orientation, width, height)
+            request.emit(PhotoPyramid((_drawable(image),), width, height, to_upright, False))
         request.check()
     image = reader.read()
     if image.isNull():

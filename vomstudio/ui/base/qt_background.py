@@ -55,35 +55,35 @@ class NewestResult:
     ) -> None:
         self._background = QtBackground(owner)
         self._then, self._fail = on_finished, fail
-        self._slow = QTimer(owner, singleShot=True, interval=_SLOW_MS)
-        self._slow.timeout.connect(slow_callback)
+        self._slow_timer = QTimer(owner, singleShot=True, interval=_SLOW_MS)
+        self._slow_timer.timeout.connect(slow_callback)
 
     @property
     def is_waiting(self) -> bool:
         """Whether a result is pending."""
         return self._background.is_waiting(_KEY)
 
-    def run_now(self, work: Work) -> None:
+    def run_now(self, task: Work) -> None:
         """Run a short function in the calling thread; cancels earlier requests."""
         self.cancel()
         try:
-            result = work()
+            result = task()
         except VomError as error:
             self._fail(error)
         else:
             self._then(result)
 
-    def request(self, work: Work) -> None:
+    def request(self, task: Work) -> None:
         """Run a function in a worker thread; cancels earlier requests."""
         if not self.is_waiting:
-            self._slow.start()
+            self._slow_timer.start()
         self._background.run(
-            work, partial(self._take, self._then), partial(self._take, self._fail), key=_KEY
+            task, partial(self._take, self._then), partial(self._take, self._fail), key=_KEY
         )
 
     def cancel(self) -> None:
         """Cancel earlier requests."""
-        self._slow.stop()
+        self._slow_timer.stop()
         self._background.cancel(_KEY)
 
     def close(self) -> None:
@@ -92,5 +92,5 @@ class NewestResult:
         self._background.stop()
 
     def _take(self, on_finished: Callable[[Any], object], result: object) -> None:
-        self._slow.stop()
+        self._slow_timer.stop()
         on_finished(result)

@@ -61,13 +61,13 @@ class QtOwner(QObject):
     def post(self, call: Call) -> None:
         self._poster(call)
 
-    def run_and_wait(self, work: Call) -> None:
+    def run_and_wait(self, call: Call) -> None:
         """Run a function in a thread while the window is painted; input is blocked."""
         loop = QEventLoop()
 
         def run() -> None:
             try:
-                work()
+                call()
             finally:
                 QMetaObject.invokeMethod(loop, "quit", Qt.ConnectionType.QueuedConnection)
 
@@ -101,10 +101,10 @@ class IncrementalWork:
         """Whether steps remain."""
         return self in self._running
 
-    def start(self, work: Iterator[object]) -> None:
+    def start(self, steps: Iterator[object]) -> None:
         """Run the first step now and the others later, cancelling an earlier task."""
         self.cancel()
-        self._work = work
+        self._work = steps
         self._running.append(self)
         self._step()
         self._schedule_next()

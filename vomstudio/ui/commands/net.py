@@ -245,10 +245,10 @@ def copy_net(studio: Studio, panel: NetDock) -> None:
     """Copy the stereonet to the clipboard as SVG and as an image."""
     images = {}
     try:
-        contents = panel.print_contents()
+        net_contents = panel.print_contents()
         for format_ in ("svg", "png"):
             data = io.BytesIO()
-            write_net_figure(data, contents, load_figure_style(studio), format_)
+            write_net_figure(data, net_contents, load_figure_style(studio), format_)
             images[format_] = data.getvalue()
     except VomError as error:
         studio.fail(error)
@@ -265,10 +265,10 @@ def export_net(studio: Studio, panel: NetDock, path: Path) -> None:
     from vomstudio.core.files.atomic import atomic_write
 
     try:
-        contents = panel.print_contents()
+        net_contents = panel.print_contents()
         format_ = path.suffix.lower().removeprefix(".")
         with atomic_write(path, True) as temporary:
-            write_net_figure(Path(temporary), contents, load_figure_style(studio), format_)
+            write_net_figure(Path(temporary), net_contents, load_figure_style(studio), format_)
     except VomError as error:
         studio.fail(error)
     else:

@@ -181,10 +181,11 @@ class ExtendDialog(QDialog):
             super().done(result)
 
     def _refresh_buttons(self) -> None:
-        pending = Finding("extension.pending") if self._is_busy else None
-        allow(self.show_button, pending)
+        busy_finding = Finding("extension.pending") if self._is_busy else None
+        allow(self.show_button, busy_finding)
         allow(
-            self.save_button, pending or (None if self.extension else Finding("extension.missing"))
+            self.save_button,
+            busy_finding or (None if self.extension else Finding("extension.missing")),
         )
 
     def _ask_for_file(self) -> None:

@@ -116,8 +116,8 @@ class FigureStyleDialog(QDialog):
         layout = QHBoxLayout(row)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(2)
-        contents = self._panel.contents()
-        for orientation_set in contents.sets:
+        net_contents = self._panel.contents()
+        for orientation_set in net_contents.sets:
             if orientation_set.color in self.colors or len(self.colors) >= _MAX_COLORS:
                 continue
             button = QPushButton()
@@ -184,10 +184,10 @@ class FigureStyleDialog(QDialog):
             button.setIcon(QIcon(swatch))
 
     def _draw_preview(self) -> None:
-        contents = self._panel.print_contents()
+        net_contents = self._panel.print_contents()
         if (
-            isinstance(contents, NetContents)
-            and sum(map(len, contents.sets)) > _MAX_PREVIEW_ORIENTATIONS
+            isinstance(net_contents, NetContents)
+            and sum(map(len, net_contents.sets)) > _MAX_PREVIEW_ORIENTATIONS
         ):
             self.preview.setText(
                 Finding("net.no-preview", maximum=_MAX_PREVIEW_ORIENTATIONS).message
@@ -195,7 +195,7 @@ class FigureStyleDialog(QDialog):
             return
         data = io.BytesIO()
         try:
-            write_net_figure(data, contents, load_figure_style(self._studio), "png", dpi=100.0)
+            write_net_figure(data, net_contents, load_figure_style(self._studio), "png", dpi=100.0)
         except VomError as error:
             self.preview.setText(error.message)
             return

@@ -127,11 +127,11 @@ class SurfaceDialog(QDialog):
         self._refresh_buttons()
 
     def _refresh_buttons(self) -> None:
-        pending = Finding("patch.pending") if self.figures is None else None
+        busy_finding = Finding("patch.pending") if self.figures is None else None
         for button in (self.show_button, self.save_button):
-            allow(button, pending)
+            allow(button, busy_finding)
         is_planar = self.figures is not None and not self.figures.trim
-        allow(self.trim_button, Finding("patch.plane-fits") if is_planar else pending)
+        allow(self.trim_button, Finding("patch.plane-fits") if is_planar else busy_finding)
 
     # --- actions -----------------------------------------------------------------------------
     def show_on_model(self) -> None:

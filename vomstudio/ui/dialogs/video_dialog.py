@@ -114,9 +114,9 @@ class VideoDialog(QDialog):
 
     def _refresh(self) -> None:
         job = self._job
-        ready = bool(self.video.text().strip() and self.folder.text().strip())
-        allow(self.start_button, None if ready else Finding("action.no-video"))
-        self.start_button.setEnabled(job is None and ready)
+        is_ready = bool(self.video.text().strip() and self.folder.text().strip())
+        allow(self.start_button, None if is_ready else Finding("action.no-video"))
+        self.start_button.setEnabled(job is None and is_ready)
         self.stop_button.setVisible(job is not None)
         self.progress_bar.setVisible(job is not None)
         if job is not None:

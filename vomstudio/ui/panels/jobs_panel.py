@@ -50,12 +50,12 @@ class JobsPanel(QTableWidget):
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
-        self._clock = QTimer(self)
-        self._clock.setInterval(1000)
-        self._clock.timeout.connect(self._show_times)
+        self._clock_timer = QTimer(self)
+        self._clock_timer.setInterval(1000)
+        self._clock_timer.timeout.connect(self._show_times)
         jobs.changed.connect(self._refresh)
         studio.project_opened.connect(self._begin_project)
-        jobs.closed.connect(self._clock.stop)
+        jobs.closed.connect(self._clock_timer.stop)
 
     def _begin_project(self) -> None:
         self._history.clear()
@@ -78,10 +78,10 @@ class JobsPanel(QTableWidget):
             self._build()
         for row, job in enumerate(running_jobs.values()):
             self._show(row, job)
-        if running_jobs and not self._clock.isActive():
-            self._clock.start()
+        if running_jobs and not self._clock_timer.isActive():
+            self._clock_timer.start()
         elif not running_jobs:
-            self._clock.stop()
+            self._clock_timer.stop()
 
     def _build(self) -> None:
         self.setRowCount(0)
@@ -92,12 +92,12 @@ class JobsPanel(QTableWidget):
             bar = QProgressBar()
             bar.setFixedWidth(160)
             self.setCellWidget(row, 2, bar)
-            stop = QToolButton()
-            stop.setText(tr("Pause") if job.resumable else tr("Stop"))
-            stop.setIcon(theme.icon("pause" if job.resumable else "stop"))
-            stop.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-            stop.clicked.connect(lambda _=False, j=job: self._jobs.cancel(j))
-            self.setCellWidget(row, 4, stop)
+            stop_button = QToolButton()
+            stop_button.setText(tr("Pause") if job.resumable else tr("Stop"))
+            stop_button.setIcon(theme.icon("pause" if job.resumable else "stop"))
+            stop_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            stop_button.clicked.connect(lambda _=False, j=job: self._jobs.cancel(j))
+            self.setCellWidget(row, 4, stop_button)
         for row, (title, status, duration) in enumerate(self._history, start=len(self._running)):
             for column, text in ((0, title), (1, status), (3, duration)):
                 self.setItem(row, column, QTableWidgetItem(text))

@@ -115,12 +115,12 @@ class CentralArea(QWidget):
         """Whether the open photo is visible."""
         return self._shows_photo and self._page is None
 
-    def set_photo(self, photo: QWidget | None, head: QWidget | None = None) -> None:
-        """Add a tab for an open photo, with its tools as `head`; None removes the tab."""
+    def set_photo(self, photo: QWidget | None, header: QWidget | None = None) -> None:
+        """Add a tab for an open photo, with its tools as `header`; None removes the tab."""
         if self._photo is not None:
             self._column.removeWidget(self._photo)
             self._photo.hide()
-        self._photo, self._photo_head, self._shows_photo = photo, head, False
+        self._photo, self._photo_head, self._shows_photo = photo, header, False
         if photo is not None:
             photo.setParent(self.room)
             self._column.addWidget(photo, 1)

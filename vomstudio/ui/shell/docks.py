@@ -63,7 +63,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         self._overlay: OverlayHost | None = None
         self.center_page = ""
         """Name of the page in the centre of the window, or ""."""
-        self._docked_before = False
+        self._was_docked = False
         self._halved: set[str] = set()
         """Pages beside the outcrop that have been given half of its width."""
         self._folded_page = ""
@@ -200,9 +200,9 @@ class WindowDocks(Mapping[str, QDockWidget]):
                 ):
                     self[other_dock].hide()
             dock.raise_()
-            if not was_open and not self._docked_before and REGIONS[name] == "drawer":
+            if not was_open and not self._was_docked and REGIONS[name] == "drawer":
                 self.give_sizes()
-                self._docked_before = True
+                self._was_docked = True
             if REGIONS[name] == "beside" and name not in self._halved:
                 self._halved.add(name)
                 self._window.resizeDocks([dock], [center_width // 2], Qt.Orientation.Horizontal)
@@ -331,7 +331,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         """Restore an arrangement. Return False if it belongs to a different set of docks."""
         is_restored = self._window.restoreState(state, self._version())
         if is_restored:
-            self._docked_before = True
+            self._was_docked = True
             self.keep_one_page()
         self.bring_on_screen()
         return is_restored
@@ -368,7 +368,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
             else:
                 first[region] = dock
             dock.hide()
-        self._docked_before = False
+        self._was_docked = False
         self._halved.clear()
         for name in open_views:
             self.bring_forward(name)

@@ -309,8 +309,10 @@ def _goes_into_cell(view: QAbstractItemView, letter: str) -> bool:
         return False
     if not cell.flags() & Qt.ItemFlag.ItemIsEditable:
         return False
-    side = cell.data(Qt.ItemDataRole.TextAlignmentRole)
-    is_number = side is not None and bool(Qt.AlignmentFlag(side) & Qt.AlignmentFlag.AlignRight)
+    alignment = cell.data(Qt.ItemDataRole.TextAlignmentRole)
+    is_number = alignment is not None and bool(
+        Qt.AlignmentFlag(alignment) & Qt.AlignmentFlag.AlignRight
+    )
     return letter in _IN_NUMBERS or not is_number
 
 

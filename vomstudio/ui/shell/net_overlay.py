@@ -42,11 +42,11 @@ class NetOverlay(QFrame):
     ----------
     center_requested, dock_requested, closed : Signal
         Emitted when the corresponding button was pressed.
-    placed : Signal
+    placement_changed : Signal
         Emitted with the rectangle that the overlay covers, which is empty while it is hidden.
     """
 
-    placed = Signal(QRect)
+    placement_changed = Signal(QRect)
     center_requested = Signal()
     dock_requested = Signal()
     closed = Signal()
@@ -214,7 +214,7 @@ class NetOverlay(QFrame):
         self._report_place()
 
     def _report_place(self) -> None:
-        self.placed.emit(QRect() if self.isHidden() else self.geometry())
+        self.placement_changed.emit(QRect() if self.isHidden() else self.geometry())
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
         if event.type() == QEvent.Type.Resize and watched is self._room:

@@ -129,8 +129,8 @@ class StartPage(QFrame):
             # All buttons have the same width, even in a narrow page.
             width = QSizePolicy.Policy.Expanding if is_narrow else QSizePolicy.Policy.Fixed
             button.setSizePolicy(width, QSizePolicy.Policy.Fixed)
-        side = 10 if is_narrow else 28
-        self._column.setContentsMargins(side, 22, side, 22)
+        margin = 10 if is_narrow else 28
+        self._column.setContentsMargins(margin, 22, margin, 22)
         # Otherwise the size would remain the previous one until Qt updates the layout.
         self._column.invalidate()
         self._area.updateGeometry()

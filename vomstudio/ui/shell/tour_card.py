@@ -131,12 +131,12 @@ def card_place(
         *(QPoint(target.left(), y) for y in rows),
         *(QPoint(x, target.bottom() - card.height()) for x in columns),
     ]
-    inside: list[tuple[bool, int, QPoint]] = []
+    candidates: list[tuple[bool, int, QPoint]] = []
     for location in positions:
         position = QPoint(max(0, min(location.x(), far_x)), max(0, min(location.y(), far_y)))
         if not QRect(position, card).intersects(target):
             covers = avoided is not None and QRect(position, card).intersects(avoided)
-            inside.append((covers, (position - location).manhattanLength(), position))
-    if inside:
-        return min(inside, key=lambda one: one[:2])[2]
+            candidates.append((covers, (position - location).manhattanLength(), position))
+    if candidates:
+        return min(candidates, key=lambda one: one[:2])[2]
     return QPoint(max(0, far_x), max(0, far_y))

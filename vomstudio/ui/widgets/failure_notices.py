@@ -53,7 +53,7 @@ class FailureNotices(QObject):
     def __init__(self, host: Host, parent: QWidget) -> None:
         super().__init__()
         self._host, self._parent = host, parent
-        self._pending: list[Failure] = []
+        self._pending_failures: list[Failure] = []
         self._arrived.connect(self._take, Qt.ConnectionType.QueuedConnection)
         ERRORS.listen(self._forward)
 
@@ -61,8 +61,8 @@ class FailureNotices(QObject):
         """Show errors that occurred before the window was filled, and a crash of the last run."""
         if crashes.has_new_crash():
             self._show_crash()
-        pending, self._pending = self._pending, []
-        for failure in pending:
+        pending_failures, self._pending_failures = self._pending_failures, []
+        for failure in pending_failures:
             self._take(failure)
 
     def _show_crash(self) -> None:
@@ -111,7 +111,7 @@ class FailureNotices(QObject):
 
     def _take(self, failure: Failure) -> None:
         if not self._host.is_filled:
-            self._pending.append(failure)
+            self._pending_failures.append(failure)
         else:
             self._show(failure)
 

@@ -138,8 +138,8 @@ class MessageBar(QFrame):
             if (old_widget := item.widget()) is not None:
                 old_widget.hide()
                 old_widget.deleteLater()
-        for text, call in buttons:
-            self.add_button(text, call)
+        for text, callback in buttons:
+            self.add_button(text, callback)
         self._icon.setPixmap(theme.icon(_ICONS[notice.level]).pixmap(18, 18))
         self.setStyleSheet(f"#message_bar {{ border-left: 5px solid {_COLORS[notice.level]}; }}")
         self.notice = notice
@@ -154,16 +154,16 @@ class MessageBar(QFrame):
         self.notice = None
         self.hide()
 
-    def connect_history(self, call: Callable[[], None]) -> None:
+    def connect_history(self, callback: Callable[[], None]) -> None:
         """Set the function that shows all messages when the count of earlier ones is clicked."""
         self._has_history = True
-        self._earlier_button.clicked.connect(lambda: call())
+        self._earlier_button.clicked.connect(lambda: callback())
 
-    def add_button(self, text: str, call: object) -> None:
+    def add_button(self, text: str, callback: object) -> None:
         """Add a button that also closes the bar."""
         button = QPushButton(text)
         button.clicked.connect(self.hide)
-        button.clicked.connect(call)
+        button.clicked.connect(callback)
         self._buttons.addWidget(button)
 
     def hide_hint(self) -> None:

@@ -124,16 +124,16 @@ class PhotoCanvas(QWidget):
         self._cross: FloatArray | None = None
         self._spot: FloatArray | None = None
         self._cursor: QPointF | None = None
-        self._press: QPointF | None = None
-        self._last = QPointF()
+        self._press_position: QPointF | None = None
+        self._last_position = QPointF()
         self._button = Qt.MouseButton.NoButton
         self._action: str | None = None
         self._handle: int | None = None
         self._is_doubled = False
         # Throttled, because tools fit planes at each move of the cursor.
         self._hover_event: PhotoPointer | None = None
-        self._hover = QTimer(self, singleShot=True, interval=_HOVER_MS)
-        self._hover.timeout.connect(self._hovered)
+        self._hover_timer = QTimer(self, singleShot=True, interval=_HOVER_MS)
+        self._hover_timer.timeout.connect(self._hovered)
 
     # --- content -----------------------------------------------------------------------------
     def set_photo(self, width: int, height: int) -> None:
@@ -149,19 +149,19 @@ class PhotoCanvas(QWidget):
         self._picture = picture
         if picture is not None:
             # The cameras may refer to photos of another size.
-            turn, (w, h) = picture.to_upright, self._size
+            to_upright, (w, h) = picture.to_upright, self._size
             shrink = QTransform.fromScale(picture.width / w, picture.height / h)
             grow = QTransform.fromScale(w / picture.width, h / picture.height)
-            if abs(turn.m11()) < 0.5:
+            if abs(to_upright.m11()) < 0.5:
                 grow = QTransform.fromScale(h / picture.height, w / picture.width)
-            self._set_turn(shrink * turn * grow)
+            self._set_turn(shrink * to_upright * grow)
             if self._upright != previous:
                 self.fit()
         self.update()
 
-    def _set_turn(self, turn: QTransform) -> None:
-        self._turn = turn
-        box = turn.mapRect(QRectF(0, 0, *self._size))
+    def _set_turn(self, to_upright: QTransform) -> None:
+        self._turn = to_upright
+        box = to_upright.mapRect(QRectF(0, 0, *self._size))
         self._upright = QSize(round(box.width()), round(box.height()))
 
     def set_features(self, drawn_features: Sequence[Drawn], selected_names: frozenset[str]) -> None:
@@ -403,17 +403,17 @@ class PhotoCanvas(QWidget):
                     widget_pixels[:-1][is_segment_visible],
                     np.diff(widget_pixels, axis=0)[is_segment_visible],
                 )
-                square = np.maximum((ab**2).sum(axis=1), 1e-12)
-                t = np.clip(((position - a) * ab).sum(axis=1) / square, 0.0, 1.0)
+                squared_lengths = np.maximum((ab**2).sum(axis=1), 1e-12)
+                t = np.clip(((position - a) * ab).sum(axis=1) / squared_lengths, 0.0, 1.0)
                 distances = np.hypot(*(a + t[:, None] * ab - position).T)
             if len(distances) and distances.min() < best_distance:
                 best_distance, feature_id = float(distances.min()), drawing.id
         return feature_id
 
     def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
-        if self._press is not None:
+        if self._press_position is not None:
             return
-        self._press = self._last = event.position()
+        self._press_position = self._last_position = event.position()
         self._button, self._action = event.button(), None
         is_left_button = event.button() == Qt.MouseButton.LeftButton
         self._handle = self._handle_at(event.position()) if is_left_button else None
@@ -421,43 +421,45 @@ class PhotoCanvas(QWidget):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         cursor = self._cursor = event.position()
-        if self._press is None:
+        if self._press_position is None:
             self._hover_event = self._create_pointer(
                 Pointer.MOVE, cursor, Qt.MouseButton.NoButton, event
             )
-            if not self._hover.isActive():
-                self._hover.start()
+            if not self._hover_timer.isActive():
+                self._hover_timer.start()
             self.update()
             return
         if self._action is None:
-            if is_click(cursor.x() - self._press.x(), cursor.y() - self._press.y()):
+            if is_click(
+                cursor.x() - self._press_position.x(), cursor.y() - self._press_position.y()
+            ):
                 return
             self._action = self._begin(event)
-            self._last = self._press
+            self._last_position = self._press_position
         if self._action == "pan":
-            self._offset += cursor - self._last
+            self._offset += cursor - self._last_position
             self._is_fitted = False
         else:
-            motion = cursor - self._last
+            motion = cursor - self._last_position
             # A brush leaves no gaps.
             length = motion.manhattanLength() if self._handle is None else 0.0
             steps = min(max(1, math.ceil(length / _STROKE_PIXELS)), _MAX_STEPS)
             for step in range(1, steps + 1):
-                position = self._last + motion * (step / steps)
+                position = self._last_position + motion * (step / steps)
                 self._drag(Pointer.DRAG_MOVE, position, event, is_continued=step < steps)
-        self._last = cursor
+        self._last_position = cursor
         self.update()
 
     def _hovered(self) -> None:
-        if self._press is None and self._hover_event is not None:
+        if self._press_position is None and self._hover_event is not None:
             self.pointed.emit(self._hover_event)
 
     def _begin(self, event: QMouseEvent) -> str:
-        assert self._press is not None
+        assert self._press_position is not None
         is_left_button = self._button == Qt.MouseButton.LeftButton
         if self._handle is None and not (is_left_button and self.is_left_button_painting):
             return "pan"
-        self._drag(Pointer.DRAG_START, self._press, event)
+        self._drag(Pointer.DRAG_START, self._press_position, event)
         return "tool"
 
     def _drag(
@@ -467,9 +469,9 @@ class PhotoCanvas(QWidget):
         self.pointed.emit(replace(pointer, handle=self._handle, is_continued=is_continued))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802
-        if self._press is None or event.button() != self._button:
+        if self._press_position is None or event.button() != self._button:
             return
-        press, self._press = self._press, None
+        press, self._press_position = self._press_position, None
         if self._action == "tool":
             self._drag(Pointer.DRAG_END, event.position(), event)
         elif self._action is None and not self._is_doubled:
@@ -480,7 +482,7 @@ class PhotoCanvas(QWidget):
         if self.is_left_button_painting:
             self.mousePressEvent(event)
             return
-        self._press = self._last = event.position()
+        self._press_position = self._last_position = event.position()
         self._button, self._action, self._is_doubled = event.button(), None, True
         self.pointed.emit(
             self._create_pointer(Pointer.DOUBLE_CLICK, event.position(), event.button(), event)

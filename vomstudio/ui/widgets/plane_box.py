@@ -55,7 +55,7 @@ class PlaneBox(ComboBox):
         super().__init__()
         self._studio = studio
         self._empty_text = empty_text
-        self._last = ""
+        self._last_plane_id = ""
         self._plane_id = ""
         self._follows = follows_selection
         self.keep_narrow()
@@ -69,7 +69,7 @@ class PlaneBox(ComboBox):
     def show_plane(self, plane_id: str) -> None:
         """Show a plane without emitting a signal."""
         self._plane_id = plane_id
-        if plane_id != self._last:
+        if plane_id != self._last_plane_id:
             self._follows = self._follows and not plane_id
         self._fill([plane_id] if plane_id else [])
 
@@ -114,11 +114,13 @@ class PlaneBox(ComboBox):
             self.clear()
             if self._empty_text is not None:
                 self.addItem(self._empty_text, "")
-            last_request = self._text(self._last) if self._last else tr("none yet")
+            last_request = (
+                self._text(self._last_plane_id) if self._last_plane_id else tr("none yet")
+            )
             self.addItem(tr("selected: {plane}", plane=last_request), SELECTED)
             for id_ in ids:
                 self.addItem(self._mark(id_), self._text(id_), id_)
-            if self._follows and (not self._plane_id or self._plane_id == self._last):
+            if self._follows and (not self._plane_id or self._plane_id == self._last_plane_id):
                 self.setCurrentIndex(self.findData(SELECTED))
             else:
                 self.setCurrentIndex(self.findData(self._plane_id))
@@ -139,26 +141,26 @@ class PlaneBox(ComboBox):
     def _activated(self, index: int) -> None:
         data = str(self.itemData(index))
         self._follows = data == SELECTED
-        self._plane_id = self._last if self._follows else data
+        self._plane_id = self._last_plane_id if self._follows else data
         self.setToolTip(escape_markup(self.currentText()))
         self.plane_selected.emit(self._plane_id)
 
     def _selected(self, ids: tuple[str, ...]) -> None:
         records = self._studio.records
         last_plane_id = next((i for i in reversed(ids) if has_plane(records.get(i))), None)
-        if last_plane_id is None or last_plane_id == self._last:
+        if last_plane_id is None or last_plane_id == self._last_plane_id:
             return
-        self._last = last_plane_id
+        self._last_plane_id = last_plane_id
         if self._follows:
-            self._plane_id = self._last
-            self.plane_selected.emit(self._last)
+            self._plane_id = self._last_plane_id
+            self.plane_selected.emit(self._last_plane_id)
         self.show_plane(self._plane_id)
 
     def _edited(self, edit: Edit) -> None:
-        if not {self._last, self._plane_id} & set(self._studio.affected(edit)):
+        if not {self._last_plane_id, self._plane_id} & set(self._studio.affected(edit)):
             return
-        if self._last and not has_plane(self._studio.records.get(self._last)):
-            self._last = ""
+        if self._last_plane_id and not has_plane(self._studio.records.get(self._last_plane_id)):
+            self._last_plane_id = ""
             if self._follows:
                 self._plane_id = ""
                 self.plane_selected.emit("")
@@ -168,5 +170,5 @@ class PlaneBox(ComboBox):
         self.show_plane(self._plane_id)
 
     def _opened(self) -> None:
-        self._last = ""
+        self._last_plane_id = ""
         self.show_plane("")

@@ -123,10 +123,10 @@ class DepthPage(QWidget):
             self.panes.show_message(tr("Reading…"))
         self._data.read_depths(name, partial(self._show_depths, name), self.panes.show_message)
 
-    def _show_depths(self, name: str, facts: DepthFacts, arrays: Arrays) -> None:
+    def _show_depths(self, name: str, depth_facts: DepthFacts, arrays: Arrays) -> None:
         if name != self._photo_name:
             return
-        self._facts, self._arrays = facts, arrays
+        self._facts, self._arrays = depth_facts, arrays
         self._images.clear()
         self.panes.show_message("")
         self._draw()
@@ -134,10 +134,10 @@ class DepthPage(QWidget):
             tr(
                 "{coverage:.0f} % of the pixels of {photo} have a depth, from {low:.2f} to "
                 "{high:.2f} {unit}.",
-                coverage=100 * facts.coverage,
+                coverage=100 * depth_facts.coverage,
                 photo=name,
-                low=facts.low,
-                high=facts.high,
+                low=depth_facts.low,
+                high=depth_facts.high,
                 unit=self.unit,
             )
         )
@@ -174,17 +174,17 @@ class DepthPage(QWidget):
             return Scale(
                 title=tr("Confidence"), unit="", kind="sequential", low=0.0, high=1.0, table=table
             )
-        facts = self._facts
+        depth_facts = self._facts
         return Scale(
             title=tr("Depth"),
             unit=self.unit,
             kind="sequential",
-            low=facts.low,
-            high=facts.high,
+            low=depth_facts.low,
+            high=depth_facts.high,
             table=table,
             below=True,
             above=True,
-            missing=facts.coverage < 1.0,
+            missing=depth_facts.coverage < 1.0,
         )
 
     def _show_readout(self, position: tuple[int, float, float] | None) -> None:
@@ -228,8 +228,8 @@ def _paint_compass(
     font = system_font(bold=True)
     metrics = QFontMetricsF(font)
     radius, padding = 30.0, metrics.height() + 4.0
-    side = 2 * (radius + padding)
-    background = QRectF(box.right() - side - 8, box.top() + 40, side, side)
+    size = 2 * (radius + padding)
+    background = QRectF(box.right() - size - 8, box.top() + 40, size, size)
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(PANEL)
     painter.drawRoundedRect(background, 5, 5)

@@ -76,14 +76,16 @@ class PairMatrix(QWidget):
         count = max(len(self._names), 1)
         metrics = QFontMetricsF(system_font())
         label_width = metrics.horizontalAdvance(str(count)) + 8.0
-        side = min((self.width() - label_width) / count, (self.height() - metrics.height()) / count)
-        side = min(max(side, _MIN_CELL_PX), _MAX_CELL_PX)
-        return label_width, metrics.height() + 2.0, side
+        cell_size = min(
+            (self.width() - label_width) / count, (self.height() - metrics.height()) / count
+        )
+        cell_size = min(max(cell_size, _MIN_CELL_PX), _MAX_CELL_PX)
+        return label_width, metrics.height() + 2.0, cell_size
 
     def _cell(self, i: int, j: int) -> QRectF:
-        x0, y0, side = self._cell_layout()
-        gap = 1.0 if side > 6 else 0.0
-        return QRectF(x0 + j * side, y0 + i * side, side - gap, side - gap)
+        x0, y0, cell_size = self._cell_layout()
+        gap = 1.0 if cell_size > 6 else 0.0
+        return QRectF(x0 + j * cell_size, y0 + i * cell_size, cell_size - gap, cell_size - gap)
 
     def _color(self, inliers: int) -> QColor:
         brightness = math.log1p(inliers) / math.log1p(max(self._max_inliers, 1))
@@ -95,11 +97,11 @@ class PairMatrix(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setFont(system_font())
         metrics = QFontMetricsF(system_font())
-        x0, y0, side = self._cell_layout()
+        x0, y0, cell_size = self._cell_layout()
         text_color = self.palette().text().color()
         count = len(self._names)
         label_step = next(
-            (s for s in (1, 5, 10, 20, 50, 100) if s * side >= metrics.height() + 2), 100
+            (s for s in (1, 5, 10, 20, 50, 100) if s * cell_size >= metrics.height() + 2), 100
         )
         painter.setPen(text_color)
         for row in range(count):
@@ -108,16 +110,16 @@ class PairMatrix(QWidget):
             ):
                 label = str(row + 1)
                 width = metrics.horizontalAdvance(label)
-                y = y0 + (row + 0.5) * side + metrics.capHeight() / 2
+                y = y0 + (row + 0.5) * cell_size + metrics.capHeight() / 2
                 painter.drawText(QPointF(x0 - width - 5, y), label)
-                painter.drawText(QPointF(x0 + (row + 0.5) * side - width / 2, y0 - 5), label)
+                painter.drawText(QPointF(x0 + (row + 0.5) * cell_size - width / 2, y0 - 5), label)
         for (i, j), (_, inliers) in self._pairs.items():
             for cell in (self._cell(i, j), self._cell(j, i)):
                 if inliers:
                     painter.fillRect(cell, self._color(inliers))
                 else:
                     painter.fillRect(cell, self.palette().mid())
-                if 0 < inliers < self._weak_below and side > 8:
+                if 0 < inliers < self._weak_below and cell_size > 8:
                     painter.setPen(QPen(_WEAK_COLOR, 1.6))
                     painter.setBrush(Qt.BrushStyle.NoBrush)
                     painter.drawRect(cell.adjusted(1, 1, -1, -1))
@@ -130,8 +132,11 @@ class PairMatrix(QWidget):
                     painter.drawRect(cell.adjusted(-1, -1, 1, 1))
 
     def _pair_at(self, position: QPointF) -> tuple[int, int] | None:
-        x0, y0, side = self._cell_layout()
-        j, i = math.floor((position.x() - x0) / side), math.floor((position.y() - y0) / side)
+        x0, y0, cell_size = self._cell_layout()
+        j, i = (
+            math.floor((position.x() - x0) / cell_size),
+            math.floor((position.y() - y0) / cell_size),
+        )
         pair = (min(i, j), max(i, j))
         return pair if pair in self._pairs else None
 

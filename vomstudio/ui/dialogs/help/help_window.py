@@ -179,10 +179,10 @@ class HelpWindow(QDialog):
         self.view.follow(QUrl(address))
 
     def _bar(self) -> QHBoxLayout:
-        back_button, forward = QPushButton(tr("Back")), QPushButton(tr("Forward"))
+        back_button, forward_button = QPushButton(tr("Back")), QPushButton(tr("Forward"))
         for button, icon, step in (
             (back_button, "arrow-left", self.view.go_back),
-            (forward, "arrow-right", self.view.go_forward),
+            (forward_button, "arrow-right", self.view.go_forward),
         ):
             button.setIcon(theme.icon(icon))
             button.setAutoDefault(False)
@@ -190,7 +190,7 @@ class HelpWindow(QDialog):
 
         def allow_buttons(has_past: bool, has_future: bool) -> None:
             allow(back_button, None if has_past else Finding("action.first-page"))
-            allow(forward, None if has_future else Finding("action.last-page"))
+            allow(forward_button, None if has_future else Finding("action.last-page"))
 
         self.view.history_changed.connect(allow_buttons)
         allow_buttons(False, False)
@@ -201,7 +201,7 @@ class HelpWindow(QDialog):
         self.search.returnPressed.connect(self._find)
         row = QHBoxLayout()
         row.addWidget(back_button)
-        row.addWidget(forward)
+        row.addWidget(forward_button)
         row.addWidget(self.search, 1)
         return row
 

@@ -91,14 +91,14 @@ class FitDialog(QDialog):
         views = QSplitter()
         self._titles = []
         for view, title in ((self.model_view, model.name), (self.reference_view, "")):
-            side = QWidget()
-            column = QVBoxLayout(side)
+            side_widget = QWidget()
+            column = QVBoxLayout(side_widget)
             column.setContentsMargins(0, 0, 0, 0)
             label = Label(title)
             self._titles.append(label)
             column.addWidget(label)
             column.addWidget(view, 1)
-            views.addWidget(side)
+            views.addWidget(side_widget)
         views.setChildrenCollapsible(False)
         self.instruction = Label()
         self.instruction.setObjectName("fit_step")
@@ -176,12 +176,12 @@ class FitDialog(QDialog):
         self.register_button.clicked.connect(self.accept)
         self.close_button.clicked.connect(self.reject)
         self.table.itemSelectionChanged.connect(self._refresh_buttons)
-        for key, call in (
+        for key, callback in (
             (QKeySequence.StandardKey.Undo, self._undo_click),
             (QKeySequence.StandardKey.Redo, self._redo_click),
             (QKeySequence.StandardKey.Delete, self._remove_pair),
         ):
-            QShortcut(QKeySequence(key), self).activated.connect(call)
+            QShortcut(QKeySequence(key), self).activated.connect(callback)
         studio = self._studio
         studio.edited.connect(self._handle_edit)
         self._disconnect_jobs = studio.jobs.closed.connect(self.reject)
@@ -341,24 +341,24 @@ class FitDialog(QDialog):
     # --- buttons -----------------------------------------------------------------------------
     def _refresh_buttons(self) -> None:
         points, is_busy = self.points, self._job is not None
-        pending = Finding("action.busy") if is_busy else None
+        busy_finding = Finding("action.busy") if is_busy else None
         allow(
             self.undo_button,
-            pending or (None if points.can_undo else Finding("edit.nothing-to-undo")),
+            busy_finding or (None if points.can_undo else Finding("edit.nothing-to-undo")),
         )
         allow(
             self.redo_button,
-            pending or (None if points.can_redo else Finding("edit.nothing-to-redo")),
+            busy_finding or (None if points.can_redo else Finding("edit.nothing-to-redo")),
         )
         has_row = self.table.selected_row() is not None
-        allow(self.remove_button, pending or (None if has_row else Finding("action.no-row")))
+        allow(self.remove_button, busy_finding or (None if has_row else Finding("action.no-row")))
         self.fit_button.setText(tr("Stop") if is_busy else tr("Fit surfaces"))
         allow(self.fit_button, None if is_busy else self._why_no_fit())
         no_result = None if self.fit_result is not None else Finding("action.not-computed")
-        allow(self.register_button, pending or no_result)
-        self.copy_button.refresh(pending)
+        allow(self.register_button, busy_finding or no_result)
+        self.copy_button.refresh(busy_finding)
         for part in (self.other, self.stable):
-            allow(part, pending)
+            allow(part, busy_finding)
         self.instruction.setText(self._next_step().message)
 
     def _next_step(self) -> Finding:

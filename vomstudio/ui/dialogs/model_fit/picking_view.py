@@ -36,7 +36,7 @@ class PickingView(Viewport):
         self.setCursor(Qt.CursorShape.CrossCursor)
         self.model: OtherModel | None = None
         self._marks: Mapping[str, FloatArray] = {}
-        self._pending: FloatArray | None = None
+        self._pending_pixels: FloatArray | None = None
         self._expected: FloatArray | None = None
         self.pointer.connect(self._handle_pointer)
 
@@ -69,7 +69,7 @@ class PickingView(Viewport):
         expected_pixels : ndarray or None
             Expected position of the next point.
         """
-        self._marks, self._pending, self._expected = marks, pending_pixels, expected_pixels
+        self._marks, self._pending_pixels, self._expected = marks, pending_pixels, expected_pixels
         self.update()
 
     def _handle_pointer(self, event: PointerEvent) -> None:
@@ -84,8 +84,8 @@ class PickingView(Viewport):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         for label, point in self._marks.items():
             self._paint_mark(painter, point, _PAIR_COLOR, label)
-        if self._pending is not None:
-            self._paint_mark(painter, self._pending, _PENDING_COLOR, "?")
+        if self._pending_pixels is not None:
+            self._paint_mark(painter, self._pending_pixels, _PENDING_COLOR, "?")
         if self._expected is not None and (pixel := self._to_pixel(self._expected)) is not None:
             painter.setBrush(Qt.BrushStyle.NoBrush)
             for color, width in ((QColor(0, 0, 0, 160), 4.0), (_EXPECTED_COLOR, 2.0)):

@@ -177,10 +177,10 @@ class FeaturePhoto(QObject):
         """Draw the features, the tool and a cross at a `position` (3,) in the World frame."""
         if self.photos is None or self.view is None:
             return
-        views, spot = self.photos.views, None
+        views, cursor_pixel = self.photos.views, None
         if position is not None and views.shows(self.view, position[None])[0]:
-            spot = views.pixels(self.view, position[None])[0]
-        self.canvas.set_marker(spot)
+            cursor_pixel = views.pixels(self.view, position[None])[0]
+        self.canvas.set_marker(cursor_pixel)
         selected_ids = self._studio.selection.ids
         features = {} if self._viewport is None else self._viewport.features.drawings
         # Selected features are drawn before all others, since drawing takes time.

@@ -83,8 +83,8 @@ class DrawnNet:
     def draw(cls, request: NetRequest) -> DrawnNet:
         """Draw a net without emphasising the selection. Runs in any thread."""
         figure, canvas = _empty_figure(request)
-        contents = add_fold_axis(request.contents, request.fold_planes)
-        return cls(draw_stereonet(figure, contents, request.style), request.ratio, canvas)
+        net_contents = add_fold_axis(request.contents, request.fold_planes)
+        return cls(draw_stereonet(figure, net_contents, request.style), request.ratio, canvas)
 
     def _exclude_emphasis(self) -> None:
         for artist in self.artists.emphasis:
@@ -112,10 +112,10 @@ class DrawnRoses:
     _canvas: Any
 
     @classmethod
-    def draw(cls, contents: RoseContents, request: NetRequest) -> DrawnRoses:
+    def draw(cls, net_contents: RoseContents, request: NetRequest) -> DrawnRoses:
         """Draw roses or histograms in the style and size given by a request."""
         figure, canvas = _empty_figure(request)
-        artists = draw_roses(figure, contents, request.style)
+        artists = draw_roses(figure, net_contents, request.style)
         canvas.draw()
         return cls(artists, request.ratio, canvas)
 

@@ -56,7 +56,7 @@ def build_sets(
     features: Sequence[Typed],
     measurements: Mapping[str, Measurement],
     marker: str,
-    turns: tuple[Mapping[str, int], Turns],
+    rotations: tuple[Mapping[str, int], Turns],
     variant: int = 0,
 ) -> list[NetSet]:
     """Build a set of the planes and a set of the lines among the features.
@@ -71,7 +71,7 @@ def build_sets(
         elif (line := measurement.line) is not None:
             lines.append((feature.id, line))
     result = []
-    rows, model_turns = turns
+    rows, model_turns = rotations
     if planes:
         azimuth = np.array([p.dip_direction_deg for _, p in planes], dtype=float)
         angle = np.array([p.dip_deg for _, p in planes], dtype=float)

@@ -32,7 +32,7 @@ def load_figure_style(studio: Studio) -> FigureStyle:
 
 def write_net_figure(
     target: Path | IO[bytes],
-    contents: NetContents | RoseContents,
+    net_contents: NetContents | RoseContents,
     style: FigureStyle,
     format_: str,
     dpi: float = 300.0,
@@ -49,16 +49,16 @@ def write_net_figure(
     from vomstudio.products.net.rose import write_roses
     from vomstudio.products.net.rose_contents import RoseContents, check_roses
 
-    if isinstance(contents, RoseContents):
-        check_roses(contents, None)
+    if isinstance(net_contents, RoseContents):
+        check_roses(net_contents, None)
         width = style.width_mm or SIZE_MM[0]
         write_roses(
-            target, contents, format=format_, style=style.net_style(), width_mm=width, dpi=dpi
+            target, net_contents, format=format_, style=style.net_style(), width_mm=width, dpi=dpi
         )
         return
     write_stereonet(
         target,
-        contents,
+        net_contents,
         format=format_,
         style=style.net_style(),
         width_mm=style.width_mm,

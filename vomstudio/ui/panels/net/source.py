@@ -129,7 +129,7 @@ class NetSource:
                         features=members,
                         measurements=measurements,
                         marker=marker,
-                        turns=turns_by_feature,
+                        rotations=turns_by_feature,
                         variant=variant,
                     )
         sets = distinct_symbols(sets)
@@ -242,7 +242,7 @@ class NetSource:
             ids = [id_ for s in sets for id_ in s.ids]
             measurements = self._studio.measured(ids)
             weights = {id_: _length(measurements[id_]) for id_ in ids}
-        contents = roses_of_sets(
+        net_contents = roses_of_sets(
             sets,
             view_settings.view,
             bin_deg=view_settings.bin_deg,
@@ -250,14 +250,14 @@ class NetSource:
             weight=tr("length") if weights is not None else None,
             is_area_scaled=view_settings.is_area_scaled,
         )
-        skipped_count = sum(map(len, sets)) - sum(rose.n for rose in contents.roses.values())
+        skipped_count = sum(map(len, sets)) - sum(rose.n for rose in net_contents.roses.values())
         notes = self.repeat_notes()
         if is_pooled:
             notes = (*notes, tr("the sets of each type are combined"))
         if not skipped_count:
-            return replace(contents, notes=notes)
+            return replace(net_contents, notes=notes)
         code = "rose.left-out-by-length" if view_settings.is_length_weighted else "rose.left-out"
-        return replace(contents, notes=(*notes, Finding(code, count=skipped_count).message))
+        return replace(net_contents, notes=(*notes, Finding(code, count=skipped_count).message))
 
     def _pool_by_type(self, sets: Sequence[NetSet]) -> list[NetSet]:
         """Join sets of equal type and appearance, because small roses are not informative."""

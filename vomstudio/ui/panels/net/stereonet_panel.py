@@ -156,8 +156,8 @@ class StereonetPanel(QWidget):
         self._paper_opacity = ""
         self._timer = QTimer(self, singleShot=True, interval=_REDRAW_DELAY_MS)
         self._timer.timeout.connect(self.redraw)
-        self._emphasis = QTimer(self, singleShot=True, interval=_REDRAW_DELAY_MS)
-        self._emphasis.timeout.connect(self._emphasise)
+        self._emphasis_timer = QTimer(self, singleShot=True, interval=_REDRAW_DELAY_MS)
+        self._emphasis_timer.timeout.connect(self._emphasise)
         self._connect()
 
     def _connect(self) -> None:
@@ -254,7 +254,7 @@ class StereonetPanel(QWidget):
     def close_thread(self) -> None:
         """Stop the timers and the worker thread."""
         self._timer.stop()
-        self._emphasis.stop()
+        self._emphasis_timer.stop()
         self._background.stop(wait_s=_STOP_TIMEOUT_S)
 
     @property
@@ -270,7 +270,7 @@ class StereonetPanel(QWidget):
     @property
     def is_up_to_date(self) -> bool:
         """Whether the drawing is current: no redraw is scheduled or running."""
-        is_scheduled = self._timer.isActive() or self._emphasis.isActive()
+        is_scheduled = self._timer.isActive() or self._emphasis_timer.isActive()
         return not is_scheduled and not self._background.is_busy
 
     def _redraw_if_stale(self) -> None:
@@ -340,10 +340,10 @@ class StereonetPanel(QWidget):
     def rose_contents(self) -> RoseContents:
         """Return the contents of the roses or histograms."""
         sets = self._source.visible_sets()
-        contents = self._source.roses(sets)
+        net_contents = self._source.roses(sets)
         if self._has_north(sets):
-            return contents
-        return replace(contents, notes=(*contents.notes, _local_frame_note()), north=False)
+            return net_contents
+        return replace(net_contents, notes=(*net_contents.notes, _local_frame_note()), north=False)
 
     def _has_north(self, sets: Sequence[NetSet]) -> bool:
         """Return whether the azimuths of all shown features refer to north.
@@ -466,12 +466,12 @@ class StereonetPanel(QWidget):
         net.artists.select(self._source.selected_ids(), self._source.current_ellipses())
 
     def _draw_roses(self, request: NetRequest) -> None:
-        contents = self.rose_contents()
+        net_contents = self.rose_contents()
         self._net = self._roses = None
-        if contents.roses:
-            self._roses = DrawnRoses.draw(contents, request)
+        if net_contents.roses:
+            self._roses = DrawnRoses.draw(net_contents, request)
             self.canvas.show_net(self._roses)
-        elif contents.of in LINE_ANGLES:
+        elif net_contents.of in LINE_ANGLES:
             self.canvas.show_message(tr("No visible lines with this angle."))
         else:
             self.canvas.show_message(tr("No visible planes with this angle."))
@@ -496,7 +496,7 @@ class StereonetPanel(QWidget):
             self._schedule_redraw()
         if self._net is not None and _is_large(self._net.artists.contents):
             # The table and the outcrop are updated first.
-            self._emphasis.start()
+            self._emphasis_timer.start()
         else:
             self._emphasise()
 
@@ -572,8 +572,8 @@ class StereonetPanel(QWidget):
     def _name_selection(self) -> None:
         """Show the selected feature, or the number of selected features, in the corner label."""
         ids = self._studio.selection.ids
-        contents = self.artists.contents if self.artists else None
-        shown_ids = {i for s in contents.sets for i in s.ids} if contents and ids else set()
+        net_contents = self.artists.contents if self.artists else None
+        shown_ids = {i for s in net_contents.sets for i in s.ids} if net_contents and ids else set()
         if self.roses is not None:
             shown_ids = {i for c in self.roses.contents.counted.values() for i in c.ids}
         selected_ids = [i for i in ids if i in shown_ids]

@@ -298,7 +298,7 @@ class MarkCanvas(PhotoCanvas):
             return
         points = [QPointF(x, y) for x, y in self.to_widget(self._corners).tolist()]
         line = list(points)
-        if self._cursor is not None and self.underMouse() and self._press is None:
+        if self._cursor is not None and self.underMouse() and self._press_position is None:
             line.append(self._cursor)
         fill = QColor(*_MASK_RGBA) if self.is_masking else QColor(0, 158, 115, 90)
         painter.setPen(Qt.PenStyle.NoPen)

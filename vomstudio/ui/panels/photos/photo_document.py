@@ -55,7 +55,7 @@ class PhotoDocument(QObject):
         super().__init__()
         self._studio = studio
         self.folder: Path | None = None
-        self._last: tuple[object, int, float] | None = None
+        self._last_edit: tuple[object, int, float] | None = None
         self._masks: dict[str, Asset] = {}
         self._project_folder: Path | None = None
         studio.edited.connect(self._edited)
@@ -64,7 +64,7 @@ class PhotoDocument(QObject):
     def set_folder(self, folder: Path | None) -> None:
         """Show the records of a folder, or no records if no folder is given."""
         self.folder = folder
-        self._last = None
+        self._last_edit = None
         self._masks = self.masks()
         self.points_changed.emit()
 
@@ -212,7 +212,7 @@ class PhotoDocument(QObject):
         photo_set = self.photo_set
         if photo_set is None:
             return False
-        last_selection, current_time = self._last, time.monotonic()
+        last_selection, current_time = self._last_edit, time.monotonic()
         joins = None
         if last_selection is not None and join is not None and last_selection[0] == join:
             joins = last_selection[1] if current_time - last_selection[2] < _JOIN_DELAY_S else None
@@ -224,7 +224,7 @@ class PhotoDocument(QObject):
         except VomError as error:
             self._studio.fail(error)
             return False
-        self._last = None if join is None else (join, number, current_time)
+        self._last_edit = None if join is None else (join, number, current_time)
         return True
 
     # --- history -----------------------------------------------------------------------------

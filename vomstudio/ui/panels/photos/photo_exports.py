@@ -67,7 +67,7 @@ class PhotoExports(QObject):
         self._mask_paths: dict[str, Path] = {}
         self._rows: dict[str, PhotoRow] = {}
         self._sidecar_masks: dict[str, Path] = {}
-        self._pending: dict[str, None] = {}
+        self._pending_photos: dict[str, None] = {}
         self._task: _OneTimeTask | None = None
         self._write_lock = Lock()
         self.problem: Finding | None = None
@@ -94,7 +94,7 @@ class PhotoExports(QObject):
         paths = [Path(row.path) for row in rows]
         self._mask_paths = {row.name: mask_path(Path(row.path), paths) for row in rows}
         self._sidecar_masks = {row.name: Path(row.sidecar_mask) for row in rows if row.sidecar_mask}
-        self._pending.clear()
+        self._pending_photos.clear()
         self.problem = None
         marking = self._document.marking()
         self._external_marking = marking if is_external else None
@@ -236,19 +236,19 @@ class PhotoExports(QObject):
 
     # --- masks -------------------------------------------------------------------------------
     def _masks_changed(self, photos: frozenset[str]) -> None:
-        self._pending |= dict.fromkeys(sorted(photos & self._rows.keys()))
+        self._pending_photos |= dict.fromkeys(sorted(photos & self._rows.keys()))
         self._timer.start()
 
     @property
     def is_busy(self) -> bool:
         """Whether any masks still have to be written."""
-        return self._task is not None or bool(self._pending)
+        return self._task is not None or bool(self._pending_photos)
 
     def _write_next_mask(self) -> None:
-        if self._task is not None or not self._pending:
+        if self._task is not None or not self._pending_photos:
             return
-        name = next(iter(self._pending))
-        del self._pending[name]
+        name = next(iter(self._pending_photos))
+        del self._pending_photos[name]
         task = _OneTimeTask(name, self._mask_job(name))
         self._task = task
 
@@ -306,8 +306,8 @@ class PhotoExports(QObject):
             # Its hash belongs to this project; the next project may have other photos.
             self._task = None
             self._finish_mask(task.name, task.result())
-        for name in list(self._pending):
-            del self._pending[name]
+        for name in list(self._pending_photos):
+            del self._pending_photos[name]
             self._finish_mask(name, self._mask_job(name)())
 
     def close(self) -> None:

@@ -170,13 +170,13 @@ class PhotoPage(QWidget):
         middle_layout.setContentsMargins(0, 0, 0, 0)
         middle_layout.setSpacing(0)
         middle_layout.addWidget(self.canvas, 1)
-        side = QWidget()
-        column = QVBoxLayout(side)
+        side_widget = QWidget()
+        column = QVBoxLayout(side_widget)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(self.mask_box)
         column.addWidget(self.points, 1)
         split = QSplitter(Qt.Orientation.Horizontal)
-        for widget in (self.list, self._middle, PanelScrollArea(side)):
+        for widget in (self.list, self._middle, PanelScrollArea(side_widget)):
             split.addWidget(widget)
         split.setStretchFactor(1, 1)
         split.setSizes([250, 830, 310])

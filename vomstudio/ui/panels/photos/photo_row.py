@@ -58,12 +58,16 @@ def add_findings(rows: Sequence[PhotoRow], report: SurveyReport) -> None:
     rows_by_name = {row.name: row for row in rows}
     for row in rows:
         row.findings = []
-    for facts in report.photos:
-        match = rows_by_name.get(facts.name)
+    for photo_check in report.photos:
+        match = rows_by_name.get(photo_check.name)
         if match is not None:
-            match.gsd_m, match.gsd, match.views = facts.gsd_m, facts.gsd, facts.views
-            if facts.blur is not None:
-                match.blur = facts.blur
+            match.gsd_m, match.gsd, match.views = (
+                photo_check.gsd_m,
+                photo_check.gsd,
+                photo_check.views,
+            )
+            if photo_check.blur is not None:
+                match.blur = photo_check.blur
     for finding in report.findings:
         for name in finding.values["photos"]:
             if name in rows_by_name:

@@ -175,13 +175,13 @@ def collect_candidates(studio: Studio, choice: Choice, *, include_assigned: bool
         [p.normal() for f in selected_planes if (p := measurements[f.id].plane) is not None]
     )
     ids = tuple(f.id for f in selected_planes)
-    turns = turns_of(models_of(studio.records, selected_planes))
+    rotations = turns_of(models_of(studio.records, selected_planes))
     return Candidates(
         ids=ids,
         types=tuple(titles.get(f.type_id, "") for f in selected_planes),
         poles=poles,
         places=positions,
-        turns=turns,
+        turns=rotations,
         reserved_names=frozenset(reserved_names),
         warnings=tuple(warnings),
         includes_assigned=include_assigned,
@@ -269,10 +269,10 @@ def _cone(candidates: Candidates, rows: IntArray, proposed_set: ProposedSet) -> 
     from vomstudio.geology.populations.set_statistics import mean_regions
     from vomstudio.geology.statistics import fisher
 
-    poles, turns = candidates.poles[rows], candidates.turns.of(rows)
-    if not turns.known:
+    poles, rotations = candidates.poles[rows], candidates.turns.of(rows)
+    if not rotations.known:
         return proposed_set.cone95_deg
-    _, total = mean_regions(poles, fisher(poles, is_directed=False), False, turns)
+    _, total = mean_regions(poles, fisher(poles, is_directed=False), False, rotations)
     return None if total is None else total.largest_deg
 
 

@@ -117,20 +117,20 @@ class StatisticsPanel(LazyPanel):
         ]
         if not oriented_features:
             return []
-        turns = turns_of(models_of(self._studio.records, oriented_features))
+        rotations = turns_of(models_of(self._studio.records, oriented_features))
         notation = self._studio.settings.notation
         if geometry == "line":
             lines = [
                 line for f in oriented_features if (line := measurements[f.id].line) is not None
             ]
             vectors = np.array([line.vector() for line in lines])
-            statistics = set_statistics(vectors, "lines", turns=turns)
+            statistics = set_statistics(vectors, "lines", turns=rotations)
             return [(tr("Lines"), statistics_rows(statistics, notation))]
         planes = [
             plane for f in oriented_features if (plane := measurements[f.id].plane) is not None
         ]
         vectors = -np.array([plane.normal() for plane in planes])
-        rows = statistics_rows(set_statistics(vectors, turns=turns), notation)
+        rows = statistics_rows(set_statistics(vectors, turns=rotations), notation)
         pooled = self._pooled(oriented_features)
         pages = [(tr("Planes"), [*pooled, *rows])]
         if not pooled:

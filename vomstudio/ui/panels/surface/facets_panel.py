@@ -256,13 +256,13 @@ class FacetsPanel(ProposalsPanel):
                 continue
             verdict = measurement.verdict.quality
             error = catalogue.TOTAL.value(self._studio.subject(proposals.patches[row], measurement))
-            doubt = (_DOUBT[verdict], 90.0 if error is None else error)
+            verdict_key = (_DOUBT[verdict], 90.0 if error is None else error)
             plane = measurement.attitude(notation, omits_hand_rule=True)
             area = measurement.area_m2
             if area is None:
                 area = proposals.exposed_area_of(row)
             reasons = self._reason_text(row)
-            rows.append(((doubt, error, plane, area or None, row + 1), reasons))
+            rows.append(((verdict_key, error, plane, area or None, row + 1), reasons))
         self._show_rows(rows)
 
     def _paint(self) -> None:
@@ -329,14 +329,14 @@ class FacetsPanel(ProposalsPanel):
         return True
 
 
-def _verdict_of(doubt: tuple[int, float]) -> str | None:
-    return next((name for name, place in _DOUBT.items() if place == doubt[0]), None)
+def _verdict_of(verdict_key: tuple[int, float]) -> str | None:
+    return next((name for name, place in _DOUBT.items() if place == verdict_key[0]), None)
 
 
-def _verdict_text(doubt: tuple[int, float]) -> str:
-    name = _verdict_of(doubt)
+def _verdict_text(verdict_key: tuple[int, float]) -> str:
+    name = _verdict_of(verdict_key)
     return "–" if name is None else tr(_VERDICTS[name])
 
 
-def _verdict_icon(doubt: tuple[int, float]) -> QIcon:
-    return theme.verdict_icon(_verdict_of(doubt))
+def _verdict_icon(verdict_key: tuple[int, float]) -> QIcon:
+    return theme.verdict_icon(_verdict_of(verdict_key))

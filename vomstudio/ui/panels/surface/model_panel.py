@@ -45,7 +45,7 @@ class ModelPanel(LazyPanel):
     Parameters
     ----------
     studio : Studio
-    work : ModelWork
+    model_work : ModelWork
         The work that the panel controls.
     prefix : str
         Prefix of the object names.
@@ -58,11 +58,11 @@ class ModelPanel(LazyPanel):
     """
 
     def __init__(
-        self, studio: Studio, work: ModelWork, prefix: str, topic: str, start: str, icon: str
+        self, studio: Studio, model_work: ModelWork, prefix: str, topic: str, start: str, icon: str
     ) -> None:
         super().__init__(studio)
         explain(self, topic)
-        self._work, self._start_text, self._prefix = work, start, prefix
+        self._work, self._start_text, self._prefix = model_work, start, prefix
         self._model: Model | None = None
         self.title = hint_label()
         self.start = QPushButton(theme.icon(icon), start)

@@ -58,8 +58,8 @@ def reason_text(proposals: ProposedLines, line: ProposedLine) -> str:
     return " ".join(sentences)
 
 
-def _doubt_text(doubt: float, surrogates: int) -> str:
-    stronger_count = round(doubt * (1 + surrogates)) - 1
+def _doubt_text(p_value: float, surrogates: int) -> str:
+    stronger_count = round(p_value * (1 + surrogates)) - 1
     if stronger_count <= 0:
         return tr("No line as strong occurs on {count} simulated noise surfaces.", count=surrogates)
     if stronger_count >= surrogates:

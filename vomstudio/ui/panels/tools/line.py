@@ -68,7 +68,7 @@ class LinePanel(QWidget):
         studio.tool_changed_signal.connect(self.refresh)
 
     def _types_changed(self, *_: object) -> None:
-        if self.type_box.count() and self.type_box.findData(self._tool.next.type_id) < 0:
+        if self.type_box.count() and self.type_box.findData(self._tool.next_line.type_id) < 0:
             self._tool.choose(type_id=str(self.type_box.itemData(0)))
         self.refresh()
 

@@ -90,7 +90,7 @@ class StationPanel(QWidget):
 
     def refresh(self, *_: object) -> None:
         """Show the attributes of the open station, or else of the next one."""
-        tool, station = self._tool, self._tool.feature or self._tool.next
+        tool, station = self._tool, self._tool.feature or self._tool.next_station
         self.kind_box.setCurrentIndex(self.kind_box.findData(station.what))
         for edit, text in ((self.number_edit, station.number), (self.photo_edit, station.photo)):
             if edit.text() != text and not (edit.hasFocus() and edit.isModified()):

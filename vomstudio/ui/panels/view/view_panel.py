@@ -103,7 +103,7 @@ class ViewPanel(QWidget):
         self._buttons: dict[str, QPushButton] = {}
         grid = QGridLayout()
         grid.setSpacing(4)
-        for i, (name, text, call) in enumerate(
+        for i, (name, text, callback) in enumerate(
             (
                 ("beta", tr("Along fold axis"), self.look_along_beta),
                 ("meeting", tr("Along intersection"), self.look_along_intersection),
@@ -117,7 +117,7 @@ class ViewPanel(QWidget):
             )
         ):
             button = QPushButton(text)
-            button.clicked.connect(call)
+            button.clicked.connect(callback)
             self._buttons[name] = button
             grid.addWidget(button, i // 2, i % 2)
         self._cost = Label()
