@@ -185,7 +185,7 @@ def run(app: QApplication, path: Path) -> None:
     (model,) = (m for m in scene.models.values() if not m.model_id.startswith("preview:"))
 
     def settled() -> bool:
-        return bool(view.is_still) and scene.nodes.settled
+        return bool(view.is_still) and scene.nodes.is_settled
 
     def say(what: str, seconds: float) -> None:
         held = sum(p.elements for p in model.parts)

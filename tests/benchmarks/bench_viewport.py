@@ -171,7 +171,7 @@ def zoom(app: QApplication, view, heart: Heartbeat) -> None:  # type: ignore[no-
         view.camera.zoom(0.72, about)
         view.moves.moved()
         pump(app, 0.02)
-        rests.append(pump(app, 30.0, lambda: bool(scene.picture.complete)))
+        rests.append(pump(app, 30.0, lambda: bool(scene.picture.is_complete)))
     levels = [s.level for m in scene.models.values() for s in m.gpu_textures.values()]
     print(
         f"zooming in, 8 rests             {max(rests):6.2f} s at most, texture levels {levels}, "
@@ -180,7 +180,7 @@ def zoom(app: QApplication, view, heart: Heartbeat) -> None:  # type: ignore[no-
     heart.restart()
     view.moves.set_camera_state(before)
     pump(app, 0.02)
-    rest = pump(app, 30.0, lambda: bool(scene.picture.complete))
+    rest = pump(app, 30.0, lambda: bool(scene.picture.is_complete))
     pump(app, 0.2)
     print(f"zooming out in one go           {rest:6.2f} s, {heart.report()}")
 
@@ -236,7 +236,7 @@ def run_cloud(app: QApplication, source: str, steps: int) -> None:
     print(f"pick                            {milliseconds(picks)}; wanted 0.05 ms")
     print(f"drag step                       {milliseconds(drag(app, view, steps))}")
     heart.restart()
-    rest = pump(app, 30.0, lambda: bool(view.scene.picture.complete))  # type: ignore[union-attr]
+    rest = pump(app, 30.0, lambda: bool(view.scene.picture.is_complete))  # type: ignore[union-attr]
     pump(app, 0.3)
     print(f"coming to rest                  {rest:6.2f} s, {heart.report()}")
     display(app, view, heart, steps)
@@ -542,7 +542,7 @@ def run(app: QApplication, millions: float, steps: int, folder: Path) -> None:
     ratio = np.percentile(times, 95) / np.percentile(bare, 95)
     print(f"  p95 over the plain frame's    {ratio:.2f}")
     heart.restart()
-    rest = pump(app, 30.0, lambda: bool(view.scene.picture.complete))  # type: ignore[union-attr]
+    rest = pump(app, 30.0, lambda: bool(view.scene.picture.is_complete))  # type: ignore[union-attr]
     pump(app, 0.3)
     print(f"coming to rest                  {rest:6.2f} s, {heart.report()}")
     line = np.array(

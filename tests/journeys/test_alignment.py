@@ -95,13 +95,13 @@ def test_cameras_stand_where_the_photos_were_taken(window, made, opened) -> None
     # Home brings them into view, which stand outside the outcrop.
     driver.key(window, Qt.Key.Key_Home)
     driver.settled(window)
-    wait(lambda: viewport.scene.picture.complete, "the picture")
+    wait(lambda: viewport.scene.picture.is_complete, "the picture")
     pixels, _ = viewport.project(centres)
     assert ((pixels > 0) & (pixels < [viewport.width(), viewport.height()])).all()
     assert np.abs(picture(viewport) - before).max() > 40
     # Under the cursor they say which photo they are.
     driver.move(viewport, QPoint(*(int(v) for v in pixels[1])))
-    wait(lambda: viewport.photos.hot == "b.jpg", "the name")
+    wait(lambda: viewport.photos.hovered == "b.jpg", "the name")
     driver.keep_picture(window, "alignment-cameras")
     # They follow when the model is placed anew.
     record = window.studio.records[opened]

@@ -188,7 +188,7 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
     assert chosen_rows(window) == [second.id]
     assert window.viewport.features.selected == frozenset({second.id})
     assert window.properties.fields["name"].text() == "B02"
-    wait(lambda: viewport.scene.picture.complete, "the picture")
+    wait(lambda: viewport.scene.picture.is_complete, "the picture")
     driver.keep_picture(window, "journey-4-selected")
 
     # Rename in the table, by typing.

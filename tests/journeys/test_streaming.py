@@ -26,7 +26,7 @@ def settle(window, model_id: str) -> None:
     scene, viewport = window.viewport.scene, window.viewport
     wait(lambda: model_id in scene.models and scene.models[model_id].streamer, "a stream")
     pause(350)
-    wait(lambda: viewport.is_still and scene.nodes.settled, "all nodes")
+    wait(lambda: viewport.is_still and scene.nodes.is_settled, "all nodes")
     assert not viewport.models.work.waiting
 
 

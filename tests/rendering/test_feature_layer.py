@@ -38,7 +38,7 @@ def test_halos_of_many_selected_lines_are_omitted_while_the_camera_moves(monkeyp
     names = [f"f{i:03d}" for i in range(10)]
     layer.change({name: _line(name, float(i)) for i, name in enumerate(names)})
     for is_moving, count, has_halo in ((True, 2, True), (True, 8, False), (False, 8, True)):
-        layer.thin = is_moving
+        layer.is_thin = is_moving
         layer.select(frozenset(names[:count]))
         layer.refresh()
         assert bool(layer._actors["halo+"].GetVisibility()) == has_halo

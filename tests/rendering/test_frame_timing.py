@@ -13,7 +13,7 @@ from vomstudio.rendering.view.frame_timing import BATCH_S, MOVING_S, Pace, point
 class Part:
     elements: int = 50_000
     weight: float = 1.0
-    uploaded: bool = True
+    is_uploaded: bool = True
 
 
 def taught(seconds_per_part: float) -> Pace:
@@ -26,7 +26,7 @@ def taught(seconds_per_part: float) -> Pace:
 def test_what_was_learned_is_expected() -> None:
     pace = taught(0.004)
     assert pace.expected([Part(), Part()]) == pytest.approx(0.008, rel=0.01)
-    assert pace.expected([Part(uploaded=False)]) > pace.expected([Part()])
+    assert pace.expected([Part(is_uploaded=False)]) > pace.expected([Part()])
     assert pace.expected([Part(weight=point_weight(9.0))]) > 3.0 * pace.expected([Part()])
 
 
@@ -46,7 +46,7 @@ def test_a_machine_that_slows_down_is_noticed_at_once() -> None:
 
 def test_first_drawings_teach_nothing() -> None:
     pace = taught(0.002)
-    pace.learn([Part(), Part(uploaded=False)], 5.0)
+    pace.learn([Part(), Part(is_uploaded=False)], 5.0)
     assert pace.expected([Part()]) == pytest.approx(0.002, rel=0.01)
 
 

@@ -47,7 +47,7 @@ def test_work_closed_while_a_thread_hands_over_says_nothing(
     monkeypatch.setattr(ThreadPoolExecutor, "shutdown", shutdown)
     work = ModelQueue(hold)
     work.expect("m1")
-    work.prepare("m1", data, texture_limit=1024, whole_side=None, budget=1000)
+    work.prepare("m1", data, texture_limit=1024, max_whole_side=None, budget=1000)
     assert arrived.wait(10.0)
     work.close()
     assert work.next() is None

@@ -115,7 +115,7 @@ def test_the_frame_in_pieces_is_the_frame_in_one(scene: Scene, tmp_path: Path) -
     assert not scene.picture.slow
     scene.picture.draw(is_moving=False)
     whole = scene.canvas.pixels()[::-1, :, :3].astype(int)
-    assert scene.picture.complete
+    assert scene.picture.is_complete
     assert np.abs(pieces - whole).max() <= 2
 
 
@@ -228,7 +228,7 @@ def test_many_features_drawn_in_bands_are_those_drawn_in_one(
         ask()
         count = 0
         while scene.picture.layering:
-            assert not scene.picture.complete
+            assert not scene.picture.is_complete
             scene.picture.draw_band()
             count += 1
         return count, scene.canvas.pixels()[::-1, :, :3].astype(int)
@@ -243,9 +243,9 @@ def test_many_features_drawn_in_bands_are_those_drawn_in_one(
     assert whole["draw"][0] == whole["features"][0] == 0
 
     monkeypatch.setattr(frame_drawing, "BAND_POINTS", 400)
-    scene.canvas.software = True
+    scene.canvas.is_software = True
     rested = rest(scene)
-    assert scene.picture.complete
+    assert scene.picture.is_complete
     assert np.array_equal(rested, whole["rest"])
     for name, ask in {
         "draw": lambda: scene.picture.draw(is_moving=False),
@@ -272,7 +272,7 @@ def test_features_that_change_while_a_frame_is_in_bands_are_in_it(
     scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(frame_drawing, "BAND_POINTS", 40)
-    scene.canvas.software = True
+    scene.canvas.is_software = True
     show(scene, "w", wall(relief=0.0))
     scene.camera.fit(scene.corners(), SIZE)
     rng = np.random.default_rng(8)
@@ -409,7 +409,7 @@ def test_a_texture_in_quarters_is_drawn_as_the_whole(
     (skin,) = scene.models["w"].gpu_textures.values()
     assert len(skin.texture.levels[0].tiles) == 4
     quarters = rest(scene)
-    assert scene.picture.complete
+    assert scene.picture.is_complete
     assert whole.std() > 40
     assert np.abs(quarters - whole).max() <= 1
 
@@ -554,8 +554,8 @@ def test_a_view_draws_as_many_points_of_a_cloud_as_it_has_pixels_for(scene: Scen
     assert 5_000 < far < 0.3 * count
     scene.camera.zoom(0.02, UTM + np.array([5.0, 0.25, 4.0]))
     rest(scene)
-    assert scene.picture.complete
-    assert scene.nodes.settled
+    assert scene.picture.is_complete
+    assert scene.nodes.is_settled
     parts = scene.models["c"].parts
     shown = [p.spacing for p in parts if p.row in scene.models["c"].shown_rows]
     assert min(shown) < 0.05
@@ -576,16 +576,16 @@ def test_until_finer_nodes_are_there_the_coarse_ones_close_the_surface(scene: Sc
     model = scene.models["c"]
     coarse = {part.row for part in model.parts}
     scene.picture.draw(is_moving=False)
-    assert not scene.nodes.settled
+    assert not scene.nodes.is_settled
     assert scene.nodes.waits
     before = {row: model.shown_rows[row] for row in coarse}
     sizes = [part.actor.GetProperty().GetPointSize() for part in model.parts]
     assert len(later) == 1
     later[0]()
-    assert scene.nodes.settled
-    assert not scene.picture.complete
+    assert scene.nodes.is_settled
+    assert not scene.picture.is_complete
     rest(scene)
-    assert scene.picture.complete
+    assert scene.picture.is_complete
     assert {part.row for part in model.parts} >= set(model.shown_rows)
     assert all(model.shown_rows[row] < spacing for row, spacing in before.items())
     assert [p.actor.GetProperty().GetPointSize() for p in model.parts if p.row in coarse] < sizes
@@ -636,9 +636,9 @@ def test_nine_textures_of_a_real_outcrop_are_drawn(scene: Scene, data_dir: Path)
     assert told == []
     assert len(scene.models["b"].gpu_textures) == 9
     scene.camera.look_along(0.0, 90.0)
-    scene.camera.fit(scene.corners(close=True), SIZE)
+    scene.camera.fit(scene.corners(is_closed=True), SIZE)
     picture = rest(scene)
-    assert scene.picture.complete
+    assert scene.picture.is_complete
     assert all(s.level is not None for s in scene.models["b"].gpu_textures.values())
     drawn = np.abs(picture - picture[2, 2]).max(axis=2) > 8
     assert drawn.mean() > 0.3

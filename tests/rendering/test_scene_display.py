@@ -116,7 +116,7 @@ def test_points_in_the_colours_of_a_field_close_the_surface_as_before(scene: Sce
     scene.set_mode("field")
     give_field(scene, "c", FieldStyle("depth"))
     rest(scene)
-    assert part.tinted
+    assert part.is_tinted
     assert part.actor.GetProperty().GetPointSize() == size
 
 
@@ -197,7 +197,7 @@ def test_eye_dome_lighting_darkens_the_far_side_of_an_edge_only(scene: Scene) ->
     plain = rest(scene)
     scene.set_eye_dome(True)
     shaded = rest(scene)
-    assert scene.picture.complete
+    assert scene.picture.is_complete
     step, _ = scene.camera.project(UTM[None] + [5.0, 0.0, 4.0], SIZE)
     column, row = np.round(step[0]).astype(int)
     for level in (slice(column - 40, column - 5), slice(column + 10, column + 40)):
@@ -211,9 +211,9 @@ def test_eye_dome_lighting_waits_for_the_rest(scene: Scene) -> None:
     rest(scene)
     scene.set_eye_dome(True)
     scene.picture.draw(is_moving=True)
-    assert not scene.picture.complete
+    assert not scene.picture.is_complete
     rest(scene)
-    assert scene.picture.complete
+    assert scene.picture.is_complete
 
 
 def test_features_over_a_shaded_cloud_keep_their_colour(scene: Scene) -> None:
@@ -227,7 +227,7 @@ def test_features_over_a_shaded_cloud_keep_their_colour(scene: Scene) -> None:
     assert (np.abs(picture - [255, 0, 0]).max(axis=2) < 4).sum() > 300
     scene.set_features({"f": None})
     scene.picture.draw_features()
-    assert scene.picture.complete
+    assert scene.picture.is_complete
     bare = scene.canvas.pixels()[::-1, :, :3].astype(int)
     assert (np.abs(bare - [255, 0, 0]).max(axis=2) < 4).sum() == 0
 

@@ -67,7 +67,7 @@ def test_both_scenes_draw_the_same_picture_in_every_mode(scene, second, tmp_path
     # Nothing has changed since.
     assert not second.follow(everything)
     assert not second.follow_features()
-    assert second.picture.complete
+    assert second.picture.is_complete
 
 
 def test_a_cloud_is_the_same_in_both_scenes(scene, second) -> None:
@@ -129,9 +129,9 @@ def test_a_second_scene_follows_placement_visibility_hidden_faces_and_removal(
 
 def test_chunks_that_arrive_late_are_adopted(scene, second) -> None:
     show(scene, "m", wall())
-    scene.models["m"].chunks_done = False
+    scene.models["m"].has_all_chunks = False
     second.follow(everything)
     second.picture.draw(is_moving=False)
-    scene.models["m"].chunks_done = True
+    scene.models["m"].has_all_chunks = True
     # The end of the chunks alone completes the picture.
     assert second.follow(everything)

@@ -106,7 +106,7 @@ def test_the_strike_line_of_a_symbol_beside_the_axis_is_seen_as_a_line_in_the_pl
 def test_horizontal_vertical_and_overturned_planes_have_symbols_of_their_own(
     dip, overturned, kind, text
 ) -> None:
-    symbol = plane_symbol(10.0, dip, np.zeros(3), 1.0, overturned=overturned)
+    symbol = plane_symbol(10.0, dip, np.zeros(3), 1.0, is_overturned=overturned)
     assert (symbol.kind, symbol.text) == (kind, text)
 
 
@@ -115,7 +115,7 @@ def test_a_vertical_plane_has_a_tick_either_way_and_an_overturned_one_a_hook() -
     _, tick = seen(plane_symbol(10.0, 90.0, np.zeros(3), 1.0), camera)
     assert tick[0] == pytest.approx(-tick[1])
     plain = seen(plane_symbol(10.0, 60.0, np.zeros(3), 1.0), camera)
-    hooked = seen(plane_symbol(10.0, 60.0, np.zeros(3), 1.0, overturned=True), camera)
+    hooked = seen(plane_symbol(10.0, 60.0, np.zeros(3), 1.0, is_overturned=True), camera)
     assert hooked[:2] == pytest.approx(plain)
     tick = along(plain[1])
     # The hook lies on the side away from the dip.

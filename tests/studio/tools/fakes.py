@@ -32,7 +32,7 @@ class Elements:
         self.later: list = []
         self.cut: list = []
 
-    def looking(self):
+    def view_snapshot(self):
         return self.look
 
     def shown(self):

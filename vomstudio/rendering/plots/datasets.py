@@ -75,8 +75,8 @@ def _block(
 ) -> PolyData:
     import pyvista
 
-    places, rows = np.unique(faces, return_inverse=True)
-    used_places = places.astype(np.int64)
+    used_rows, rows = np.unique(faces, return_inverse=True)
+    used_places = used_rows.astype(np.int64)
     corners: Any = rows.reshape(-1, 3).astype(np.int64)
     data: PolyData = pyvista.PolyData.from_regular_faces(
         mesh.vertices[used_places] - origin, corners

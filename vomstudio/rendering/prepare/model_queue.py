@@ -46,38 +46,38 @@ class ModelQueue:
         """Create a queue; `notify` is called in any thread when results are available."""
         self._notify = notify
         self._inbox: collections.deque[tuple[str, threading.Event, Event]] = collections.deque()
-        self._stops: dict[str, threading.Event] = {}
-        self._field_stops: dict[str, threading.Event] = {}
+        self._stop_events: dict[str, threading.Event] = {}
+        self._field_stop_events: dict[str, threading.Event] = {}
         self._pool: ThreadPoolExecutor | None = None
         self._streams: ThreadPoolExecutor | None = None
 
     def expect(self, model_id: str) -> threading.Event:
         """Register a model for preparation; setting the returned event cancels it."""
         self.forget(model_id)
-        stop_event = self._stops[model_id] = threading.Event()
+        stop_event = self._stop_events[model_id] = threading.Event()
         return stop_event
 
     def forget(self, model_id: str) -> None:
         """Cancel the preparation of a model."""
-        stop_event = self._stops.pop(model_id, None)
+        stop_event = self._stop_events.pop(model_id, None)
         if stop_event is not None:
             stop_event.set()
         self.forget_field(model_id)
 
     def forget_field(self, model_id: str) -> None:
-        stop_event = self._field_stops.pop(model_id, None)
+        stop_event = self._field_stop_events.pop(model_id, None)
         if stop_event is not None:
             stop_event.set()
 
     def close(self) -> None:
         """Stop all workers and wait for them to end."""
-        for stop_event in (*self._stops.values(), *self._field_stops.values()):
+        for stop_event in (*self._stop_events.values(), *self._field_stop_events.values()):
             stop_event.set()
         for pool in (self._pool, self._streams):
             if pool is not None:
                 pool.shutdown(wait=True, cancel_futures=True)
         self._pool = self._streams = None
-        self._stops.clear()
+        self._stop_events.clear()
         self._inbox.clear()
 
     @property
@@ -88,7 +88,7 @@ class ModelQueue:
         """Return the next result with the id of its model, or None if the queue is empty."""
         while self._inbox:
             model_id, stop_event, event = self._inbox.popleft()
-            if self._stops.get(model_id) is stop_event:
+            if self._stop_events.get(model_id) is stop_event:
                 return model_id, event
         return None
 
@@ -98,13 +98,13 @@ class ModelQueue:
         data: Mesh | PointCloud,
         *,
         texture_limit: int,
-        whole_side: int | None,
+        max_whole_side: int | None,
         budget: int,
     ) -> None:
         """Prepare a registered model; see the module `preparation`."""
         from vomstudio.rendering.prepare import preparation
 
-        stop_event = self._stops[model_id]
+        stop_event = self._stop_events[model_id]
         emit = self._emitter(model_id, stop_event, stop_event)
         pool = self._workers()
         if self._streams is None:
@@ -134,7 +134,9 @@ class ModelQueue:
         def pictures() -> None:
             with self._reporting(emit, "display.not-prepared"):
                 if isinstance(data, Mesh):
-                    preparation.prepare_textures(data, texture_limit, stop_event, emit, whole_side)
+                    preparation.prepare_textures(
+                        data, texture_limit, stop_event, emit, max_whole_side
+                    )
 
         pool.submit(shape)
 
@@ -153,8 +155,8 @@ class ModelQueue:
         # A computed field may be removed while it is being coloured.
         data = replace(data, fields=dict(data.fields))
         self.forget_field(model_id)
-        stop_event = self._field_stops[model_id] = threading.Event()
-        emit = self._emitter(model_id, self._stops[model_id], stop_event)
+        stop_event = self._field_stop_events[model_id] = threading.Event()
+        emit = self._emitter(model_id, self._stop_events[model_id], stop_event)
 
         def work() -> None:
             with self._reporting(emit, "display.field-not-shown", field=style.name):

@@ -53,15 +53,15 @@ from vomstudio.rendering.view.scalars import FieldStyle, make_scale, reader
 from vomstudio.rendering.view.spatial_blocks import FaceChunk
 
 PROXY_FACES = 45_000
-PROXY_ABOVE = 150_000
+MAX_FACES_WITHOUT_PROXY = 150_000
 FACES_PER_CHUNK = 30_000
-PIECE = 1 << 18
-ROW = 3 * 512
+PIECE_SIZE = 1 << 18
+IMAGE_ROW_LENGTH = 3 * 512
 
-NEUTRAL = (190, 186, 178)
+NEUTRAL_COLOR = (190, 186, 178)
 
 
-def pieces(count: int, stop_event: threading.Event, size: int = PIECE) -> Iterator[slice]:
+def pieces(count: int, stop_event: threading.Event, size: int = PIECE_SIZE) -> Iterator[slice]:
     """Yield consecutive slices of a range; raise Stopped when `stop_event` is set."""
     for start in range(0, count, size):
         if stop_event.is_set():
@@ -76,9 +76,9 @@ def finite_bounds(points: FloatingArray, stop_event: threading.Event) -> FloatAr
         # Reduces long rows, because a reduction along rows of three elements is eight times
         # slower.
         flat_coordinates = np.ascontiguousarray(points[part]).reshape(-1)
-        row_end = len(flat_coordinates) // ROW * ROW
+        row_end = len(flat_coordinates) // IMAGE_ROW_LENGTH * IMAGE_ROW_LENGTH
         for rows in (
-            flat_coordinates[:row_end].reshape(-1, ROW),
+            flat_coordinates[:row_end].reshape(-1, IMAGE_ROW_LENGTH),
             flat_coordinates[row_end:].reshape(-1, 3),
         ):
             if rows.size:
@@ -163,15 +163,17 @@ def vertex_colors(
     if all(s is None for s in small_textures.values()) and all(d is None for d in diffuse):
         return None
     out = np.empty((len(mesh.vertices), 3), np.uint8)
-    out[:] = NEUTRAL
+    out[:] = NEUTRAL_COLOR
     for material, rows in groups:
         if material < 0:
             continue
         tint, picture = diffuse[material], small_textures[material]
-        worn = np.zeros(len(out), np.bool_)
+        is_coloured = np.zeros(len(out), np.bool_)
         for part in pieces(rows.stop - rows.start, stop_event):
-            worn[mesh.faces[rows.start + part.start : rows.start + part.stop].reshape(-1)] = True
-        used_vertices = np.flatnonzero(worn)
+            is_coloured[
+                mesh.faces[rows.start + part.start : rows.start + part.stop].reshape(-1)
+            ] = True
+        used_vertices = np.flatnonzero(is_coloured)
         for part in pieces(len(used_vertices), stop_event):
             used_part = used_vertices[part]
             if picture is not None and mesh.uv is not None:
@@ -201,7 +203,7 @@ def make_proxy(
     vertices, or None if the mesh is small. All materials are merged first, because decimating
     them separately leaves gaps at their borders.
     """
-    if len(faces) <= PROXY_ABOVE:
+    if len(faces) <= MAX_FACES_WITHOUT_PROXY:
         return None
     from vtkmodules.vtkFiltersCore import vtkBinnedDecimation
 
@@ -217,13 +219,13 @@ def make_proxy(
     out = vtkPolyData()
     for _ in range(3):
         divisions = np.clip(np.ceil(extent / cell), 1, 2000).astype(int)
-        binned = vtkBinnedDecimation()
-        binned.SetInputData(data)
-        binned.SetNumberOfDivisions(*(int(d) for d in divisions))
-        binned.AutoAdjustNumberOfDivisionsOff()
-        binned.SetPointGenerationModeToUseInputPoints()
-        binned.Update()
-        out = binned.GetOutput()
+        decimation = vtkBinnedDecimation()
+        decimation.SetInputData(data)
+        decimation.SetNumberOfDivisions(*(int(d) for d in divisions))
+        decimation.AutoAdjustNumberOfDivisionsOff()
+        decimation.SetPointGenerationModeToUseInputPoints()
+        decimation.Update()
+        out = decimation.GetOutput()
         face_count = out.GetNumberOfCells()
         if stop_event.is_set():
             raise Stopped
@@ -250,13 +252,13 @@ def compact(data: vtkPolyData, is_colored: bool) -> tuple[vtkPolyData, Int32Arra
         faces.reshape(-1), return_index=True, return_inverse=True
     )
     order = np.argsort(first)
-    place = np.empty(len(used_vertices), np.int32)
-    place[order] = np.arange(len(used_vertices), dtype=np.int32)
+    new_rows = np.empty(len(used_vertices), np.int32)
+    new_rows[order] = np.arange(len(used_vertices), dtype=np.int32)
     used_vertices = used_vertices[order]
     colors = (
         vtk_data.to_array(data.GetPointData().GetScalars())[used_vertices] if is_colored else None
     )
-    faces = place[inverse.reshape(-1)].reshape(-1, 3)
+    faces = new_rows[inverse.reshape(-1)].reshape(-1, 3)
     return vtk_data.triangles(points[used_vertices], faces, colors=colors), used_vertices.astype(
         np.int32
     )
@@ -344,7 +346,7 @@ def prepare_textures(
     limit: int,
     stop_event: threading.Event,
     emit: Emit,
-    whole_side: int | None = None,
+    max_whole_side: int | None = None,
 ) -> None:
     """Emit every texture of a mesh, decoded and downsampled; see `load_texture`.
 
@@ -357,7 +359,7 @@ def prepare_textures(
         Ends the work when set.
     emit : Emit
         Receives the events.
-    whole_side : int, optional
+    max_whole_side : int, optional
         Maximum side length of textures that are not divided into quarters, pixels.
     """
     loaded_textures: dict[Path, Texture | None] = {}
@@ -369,7 +371,7 @@ def prepare_textures(
             continue
         if path not in loaded_textures:
             try:
-                loaded_textures[path] = load_texture(path, limit, whole_side)
+                loaded_textures[path] = load_texture(path, limit, max_whole_side)
                 reduced = loaded_textures[path]
                 if reduced is not None and reduced.note is not None:
                     emit(Problem(reduced.note))

@@ -85,10 +85,10 @@ class Streamer:
         sample = cloud.overview() if isinstance(cloud, StreamedCloud) else cloud
         self._colors = coloring(sample)
         self._view: CloudView | None = None
-        self._requested: tuple[int, ...] = ()
-        self._fetched: dict[int, NodePoints] = {}
-        self._used: dict[int, int] = {}
-        self._broken: set[int] = set()
+        self._requested_rows: tuple[int, ...] = ()
+        self._fetched_nodes: dict[int, NodePoints] = {}
+        self._last_requests: dict[int, int] = {}
+        self._unreadable_rows: set[int] = set()
         self.request_number = 0
         """Number of the last view that required different nodes."""
 
@@ -109,8 +109,8 @@ class Streamer:
         """
         max_points = min(int(self._nodes.budget * SHOWN_SHARE), MAX_SHOWN_POINTS)
         rows = self._nodes.choose(view, max_points)
-        if self._broken:
-            rows = rows[[row not in self._broken for row in rows.tolist()]]
+        if self._unreadable_rows:
+            rows = rows[[row not in self._unreadable_rows for row in rows.tolist()]]
         return self._nodes.closing(rows)
 
     def closing(self, rows: list[int]) -> dict[int, float]:
@@ -127,8 +127,8 @@ class Streamer:
         self._view = view
         needed_nodes = self.needed(view)
         rows = tuple(needed_nodes)
-        if rows != self._requested:
-            self._requested = rows
+        if rows != self._requested_rows:
+            self._requested_rows = rows
             self.request_number += 1
             request_number = self.request_number
             self._submit(lambda: self._follow(rows, request_number))
@@ -136,9 +136,11 @@ class Streamer:
 
     def _follow(self, rows: tuple[int, ...], request_number: int) -> None:
         try:
-            self._used.update(dict.fromkeys(rows, request_number))
+            self._last_requests.update(dict.fromkeys(rows, request_number))
             missing_rows = [
-                row for row in rows if row not in self._fetched and row not in self._broken
+                row
+                for row in rows
+                if row not in self._fetched_nodes and row not in self._unreadable_rows
             ]
             while missing_rows:
                 if request_number != self.request_number:
@@ -170,24 +172,26 @@ class Streamer:
                 for row in rows:
                     self._fetch([row])
                 return
-            if not self._broken:
+            if not self._unreadable_rows:
                 self._emit(Problem(Finding("display.part-missing", reason=str(error))))
-            self._broken.add(rows[0])
+            self._unreadable_rows.add(rows[0])
             return
         for row, piece in zip(rows, pieces, strict=True):
             self._hand_over(row, piece)
 
     def _make_room(self, requested_points: int, request_number: int) -> None:
-        point_count = sum(int(self._nodes.counts[row]) for row in self._fetched)
+        point_count = sum(int(self._nodes.counts[row]) for row in self._fetched_nodes)
         kept_rows = set(self._nodes.first)
         dropped_nodes: dict[int, NodePoints] = {}
-        for row in sorted(self._fetched.keys() - kept_rows, key=lambda r: self._used.get(r, 0)):
+        for row in sorted(
+            self._fetched_nodes.keys() - kept_rows, key=lambda r: self._last_requests.get(r, 0)
+        ):
             if (
                 point_count + requested_points <= self._nodes.budget
-                or self._used.get(row) == request_number
+                or self._last_requests.get(row) == request_number
             ):
                 break
-            dropped_nodes[row] = self._fetched.pop(row)
+            dropped_nodes[row] = self._fetched_nodes.pop(row)
             point_count -= int(self._nodes.counts[row])
         if dropped_nodes:
             self._emit(NodesDropped(dropped_nodes, self._nodes))
@@ -206,4 +210,4 @@ class Streamer:
         data = vtk_data.point_set(position, self._colors(piece.cloud, rows))
         spacing = float(self._nodes.spacing[row])
         self._emit(NodeReady(chunk, data, spacing, row, NodePoints(piece.cloud, rows, ids)))
-        self._fetched[row] = piece
+        self._fetched_nodes[row] = piece

@@ -98,7 +98,7 @@ def overview(path: Path) -> ByteArray | None:
         return None
 
 
-def load_texture(path: Path, limit: int, whole_side: int | None = None) -> Texture:
+def load_texture(path: Path, limit: int, max_whole_side: int | None = None) -> Texture:
     """Decode a texture and compute its coarser mipmap levels.
 
     Parameters
@@ -106,7 +106,7 @@ def load_texture(path: Path, limit: int, whole_side: int | None = None) -> Textu
     path : Path
     limit : int
         Maximum side length, pixels.
-    whole_side : int, optional
+    max_whole_side : int, optional
         Maximum side length of undivided levels, pixels. Larger levels are divided into quarters.
 
     Raises
@@ -143,17 +143,17 @@ def load_texture(path: Path, limit: int, whole_side: int | None = None) -> Textu
     # Copies are avoided, because a large texture takes a gigabyte.
     del picture
     image = image.transpose(Image.Transpose.FLIP_TOP_BOTTOM)
-    levels = [make_level(np.asarray(image), whole_side)]
+    levels = [make_level(np.asarray(image), max_whole_side)]
     while min(image.size) > 256 and len(levels) < 6:
         image = image.reduce(2)
-        levels.append(make_level(np.asarray(image), whole_side))
+        levels.append(make_level(np.asarray(image), max_whole_side))
     return Texture(path, tuple(levels), note)
 
 
-def make_level(pixels: ByteArray, whole_side: int | None) -> Level:
+def make_level(pixels: ByteArray, max_whole_side: int | None) -> Level:
     """Create a level from pixels (height, width, 3), whose first row is at the bottom."""
     height, width = pixels.shape[:2]
-    if whole_side is None or max(height, width) <= whole_side or min(height, width) < 2:
+    if max_whole_side is None or max(height, width) <= max_whole_side or min(height, width) < 2:
         return Level(width, height, (pixels,))
     padded_pixels = np.pad(pixels, ((1, 1), (1, 1), (0, 0)), mode="wrap")
     rows = [(0, height // 2 + 2), (height // 2, height + 2)]

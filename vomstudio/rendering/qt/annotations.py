@@ -51,7 +51,7 @@ _ID, _EXTENT, _LABEL, _SYMBOL = map(attrgetter, ("id", "extent", "label", "symbo
 
 
 @dataclass(frozen=True, eq=False)
-class _Ready:
+class _FeatureArrays:
     """Data of the visible drawings, cached until the drawings change.
 
     Parameters
@@ -79,7 +79,7 @@ class _Ready:
     def count(self) -> int:
         return len(self.drawings)
 
-    def among(self, ids: Iterable[str]) -> IntArray:
+    def rows_of(self, ids: Iterable[str]) -> IntArray:
         """Return the rows of the drawings with these ids, ignoring missing ids."""
         rows = self.rows
         return np.array([rows[id_] for id_ in ids if id_ in rows], np.int64)
@@ -87,7 +87,7 @@ class _Ready:
     def flags(self, ids: Iterable[str]) -> BoolArray:
         """Return which drawings (n,) have one of these ids."""
         flags = np.zeros(self.count, np.bool_)
-        flags[self.among(ids)] = True
+        flags[self.rows_of(ids)] = True
         return flags
 
     def numbers(self, values: Mapping[str, int]) -> IntArray:
@@ -113,24 +113,24 @@ class Annotations:
         few)."""
         self._numbers: dict[tuple[str, float], QPixmap] = {}
         self._dots: dict[tuple[tuple[float, float, float], float, float], QPixmap] = {}
-        self._arrays: _Ready | None = None
-        self._previous: _Ready | None = None
+        self._arrays: _FeatureArrays | None = None
+        self._previous_arrays: _FeatureArrays | None = None
         self._corners: dict[str, int] = {}
-        self._labels_shown: dict[str, int] = {}
-        self._symbols_shown: dict[str, int] = {}
+        self._label_ages: dict[str, int] = {}
+        self._symbol_ages: dict[str, int] = {}
         self._position_by_id: dict[str, int] = {}
         self._strokes: FloatArray = np.zeros((0, 2, 2))
         self._owners: IntArray = np.zeros(0, np.int64)
 
     def forget(self) -> None:
         """Discard the cached data after a change of the drawings."""
-        self._previous = self._arrays or self._previous
+        self._previous_arrays = self._arrays or self._previous_arrays
         self._arrays = None
 
     def forget_font(self) -> None:
         self.labels.clear()
         self._numbers.clear()
-        self._previous = self._arrays = None
+        self._previous_arrays = self._arrays = None
 
     def at(self, x: float, y: float) -> str | None:
         """Return the id of the feature whose label or symbol is at a pixel, or None."""
@@ -158,7 +158,7 @@ class Annotations:
         project: Project,
         size: tuple[float, float],
         *,
-        kept_free: Iterable[QRectF] = (),
+        reserved_rects: Iterable[QRectF] = (),
         is_moving: bool = False,
     ) -> None:
         """Paint symbols and labels.
@@ -175,7 +175,7 @@ class Annotations:
             Returns the pixels of points in the World frame, and whether each is visible.
         size : tuple of float
             Width and height of the picture.
-        kept_free : iterable of QRectF, optional
+        reserved_rects : iterable of QRectF, optional
             Rectangles in which no label is placed.
         is_moving : bool, optional
             Whether the camera is moving.
@@ -194,7 +194,7 @@ class Annotations:
         is_seen = is_visible.reshape(count, -1)[np.arange(count), position]
         is_selected = arrays.flags(selected_names)
         grid = LabelGrid(*size)
-        for box in kept_free:
+        for box in reserved_rects:
             grid.block(box.x(), box.y(), box.width(), box.height())
         gap = LABEL_GAP
         if len(arrays.symbol_rows):
@@ -207,12 +207,12 @@ class Annotations:
             painter, arrays, anchors, is_seen, is_selected, grid, gap, is_moving, ratio
         )
 
-    def _prepare(self, features: Mapping[str, FeatureDrawing]) -> _Ready:
+    def _prepare(self, features: Mapping[str, FeatureDrawing]) -> _FeatureArrays:
         drawings = [d for d in features.values() if d.visible and (d.label or d.symbol)]
         symbols = list(map(_SYMBOL, drawings))
         valid_symbols = list(filter(None, symbols))
         positions, sizes = self._measure(drawings)
-        return _Ready(
+        return _FeatureArrays(
             drawings,
             dict(zip(map(_ID, drawings), count(), strict=False)),
             positions,
@@ -226,31 +226,35 @@ class Annotations:
 
     def _measure(self, drawings: list[FeatureDrawing]) -> tuple[FloatArray, FloatArray]:
         """Return the positions and sizes of the labels, reusing those of unchanged drawings."""
-        places, sizes = (
+        anchors, sizes = (
             np.zeros((len(drawings), 1 + len(LINE_POSITIONS), 3)),
             np.zeros((len(drawings), 2)),
         )
-        previous = self._previous
+        previous_arrays = self._previous_arrays
         rows = (
-            {} if previous is None else dict(zip(map(id, previous.drawings), count(), strict=False))
+            {}
+            if previous_arrays is None
+            else dict(zip(map(id, previous_arrays.drawings), count(), strict=False))
         )
         previous_rows = np.fromiter(
             map(rows.get, map(id, drawings), repeat(-1)), np.int64, len(drawings)
         )
-        if previous is not None:
+        if previous_arrays is not None:
             is_unchanged = previous_rows >= 0
-            places[is_unchanged], sizes[is_unchanged] = (
-                previous.places[previous_rows[is_unchanged]],
-                previous.sizes[previous_rows[is_unchanged]],
+            anchors[is_unchanged], sizes[is_unchanged] = (
+                previous_arrays.places[previous_rows[is_unchanged]],
+                previous_arrays.sizes[previous_rows[is_unchanged]],
             )
         for row in np.flatnonzero(previous_rows < 0).tolist():
             drawing = drawings[row]
-            places[row] = _places(drawing)
+            anchors[row] = _places(drawing)
             sizes[row] = self.labels.size(drawing.label, drawing.verdict)
-        self._previous = None
-        return places, sizes
+        self._previous_arrays = None
+        return anchors, sizes
 
-    def _choose_positions(self, arrays: _Ready, is_visible: BoolArray, is_moving: bool) -> IntArray:
+    def _choose_positions(
+        self, arrays: _FeatureArrays, is_visible: BoolArray, is_moving: bool
+    ) -> IntArray:
         """Return the index (n,) of each label's position, preferably the previous one.
 
         If the previous position is hidden, a visible one is chosen, so that a long trace is
@@ -263,7 +267,7 @@ class Annotations:
             axis=1
         )
         if is_moving:
-            for shown_frames in (self._labels_shown, self._symbols_shown):
+            for shown_frames in (self._label_ages, self._symbol_ages):
                 hidden_frames = arrays.numbers(shown_frames)
                 is_kept |= (hidden_frames > 0) & (hidden_frames < MAX_HIDDEN_FRAMES)
         index = np.where(is_kept, preferred_last_positions, np.argmax(is_visible, axis=1))
@@ -276,7 +280,7 @@ class Annotations:
     def _paint_symbols(
         self,
         painter: QPainter,
-        arrays: _Ready,
+        arrays: _FeatureArrays,
         signs: Signs,
         is_visible: BoolArray,
         is_selected: BoolArray,
@@ -292,17 +296,17 @@ class Annotations:
                 & (signs.pixels > -20.0).all(axis=1)
                 & (signs.pixels < np.array(size) + 20.0).all(axis=1)
             )
-        is_patient = self._patient(arrays, is_visible, self._symbols_shown, is_moving)[rows]
+        is_patient = self._recently_hidden(arrays, is_visible, self._symbol_ages, is_moving)[rows]
         is_small = extents < MIN_DISC_PIXELS * signs.metres
         candidates = is_inside & (is_patient | is_selected[rows]) & (~arrays.discs | is_small)
-        was_shown = arrays.flags(self._symbols_shown)[rows]
+        was_shown = arrays.flags(self._symbol_ages)[rows]
         order = order_by_importance(is_selected[rows], was_shown, extents, is_moving=is_moving)
         # Includes a margin, because a symbol may be partly outside the image.
         available_space = LabelGrid(size[0] + 40.0, size[1] + 40.0)
         full_signs, dots, discs = [], [], []
         # A few selected symbols are drawn over all others, but many would overlap each other.
         selected_rows = np.flatnonzero(is_selected[rows])
-        certain = (
+        fixed_rows = (
             set(selected_rows.tolist()) if len(selected_rows) <= MAX_SELECTED_ON_TOP else set()
         )
         positions = signs.pixels.tolist()
@@ -314,7 +318,7 @@ class Annotations:
             )
             if arrays.discs[i]:
                 discs.append(i)
-            elif i in certain or is_free:
+            elif i in fixed_rows or is_free:
                 available_space.block(
                     x + 20.0 - SYMBOL_HALF_SIZE,
                     y + 20.0 - SYMBOL_HALF_SIZE,
@@ -325,7 +329,7 @@ class Annotations:
                 grid.block(x - 6.0, y - 6.0, 12.0, 12.0)
             else:
                 dots.append(i)
-        self._remember(self._symbols_shown, arrays, rows[full_signs].tolist(), is_visible)
+        self._remember(self._symbol_ages, arrays, rows[full_signs].tolist(), is_visible)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         colors = [arrays.drawings[i].color for i in rows]
         # The most important symbol is drawn last, over the others.
@@ -383,8 +387,8 @@ class Annotations:
         # Slightly longer strokes with flat ends take a third of the time of round ends.
         stroke_vectors = strokes[:, 1] - strokes[:, 0]
         stroke_vectors *= CAP_LENGTH / np.maximum(np.hypot(*stroke_vectors.T), 1e-9)[:, None]
-        longer = strokes + np.stack([-stroke_vectors, stroke_vectors], axis=1)
-        lines = [QLineF(*ends) for ends in longer.reshape(-1, 4).tolist()]
+        long_strokes = strokes + np.stack([-stroke_vectors, stroke_vectors], axis=1)
+        lines = [QLineF(*ends) for ends in long_strokes.reshape(-1, 4).tolist()]
         groups: dict[tuple[bool, tuple[float, float, float]], list[QLineF]] = {}
         for line, owner in zip(lines, owners.tolist(), strict=True):
             groups.setdefault((bool(is_selected[owner]), colors[owner]), []).append(line)
@@ -412,7 +416,7 @@ class Annotations:
     def _paint_numbers(
         self,
         painter: QPainter,
-        arrays: _Ready,
+        arrays: _FeatureArrays,
         signs: Signs,
         full_signs: list[int],
         grid: LabelGrid,
@@ -445,7 +449,7 @@ class Annotations:
         return pixmap
 
     # --- labels ------------------------------------------------------------------------------
-    def _labels_selection_only(self, arrays: _Ready) -> bool:
+    def _labels_selection_only(self, arrays: _FeatureArrays) -> bool:
         """Return whether only selected features are labelled to avoid hiding the rock."""
         is_many = int(arrays.labelled.sum()) > MAX_LABELLED_FEATURES
         return self.label_mode == "selected" or (self.label_mode == "auto" and is_many)
@@ -453,7 +457,7 @@ class Annotations:
     def _paint_labels(
         self,
         painter: QPainter,
-        arrays: _Ready,
+        arrays: _FeatureArrays,
         anchors: FloatArray,
         is_visible: BoolArray,
         is_selected: BoolArray,
@@ -462,8 +466,8 @@ class Annotations:
         is_moving: bool,
         ratio: float,
     ) -> None:
-        is_patient = self._patient(arrays, is_visible, self._labels_shown, is_moving)
-        was_shown = arrays.flags(self._labels_shown)
+        is_patient = self._recently_hidden(arrays, is_visible, self._label_ages, is_moving)
+        was_shown = arrays.flags(self._label_ages)
         candidates = arrays.labelled & (is_patient | is_selected) & np.isfinite(anchors).all(axis=1)
         if self.label_mode == "none":
             candidates[:] = False
@@ -477,9 +481,11 @@ class Annotations:
         corners = arrays.numbers(self._corners)
         # While the view moves, a new label needs more space, so that it does not vanish at the
         # next step.
-        clear = np.where(was_shown | is_selected, 0.0, NEW_LABEL_CLEARANCE) if is_moving else None
+        clearances = (
+            np.where(was_shown | is_selected, 0.0, NEW_LABEL_CLEARANCE) if is_moving else None
+        )
         placed_labels = place_labels(
-            grid, anchors, arrays.sizes, order[candidates[order]], gap, corners, clear
+            grid, anchors, arrays.sizes, order[candidates[order]], gap, corners, clearances
         )
         for i, (x, y) in placed_labels.items():
             d = arrays.drawings[i]
@@ -487,7 +493,7 @@ class Annotations:
             painter.drawPixmap(QPointF(x, y), picture)
             width, height = arrays.sizes[i]
             self.label_boxes.append((d.id, QRectF(x, y, float(width), float(height))))
-        self._remember(self._labels_shown, arrays, list(placed_labels), is_visible)
+        self._remember(self._label_ages, arrays, list(placed_labels), is_visible)
         self._corners = {arrays.drawings[i].id: int(corners[i]) for i in placed_labels}
 
     def paint_hovered(
@@ -510,9 +516,9 @@ class Annotations:
         painter.drawPixmap(QPointF(x_left, y_top), picture)
 
     # --- memory ------------------------------------------------------------------------------
-    def _patient(
+    def _recently_hidden(
         self,
-        arrays: _Ready,
+        arrays: _FeatureArrays,
         is_visible: BoolArray,
         shown_positions: dict[str, int],
         is_moving: bool,
@@ -521,22 +527,24 @@ class Annotations:
         if not is_moving or not shown_positions:
             return is_visible
         return is_visible | arrays.flags(
-            id_ for id_, gone in shown_positions.items() if gone < MAX_HIDDEN_FRAMES
+            id_
+            for id_, hidden_frames in shown_positions.items()
+            if hidden_frames < MAX_HIDDEN_FRAMES
         )
 
     def _remember(
         self,
         shown_positions: dict[str, int],
-        arrays: _Ready,
+        arrays: _FeatureArrays,
         shown_rows: Iterable[int],
         is_visible: BoolArray,
     ) -> None:
         """Count the frames for which each shown row has been invisible."""
-        previous = dict(shown_positions)
+        previous_positions = dict(shown_positions)
         shown_positions.clear()
         for row in shown_rows:
             id_ = arrays.drawings[row].id
-            shown_positions[id_] = 0 if is_visible[row] else previous.get(id_, 0) + 1
+            shown_positions[id_] = 0 if is_visible[row] else previous_positions.get(id_, 0) + 1
 
 
 def _flat_pen(color: QColor, width: float) -> QPen:

@@ -43,46 +43,58 @@ class ColorBar:
         bold, plain_metrics = QFontMetricsF(self._bold), QFontMetricsF(self._font)
         self._line = plain_metrics.height()
         title = captions[0] + (f" [{scale.unit}]" if scale.unit else "")
-        elide = Qt.TextElideMode.ElideRight
-        self._captions = [bold.elidedText(title, elide, MAX_TITLE_WIDTH)]
+        elide_mode = Qt.TextElideMode.ElideRight
+        self._captions = [bold.elidedText(title, elide_mode, MAX_TITLE_WIDTH)]
         self._captions += [
-            plain_metrics.elidedText(t, elide, MAX_TITLE_WIDTH) for t in captions[1:] if t
+            plain_metrics.elidedText(t, elide_mode, MAX_TITLE_WIDTH) for t in captions[1:] if t
         ]
-        self._head = bold.height() + self._line * (len(self._captions) - 1) + 5.0
-        self._foot = self._line + 5.0 if scale.missing else 0.0
+        self._header_height = bold.height() + self._line * (len(self._captions) - 1) + 5.0
+        self._footer_height = self._line + 5.0 if scale.missing else 0.0
         total_width = [bold.horizontalAdvance(self._captions[0])]
         total_width += [plain_metrics.horizontalAdvance(t) for t in self._captions[1:]]
         available_space = max(bottom - top, 40.0)
-        self._left_out = 0
+        self._omitted_count = 0
         if scale.kind == "categories":
             row = self._line + 3.0
-            max_rows = max(1, int((available_space - self._head - self._foot - 2.0 * PAD) / row))
+            max_rows = max(
+                1,
+                int(
+                    (available_space - self._header_height - self._footer_height - 2.0 * PAD) / row
+                ),
+            )
             self._rows = list(scale.categories)
             if len(self._rows) > MAX_ROWS:
                 # Borders distinguish categories with similar colours.
-                self._left_out, self._rows = len(self._rows), []
+                self._omitted_count, self._rows = len(self._rows), []
             elif len(self._rows) > max_rows:
-                self._left_out = len(self._rows) - (max_rows - 1)
+                self._omitted_count = len(self._rows) - (max_rows - 1)
                 self._rows = self._rows[: max_rows - 1]
             labels = [c.name for c in self._rows] + self._omitted_text()
             inner_width = row * len(labels)
         else:
-            inner_width = min(MAX_BAR_HEIGHT, available_space) - self._head - self._foot - 2.0 * PAD
+            inner_width = (
+                min(MAX_BAR_HEIGHT, available_space)
+                - self._header_height
+                - self._footer_height
+                - 2.0 * PAD
+            )
             labels = [text for _, text in self._ticks(inner_width)]
         text_width = max([plain_metrics.horizontalAdvance(w) for w in labels], default=0.0)
         total_width.append(BAR_WIDTH + 8.0 + text_width)
         if scale.missing:
             total_width.append(BAR_WIDTH + 8.0 + plain_metrics.horizontalAdvance(tr(MISSING_TEXT)))
         width = max(total_width) + 2.0 * PAD
-        height = self._head + inner_width + self._foot + 2.0 * PAD
-        self._inner = inner_width
+        height = self._header_height + inner_width + self._footer_height + 2.0 * PAD
+        self._inner_width = inner_width
         self.box = QRectF(right - width, top, width, height)
 
     def _omitted_text(self) -> list[str]:
-        if self._left_out and not self._rows:
-            return [tr_n("{count} class", "{count} classes", self._left_out)]
+        if self._omitted_count and not self._rows:
+            return [tr_n("{count} class", "{count} classes", self._omitted_count)]
         return (
-            [tr_n("and {count} more", "and {count} more", self._left_out)] if self._left_out else []
+            [tr_n("and {count} more", "and {count} more", self._omitted_count)]
+            if self._omitted_count
+            else []
         )
 
     def _ticks(self, height: float) -> list[tuple[float, str]]:
@@ -100,12 +112,12 @@ class ColorBar:
             (0.0, ("≤ " if scale.below else "") + low),
             (1.0, ("≥ " if scale.above else "") + high),
         ]
-        clear = 1.25 * self._line / max(height, 1.0)
-        max_ticks = max(1, int(1.0 / max(1.6 * clear, 0.14)))
+        clearance = 1.25 * self._line / max(height, 1.0)
+        max_ticks = max(1, int(1.0 / max(1.6 * clearance, 0.14)))
         minor_ticks = [
             ((v - scale.low) / width, text)
             for v, text in scale.ticks(max_ticks)
-            if clear <= (v - scale.low) / width <= 1.0 - clear
+            if clearance <= (v - scale.low) / width <= 1.0 - clearance
         ]
         return [ends[0], *minor_ticks, ends[1]]
 
@@ -123,14 +135,14 @@ class ColorBar:
             painter.setFont(font)
             painter.drawText(QPointF(left, y + metrics.ascent()), text)
             y += metrics.height()
-        top = self.box.top() + PAD + self._head
+        top = self.box.top() + PAD + self._header_height
         painter.setFont(self._font)
         if self.scale.kind == "categories":
             self._paint_categories(painter, left, top)
         else:
             self._paint_ramp(painter, left, top)
         if self.scale.missing:
-            self._swatch(painter, left, top + self._inner + 5.0, MISSING, tr(MISSING_TEXT))
+            self._swatch(painter, left, top + self._inner_width + 5.0, MISSING, tr(MISSING_TEXT))
         painter.restore()
 
     def _swatch(
@@ -158,14 +170,14 @@ class ColorBar:
         metrics = QFontMetricsF(self._font)
         # Adds half a line above and below, because the texts of the ends extend beyond the bar.
         half_height = metrics.capHeight() / 2.0 + 1.0
-        ramp = QRectF(left, top + half_height, BAR_WIDTH, self._inner - 2.0 * half_height)
+        ramp = QRectF(left, top + half_height, BAR_WIDTH, self._inner_width - 2.0 * half_height)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, False)
         painter.drawImage(ramp, strip)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(TEXT, 0.8))
         painter.drawRect(ramp)
-        for place, text in self._ticks(self._inner):
-            y = ramp.bottom() - place * ramp.height()
+        for ratio, text in self._ticks(self._inner_width):
+            y = ramp.bottom() - ratio * ramp.height()
             painter.setPen(QPen(TEXT, 1.0))
             painter.drawLine(QPointF(ramp.right(), y), QPointF(ramp.right() + 4.0, y))
             position = QPointF(ramp.right() + 8.0, y + metrics.capHeight() / 2.0)
@@ -203,7 +215,7 @@ def draw_clip_box(
     corners: FloatArray,
     centres: FloatArray,
     usable_flags: Sequence[bool],
-    hot: int | None,
+    hovered: int | None,
     letters: Sequence[str],
 ) -> None:
     """Draw the edges and handles of a clipping box.
@@ -217,7 +229,7 @@ def draw_clip_box(
         Pixels of the handles, in the order of FACES.
     usable_flags : sequence of bool
         Whether each handle can be dragged.
-    hot : int or None
+    hovered : int or None
         Handle under the cursor.
     letters : sequence of str
         Names of the three axes.
@@ -235,8 +247,8 @@ def draw_clip_box(
         if not np.isfinite(centres[k]).all():
             continue
         x, y = centres[k]
-        max_distance = HANDLE_RADIUS + (1.5 if k == hot else 0.0)
-        fill = QColor(BOX_COLOR if k == hot else "#ffffff")
+        max_distance = HANDLE_RADIUS + (1.5 if k == hovered else 0.0)
+        fill = QColor(BOX_COLOR if k == hovered else "#ffffff")
         fill.setAlphaF(0.95 if usable_flags[k] else 0.35)
         painter.setPen(QPen(DARK, 1.6))
         painter.setBrush(fill)

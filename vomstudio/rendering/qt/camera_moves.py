@@ -37,12 +37,12 @@ class CameraMoves(QObject):
         """
         super().__init__(parent)
         self.camera = camera
-        self._pane, self._everything, self._picture = pane, scene_bounds, picture
-        self._fitted: FloatArray | None = None
+        self._pane, self._scene_bounds, self._picture = pane, scene_bounds, picture
+        self._fitted_points: FloatArray | None = None
 
     def moved(self) -> None:
         """Request a drawing in the next paint, and its refinement after a delay."""
-        self._fitted = None
+        self._fitted_points = None
         self._picture.stir()
         self.changed.emit()
 
@@ -60,7 +60,7 @@ class CameraMoves(QObject):
         """
         points = np.asarray(points_world, float)
         self.fit(points)
-        self._fitted = points
+        self._fitted_points = points
 
     def fit(self, points_world: FloatArray) -> None:
         """Show all these World points (n, 3), keeping the view direction."""
@@ -69,12 +69,12 @@ class CameraMoves(QObject):
 
     def resized(self) -> None:
         """Frame the same points again unless the camera has been moved since."""
-        if self._fitted is not None:
-            self.frame(self._fitted)
+        if self._fitted_points is not None:
+            self.frame(self._fitted_points)
 
-    def stay(self) -> None:
+    def keep_camera(self) -> None:
         """Keep the camera when the widget is resized."""
-        self._fitted = None
+        self._fitted_points = None
 
     def set_pivot(self, point_world: FloatArray) -> None:
         """Set the pivot of rotations, a point in the World frame; the view does not change."""
@@ -108,7 +108,7 @@ class CameraMoves(QObject):
             self.moved()
 
     def _frame_all(self) -> None:
-        self.frame(self._everything())
+        self.frame(self._scene_bounds())
 
     # -- properties of the view
 

@@ -30,7 +30,7 @@ class ClipHandles(QObject):
         Nothing is drawn or picked outside this box.
     handles : bool
         Whether its faces can be dragged.
-    hot : int or None
+    hovered : int or None
         Face under the cursor.
     """
 
@@ -49,7 +49,7 @@ class ClipHandles(QObject):
         super().__init__(parent)
         self.box: ClipBox | None = None
         self.handles = True
-        self.hot: int | None = None
+        self.hovered: int | None = None
         self._camera, self._pane = camera, pane
         self._lifetime, self._picture, self._annotations = lifetime, picture, annotations
 
@@ -134,15 +134,15 @@ class ClipHandles(QObject):
         self._picture.schedule_rest()
         self._pane.update()
 
-    def hover(self, x: float, y: float, *, free: bool) -> None:
-        """Update the face under the cursor; `free` if the cursor is over no other handle."""
-        face = self.face_at(x, y) if free else None
-        if face != self.hot:
-            self.hot = face
+    def hover(self, x: float, y: float, *, is_free: bool) -> None:
+        """Update the face under the cursor; `is_free` if the cursor is over no other handle."""
+        face = self.face_at(x, y) if is_free else None
+        if face != self.hovered:
+            self.hovered = face
             self._pane.update()
 
     def paint(self, painter: QPainter, held_face: int | None, letters: Sequence[str]) -> None:
         if self.box is not None and self.handles:
             corners, centres, is_usable = self.places()
-            hot = self.hot if held_face is None else held_face
-            bar_painting.draw_clip_box(painter, corners, centres, is_usable, hot, letters)
+            hovered = self.hovered if held_face is None else held_face
+            bar_painting.draw_clip_box(painter, corners, centres, is_usable, hovered, letters)

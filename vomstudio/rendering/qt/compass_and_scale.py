@@ -22,7 +22,7 @@ def compass_box(height: float) -> QRectF:
     return QRectF(MARGIN - 4.0, height - MARGIN - 92.0, 96.0, 96.0)
 
 
-def draw_compass(painter: QPainter, frame: FloatArray, height: float, north_known: bool) -> None:
+def draw_compass(painter: QPainter, frame: FloatArray, height: float, is_north_known: bool) -> None:
     """Draw a horizontal ring with a needle pointing North, as seen by the camera.
 
     The rows of `frame` are the right, up and view directions of the camera in the World frame.
@@ -36,12 +36,12 @@ def draw_compass(painter: QPainter, frame: FloatArray, height: float, north_know
     painter.setBrush(QColor(18, 20, 23, 95))
     painter.drawEllipse(centre, 46.0, 46.0)
 
-    def place(vector: Sequence[float] | FloatArray, max_distance: float = radius) -> QPointF:
+    def pixel_of(vector: Sequence[float] | FloatArray, max_distance: float = radius) -> QPointF:
         x, y = (frame[:2] @ np.asarray(vector, float)) * max_distance
         return QPointF(centre.x() + float(x), centre.y() - float(y))
 
     angles = np.linspace(0.0, 2.0 * np.pi, 49)
-    ring = QPolygonF([place((math.sin(a), math.cos(a), 0.0)) for a in angles])
+    ring = QPolygonF([pixel_of((math.sin(a), math.cos(a), 0.0)) for a in angles])
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.setPen(QPen(painting.DARK, 3.2))
     painter.drawPolyline(ring)
@@ -49,21 +49,21 @@ def draw_compass(painter: QPainter, frame: FloatArray, height: float, north_know
     painter.drawPolyline(ring)
     needle = np.array([0.0, 1.0, 0.0])
     half_width = np.array([1.0, 0.0, 0.0]) * 0.3
-    north = QPolygonF([place(needle), place(half_width), place(-half_width)])
-    south_needle = QPolygonF([place(-needle), place(half_width), place(-half_width)])
+    north = QPolygonF([pixel_of(needle), pixel_of(half_width), pixel_of(-half_width)])
+    south_needle = QPolygonF([pixel_of(-needle), pixel_of(half_width), pixel_of(-half_width)])
     painter.setPen(QPen(painting.DARK, 1.2))
     painter.setBrush(QColor(235, 235, 235))
     painter.drawPolygon(south_needle)
-    painter.setBrush(QColor("#e0402a") if north_known else QColor("#f0a500"))
+    painter.setBrush(QColor("#e0402a") if is_north_known else QColor("#f0a500"))
     painter.drawPolygon(north)
     bold, plain_font = painting.system_font(bold=True), painting.system_font()
-    letters = (tr("N"), tr("E"), tr("S"), tr("W")) if north_known else ("y", "x", "", "")
+    letters = (tr("N"), tr("E"), tr("S"), tr("W")) if is_north_known else ("y", "x", "", "")
     occupied_points: list[QPointF] = []
     for k, letter in enumerate(letters):
         if not letter:
             continue
         turned_value = math.radians(90.0 * k)
-        position = place((math.sin(turned_value), math.cos(turned_value), 0.0), radius + 9.0)
+        position = pixel_of((math.sin(turned_value), math.cos(turned_value), 0.0), radius + 9.0)
         # In a horizontal view the letters meet at the needle, and only the first one is drawn.
         if any(
             math.hypot(position.x() - q.x(), position.y() - q.y()) < 13.0 for q in occupied_points
@@ -79,7 +79,7 @@ def draw_compass(painter: QPainter, frame: FloatArray, height: float, north_know
             letter,
             font,
         )
-    if not north_known:
+    if not is_north_known:
         small_font = painting.system_font()
         text = tr("local frame")
         width = QFontMetricsF(small_font).horizontalAdvance(text)
@@ -108,7 +108,7 @@ def draw_scale_bar(
     height: float,
     *,
     note: str = "",
-    unit_known: bool = True,
+    is_unit_known: bool = True,
 ) -> None:
     """Draw a scale bar with a round length, and a note above it."""
     length, pixels = scale_bar(metres_per_pixel, width)
@@ -128,7 +128,7 @@ def draw_scale_bar(
         pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
         painter.setPen(pen)
         painter.drawPath(bar)
-    text = bar_text(length, is_metric=unit_known)
+    text = bar_text(length, is_metric=is_unit_known)
     font = painting.system_font(bold=True)
     painting.outlined_text(
         painter,

@@ -112,7 +112,7 @@ class ModelAppearance(QObject):
         scene = self._lifetime.scene
         model = None if scene is None else scene.models.get(model_id)
         style = self._styles.get(model_id)
-        if model is None or style is None or self._mode != "field" or not model.chunks_done:
+        if model is None or style is None or self._mode != "field" or not model.has_all_chunks:
             return
         self._work.color(
             model_id,

@@ -20,7 +20,7 @@ def feature_at(
     camera: Camera,
     extent: tuple[float, float],
     *,
-    discs: bool = True,
+    include_discs: bool = True,
 ) -> str | None:
     """Return the id of the feature with the nearest line, or else the front-most disc.
 
@@ -43,7 +43,7 @@ def feature_at(
         if len(distance) and distance.min() <= FEATURE_PIXELS:
             return lines[int(owner[int(np.argmin(distance))])].id
     best_distance, feature_id = np.inf, None
-    for d in shown_feature_drawings if discs else ():
+    for d in shown_feature_drawings if include_discs else ():
         if d.disc is None:
             continue
         ring, depth = camera.project(np.asarray(d.disc, float), extent)

@@ -50,8 +50,8 @@ class GestureView(Pane, Protocol):
 
     def world_of(self, hit: Hit) -> FloatArray: ...
 
-    def hover(self, x: float, y: float, *, free: bool) -> None:
-        """Handle the cursor at a pixel; `free` means that it is not over a preview vertex."""
+    def hover(self, x: float, y: float, *, is_free: bool) -> None:
+        """Handle the cursor at a pixel; `is_free` means that it is not over a preview vertex."""
 
 
 class Moves(Protocol):
@@ -178,11 +178,11 @@ class Gestures(QObject):
         self._button = event.button()
         self._action = None
         is_left_button = event.button() == Qt.MouseButton.LeftButton
-        shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        has_shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
         self._held_handle = (
-            self.handle_at(position.x(), position.y()) if is_left_button and not shift else None
+            self.handle_at(position.x(), position.y()) if is_left_button and not has_shift else None
         )
-        is_free = is_left_button and not shift and self._held_handle is None
+        is_free = is_left_button and not has_shift and self._held_handle is None
         self.held_face = self._faces.face_at(position.x(), position.y()) if is_free else None
         event.accept()
 
@@ -193,7 +193,7 @@ class Gestures(QObject):
             self._action = "face"
             return
         view = self._view
-        shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        has_shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
         button = self._button
         hit = view.pick(self._press_position.x(), self._press_position.y())
         position = None if hit is None else view.world_of(hit)
@@ -202,7 +202,7 @@ class Gestures(QObject):
             start = self._event(Pointer.DRAG_START, self._press_position, button, event)
             self.pointer.emit(replace(start, handle=self._held_handle))
         elif button == Qt.MouseButton.MiddleButton or (
-            button == Qt.MouseButton.LeftButton and shift and not self.tool_takes_keys
+            button == Qt.MouseButton.LeftButton and has_shift and not self.tool_takes_keys
         ):
             self._action = "pan"
             self._action_depth = (
@@ -370,7 +370,7 @@ class Gestures(QObject):
         if event.handle != self.hot_handle:
             self.hot_handle = event.handle
             self._view.update()
-        self._view.hover(event.x, event.y, free=event.handle is None)
+        self._view.hover(event.x, event.y, is_free=event.handle is None)
         self.pointer.emit(replace(event, hit=self._view.pick(event.x, event.y)))
 
     def leave(self) -> None:

@@ -84,7 +84,7 @@ class Overlays:
             self._camera,
             project,
             size,
-            kept_free=(
+            reserved_rects=(
                 compass_and_scale.compass_box(height),
                 compass_and_scale.scale_bar_box(width, height),
                 self.covered,
@@ -105,7 +105,7 @@ class Overlays:
             width,
             height,
             note=tr("at the centre of rotation") if has_note else "",
-            unit_known=self.unit_known,
+            is_unit_known=self.unit_known,
         )
 
     def _lay_out_bars(

@@ -63,19 +63,19 @@ def outlined_text(painter: QPainter, x: float, baseline: float, text: str, font:
     """
     ratio = painter.device().devicePixelRatioF()
     metrics = QFontMetricsF(font)
-    rim = 2.0
+    rim_width = 2.0
     key = (text, font.key(), ratio)
     image = _letters.get(key)
     if image is None:
         if len(_letters) > 200:
             _letters.clear()
-        width = math.ceil((metrics.horizontalAdvance(text) + 2.0 * rim) * ratio)
-        height = math.ceil((metrics.height() + 2.0 * rim) * ratio)
+        width = math.ceil((metrics.horizontalAdvance(text) + 2.0 * rim_width) * ratio)
+        height = math.ceil((metrics.height() + 2.0 * rim_width) * ratio)
         image = QImage(width, height, QImage.Format.Format_ARGB32_Premultiplied)
         image.setDevicePixelRatio(ratio)
         image.fill(Qt.GlobalColor.transparent)
         path = QPainterPath()
-        path.addText(QPointF(rim, rim + metrics.ascent()), font, text)
+        path.addText(QPointF(rim_width, rim_width + metrics.ascent()), font, text)
         pen = QPen(DARK, 3.0)
         pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
         image_painter = QPainter(image)
@@ -85,8 +85,8 @@ def outlined_text(painter: QPainter, x: float, baseline: float, text: str, font:
         image_painter.end()
         _letters[key] = image
     # Integer device pixels keep the letters sharp.
-    x_left = round((x - rim) * ratio) / ratio
-    top = round((baseline - metrics.ascent() - rim) * ratio) / ratio
+    x_left = round((x - rim_width) * ratio) / ratio
+    top = round((baseline - metrics.ascent() - rim_width) * ratio) / ratio
     painter.drawImage(QPointF(x_left, top), image)
 
 
@@ -131,13 +131,13 @@ class LabelCache:
         self,
         text: str,
         rgb: tuple[float, float, float],
-        selected: bool,
+        is_selected: bool,
         ratio: float,
         verdict: str | None = None,
     ) -> QPixmap:
         """Return a label with a stripe in the colour of the feature and the mark of a verdict."""
         color = to_color(rgb)
-        key = (text, verdict or "", color.rgb(), selected, ratio)
+        key = (text, verdict or "", color.rgb(), is_selected, ratio)
         pixmap = self._pictures.get(key)
         if pixmap is not None:
             return pixmap
@@ -150,7 +150,7 @@ class LabelCache:
         out.fill(Qt.GlobalColor.transparent)
         painter = QPainter(out)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setPen(QPen(TEXT, 1.6) if selected else Qt.PenStyle.NoPen)
+        painter.setPen(QPen(TEXT, 1.6) if is_selected else Qt.PenStyle.NoPen)
         painter.setBrush(PANEL)
         painter.drawRoundedRect(QRectF(0.8, 0.8, width - 1.6, height - 1.6), 3.5, 3.5)
         painter.setPen(Qt.PenStyle.NoPen)
@@ -187,20 +187,20 @@ def draw_runs(
     edges = np.flatnonzero(np.diff(is_seen_run.astype(np.int8)))
     starts = np.concatenate([[0], edges + 1])
     ends = np.concatenate([edges + 1, [len(is_seen_run)]])
-    faint = QColor(color)
-    faint.setAlphaF(0.45)
-    shadow = QColor(DARK)
-    shadow.setAlphaF(0.8)
-    for halo in (True, False):
+    faint_color = QColor(color)
+    faint_color.setAlphaF(0.45)
+    shadow_color = QColor(DARK)
+    shadow_color.setAlphaF(0.8)
+    for is_halo in (True, False):
         for a, b in zip(starts, ends, strict=True):
             run = pixels[a : b + 1]
             if not np.isfinite(run).all():
                 continue
             visible = bool(is_seen_run[a])
-            if halo and not visible:
+            if is_halo and not visible:
                 continue
-            tint = shadow if halo else (color if visible else faint)
-            pen = QPen(tint, width + 2.6 if halo else width)
+            tint = shadow_color if is_halo else (color if visible else faint_color)
+            pen = QPen(tint, width + 2.6 if is_halo else width)
             pen.setCapStyle(Qt.PenCapStyle.RoundCap)
             pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
             if not visible:
@@ -233,14 +233,14 @@ def draw_ring(painter: QPainter, pixels: FloatArray, color: QColor) -> None:
     painter.setBrush(Qt.BrushStyle.NoBrush)
 
 
-def draw_brush(painter: QPainter, pixels: FloatArray, color: QColor, *, removes: bool) -> None:
+def draw_brush(painter: QPainter, pixels: FloatArray, color: QColor, *, is_removing: bool) -> None:
     """Draw the ring of a brush, dashed if it erases."""
     if len(pixels) < 3 or not np.isfinite(pixels).all():
         return
     painter.setBrush(Qt.BrushStyle.NoBrush)
-    for tint, width in ((DARK, 3.8), (TEXT if removes else color.lighter(130), 1.8)):
+    for tint, width in ((DARK, 3.8), (TEXT if is_removing else color.lighter(130), 1.8)):
         pen = QPen(tint, width)
-        if removes and tint is not DARK:
+        if is_removing and tint is not DARK:
             pen.setDashPattern([4.0, 3.0])
         painter.setPen(pen)
         painter.drawPolygon(polyline(pixels))

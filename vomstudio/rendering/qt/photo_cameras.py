@@ -31,7 +31,7 @@ class PhotoCameras:
         Cameras in the World frame.
     selection : frozenset of str
         Names of the emphasised photos.
-    hot : str or None
+    hovered : str or None
         Name of the photo under the cursor.
     """
 
@@ -40,20 +40,20 @@ class PhotoCameras:
     ) -> None:
         self.frusta: tuple[Frustum, ...] = ()
         self.selection: frozenset[str] = frozenset()
-        self.hot: str | None = None
+        self.hovered: str | None = None
         self._camera, self._pane = camera, pane
         self._lifetime, self._picture = lifetime, picture
 
-    def furnish(self, scene: Scene) -> None:
+    def attach_to(self, scene: Scene) -> None:
         """Pass the state to a new scene."""
         scene.cameras.show(self.frusta)
         scene.cameras.choose(self.selection)
 
     def show(self, frusta: Sequence[Frustum]) -> None:
         """Show the cameras of photos, given in the World frame."""
-        previous = self.frusta
-        self.frusta, self.hot = tuple(frusta), None
-        if not previous and not self.frusta:
+        previous_frusta = self.frusta
+        self.frusta, self.hovered = tuple(frusta), None
+        if not previous_frusta and not self.frusta:
             return
         scene = self._lifetime.scene
         if scene is not None:
@@ -86,21 +86,23 @@ class PhotoCameras:
 
     def hover(self, x: float, y: float) -> None:
         """Handle the cursor at a pixel."""
-        if self.frusta and (name := self.at(x, y)) != self.hot:
-            self.hot = name
+        if self.frusta and (name := self.at(x, y)) != self.hovered:
+            self.hovered = name
             self._pane.update()
 
     def leave(self) -> None:
         """Handle the cursor leaving the view."""
-        if self.hot is not None:
-            self.hot = None
+        if self.hovered is not None:
+            self.hovered = None
             self._pane.update()
 
     def paint(self, painter: QPainter, available_rect: QRect) -> None:
         """Paint the name of the photo under the cursor, inside `available_rect`."""
-        place = next((f.tip for f in self.frusta if f.name == self.hot), None)
-        if place is None or self.hot is None:
+        position = next((f.tip for f in self.frusta if f.name == self.hovered), None)
+        if position is None or self.hovered is None:
             return
-        (pixel,), _ = self._camera.project(place[None], self._pane.extent())
+        (pixel,), _ = self._camera.project(position[None], self._pane.extent())
         if np.isfinite(pixel).all():
-            painting.draw_name(painter, float(pixel[0]), float(pixel[1]), self.hot, available_rect)
+            painting.draw_name(
+                painter, float(pixel[0]), float(pixel[1]), self.hovered, available_rect
+            )

@@ -22,7 +22,7 @@ class PlotterPicture(QObject):
         Whether the camera is moving or has just stopped.
     """
 
-    completed = Signal()
+    picture_completed = Signal()
     """Emitted when the picture that is shown has changed."""
 
     def __init__(self, request_paint: Callable[[], None], parent: QObject) -> None:
@@ -31,7 +31,7 @@ class PlotterPicture(QObject):
         self._scene: Scene | None = None
         self._present: Callable[[], None] = lambda: None
         self._request_paint = request_paint
-        self._is_dirty, self._are_features_dirty, self._rest_pending = True, False, False
+        self._is_dirty, self._are_features_dirty, self._is_rest_pending = True, False, False
         self._rest_timer = QTimer(self, singleShot=True)
         self._rest_timer.timeout.connect(self._come_to_rest)
 
@@ -51,7 +51,7 @@ class PlotterPicture(QObject):
         scene = self._scene
         return (
             scene is not None
-            and scene.picture.complete
+            and scene.picture.is_complete
             and not (self.is_moving or self._is_dirty or self._are_features_dirty)
             and not self._rest_timer.isActive()
         )
@@ -91,14 +91,14 @@ class PlotterPicture(QObject):
         scene = self._scene
         if scene is None:
             return
-        if scene.picture.complete and not self._is_dirty:
+        if scene.picture.is_complete and not self._is_dirty:
             # Labels that did not fit during the movement may fit now.
-            self.completed.emit()
-        elif any(m.visible and m.proxies and not m.chunks_done for m in scene.models.values()):
+            self.picture_completed.emit()
+        elif any(m.visible and m.proxies and not m.has_all_chunks for m in scene.models.values()):
             # Drawn again when the next part of the model has arrived.
             self._request_paint()
         else:
-            self._rest_pending = True
+            self._is_rest_pending = True
             self._request_paint()
 
     # -- inside a paint
@@ -109,9 +109,9 @@ class PlotterPicture(QObject):
         if scene is None:
             return
         picture = scene.picture
-        if self._rest_pending and not self.is_moving and not picture.refining:
+        if self._is_rest_pending and not self.is_moving and not picture.refining:
             picture.begin_rest()
-        self._rest_pending = False
+        self._is_rest_pending = False
         if picture.refining:
             if picture.refine():
                 self._is_dirty = self._are_features_dirty = False
@@ -144,6 +144,6 @@ class PlotterPicture(QObject):
         # Labels are hidden behind the models; the depth is read while its context is current.
         scene.canvas.depth()
         self._present()
-        self.completed.emit()
-        if not scene.picture.complete:
+        self.picture_completed.emit()
+        if not scene.picture.is_complete:
             self._rest_soon()

@@ -39,7 +39,7 @@ class PreviewPainter:
     ----------
     project : callable
         Returns the pixels of points in the World frame, and whether each is visible.
-    place : ReadingPosition
+    reading_position : ReadingPosition
         Stores the position of the reading box.
     covered : QRectF, optional
         Rectangle that another widget covers.
@@ -51,12 +51,12 @@ class PreviewPainter:
         camera: Projector,
         extent: tuple[float, float],
         project: Callable[[FloatArray], tuple[FloatArray, BoolArray]],
-        place: ReadingPosition,
+        reading_position: ReadingPosition,
         covered: QRectF | None = None,
     ) -> None:
         self._painter, self._camera = painter, camera
         self._extent, self._project = extent, project
-        self._place = place
+        self._place = reading_position
         self._widget = None
         if covered is not None and not covered.isEmpty():
             self._widget = covered.x(), covered.y(), covered.width(), covered.height()
@@ -101,20 +101,20 @@ class PreviewPainter:
         self._paint_pending(preview, color)
         if preview.outline is not None:
             painting.draw_outline(painter, preview.outline, color)
-        clear = 0.0
+        clearance = 0.0
         if preview.brush is not None:
-            clear = self._paint_brush(preview.brush, color)
+            clearance = self._paint_brush(preview.brush, color)
         if cursor is None or not (preview.reading or preview.verdict):
             self._place.forget()
             return
-        clear = min(clear, 0.2 * width)
+        clearance = min(clearance, 0.2 * width)
         pixels, _ = self._camera.project(line, (width, height))
         rubber = None
         if preview.rubber is not None:
             rubber = self._camera.project(np.asarray(preview.rubber, float), (width, height))[0][0]
         position = cursor.x(), cursor.y()
         border = self._border(preview)
-        picked_points = PickedPoints(pixels, position, rubber, border, clear, self._widget)
+        picked_points = PickedPoints(pixels, position, rubber, border, clearance, self._widget)
         self._paint_reading(preview, picked_points)
 
     def _paint_pending(self, preview: Preview, color: QColor) -> None:
@@ -148,7 +148,7 @@ class PreviewPainter:
         """
         normal = self._camera.direction if brush.normal is None else brush.normal
         ring, _ = self._camera.project(disc(brush.centre, normal, brush.radius), self._extent)
-        painting.draw_brush(self._painter, ring, color, removes=brush.removes)
+        painting.draw_brush(self._painter, ring, color, is_removing=brush.removes)
         return float(np.ptp(ring[:, 0])) / 2.0 if np.isfinite(ring).all() else 0.0
 
     def _paint_line(self, line: FloatArray, color: QColor, width: float) -> None:

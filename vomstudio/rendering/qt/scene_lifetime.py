@@ -36,12 +36,14 @@ class SceneLife(QObject):
 
     started = Signal()
 
-    def __init__(self, camera: Camera, furnish: Callable[[Scene], None], parent: QObject) -> None:
-        """Store `furnish`, which starts a new scene and passes it its first contents."""
+    def __init__(
+        self, camera: Camera, fill_scene: Callable[[Scene], None], parent: QObject
+    ) -> None:
+        """Store `fill_scene`, which starts a new scene and passes it its first contents."""
         super().__init__(parent)
         self.scene: Scene | None = None
         self.closed = False
-        self._camera, self._furnish = camera, furnish
+        self._camera, self._fill_scene = camera, fill_scene
         self._waiting: list[Callable[[], None]] = []
         self._has_begun = False
         self._background = Background(poster(self), "vtk import", threads=1)
@@ -60,16 +62,16 @@ class SceneLife(QObject):
         from vomstudio.rendering.scene.scene import Scene
 
         scene = Scene(self._camera)
-        self._furnish(scene)
+        self._fill_scene(scene)
         self.scene = scene
         waiting, self._waiting = self._waiting, []
         for job in waiting:
             job()
         self.started.emit()
 
-    def everything(self) -> FloatArray:
+    def all_corners(self) -> FloatArray:
         """Return the World box corners (n, 3) of the visible contents; see `Scene.everything`."""
-        return np.zeros((0, 3)) if self.scene is None else self.scene.everything()
+        return np.zeros((0, 3)) if self.scene is None else self.scene.all_corners()
 
     def when_started(self, job: Callable[[], None]) -> None:
         """Run a job now if the scene exists, or else when it has been created."""

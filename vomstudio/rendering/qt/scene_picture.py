@@ -54,7 +54,7 @@ class ScenePicture(QObject):
         self._pixels: ByteArray | None = None
         self._is_dirty = True
         self._are_features_dirty = False
-        self._first_done = False
+        self._is_first_done = False
         self._warming: Iterator[None] = iter(())
         self._rest_timer = QTimer(self, singleShot=True, interval=REST_MS)
         self._rest_timer.timeout.connect(self._come_to_rest)
@@ -68,7 +68,7 @@ class ScenePicture(QObject):
         scene = self._lifetime.scene
         return (
             scene is not None
-            and scene.picture.complete
+            and scene.picture.is_complete
             and not self.is_moving
             and not self._rest_timer.isActive()
         )
@@ -105,7 +105,7 @@ class ScenePicture(QObject):
         self._are_features_dirty = True
         self._view.update()
 
-    def renew(self) -> None:
+    def replace_canvas(self) -> None:
         """Draw the complete picture again because the appearance of the models has changed.
 
         The previous picture remains until then, unless proxies can be drawn immediately.
@@ -122,7 +122,7 @@ class ScenePicture(QObject):
         if not self._is_dirty:
             self._rest_timer.start(1)
 
-    def arrived(self, *, is_first: bool) -> None:
+    def schedule_redraw(self, *, is_first: bool) -> None:
         """Draw new content after a short delay, or immediately if `is_first`."""
         self.content_changed.emit()
         if is_first:
@@ -183,12 +183,12 @@ class ScenePicture(QObject):
                 self._refine_timer.start()
                 if self.image is not None:
                     return
-            self._grab(scene)
+            self._copy_pixels(scene)
             self.drawn.emit()
             if picture.more_to_come:
                 self._is_dirty = True
                 QTimer.singleShot(0, self._view.update)
-            if not picture.complete and not picture.layering:
+            if not picture.is_complete and not picture.layering:
                 self._rest_soon()
         elif self._are_features_dirty:
             self._are_features_dirty = False
@@ -196,18 +196,18 @@ class ScenePicture(QObject):
             if picture.layering:
                 self._refine_timer.start()
                 return
-            self._grab(scene)
-            if not picture.complete and not picture.refining:
+            self._copy_pixels(scene)
+            if not picture.is_complete and not picture.refining:
                 self._rest_soon()
         elif picture.layering and not self._refine_timer.isActive():
             # The view has been hidden in the meantime.
             self._refine_timer.start()
 
-    def painted(self) -> None:
+    def finish_paint(self) -> None:
         """Finish a paint, and warm up the driver after the first paint with a scene."""
         scene = self._lifetime.scene
-        if scene is not None and not self._first_done:
-            self._first_done = True
+        if scene is not None and not self._is_first_done:
+            self._is_first_done = True
             self.first_frame.emit()
             self._warming = scene.warm_up()
             QTimer.singleShot(0, self._warm)
@@ -233,16 +233,16 @@ class ScenePicture(QObject):
             return
         if not self._is_dirty:
             scene.nodes.look_around()
-        if scene.picture.complete and not self._is_dirty:
+        if scene.picture.is_complete and not self._is_dirty:
             # The picture is complete; labels that did not fit during the movement may fit now.
             self.outdated.emit()
             self._view.update()
             self.drawn.emit()
             return
-        unfinished = any(
-            m.visible and m.proxies and not m.chunks_done for m in scene.models.values()
+        is_unfinished = any(
+            m.visible and m.proxies and not m.has_all_chunks for m in scene.models.values()
         )
-        if unfinished:
+        if is_unfinished:
             if self._is_dirty:
                 self._view.update()
             return
@@ -271,14 +271,14 @@ class ScenePicture(QObject):
         if not is_finished:
             self._refine_timer.start()
             return
-        self._grab(scene)
+        self._copy_pixels(scene)
         self.drawn.emit()
         self._view.update()
-        if not scene.picture.complete:
+        if not scene.picture.is_complete:
             # Additional content arrived while this frame was being drawn.
             self._rest_timer.start(REFRESH_DELAY_MS)
 
-    def _grab(self, scene: Scene) -> None:
+    def _copy_pixels(self, scene: Scene) -> None:
         # The image shares the memory of the array, which must be kept alive.
         self._pixels = np.ascontiguousarray(scene.canvas.pixels()[::-1])
         height, width = self._pixels.shape[:2]

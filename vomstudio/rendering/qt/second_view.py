@@ -69,7 +69,7 @@ class SecondView(QWidget):
         self.camera.restore(source.camera.to_dict())
         self._picture = PlotterPicture(self._request_paint, self)
         self._picture.completed.connect(self._refresh_labels)
-        self.moves = CameraMoves(self.camera, self, self._everything, self._picture, self)
+        self.moves = CameraMoves(self.camera, self, self._scene_bounds, self._picture, self)
         self.moves.changed.connect(self.camera_changed)
         self.overlays = Overlays(self.camera, source.display.captions)
         self.gestures = Gestures(self, self.moves, _NoFaces(), self)
@@ -215,12 +215,12 @@ class SecondView(QWidget):
         assert self._scene is not None
         return self._scene.follow(self._is_shown), self._scene.follow_features()
 
-    def _everything(self) -> FloatArray:
-        return np.zeros((0, 3)) if self._scene is None else self._scene.everything()
+    def _scene_bounds(self) -> FloatArray:
+        return np.zeros((0, 3)) if self._scene is None else self._scene.all_corners()
 
     def frame_all(self) -> None:
         """Show all contents, keeping the view direction."""
-        self.moves.frame(self._everything())
+        self.moves.frame(self._scene_bounds())
 
     # -- picking and projecting
 
@@ -232,12 +232,12 @@ class SecondView(QWidget):
         """Return the position (3,) of a hit in the World frame."""
         return self._source.world_of(hit)
 
-    def feature_at(self, x: float, y: float, *, discs: bool = True) -> str | None:
+    def feature_at(self, x: float, y: float, *, include_discs: bool = True) -> str | None:
         """Return the id of the feature whose label, symbol, line or disc is at a pixel."""
         if (feature_id := self.overlays.annotations.at(x, y)) is not None:
             return feature_id
         candidates = [drawing for drawing in self._features().values() if drawing.visible]
-        return feature_at(candidates, x, y, self.camera, self.extent(), discs=discs)
+        return feature_at(candidates, x, y, self.camera, self.extent(), include_discs=include_discs)
 
     def project(self, points: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Project points (n, 3) of the World frame to pixels (n, 2), and test their visibility."""
@@ -246,7 +246,7 @@ class SecondView(QWidget):
             return pixels, np.zeros(len(pixels), np.bool_)
         return pixels, self._scene.visibility(points) & self._source.clip.holds(points)
 
-    def hover(self, x: float, y: float, *, free: bool) -> None:
+    def hover(self, x: float, y: float, *, is_free: bool) -> None:
         """Ignore the cursor at a pixel, because this view has no highlights."""
 
     def set_preview(self, preview: Preview | None) -> None:

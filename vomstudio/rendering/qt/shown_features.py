@@ -57,7 +57,7 @@ class ShownFeatures:
         self._lifetime, self._picture = lifetime, picture
         self._annotations, self._inside, self._cut = annotations, is_inside, cut_callback
 
-    def furnish(self, scene: Scene) -> None:
+    def attach_to(self, scene: Scene) -> None:
         """Pass the drawings to a new scene."""
         if self.drawings:
             scene.set_features(self.drawings)
@@ -112,13 +112,15 @@ class ShownFeatures:
             scene.features.set_preview_areas(areas)
             self._picture.redraw_features()
 
-    def at(self, x: float, y: float, *, discs: bool = True) -> str | None:
+    def at(self, x: float, y: float, *, include_discs: bool = True) -> str | None:
         """Return the id of the feature whose label, symbol, line or disc is at a pixel."""
         if (feature_id := self._annotations.at(x, y)) is not None:
             return feature_id
         # Clipped features cannot be picked.
         candidates = [d for d in self.drawings.values() if d.visible and self._inside(d)]
-        return feature_at(candidates, x, y, self._camera, self._pane.extent(), discs=discs)
+        return feature_at(
+            candidates, x, y, self._camera, self._pane.extent(), include_discs=include_discs
+        )
 
     def uncut(self) -> Mapping[str, FeatureDrawing]:
         """Return the drawings that are at least partly inside the clipping box, keyed by id."""

@@ -113,7 +113,7 @@ class ShownModels(QObject):
                     model_id,
                     data,
                     texture_limit=canvas.texture_limit,
-                    whole_side=canvas.whole_texture_side,
+                    max_whole_side=canvas.whole_texture_side,
                     budget=self.point_budget,
                 )
 
@@ -165,7 +165,7 @@ class ShownModels(QObject):
         """Return the placement (4, 4) of a model."""
         return self._transforms[model_id]
 
-    def reached(self, model_id: str) -> frozenset[str]:
+    def reached_stages(self, model_id: str) -> frozenset[str]:
         """Return the stages of display that a model has reached; see `stage`."""
         return frozenset(self._stages.get(model_id, ()))
 
@@ -180,10 +180,10 @@ class ShownModels(QObject):
         scene = self._lifetime.scene
         if scene is None:
             return
-        until = time.perf_counter() + TAKE_S
+        deadline = time.perf_counter() + TAKE_S
         is_changed = False
-        while time.perf_counter() < until and (prepared := self.work.next()):
-            model_id, event = prepared
+        while time.perf_counter() < deadline and (prepared_event := self.work.next()):
+            model_id, event = prepared_event
             if isinstance(event, Problem):
                 self.problem.emit(event.finding)
                 continue
@@ -197,7 +197,7 @@ class ShownModels(QObject):
             if isinstance(event, ChunksDone):
                 self.chunked.emit(model_id)
             if isinstance(event, LocatorReady):
-                self._reach(model_id, "pickable")
+                self._emit_stage(model_id, "pickable")
             else:
                 is_changed = True
         if self.work.waiting:
@@ -225,7 +225,7 @@ class ShownModels(QObject):
         if scene is None:
             return
         models = scene.models.values()
-        is_unseen = not all("shown" in self.reached(model.model_id) for model in models)
+        is_unseen = not all("shown" in self.reached_stages(model.model_id) for model in models)
         self._picture.arrived(is_first=is_unseen and any(m.proxies or m.parts for m in models))
 
     def _report_stages(self) -> None:
@@ -235,13 +235,18 @@ class ShownModels(QObject):
         picture = scene.picture
         # A listener may remove a model.
         for model in list(scene.models.values()):
-            if (model.proxies and picture.showing_proxy) or any(p.uploaded for p in model.parts):
-                self._reach(model.model_id, "shown")
-            if picture.complete and model.chunks_done and model.textures_done and model.settled:
-                self._reach(model.model_id, "complete")
+            if (model.proxies and picture.showing_proxy) or any(p.is_uploaded for p in model.parts):
+                self._emit_stage(model.model_id, "shown")
+            if (
+                picture.is_complete
+                and model.has_all_chunks
+                and model.has_all_textures
+                and model.is_settled
+            ):
+                self._emit_stage(model.model_id, "complete")
 
-    def _reach(self, model_id: str, stage: str) -> None:
-        reached = self._stages.setdefault(model_id, set())
-        if stage not in reached:
-            reached.add(stage)
+    def _emit_stage(self, model_id: str, stage: str) -> None:
+        reached_stages = self._stages.setdefault(model_id, set())
+        if stage not in reached_stages:
+            reached_stages.add(stage)
             self.stage.emit(model_id, stage)

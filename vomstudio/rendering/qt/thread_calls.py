@@ -19,11 +19,11 @@ class _Courier(QObject):
     object at that moment, the process crashes.
     """
 
-    _called = Signal(object)
+    _call_requested = Signal(object)
 
     def __init__(self) -> None:
         super().__init__()
-        self._called.connect(self._make, Qt.ConnectionType.QueuedConnection)
+        self._call_requested.connect(self._make, Qt.ConnectionType.QueuedConnection)
         self._sending, self._is_closed = threading.Lock(), False
         # Runs before PySide deletes the Qt objects, as it also does at exit.
         atexit.register(self.close)
@@ -35,7 +35,7 @@ class _Courier(QObject):
     def carry(self, call: Call) -> None:
         with self._sending:
             if not self._is_closed:
-                self._called.emit(call)
+                self._call_requested.emit(call)
 
     def _make(self, call: Call) -> None:
         call()

@@ -98,9 +98,9 @@ class Viewport(QWidget):
         self._preview_areas: list[tuple[Area, tuple[float, float, float]]] = []
         self.reading_place = ReadingPosition()
         self._base: QImage | None = None
-        self._lifetime = lifetime = SceneLife(camera, self._furnish, self)
+        self._lifetime = lifetime = SceneLife(camera, self._fill_scene, self)
         self._picture = picture = ScenePicture(self, lifetime)
-        self.moves = CameraMoves(camera, self, lifetime.everything, picture, self)
+        self.moves = CameraMoves(camera, self, lifetime.all_corners, picture, self)
         self.models = ShownModels(lifetime, picture, self.moves, self)
         self.display = ModelAppearance(lifetime, picture, self.models, self)
         self.overlays = Overlays(camera, self.display.captions)
@@ -153,12 +153,12 @@ class Viewport(QWidget):
         super().showEvent(event)
         self._lifetime.begin()
 
-    def _furnish(self, scene: Scene) -> None:
+    def _fill_scene(self, scene: Scene) -> None:
         width, height = self._picture.device_size()
         scene.set_scale(self.devicePixelRatioF())
         scene.start(width, height)
-        self.photos.furnish(scene)
-        self.features.furnish(scene)
+        self.photos.attach_to(scene)
+        self.features.attach_to(scene)
 
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802 - Qt's name
         self.shutdown()
@@ -190,9 +190,9 @@ class Viewport(QWidget):
         scene = self._lifetime.scene
         return None if scene is None else scene.pick(x, y, self.extent())
 
-    def feature_at(self, x: float, y: float, *, discs: bool = True) -> str | None:
+    def feature_at(self, x: float, y: float, *, include_discs: bool = True) -> str | None:
         """Return the id of the feature whose label, symbol, line or disc is at a pixel."""
-        return self.features.at(x, y, discs=discs)
+        return self.features.at(x, y, include_discs=include_discs)
 
     def world_of(self, hit: Hit) -> FloatArray:
         """Return the position (3,) of a hit in the World frame."""
@@ -228,10 +228,10 @@ class Viewport(QWidget):
         """Return the World origin and unit direction of the line of sight through a pixel."""
         return self.camera.ray(x, y, self.extent())
 
-    def looking(self) -> ViewSnapshot | None:
+    def view_snapshot(self) -> ViewSnapshot | None:
         """Return a numerical description of the current view, or None before the first picture."""
         scene = self._lifetime.scene
-        return None if scene is None else scene.looking(self.devicePixelRatioF())
+        return None if scene is None else scene.view_snapshot(self.devicePixelRatioF())
 
     # -- overlays
 
@@ -352,9 +352,9 @@ class Viewport(QWidget):
     def wheelEvent(self, event: QWheelEvent) -> None:  # noqa: N802 - Qt's name
         self.gestures.wheel(event)
 
-    def hover(self, x: float, y: float, *, free: bool) -> None:
-        """Handle the cursor at a pixel; `free` means that it is not over a preview vertex."""
-        self.clip.hover(x, y, free=free)
+    def hover(self, x: float, y: float, *, is_free: bool) -> None:
+        """Handle the cursor at a pixel; `is_free` means that it is not over a preview vertex."""
+        self.clip.hover(x, y, is_free=is_free)
         self.photos.hover(x, y)
 
     def leaveEvent(self, event: QEvent) -> None:  # noqa: N802 - Qt's name

@@ -40,7 +40,7 @@ class Intake:
         frame: FrameProgress,
     ) -> None:
         self._canvas, self._contents = canvas, scene_contents
-        self._sight, self._frame = visibility, frame
+        self._visibility, self._frame = visibility, frame
 
     def take(self, model: ModelScene, event: Event) -> None:
         """Accept a worker's result for a model."""
@@ -59,13 +59,13 @@ class Intake:
             case ViewDone():
                 self._take_view(model, event)
             case ChunksDone():
-                model.chunks_done = True
+                model.has_all_chunks = True
             case TextureReady():
                 if event.texture is not None:
                     model.gpu_textures[event.material] = GpuTexture(event.texture)
                 self._frame.outdate()
             case TexturesDone():
-                model.textures_done = True
+                model.has_all_textures = True
             case LocatorReady():
                 model.locators = event.locators
 
@@ -99,7 +99,7 @@ class Intake:
         if model.streamer is not None and part.row not in model.shown_rows:
             return
         if self._frame.admit(model, part):
-            self._sight.size_points_of(model, part)
+            self._visibility.size_points_of(model, part)
         else:
             self._frame.outdate()
 
@@ -113,12 +113,12 @@ class Intake:
 
     def _take_view(self, model: ModelScene, event: ViewDone) -> None:
         if (
-            model.settled
+            model.is_settled
             or model.streamer is None
             or event.request_number != model.streamer.request_number
         ):
             return
-        model.settled = True
+        model.is_settled = True
         self._frame.outdate()
 
     def part(self, model: ModelScene, data: vtkPolyData) -> Part:

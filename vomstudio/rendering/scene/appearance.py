@@ -51,31 +51,31 @@ class Appearance:
         for k, part in enumerate(parts):
             values = part.actor.GetMapper().GetInput().GetPointData()
             if fields:
-                if not part.tinted:
+                if not part.is_tinted:
                     part.own_scalars = values.GetScalars()
                 values.SetScalars(fields[k])
-                part.uploaded, part.tinted = False, True
+                part.is_uploaded, part.is_tinted = False, True
             else:
                 self.untint(part)
             self.dress(model, part)
 
     @staticmethod
     def untint(part: Part) -> None:
-        if part.tinted:
+        if part.is_tinted:
             part.actor.GetMapper().GetInput().GetPointData().SetScalars(part.own_scalars)
             part.own_scalars = None
-            part.uploaded, part.tinted = False, False
+            part.is_uploaded, part.is_tinted = False, False
 
     def tint_node(self, model: ModelScene, part: Part) -> bool:
         """Apply field colours to a node before it is shown. Return whether its colours changed."""
         field = model.field
-        if part.tinted or part.piece is None or field is None or not self.shows_field(model):
+        if part.is_tinted or part.piece is None or field is None or not self.shows_field(model):
             return False
         _, read = reader(part.piece.cloud, field.style.name, model.to_world)
         values = part.actor.GetMapper().GetInput().GetPointData()
         part.own_scalars = values.GetScalars()
         values.SetScalars(vtk_data.color_array(field.scale.colors(read(part.piece.rows))))
-        part.uploaded, part.tinted = False, True
+        part.is_uploaded, part.is_tinted = False, True
         # Keep the point size of the view.
         part.actor.GetMapper().SetScalarVisibility(True)
         return True
@@ -93,7 +93,7 @@ class Appearance:
         display_property.SetDiffuse(0.75)
         if isinstance(model.data, PointCloud):
             display_property.LightingOff()
-            colored = part.tinted or (part.has_colors and self.mode != "plain shaded")
+            colored = part.is_tinted or (part.has_colors and self.mode != "plain shaded")
             mapper.SetScalarVisibility(colored)
             return
         gpu_texture = model.gpu_textures.get(part.material) if part.has_uv else None
@@ -101,7 +101,9 @@ class Appearance:
         textured = gpu_texture is not None and self.textured(model) and gpu_texture.wear(actor)
         if textured:
             display_property.SetColor(1.0, 1.0, 1.0)
-        colored = part.tinted or (part.has_colors and not textured and self.mode != "plain shaded")
+        colored = part.is_tinted or (
+            part.has_colors and not textured and self.mode != "plain shaded"
+        )
         mapper.SetScalarVisibility(colored)
         display_property.SetLighting(self.lit[self.mode if textured or colored else "plain shaded"])
         if self.mode == "wireframe":

@@ -81,7 +81,7 @@ class _Piece:
         self.place = dots[0][0].origin if dots else None
         self.spacing = _spacing(dots[0][1]) if dots else 0.0
 
-    def stand(self, offset_steps: float, scale: float, pixel: Pixel | None) -> None:
+    def offset_from_surface(self, offset_steps: float, scale: float, pixel: Pixel | None) -> None:
         self.border.GetProperty().SetLineWidth(self.width * scale)
         for actor, offset in (
             (self.fill, offset_steps),
@@ -93,9 +93,9 @@ class _Piece:
             mapper.SetRelativeCoincidentTopologyPointOffsetParameter(offset)
             mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, offset)
         if self.place is not None and pixel is not None:
-            self._space(max(self.spacing / pixel(self.place), 1e-3), scale)
+            self._set_dot_spacing(max(self.spacing / pixel(self.place), 1e-3), scale)
 
-    def _space(self, spacing: float, scale: float) -> None:
+    def _set_dot_spacing(self, spacing: float, scale: float) -> None:
         """Adapt the size and number of the dots to their `spacing` in pixels."""
         size = min(max(1.3 * spacing, MIN_DOT * scale), MAX_DOT * scale)
         halvings = max(0, math.floor(2.0 * math.log2(size / spacing) - 1.0))
@@ -160,12 +160,12 @@ class AreaLayer:
         self._is_selection_stale = self._is_preview_stale = True
 
     def change(self, key: str, drawing: FeatureDrawing | None) -> None:
-        previous = self._drawings.pop(key, None)
+        previous_drawing = self._drawings.pop(key, None)
         if drawing is not None and drawing.area is not None and drawing.visible:
             self._drawings[key] = drawing
         current = self._drawings.get(key)
-        if (previous and previous.area) is (current and current.area) and (
-            previous and previous.color
+        if (previous_drawing and previous_drawing.area) is (current and current.area) and (
+            previous_drawing and previous_drawing.color
         ) == (current and current.color):
             return
         self._stale.add(_bin(key))
@@ -211,7 +211,7 @@ class AreaLayer:
         offset = PROXY_OFFSET if is_moving else OVER_SURFACE
         for piece in (*self._bins.values(), self._selected_piece, self._live_piece):
             if piece is not None:
-                piece.stand(offset, self.scale, pixel)
+                piece.offset_from_surface(offset, self.scale, pixel)
 
 
 def area_box(area: Area) -> FloatArray:

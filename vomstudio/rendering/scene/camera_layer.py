@@ -33,7 +33,7 @@ class CameraLayer:
         self._actors: dict[str, vtkActor] = {}
 
     @property
-    def stale(self) -> bool:
+    def is_stale(self) -> bool:
         """Whether the cameras have changed since the last drawing."""
         return self._is_stale
 

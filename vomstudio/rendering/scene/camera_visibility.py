@@ -30,12 +30,12 @@ class SceneVisibility:
         field_order.push_back_others(self._contents.visible(), self._contents.look, eye)
         return eye
 
-    def parts(self, *, every_node: bool = False) -> list[tuple[ModelScene, Part]]:
+    def parts(self, *, include_all_nodes: bool = False) -> list[tuple[ModelScene, Part]]:
         """Return the parts of the models in view, nearest first; see `parts_in_view`."""
         assert self.eye is not None
         models, planes = self._contents.models.values(), self._contents.planes
         return visible_parts.parts_in_view(
-            models, self.eye, self._canvas.size, planes.box, every_node=every_node
+            models, self.eye, self._canvas.size, planes.box, include_all_nodes=include_all_nodes
         )
 
     def size_points(self) -> None:

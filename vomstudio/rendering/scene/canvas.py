@@ -40,7 +40,7 @@ class Canvas:
         Width and height in device pixels.
     origin : (3,) float64 or None
         World position of the origin of VTK's 32-bit coordinates, or None without contents.
-    software : bool
+    is_software : bool
         Whether a software renderer is used.
     texture_limit : int
         Maximum side length of a texture, pixels.
@@ -48,7 +48,7 @@ class Canvas:
         Maximum side length of a texture that is uploaded in one piece, pixels; None for any.
     frames : int
         Number of pictures that have been drawn.
-    surface_saved, features_saved : bool
+    is_surface_saved, are_features_saved : bool
         Whether the picture of the models, and the picture with features, is saved.
     """
 
@@ -67,11 +67,11 @@ class Canvas:
         """
         self.size = (1, 1)
         self.origin: FloatArray | None = None
-        self.software = True
+        self.is_software = True
         self.texture_limit = SOFTWARE_TEXTURE_SIDE
         self.whole_texture_side: int | None = SOFTWARE_WHOLE_SIDE
         self.frames = 0
-        self.surface_saved = self.features_saved = False
+        self.is_surface_saved = self.are_features_saved = False
         self.surface = vtkRenderer() if surface is None else surface
         self.layer, self.emphasis = vtkRenderer(), vtkRenderer()
         self._widget_window = window
@@ -145,12 +145,12 @@ class Canvas:
         window.Render()
         report = window.ReportCapabilities().lower()
         names = [line for line in report.splitlines() if "opengl renderer" in line]
-        self.software = not names or any(word in names[0] for word in SOFTWARE_RENDERERS)
+        self.is_software = not names or any(word in names[0] for word in SOFTWARE_RENDERERS)
         max_texture_size = int(vtkTextureObject.GetMaximumTextureSize(window))
         self.texture_limit = (
-            min(max_texture_size, SOFTWARE_TEXTURE_SIDE) if self.software else max_texture_size
+            min(max_texture_size, SOFTWARE_TEXTURE_SIDE) if self.is_software else max_texture_size
         )
-        self.whole_texture_side = SOFTWARE_WHOLE_SIDE if self.software else None
+        self.whole_texture_side = SOFTWARE_WHOLE_SIDE if self.is_software else None
 
     def make_current(self) -> None:
         """Make the graphics context of this canvas current."""
@@ -173,7 +173,7 @@ class Canvas:
         if self._window is not None:
             if self._widget_window is None:
                 self._window.SetSize(width, height)
-            self.surface_saved = self.features_saved = False
+            self.is_surface_saved = self.are_features_saved = False
 
     # -- contents
 
@@ -223,10 +223,10 @@ class Canvas:
     def render(
         self,
         *,
-        erase: bool,
-        surface: bool,
-        layer: bool,
-        emphasis: bool,
+        with_clear: bool,
+        with_surface: bool,
+        with_layer: bool,
+        with_emphasis: bool,
         before_layer: Callable[[], None] | None = None,
         before_emphasis: Callable[[], None] | None = None,
     ) -> None:
@@ -235,12 +235,12 @@ class Canvas:
         `before_layer` and `before_emphasis` are called before layers 1 and 2, and may call
         `confine`.
         """
-        self.surface.SetDraw(surface)
-        self.surface.SetErase(erase)
-        self.layer.SetDraw(layer)
-        self.emphasis.SetDraw(emphasis)
+        self.surface.SetDraw(with_surface)
+        self.surface.SetErase(with_clear)
+        self.layer.SetDraw(with_layer)
+        self.emphasis.SetDraw(with_emphasis)
         self._before_layer, self._before_emphasis = before_layer, before_emphasis
-        if layer:
+        if with_layer:
             self._depth = None
         self.window.Render()
         self._before_layer = self._before_emphasis = None
@@ -270,7 +270,7 @@ class Canvas:
 
     def keep_surface(self) -> None:
         self.buffers.save("surface")
-        self.surface_saved = True
+        self.is_surface_saved = True
 
     def restore_surface(self, region: PixelRegion | None = None) -> None:
         self.buffers.restore("surface", region)
@@ -278,7 +278,7 @@ class Canvas:
     def keep_features(self, region: PixelRegion | None = None) -> None:
         """Save the picture with features, or only the part that was redrawn."""
         self.buffers.save("features", region)
-        self.features_saved = True
+        self.are_features_saved = True
 
     def restore_features(self) -> None:
         self.buffers.restore("features")
@@ -306,12 +306,12 @@ class Canvas:
     def surface_depth(self) -> Float32Array:
         """Return the depth of the models, without features if that is saved."""
         depth = self.depth()
-        if not self.surface_saved:
+        if not self.is_surface_saved:
             return depth
         self.restore_surface()
         width, height = self.size
         values = vtkFloatArray()
         self.window.GetZbufferData(0, 0, width - 1, height - 1, values)
-        if self.features_saved:
+        if self.are_features_saved:
             self.restore_features()
         return np.asarray(vtk_data.to_array(values), np.float32).reshape(height, width)

@@ -19,7 +19,7 @@ class ClipPlanes:
     def __init__(self) -> None:
         self.box: ClipBox | None = None
         self._planes = [vtkPlane() for _ in BOX_FACES]
-        self._cutting: list[int] = []
+        self._cutting_planes: list[int] = []
 
     def place(self, models: Iterable[FloatArray], origin: FloatArray) -> bool:
         """Move the planes to the faces of the box. Return whether those for `cut` have changed.
@@ -34,7 +34,7 @@ class ClipPlanes:
         origin : (3,) float64
             Origin of VTK's coordinates in the World frame.
         """
-        cutting: list[int] = []
+        cutting_planes: list[int] = []
         if self.box is not None:
             corners = list(models)
             for k, (axis, side) in enumerate(BOX_FACES):
@@ -44,17 +44,17 @@ class ClipPlanes:
                 self._planes[k].SetNormal(*normal)
                 self._planes[k].SetOrigin(*(position - origin))
                 if any(((c - position) @ normal).min() < 0.0 for c in corners):
-                    cutting.append(k)
-        is_changed = cutting != self._cutting
-        self._cutting = cutting
+                    cutting_planes.append(k)
+        is_changed = cutting_planes != self._cutting_planes
+        self._cutting_planes = cutting_planes
         return is_changed
 
     def cut(self, actor: vtkActor) -> None:
         """Clip an actor of a model."""
-        planes = [self._planes[k] for k in self._cutting]
+        planes = [self._planes[k] for k in self._cutting_planes]
         vtk_data.clip(actor, collection(planes) if planes else None)
 
-    def every(self) -> vtkPlaneCollection:
+    def all_planes(self) -> vtkPlaneCollection:
         """Return all six planes, which clip the features over the models."""
         return collection(self._planes)
 

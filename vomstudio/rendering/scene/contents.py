@@ -27,12 +27,12 @@ class Contents:
     def visible(self) -> list[ModelScene]:
         return [model for model in self.models.values() if model.visible]
 
-    def corners(self, *, close: bool = False) -> FloatArray:
+    def corners(self, *, is_closed: bool = False) -> FloatArray:
         """Return box corners (n, 3) of the visible models in the World frame.
 
-        If `close`, these are the corners of the models' chunks.
+        If `is_closed`, these are the corners of the models' chunks.
         """
-        corners = [model.corners_world(close=close) for model in self.visible()]
+        corners = [model.corners_world(is_closed=is_closed) for model in self.visible()]
         return np.concatenate([np.zeros((0, 3)), *corners])
 
     def corners_over(self) -> FloatArray:

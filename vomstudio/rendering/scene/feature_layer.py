@@ -54,14 +54,14 @@ class FeatureLayer:
         self._origin: FloatArray = np.zeros(3)
         self._runs = FeatureRuns()
         self._corners: FloatArray = np.zeros((0, 3))
-        self.thin = False
+        self.is_thin = False
         self._stale = True
         self._changed: list[FeatureDrawing] = []
         self._is_all_changed = False
         self._is_selection_stale = True
         self._actors: dict[str, vtkActor] = {}
         self._numbers: dict[str, int] = {}
-        self._next = count()
+        self._next_number = count()
 
     def changed(self) -> FloatArray | None:
         """Return points (n, 3) of the features that have changed since the last drawing.
@@ -135,7 +135,7 @@ class FeatureLayer:
                 self._numbers.pop(key, None)
             else:
                 self.drawings[key] = drawing
-                self._numbers.setdefault(key, next(self._next))
+                self._numbers.setdefault(key, next(self._next_number))
             self.areas.change(key, drawing)
         self._stale = self._stale or len(self._changed) > MAX_PARTIAL_CHANGES
         self._is_selection_stale = True
@@ -186,7 +186,7 @@ class FeatureLayer:
         if not self._actors:
             return
         if is_needed is not None:
-            self._fill(*self._runs.some(is_needed))
+            self._fill(*self._runs.runs_of_visible(is_needed))
             self._is_all_changed = False
         elif self._stale or self._changed or not self._is_all_changed:
             self._fill(self._runs.lines(), self._runs.discs())
@@ -199,7 +199,7 @@ class FeatureLayer:
         """Update the actors of selected and live features."""
         if not self._actors:
             return
-        self.areas.refresh(is_moving=self.thin, pixel=pixel)
+        self.areas.refresh(is_moving=self.is_thin, pixel=pixel)
         if self._is_selection_stale:
             # Selected features are redrawn over all features, so that a change of the selection
             # does not rebuild the large arrays.
@@ -209,30 +209,34 @@ class FeatureLayer:
             keys = sorted(self.selected & self.drawings.keys(), key=self._numbers.__getitem__)
             visible = [d for d in map(self.drawings.__getitem__, keys) if d.visible]
             runs = lines_of(visible, self._origin)
-            self._dress("+", _poly_data(runs, polygons=False), SELECTED_WIDTH, SELECTED_HALO_EXTRA)
+            self._dress(
+                "+", _poly_data(runs, as_polygons=False), SELECTED_WIDTH, SELECTED_HALO_EXTRA
+            )
         for name, actor in self._actors.items():
             points = actor.GetMapper().GetInput().GetNumberOfPoints()
-            is_omitted = self.thin and points >= THIN_ABOVE and name.startswith(("halo", "hidden"))
+            is_omitted = (
+                self.is_thin and points >= THIN_ABOVE and name.startswith(("halo", "hidden"))
+            )
             actor.SetVisibility(points > 0 and not is_omitted)
 
     def _fill(self, lines: Runs, discs: Runs) -> None:
-        self._dress("", _poly_data(lines, polygons=False), LINE_WIDTH, HALO_EXTRA)
-        vtk_data.show(self._actors["discs"], _poly_data(discs, polygons=True))
+        self._dress("", _poly_data(lines, as_polygons=False), LINE_WIDTH, HALO_EXTRA)
+        vtk_data.show(self._actors["discs"], _poly_data(discs, as_polygons=True))
 
-    def _dress(self, mark: str, data: vtkPolyData, width: float, halo: float) -> None:
-        for name, line_width in (("halo", width + halo), ("line", width), ("hidden", width)):
+    def _dress(self, mark: str, data: vtkPolyData, width: float, halo_width: float) -> None:
+        for name, line_width in (("halo", width + halo_width), ("line", width), ("hidden", width)):
             actor = self._actors[name + mark]
             vtk_data.show(actor, data)
             actor.GetProperty().SetLineWidth(line_width * self.scale)
 
 
-def _poly_data(runs: Runs, *, polygons: bool) -> vtkPolyData:
+def _poly_data(runs: Runs, *, as_polygons: bool) -> vtkPolyData:
     data = vtkPolyData()
     if not len(runs.sizes):
         return data
     data.SetPoints(vtk_data.vtk_points(runs.points))
     cells = vtk_data.cells_of_sizes(runs.sizes)
-    if polygons:
+    if as_polygons:
         data.SetPolys(cells)
     else:
         data.SetLines(cells)

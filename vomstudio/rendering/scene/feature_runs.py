@@ -82,32 +82,32 @@ class FeatureRuns:
     def __init__(self) -> None:
         self._origin: FloatArray = np.zeros(3)
         self._blocks: list[dict[str, FeatureDrawing]] = []
-        self._home: dict[str, int] = {}
-        self._built: dict[int, _Block] = {}
+        self._block_of_feature: dict[str, int] = {}
+        self._built_blocks: dict[int, _Block] = {}
 
     def set_origin(self, origin: FloatArray) -> None:
         """Set the origin (3,), in the World frame, that is subtracted from all points."""
         self._origin = origin
-        self._built.clear()
+        self._built_blocks.clear()
 
     def change(self, changes: Mapping[str, FeatureDrawing | None]) -> None:
         """Add, replace or (None) remove drawings."""
         for key, drawing in changes.items():
-            home = self._home.get(key)
-            if home is None and drawing is None:
+            block_number = self._block_of_feature.get(key)
+            if block_number is None and drawing is None:
                 continue
-            if home is None:
+            if block_number is None:
                 if not self._blocks or len(self._blocks[-1]) >= BLOCK_SIZE:
                     self._blocks.append({})
-                home = self._home[key] = len(self._blocks) - 1
-            self._built.pop(home, None)
+                block_number = self._block_of_feature[key] = len(self._blocks) - 1
+            self._built_blocks.pop(block_number, None)
             if drawing is None:
-                del self._blocks[home][key], self._home[key]
+                del self._blocks[block_number][key], self._block_of_feature[key]
             else:
-                self._blocks[home][key] = drawing
-        if not self._home:
+                self._blocks[block_number][key] = drawing
+        if not self._block_of_feature:
             self._blocks.clear()
-            self._built.clear()
+            self._built_blocks.clear()
 
     @property
     def points(self) -> int:
@@ -122,7 +122,7 @@ class FeatureRuns:
         """Return the discs of the visible features."""
         return Runs.joined(block.discs for block in self._all())
 
-    def some(self, is_needed: Callable[[FloatArray], BoolArray]) -> tuple[Runs, Runs]:
+    def runs_of_visible(self, is_needed: Callable[[FloatArray], BoolArray]) -> tuple[Runs, Runs]:
         """Return the lines and discs of the visible features selected by their boxes.
 
         `is_needed` receives World boxes (n, 2, 3), as minimum and maximum corners.
@@ -140,9 +140,9 @@ class FeatureRuns:
 
     def _all(self) -> list[_Block]:
         for number, block in enumerate(self._blocks):
-            if number not in self._built:
-                self._built[number] = self._make([d for d in block.values() if d.visible])
-        return [self._built[number] for number in range(len(self._blocks))]
+            if number not in self._built_blocks:
+                self._built_blocks[number] = self._make([d for d in block.values() if d.visible])
+        return [self._built_blocks[number] for number in range(len(self._blocks))]
 
     def _make(self, drawings: list[FeatureDrawing]) -> _Block:
         boxes = _boxes_of([spots(drawing) for drawing in drawings])

@@ -41,9 +41,9 @@ class FramePicture:
     ----------
     eye_dome : bool
         Whether clouds at rest have eye-dome lighting.
-    showing_proxy : bool
+    is_proxy_shown : bool
         Whether the last picture contains proxies.
-    more_to_come : bool
+    has_more_nodes : bool
         Whether the next picture will show proxies that the last one lacks.
     """
 
@@ -56,20 +56,20 @@ class FramePicture:
         frame: FrameProgress,
     ) -> None:
         self.eye_dome = False
-        self.showing_proxy = False
-        self.more_to_come = False
+        self.is_proxy_shown = False
+        self.has_more_nodes = False
         self.pace = Pace()
         self._canvas, self._contents = canvas, scene_contents
-        self._sight, self._nodes, self._frame = visibility, nodes, frame
+        self._visibility, self._nodes, self._frame = visibility, nodes, frame
         self._levels = TextureLevels(canvas, scene_contents, visibility)
         self._dome = EyeDome()
         self._was_moving = False
         self._bands: list[tuple[int, int]] = []
 
     @property
-    def complete(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether the last picture is complete."""
-        return self._frame.complete and not self._bands
+        return self._frame.is_complete and not self._bands
 
     @property
     def layering(self) -> bool:
@@ -93,12 +93,12 @@ class FramePicture:
     # -- at once
 
     @property
-    def slow(self) -> bool:
+    def is_slow(self) -> bool:
         """Whether drawing everything takes too long for every step of a drag."""
-        if any(m.proxies and not m.chunks_done for m in self._contents.visible()):
+        if any(m.proxies and not m.has_all_chunks for m in self._contents.visible()):
             return True
-        parts = [part for _, part in self._sight.parts()]
-        return not all(p.uploaded for p in parts) or self.pace.expected(parts) > SLOW_FRAME_S
+        parts = [part for _, part in self._visibility.parts()]
+        return not all(p.is_uploaded for p in parts) or self.pace.expected(parts) > SLOW_FRAME_S
 
     def draw(self, *, is_moving: bool) -> None:
         """Draw a picture now, using proxies if drawing the models takes too long."""
@@ -106,47 +106,52 @@ class FramePicture:
             self.pace.begin_moving()
         self._was_moving = is_moving
         self.abandon()
-        self._sight.apply()
-        self._nodes.look_around(fetch=not is_moving)
+        self._visibility.apply()
+        self._nodes.look_around(with_fetch=not is_moving)
         # Set first, because the point size affects the drawing time.
-        self._sight.size_points()
-        proxy = self.slow
-        self.more_to_come = False
+        self._visibility.size_points()
+        proxy = self.is_slow
+        self.has_more_nodes = False
         if proxy:
-            show = self._proxies()
+            shown_parts = self._proxies()
         else:
             self._levels.choose()
-            show = self._tinted(self._sight.parts())
-        has_new_parts = any(not p.uploaded for p in show)
-        started = time.perf_counter()
-        self._show(show)
-        self._canvas.surface_saved = False
+            shown_parts = self._tinted(self._visibility.parts())
+        has_new_parts = any(not p.is_uploaded for p in shown_parts)
+        start_time = time.perf_counter()
+        self._show(shown_parts)
+        self._canvas.is_surface_saved = False
         features = self._contents.features
-        features.thin = is_moving
+        features.is_thin = is_moving
         uses_bands = not is_moving and self._wants_bands
-        self._render(erase=True, surface=True, layer=not uses_bands, keep=not is_moving)
-        features.thin = False
+        self._render(
+            with_clear=True,
+            with_surface=True,
+            with_layer=not uses_bands,
+            keep_picture=not is_moving,
+        )
+        features.is_thin = False
         self._canvas.wait()
-        elapsed_s = time.perf_counter() - started
-        for part in show:
-            part.uploaded = True
-        self.showing_proxy = proxy
+        elapsed_s = time.perf_counter() - start_time
+        for part in shown_parts:
+            part.is_uploaded = True
+        self.is_proxy_shown = proxy
         if not proxy:
-            self.pace.learn(show, elapsed_s)
-            self._frame.complete = not self._levels.due and not self.domed
+            self.pace.learn(shown_parts, elapsed_s)
+            self._frame.is_complete = not self._levels.due and not self.domed
         else:
             if not has_new_parts:
                 self.pace.learn_moving(elapsed_s, proxies.MOVING_SETS)
             if not any(m.parts for m in self._contents.visible()):
-                self._frame.complete = True
+                self._frame.is_complete = True
         if uses_bands:
             self._begin_bands()
 
     def _proxies(self) -> list[Part]:
         """Return the proxies that are drawn if drawing the models takes too long."""
         visible = self._contents.visible()
-        entries = self._sight.parts(every_node=True)
-        nodes, self.more_to_come = proxies.coarse_nodes(entries, self.pace.moving_sets)
+        entries = self._visibility.parts(include_all_nodes=True)
+        nodes, self.has_more_nodes = proxies.coarse_nodes(entries, self.pace.moving_sets)
         parts = [part for model in visible for part in model.proxies]
         return parts + self._tinted(nodes) + proxies.mesh_proxies(visible)
 
@@ -163,8 +168,8 @@ class FramePicture:
         Afterwards call `draw_band` while `layering` is true, or else `refine`.
         """
         begun_bands, self._bands = self._bands, []
-        canvas, frame, eye = self._canvas, self._frame, self._sight.eye
-        if not canvas.surface_saved or eye is None:
+        canvas, frame, eye = self._canvas, self._frame, self._visibility.eye
+        if not canvas.is_surface_saved or eye is None:
             if not self.refining:
                 self.draw(is_moving=False)
             # Otherwise the features will appear in the frame that is being refined.
@@ -177,19 +182,19 @@ class FramePicture:
         if self.refining and begun_bands:
             self._begin_bands()
             return
-        busy = self.refining and not frame.first
-        if busy:
+        is_refining = self.refining and not frame.first
+        if is_refining:
             canvas.buffers.save("frame")
-        changed_features = self._contents.features.changed() if canvas.features_saved else None
-        if changed_features is None or self._contents.cameras.stale:
-            self._render_layer(keep=not busy)
+        changed_features = self._contents.features.changed() if canvas.are_features_saved else None
+        if changed_features is None or self._contents.cameras.is_stale:
+            self._render_layer(keep_picture=not is_refining)
         elif not len(changed_features):
             self._render_emphasis()
         elif (region := find_dirty_region(changed_features, eye, canvas.size)) is not None:
             self._render_region(region, eye)
         else:
-            self._render_layer(keep=not busy)
-        if busy:
+            self._render_layer(keep_picture=not is_refining)
+        if is_refining:
             canvas.pixels()
             canvas.buffers.restore("frame")
 
@@ -197,16 +202,16 @@ class FramePicture:
 
     def begin_rest(self) -> None:
         """Start the complete frame for a camera at rest."""
-        if self._sight.eye is not None:
+        if self._visibility.eye is not None:
             # The last complete picture determines hidden points until the next one is complete.
             self._canvas.depth()
         self._was_moving = False
-        self._sight.apply()
+        self._visibility.apply()
         self._nodes.look_around()
         self._levels.choose()
-        self._sight.size_points()
+        self._visibility.size_points()
         self._bands = []
-        self._frame.begin(self._sight.parts())
+        self._frame.begin(self._visibility.parts())
 
     def refine(self) -> bool:
         """Draw a small part of the frame at rest. Return whether the frame is complete."""
@@ -223,7 +228,7 @@ class FramePicture:
             return False
         if not frame.pending_parts and not frame.first and self._shade_band():
             return False
-        started = time.perf_counter()
+        start_time = time.perf_counter()
         is_last = not frame.pending_parts
         count = self.pace.next_batch([part for _, part in frame.pending_parts])
         tint = self._contents.look.tint_node
@@ -239,13 +244,16 @@ class FramePicture:
         self._show(batch)
         uses_bands = is_last and self._wants_bands
         self._render(
-            erase=frame.first, surface=True, layer=is_last and not uses_bands, keep=is_last
+            with_clear=frame.first,
+            with_surface=True,
+            with_layer=is_last and not uses_bands,
+            keep_picture=is_last,
         )
         canvas.wait()
         frame.first = False
-        self.pace.learn(batch, time.perf_counter() - started)
+        self.pace.learn(batch, time.perf_counter() - start_time)
         for part in batch:
-            part.uploaded = True
+            part.is_uploaded = True
         if uses_bands:
             self._begin_bands()
             return False
@@ -253,7 +261,7 @@ class FramePicture:
 
     def _end_rest(self) -> bool:
         self._frame.end()
-        self.showing_proxy = False
+        self.is_proxy_shown = False
         return True
 
     @property
@@ -266,11 +274,11 @@ class FramePicture:
         """Shade the next part of the finished surface. Return False if all of it is shaded."""
         if not self.domed:
             return False
-        canvas, frame, eye = self._canvas, self._frame, self._sight.eye
+        canvas, frame, eye = self._canvas, self._frame, self._visibility.eye
         assert eye is not None
         if frame.bands is None:
             canvas.buffers.save("flat")
-            frame.bands = bands(canvas.size[1], BANDS if canvas.software else 1)
+            frame.bands = bands(canvas.size[1], BANDS if canvas.is_software else 1)
         if not frame.bands:
             return False
         self._dome.shade(
@@ -280,7 +288,7 @@ class FramePicture:
             frame.bands.pop(0),
             near=eye.near,
             far=eye.far,
-            distance=self._sight.camera.distance,
+            distance=self._visibility.camera.distance,
             is_orthographic=eye.orthographic,
             scale=self._contents.look.point_scale,
         )
@@ -298,43 +306,47 @@ class FramePicture:
     def _render(
         self,
         *,
-        erase: bool,
-        surface: bool,
-        layer: bool,
-        keep: bool,
+        with_clear: bool,
+        with_surface: bool,
+        with_layer: bool,
+        keep_picture: bool,
     ) -> None:
-        """Draw the models, or the features over their saved picture; `keep` saves the result."""
+        """Draw the models, or the features over their saved picture, and perhaps save the result."""
         canvas = self._canvas
-        if layer:
-            canvas.features_saved = False
-            self._contents.features.refresh(self._sight.pixel_at)
+        if with_layer:
+            canvas.are_features_saved = False
+            self._contents.features.refresh(self._visibility.pixel_at)
             self._contents.cameras.refresh()
         callback: Callable[[], None] | None = canvas.restore_surface
-        if surface:
-            callback = canvas.keep_surface if keep else None
+        if with_surface:
+            callback = canvas.keep_surface if keep_picture else None
         canvas.render(
-            erase=erase,
-            surface=surface,
-            layer=layer,
-            emphasis=layer,
+            with_clear=with_clear,
+            with_surface=with_surface,
+            with_layer=with_layer,
+            with_emphasis=with_layer,
             before_layer=callback,
-            before_emphasis=canvas.keep_features if keep else None,
+            before_emphasis=canvas.keep_features if keep_picture else None,
         )
-        if surface and keep and not layer:
+        if with_surface and keep_picture and not with_layer:
             canvas.keep_surface()
 
-    def _render_layer(self, *, keep: bool) -> None:
+    def _render_layer(self, *, keep_picture: bool) -> None:
         """Draw the features over the saved picture of the models, or start to draw in bands."""
-        if keep and self._wants_bands:
+        if keep_picture and self._wants_bands:
             self._canvas.restore_surface()
             self._begin_bands()
         else:
-            self._render(erase=False, surface=False, layer=True, keep=keep)
+            self._render(
+                with_clear=False, with_surface=False, with_layer=True, keep_picture=keep_picture
+            )
 
     @property
     def _wants_bands(self) -> bool:
         points = self._contents.features.points
-        return self._canvas.software and points > BAND_POINTS and self._sight.eye is not None
+        return (
+            self._canvas.is_software and points > BAND_POINTS and self._visibility.eye is not None
+        )
 
     def _begin_bands(self) -> None:
         """Save the picture, which contains only the models, as the background of the bands."""
@@ -343,41 +355,41 @@ class FramePicture:
         canvas.keep_features()
         count = math.ceil(self._contents.features.points / BAND_POINTS)
         self._bands = bands(canvas.size[1], min(count, MAX_BANDS))
-        canvas.features_saved = False
+        canvas.are_features_saved = False
 
     def draw_band(self) -> bool:
         """Draw the features in the next band. Return whether it was the last band."""
-        canvas, eye = self._canvas, self._sight.eye
+        canvas, eye = self._canvas, self._visibility.eye
         if not self._bands or eye is None:
             self._bands = []
             return True
         first_row, end_row = self._bands.pop(0)
         band = PixelRegion(0, first_row, canvas.size[0] - 1, end_row - 1)
         # The selection is drawn over all bands.
-        self._render_region(band, eye, emphasis=not self._bands)
+        self._render_region(band, eye, with_emphasis=not self._bands)
         canvas.wait()
-        canvas.features_saved = not self._bands
+        canvas.are_features_saved = not self._bands
         return not self._bands
 
     def _render_emphasis(self) -> None:
         """Draw the selected and live features over the saved picture of everything else."""
-        self._contents.features.refresh_emphasis(self._sight.pixel_at)
+        self._contents.features.refresh_emphasis(self._visibility.pixel_at)
         self._canvas.render(
-            erase=False,
-            surface=False,
-            layer=False,
-            emphasis=True,
+            with_clear=False,
+            with_surface=False,
+            with_layer=False,
+            with_emphasis=True,
             before_emphasis=self._canvas.restore_features,
         )
 
-    def _render_region(self, region: PixelRegion, eye: Eye, *, emphasis: bool = True) -> None:
-        """Redraw a part of the picture with changed features; `emphasis` includes the selection."""
+    def _render_region(self, region: PixelRegion, eye: Eye, *, with_emphasis: bool = True) -> None:
+        """Redraw a part of the picture with changed features, by default with the selection."""
         canvas, features = self._canvas, self._contents.features
         width = math.ceil((LINE_WIDTH + HALO_EXTRA) * features.scale)
         region = region.enlarged(width).within(canvas.size)
         wider_spot = region.enlarged(width)
         features.refresh(
-            self._sight.pixel_at,
+            self._visibility.pixel_at,
             lambda boxes: visible_in_region(wider_spot, boxes, eye, canvas.size),
         )
 
@@ -391,14 +403,14 @@ class FramePicture:
             canvas.keep_features(region)
 
         canvas.render(
-            erase=False,
-            surface=False,
-            layer=True,
-            emphasis=emphasis,
+            with_clear=False,
+            with_surface=False,
+            with_layer=True,
+            with_emphasis=with_emphasis,
             before_layer=before_layer,
             before_emphasis=before_emphasis,
         )
-        if not emphasis:
+        if not with_emphasis:
             before_emphasis()
 
 

@@ -20,7 +20,7 @@ class FrameProgress:
         Whether no part of the frame has been drawn yet.
     bands : list or None
         First and end rows of the bands that remain to be shaded, or None before shading.
-    complete : bool
+    is_complete : bool
         Whether the last picture is complete.
     """
 
@@ -28,7 +28,7 @@ class FrameProgress:
         self.pending_parts: list[Entry] | None = None
         self.first = False
         self.bands: list[tuple[int, int]] | None = None
-        self.complete = False
+        self.is_complete = False
         self._is_outdated = False
 
     def begin(self, parts: list[Entry]) -> None:
@@ -39,16 +39,16 @@ class FrameProgress:
     def end(self) -> None:
         """Mark the frame as complete."""
         self.pending_parts = None
-        self.complete = not self._is_outdated
+        self.is_complete = not self._is_outdated
 
     def abandon(self) -> None:
         """Discard the frame, and mark the last picture as incomplete."""
         self.pending_parts = None
-        self.complete = False
+        self.is_complete = False
 
     def outdate(self) -> None:
         """Mark the frame and the last picture as incomplete because content has been added."""
-        self.complete = False
+        self.is_complete = False
         self._is_outdated = True
 
     def admit(self, model: ModelScene, part: Part) -> bool:

@@ -47,14 +47,14 @@ class GpuTexture:
         self.level: int | None = None
         self.target_level = 0
         self._uploaded: list[vtkTexture] = []
-        self._coming: list[vtkTexture] = []
-        self._coming_level = -1
+        self._next_pieces: list[vtkTexture] = []
+        self._next_level = -1
 
     @property
     def too_coarse(self) -> bool:
         return self.level is None or self.level > self.target_level
 
-    def want(self, texels_per_pixel: float | None) -> None:
+    def request_level(self, texels_per_pixel: float | None) -> None:
         """Choose the coarsest level with about one texel per pixel.
 
         Parameters
@@ -69,28 +69,28 @@ class GpuTexture:
         else:
             self.target_level = coarsest if self.level is None else self.level
 
-    def upload_piece(self, renderer: vtkRenderer, *, mipmap: bool) -> bool:
+    def upload_piece(self, renderer: vtkRenderer, *, with_mipmap: bool) -> bool:
         """Upload a piece of the target level. Return True once the level is complete.
 
         The texture must then be applied to the actors with `wear`.
         """
         window = renderer.GetRenderWindow()
         window.MakeCurrent()
-        if self._coming_level != self.target_level:
+        if self._next_level != self.target_level:
             self.forget_pieces(window)
-            self._coming_level = self.target_level
+            self._next_level = self.target_level
         tiles = self.texture.levels[self.target_level].tiles
         piece = vtkTexture()
-        piece.SetInputData(vtk_data.image(tiles[len(self._coming)]))
+        piece.SetInputData(vtk_data.image(tiles[len(self._next_pieces)]))
         piece.InterpolateOn()
-        piece.SetMipmap(mipmap)
+        piece.SetMipmap(with_mipmap)
         piece.Render(renderer)
-        self._coming.append(piece)
-        if len(self._coming) < len(tiles):
+        self._next_pieces.append(piece)
+        if len(self._next_pieces) < len(tiles):
             return False
         self._release(self._uploaded, window)
-        self._uploaded, self._coming = self._coming, []
-        self.level, self._coming_level = self._coming_level, -1
+        self._uploaded, self._next_pieces = self._next_pieces, []
+        self.level, self._next_level = self._next_level, -1
         return True
 
     def wear(self, actor: vtkActor) -> bool:
@@ -102,8 +102,8 @@ class GpuTexture:
 
     def forget_pieces(self, window: vtkRenderWindow | None) -> None:
         """Release the pieces of an obsolete target level."""
-        self._release(self._coming, window)
-        self._coming_level = -1
+        self._release(self._next_pieces, window)
+        self._next_level = -1
 
     def release(self, window: vtkRenderWindow | None) -> None:
         self._release(self._uploaded, window)

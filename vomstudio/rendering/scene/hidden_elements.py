@@ -13,9 +13,9 @@ from vomstudio.rendering.scene.model_scene import ModelScene, Part
 
 def hide(model: ModelScene, is_hidden: BoolArray | None) -> None:
     """Hide the marked faces or points (n,) of a model; None shows all."""
-    previous, model.hidden = model.hidden, is_hidden
+    previously_hidden, model.hidden = model.hidden, is_hidden
     for number, part in enumerate(model.parts):
-        _dress(model, number, part, previous)
+        _dress(model, number, part, previously_hidden)
     if isinstance(model.data, Mesh) and model.proxies:
         _thin_proxies(model, model.data)
 
@@ -51,7 +51,7 @@ def _dress(model: ModelScene, number: int, part: Part, is_previous: BoolArray | 
             )
         data.SetPoints(vtk_data.vtk_points(position))
     data.Modified()
-    part.uploaded = False
+    part.is_uploaded = False
 
 
 def _has_none(ids: IntegerArray, mask: BoolArray | None) -> bool:
@@ -72,4 +72,4 @@ def _thin_proxies(model: ModelScene, mesh: Mesh) -> None:
         corners = is_visible[part.rows[part.whole]]
         data.SetPolys(vtk_data.triangle_cells(part.whole[corners.any(axis=1)]))
         data.Modified()
-        part.uploaded = False
+        part.is_uploaded = False

@@ -33,14 +33,14 @@ class Part:
     spacing: float = 0.0
     """Distance between neighbouring points of a cloud, metres; 0 for a mesh."""
     has_colors: bool = False
-    uploaded: bool = False
+    is_uploaded: bool = False
     weight: float = 1.0
     """Relative cost of drawing an element."""
     rows: IntegerArray = field(default_factory=lambda: np.zeros(0, np.int32))
     """Rows of the drawn vertices or points of the model, in order of drawing."""
     own_scalars: vtkDataArray | None = None
     """Original colours of the part while field colours are shown."""
-    tinted: bool = False
+    is_tinted: bool = False
     """Whether field colours are shown."""
     whole: Int32Array | None = None
     """All triangles of a proxy, including hidden ones."""
@@ -77,10 +77,10 @@ class ModelScene:
     """Nodes of a cloud that are required for the view, with their present spacing."""
     needed: dict[int, float] = field(default_factory=dict)
     """Nodes required for the last view for which nodes were fetched, with their final spacing."""
-    settled: bool = True
+    is_settled: bool = True
     """Whether all required nodes are present."""
-    chunks_done: bool = False
-    textures_done: bool = False
+    has_all_chunks: bool = False
+    has_all_textures: bool = False
     hidden: BoolArray | None = None
     """Faces or points that are neither drawn nor picked."""
     field: FieldReady | None = None
@@ -110,15 +110,15 @@ class ModelScene:
             )
         return self._boxes
 
-    def corners_world(self, *, close: bool = False) -> FloatArray:
+    def corners_world(self, *, is_closed: bool = False) -> FloatArray:
         """Return the box corners (n, 3) of the model in the World frame.
 
-        If `close`, these are the corners of its chunks, if present, which are closer to the
+        If `is_closed`, these are the corners of its chunks, if present, which are closer to the
         surface.
         """
         low, high = self.low[None], self.high[None]
         is_streamed = isinstance(self.data, StreamedCloud)
-        if close and self.chunks_done and self.parts and not is_streamed:
+        if is_closed and self.has_all_chunks and self.parts and not is_streamed:
             low, high = self.chunk_boxes()
         grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
         local_points = np.where(grid[None] == 1, high[:, None], low[:, None]).reshape(-1, 3)

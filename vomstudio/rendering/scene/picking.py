@@ -239,9 +239,9 @@ def _pick_cloud(
         return None
     # The front-most point near the cursor determines the surface, and the point of this surface
     # nearest to the cursor is picked.
-    front = float(depth.min())
-    thick = SURFACE_THICKNESS * (radius + spread * front) * MAX_PICK_DISTANCE_PIXELS
-    surface_rows = np.flatnonzero(depth <= front + thick)
+    nearest_depth = float(depth.min())
+    thick = SURFACE_THICKNESS * (radius + spread * nearest_depth) * MAX_PICK_DISTANCE_PIXELS
+    surface_rows = np.flatnonzero(depth <= nearest_depth + thick)
     row = int(rows[surface_rows[np.argmin(distance_to_ray[surface_rows])]])
     x, y, z = (float(v) for v in cloud.position(row))
     return Hit(model.model_id, "point", row, (x, y, z))

@@ -16,16 +16,16 @@ Entry = tuple[ModelScene, Part]
 
 def mesh_proxies(visible: list[ModelScene]) -> list[Part]:
     """Return uploaded chunks of meshes that have no proxy."""
-    show = []
+    shown_parts = []
     budget = MESH_ELEMENTS
     for model in visible:
         if not isinstance(model.data, Mesh) or model.proxies:
             continue
         for part in model.parts:
-            if part.uploaded and budget > 0:
-                show.append(part)
+            if part.is_uploaded and budget > 0:
+                shown_parts.append(part)
                 budget -= part.elements
-    return show
+    return shown_parts
 
 
 def coarse_nodes(entries: list[Entry], sets: int) -> tuple[list[Entry], bool]:
@@ -41,16 +41,16 @@ def coarse_nodes(entries: list[Entry], sets: int) -> tuple[list[Entry], bool]:
     nodes = [entry for entry in entries if isinstance(entry[0].data, PointCloud)]
     nodes.sort(key=lambda entry: -entry[1].spacing)
     remaining_points = sets * POINTS_PER_SET
-    show: list[Entry] = []
+    shown_parts: list[Entry] = []
     new_node_count = 0
     for model, part in nodes:
         remaining_points -= part.elements
-        if show and remaining_points < 0:
+        if shown_parts and remaining_points < 0:
             break
-        if not part.uploaded:
+        if not part.is_uploaded:
             # Only a few at a time, because the first drawing uploads them.
             new_node_count += part.elements
-            if show and new_node_count > POINTS_PER_SET:
-                return show, True
-        show.append((model, part))
-    return show, False
+            if shown_parts and new_node_count > POINTS_PER_SET:
+                return shown_parts, True
+        shown_parts.append((model, part))
+    return shown_parts, False

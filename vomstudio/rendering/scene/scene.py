@@ -64,11 +64,13 @@ class Scene:
         self.features = self._contents.features
         self.cameras = self._contents.cameras
         self._planes = self._contents.planes
-        self._sight = SceneVisibility(self.camera, self.canvas, self._contents)
-        self.nodes = VisibleNodes(self.canvas, self._contents, self._sight)
+        self._visibility = SceneVisibility(self.camera, self.canvas, self._contents)
+        self.nodes = VisibleNodes(self.canvas, self._contents, self._visibility)
         frame = FrameProgress()
-        self.picture = FramePicture(self.canvas, self._contents, self._sight, self.nodes, frame)
-        self._intake = Intake(self.canvas, self._contents, self._sight, frame)
+        self.picture = FramePicture(
+            self.canvas, self._contents, self._visibility, self.nodes, frame
+        )
+        self._intake = Intake(self.canvas, self._contents, self._visibility, frame)
 
     # -- life cycle
 
@@ -78,12 +80,12 @@ class Scene:
         canvas.open(width, height)
         self.features.attach(canvas.layer, canvas.emphasis)
         self.cameras.attach(canvas.layer)
-        self._sight.apply()
+        self._visibility.apply()
         canvas.detect_driver()
 
     def warm_up(self) -> Iterator[None]:
         """Compile the shader programs of the driver, one per step."""
-        return warm_up(self.canvas, self._contents, self._sight, self._intake)
+        return warm_up(self.canvas, self._contents, self._visibility, self._intake)
 
     def close(self) -> None:
         """Release all graphics resources; the scene cannot be started again."""
@@ -169,16 +171,16 @@ class Scene:
         hidden_elements.hide(self.models[model_id], is_hidden)
         self.picture.abandon()
 
-    def corners(self, *, close: bool = False) -> FloatArray:
+    def corners(self, *, is_closed: bool = False) -> FloatArray:
         """Return box corners (n, 3) of the visible models in the World frame.
 
-        If `close`, these are the corners of the models' chunks.
+        If `is_closed`, these are the corners of the models' chunks.
         """
-        return self._contents.corners(close=close)
+        return self._contents.corners(is_closed=is_closed)
 
-    def everything(self) -> FloatArray:
+    def all_corners(self) -> FloatArray:
         """Return the World box corners (n, 3) of models (or else of features) and cameras."""
-        corners = self.corners(close=True)
+        corners = self.corners(is_closed=True)
         if not len(corners):
             corners = self.features.corners()
         return np.concatenate([corners, self.cameras.corners()])
@@ -191,7 +193,9 @@ class Scene:
             raise ValueError(f"display mode {mode!r}; one of {', '.join(DISPLAY_MODES)}")
         self.look.mode = mode
         for model in self.models.values():
-            if any(p.tinted for p in model.parts + model.proxies) != self.look.shows_field(model):
+            if any(p.is_tinted for p in model.parts + model.proxies) != self.look.shows_field(
+                model
+            ):
                 self.look.tint(model)
         self._redress()
 
@@ -286,7 +290,7 @@ class Scene:
 
     def visibility(self, points: FloatArray, depth_tolerance: float = 0.0) -> BoolArray:
         """Return whether World points (n, 3) are in front of the surface as last drawn."""
-        return self._sight.is_in_front(points, depth_tolerance)
+        return self._visibility.is_in_front(points, depth_tolerance)
 
     def pick(self, x: float, y: float, size: tuple[float, float]) -> Hit | None:
         """Return the front-most point of the visible models at a pixel, or None."""
@@ -294,7 +298,7 @@ class Scene:
         candidates = [model for model in models if not model.model_id.startswith(PREVIEW)]
         return picking.pick_front(candidates, self.camera, x, y, size, self._planes.box)
 
-    def looking(self, ratio: float) -> ViewSnapshot | None:
+    def view_snapshot(self, ratio: float) -> ViewSnapshot | None:
         """Return a numerical description of the current view, or None before the first picture.
 
         Parameters
@@ -302,7 +306,7 @@ class Scene:
         ratio : float
             Device pixels per logical pixel.
         """
-        eye, canvas = self._sight.eye, self.canvas
+        eye, canvas = self._visibility.eye, self.canvas
         if eye is None:
             return None
         while self.picture.refining and not self.picture.refine():

@@ -55,7 +55,7 @@ def warm_up(
             part.actor.GetProperty().LightingOff()
         visibility.apply(Camera())
         part.actor.VisibilityOn()
-        canvas.render(erase=True, surface=True, layer=False, emphasis=False)
+        canvas.render(with_clear=True, with_surface=True, with_layer=False, with_emphasis=False)
         canvas.wait()
         intake.drop(part)
         canvas.origin = origin

@@ -30,9 +30,9 @@ class _SharedAppearance(Appearance):
         if source_model is None or part.source is None:
             return False
         self._source.look.tint_node(source_model, part.source)
-        if part.tinted == part.source.tinted:
+        if part.is_tinted == part.source.is_tinted:
             return False
-        part.tinted, part.uploaded = part.source.tinted, False
+        part.is_tinted, part.is_uploaded = part.source.is_tinted, False
         part.actor.GetMapper().SetScalarVisibility(True)
         return True
 
@@ -132,9 +132,9 @@ class SharedScene(Scene):
         is_changed |= self._follow_textures(copy, model)
         is_changed |= self._follow_parts(copy, copy.proxies, model.proxies)
         is_changed |= self._follow_parts(copy, copy.parts, model.parts)
-        is_done = (model.chunks_done, model.textures_done)
-        if (copy.chunks_done, copy.textures_done) != is_done:
-            copy.chunks_done, copy.textures_done = is_done
+        is_done = (model.has_all_chunks, model.has_all_textures)
+        if (copy.has_all_chunks, copy.has_all_textures) != is_done:
+            copy.has_all_chunks, copy.has_all_textures = is_done
             # Until all chunks are present, a simplified model is shown.
             is_changed = True
         return is_changed
@@ -143,8 +143,8 @@ class SharedScene(Scene):
     def _follow_textures(copy: ModelScene, model: ModelScene) -> bool:
         is_changed = False
         for material, gpu_texture in model.gpu_textures.items():
-            previous = copy.gpu_textures.get(material)
-            if previous is None or previous.texture is not gpu_texture.texture:
+            previous_texture = copy.gpu_textures.get(material)
+            if previous_texture is None or previous_texture.texture is not gpu_texture.texture:
                 copy.gpu_textures[material] = GpuTexture(gpu_texture.texture)
                 is_changed = True
         return is_changed
@@ -166,8 +166,12 @@ class SharedScene(Scene):
             copy.forget_boxes()
             is_changed = True
         for part, source in zip(parts, sources, strict=True):
-            if part.tinted != source.tinted or part.elements != source.elements:
-                part.tinted, part.elements, part.uploaded = source.tinted, source.elements, False
+            if part.is_tinted != source.is_tinted or part.elements != source.elements:
+                part.is_tinted, part.elements, part.is_uploaded = (
+                    source.is_tinted,
+                    source.elements,
+                    False,
+                )
                 self.look.dress(copy, part)
                 is_changed = True
         return is_changed
@@ -180,6 +184,6 @@ class SharedScene(Scene):
         part.source, part.has_colors = source, source.has_colors
         part.material, part.density, part.has_uv = source.material, source.density, source.has_uv
         part.spacing, part.row, part.rows = source.spacing, source.row, source.rows
-        part.tinted = source.tinted
+        part.is_tinted = source.is_tinted
         self.look.dress(copy, part)
         return part

@@ -14,7 +14,7 @@ class TextureLevels:
     def __init__(
         self, canvas: Canvas, scene_contents: Contents, visibility: SceneVisibility
     ) -> None:
-        self._canvas, self._contents, self._sight = canvas, scene_contents, visibility
+        self._canvas, self._contents, self._visibility = canvas, scene_contents, visibility
 
     @property
     def due(self) -> bool:
@@ -27,12 +27,12 @@ class TextureLevels:
 
     def choose(self) -> None:
         """Choose the coarsest levels that have about one texel per pixel."""
-        software = self._canvas.software
-        needed_levels = self._sight.texels_per_pixel() if software else {}
+        software = self._canvas.is_software
+        needed_levels = self._visibility.texels_per_pixel() if software else {}
         for model in self._contents.models.values():
             for gpu_texture in model.gpu_textures.values():
                 if software:
-                    gpu_texture.want(needed_levels.get(id(gpu_texture)))
+                    gpu_texture.request_level(needed_levels.get(id(gpu_texture)))
                 else:
                     gpu_texture.target_level = 0
 
@@ -50,7 +50,9 @@ class TextureLevels:
                 if gpu_texture.level == gpu_texture.target_level:
                     gpu_texture.forget_pieces(self._canvas.window)
                     continue
-                if gpu_texture.upload_piece(self._canvas.surface, mipmap=not self._canvas.software):
+                if gpu_texture.upload_piece(
+                    self._canvas.surface, with_mipmap=not self._canvas.is_software
+                ):
                     self._dress(model, material)
                 return True
         return False

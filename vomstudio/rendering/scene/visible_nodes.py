@@ -19,15 +19,15 @@ class VisibleNodes:
     def __init__(
         self, canvas: Canvas, scene_contents: Contents, visibility: SceneVisibility
     ) -> None:
-        self._canvas, self._contents, self._sight = canvas, scene_contents, visibility
+        self._canvas, self._contents, self._visibility = canvas, scene_contents, visibility
         self._requested_at_s = 0.0
 
-    def look_around(self, *, fetch: bool = True) -> None:
+    def look_around(self, *, with_fetch: bool = True) -> None:
         """Determine the required nodes of the view, and fetch those that are missing.
 
         Until they arrive, the points of their parent nodes are enlarged to close the gaps.
         """
-        eye, camera = self._sight.eye, self._sight.camera
+        eye, camera = self._visibility.eye, self._visibility.camera
         if eye is None:
             return
         for model in self._contents.visible():
@@ -35,13 +35,13 @@ class VisibleNodes:
             if streamer is None:
                 continue
             view = view_of(eye, camera, self._canvas.size, model.to_world, model.from_world)
-            needed_nodes = streamer.look(view) if fetch else streamer.needed(view)
+            needed_nodes = streamer.look(view) if with_fetch else streamer.needed(view)
             present_rows = {part.row for part in model.parts}
             if needed_nodes is None:
                 needed_nodes = model.needed
-            elif fetch:
+            elif with_fetch:
                 model.needed = needed_nodes
-                model.settled = present_rows.issuperset(needed_nodes)
+                model.is_settled = present_rows.issuperset(needed_nodes)
                 self._requested_at_s = time.perf_counter()
             model.shown_rows = needed_nodes
             if not present_rows.issuperset(needed_nodes):
@@ -50,11 +50,11 @@ class VisibleNodes:
                 )
 
     @property
-    def settled(self) -> bool:
+    def is_settled(self) -> bool:
         """Whether all required nodes are present."""
-        return all(model.settled for model in self._contents.visible())
+        return all(model.is_settled for model in self._contents.visible())
 
     @property
     def waits(self) -> bool:
         """Whether enough nodes are about to arrive that drawing a frame should wait for them."""
-        return not self.settled and time.perf_counter() - self._requested_at_s < MAX_NODE_DELAY_S
+        return not self.is_settled and time.perf_counter() - self._requested_at_s < MAX_NODE_DELAY_S

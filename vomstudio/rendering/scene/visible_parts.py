@@ -19,11 +19,12 @@ def parts_in_view(
     size: tuple[int, int],
     clip: ClipBox | None,
     *,
-    every_node: bool = False,
+    include_all_nodes: bool = False,
 ) -> list[tuple[ModelScene, Part]]:
     """Return the parts whose boxes may be in view, nearest first.
 
-    For clouds, these are the nodes required for the view, or all present nodes if `every_node`.
+    For clouds, these are the nodes required for the view, or all present nodes if
+    `include_all_nodes`.
     """
     parts = []
     aspect = size[0] / max(size[1], 1)
@@ -46,7 +47,7 @@ def parts_in_view(
         )
         if clip is not None:
             is_inside &= clip.meets_balls(centre, radius)
-        if model.streamer is not None and not every_node:
+        if model.streamer is not None and not include_all_nodes:
             is_inside &= np.array([part.row in model.shown_rows for part in model.parts])
         for i in np.flatnonzero(is_inside):
             parts.append((float(q[i, 2] - radius[i]), model, model.parts[i]))
@@ -54,7 +55,7 @@ def parts_in_view(
     return [(model, part) for _, model, part in parts]
 
 
-def reach(model: ModelScene, part: Part, eye: Eye) -> tuple[float, float]:
+def depth_range(model: ModelScene, part: Part, eye: Eye) -> tuple[float, float]:
     """Return the scale of a model, and the nearest depth of a part's bounding sphere."""
     scale = float(np.cbrt(abs(np.linalg.det(model.to_world[:3, :3])))) or 1.0
     centre = (part.low + part.high) / 2.0 + model.origin
@@ -67,7 +68,7 @@ def size_points(
     model: ModelScene, part: Part, eye: Eye, camera: Camera, height: int, style: Appearance
 ) -> None:
     """Set the smallest point size that closes the gaps between points, within limits."""
-    scale, depth = reach(model, part, eye)
+    scale, depth = depth_range(model, part, eye)
     spacing = model.shown_rows.get(part.row, part.spacing)
     pixels = 1.3 * spacing * scale / camera.metres_per_pixel(height, depth)
     low, high = 2.0 * style.point_scale, 9.0 * style.point_scale
@@ -90,9 +91,9 @@ def texels_per_pixel(
         if not part.has_uv or part.material not in model.gpu_textures:
             continue
         gpu_texture = model.gpu_textures[part.material]
-        scale, depth = reach(model, part, eye)
-        per_pixel = camera.metres_per_pixel(height, depth)
+        scale, depth = depth_range(model, part, eye)
+        metres_per_pixel = camera.metres_per_pixel(height, depth)
         finest = gpu_texture.texture.levels[0]
-        texels = part.density / scale * max(finest.width, finest.height) * per_pixel
+        texels = part.density / scale * max(finest.width, finest.height) * metres_per_pixel
         best_density[id(gpu_texture)] = min(best_density.get(id(gpu_texture), np.inf), texels)
     return best_density

@@ -181,9 +181,9 @@ class Camera:
             max_distance = DEPTH_RANGE * self.distance
             nearest_depth = max(nearest_depth, min(farthest, self.distance) - max_distance)
             farthest = min(farthest, max(nearest_depth, self.distance) + max_distance)
-            retreat = max(0.0, 1e-3 * (farthest - nearest_depth) - nearest_depth)
-            position = position - retreat * self.direction
-            nearest_depth, farthest = nearest_depth + retreat, farthest + retreat
+            extra_distance = max(0.0, 1e-3 * (farthest - nearest_depth) - nearest_depth)
+            position = position - extra_distance * self.direction
+            nearest_depth, farthest = nearest_depth + extra_distance, farthest + extra_distance
             half_height = self.distance * self.tangent
         else:
             farthest = max(farthest, 1e-3 * self.distance)

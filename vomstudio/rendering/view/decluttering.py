@@ -67,8 +67,10 @@ class LabelGrid:
         columns = int(self.width) // CELL + 2
         sums = np.zeros((len(self._rows) + 1, columns + 1), np.int64)
         size = (columns + 7) // 8
-        bits = b"".join((row & ((1 << columns) - 1)).to_bytes(size, "little") for row in self._rows)
-        cells = np.frombuffer(bits, np.uint8).reshape(-1, size)
+        packed_rows = b"".join(
+            (row & ((1 << columns) - 1)).to_bytes(size, "little") for row in self._rows
+        )
+        cells = np.frombuffer(packed_rows, np.uint8).reshape(-1, size)
         is_filled = np.unpackbits(cells, axis=1, bitorder="little")[:, :columns]
         sums[1:, 1:] = is_filled.cumsum(axis=0, dtype=np.int64).cumsum(axis=1)
         occupied_sums = (
@@ -92,7 +94,7 @@ def place_labels(
     order: IntArray,
     gap: float = 7.0,
     corners: IntArray | None = None,
-    clear: FloatArray | None = None,
+    clearances: FloatArray | None = None,
 ) -> dict[int, tuple[float, float]]:
     """Place labels beside their anchors, and return the upper-left corners of those that fit.
 
@@ -113,7 +115,7 @@ def place_labels(
     corners : (n,) int, optional
         Index of the previous position of each label, which is preferred so that labels do not
         jump around their anchors while the view rotates. Updated for the labels that are placed.
-    clear : (n,) float64, optional
+    clearances : (n,) float64, optional
         Margin, in pixels, that must be free around a label at its first position. Otherwise the
         label is omitted.
     """
@@ -121,7 +123,7 @@ def place_labels(
     is_finite_anchor = np.asarray(np.isfinite(anchors).all(axis=1))
     rows = order[is_finite_anchor[order]]
     spots = _spots(grid, anchors[rows], sizes[rows], gap)
-    margins = np.zeros(len(rows)) if clear is None else clear[rows]
+    margins = np.zeros(len(rows)) if clearances is None else clearances[rows]
     stop = 0
     while stop < len(rows):
         # Most of thousands of labels do not fit. Many are therefore tested at once, and the
@@ -139,7 +141,7 @@ def place_labels(
         )
         # Uses plain numbers, because accessing single array elements would take longer than the
         # placement.
-        for i, own_spots, shut, free_spots in candidates_by_anchor:
+        for i, own_spots, blocked_spots, free_spots in candidates_by_anchor:
             last_corner = 0 if corners is None else int(corners[i])
             if free_spots > 0.0:
                 x0, y0, width, height = own_spots[last_corner]
@@ -151,7 +153,7 @@ def place_labels(
                 ):
                     continue
             for k in (last_corner, *(k for k in POSITIONS if k != last_corner)):
-                if not shut[k] and grid.take(*own_spots[k]):
+                if not blocked_spots[k] and grid.take(*own_spots[k]):
                     placed_labels[i] = (own_spots[k][0], own_spots[k][1])
                     if corners is not None:
                         corners[i] = k

@@ -72,7 +72,7 @@ class FeatureDrawing:
         Extent of the feature in metres; larger features are labelled first.
     verdict : str or None
         Verdict whose mark follows the text of the label.
-    outlined : bool
+    is_outlined : bool
         Whether the disc is drawn as its outline only, as for poor planes.
     """
 
@@ -87,4 +87,4 @@ class FeatureDrawing:
     symbol: Symbol | None = None
     extent: float = 0.0
     verdict: str | None = None
-    outlined: bool = False
+    is_outlined: bool = False

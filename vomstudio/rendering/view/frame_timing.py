@@ -25,7 +25,7 @@ class Drawable(Protocol):
 
     elements: int
     weight: float
-    uploaded: bool
+    is_uploaded: bool
 
 
 class Pace:
@@ -38,12 +38,12 @@ class Pace:
     def expected(self, parts: Sequence[Drawable]) -> float:
         """Return the expected drawing time of parts, seconds."""
         rate = self._seconds_per_element
-        return sum(p.elements * p.weight * (1.0 if p.uploaded else FRESH) for p in parts) * rate
+        return sum(p.elements * p.weight * (1.0 if p.is_uploaded else FRESH) for p in parts) * rate
 
     def learn(self, parts: Sequence[Drawable], seconds: float) -> None:
         """Update the prediction with a measured drawing time, ignoring newly uploaded parts."""
         elements = sum(p.elements * p.weight for p in parts)
-        if not elements or not all(p.uploaded for p in parts):
+        if not elements or not all(p.is_uploaded for p in parts):
             return
         change = seconds / elements - self._seconds_per_element
         # Increases immediately and decreases gradually, because a step that takes too long

@@ -46,7 +46,7 @@ class PickedPoints:
         End of the rubber band from the last vertex.
     dots : (d, 2) float64
         Other points, such as the border of a painted area.
-    clear : float
+    clearance : float
         Half the width of the brush around the cursor.
     widget : PixelBox, optional
         Rectangle of a widget over the view, which the box avoids.
@@ -56,7 +56,7 @@ class PickedPoints:
     cursor: tuple[float, float]
     rubber: FloatArray | None = None
     dots: FloatArray = field(default_factory=_no_points)
-    clear: float = 0.0
+    clearance: float = 0.0
     widget: PixelBox | None = None
 
     def segments(self) -> FloatArray:
@@ -136,22 +136,22 @@ class ReadingPosition:
     def _free_side(self, positions: list[PixelBox], picked_points: PickedPoints) -> int | None:
         onwards = picked_points.ahead()
 
-        def free(side: int, margin: float, *, next_too: bool = False) -> bool:
+        def free(side: int, margin: float, *, include_next: bool = False) -> bool:
             box = positions[side]
             if _covered(box, picked_points, margin) > 0.0:
                 return False
-            return not next_too or float(_lengths_in(box, onwards).sum()) == 0.0
+            return not include_next or float(_lengths_in(box, onwards).sum()) == 0.0
 
         cursor_positions = range(POSITIONS_AT_CURSOR)
         is_usual = self.side < len(positions)
         if self.side < POSITIONS_AT_CURSOR:
-            if free(self.side, LINE_CLEARANCE, next_too=True):
+            if free(self.side, LINE_CLEARANCE, include_next=True):
                 return self.side
             clearance = NEW_CLEARANCE
         else:
             clearance = RETURN_CLEARANCE
         for side in cursor_positions:
-            if free(side, clearance, next_too=True):
+            if free(side, clearance, include_next=True):
                 return side
         if is_usual and free(self.side, LINE_CLEARANCE):
             return self.side
@@ -162,13 +162,13 @@ def _places(size: Size, view: Size, picked_points: PickedPoints) -> list[PixelBo
     """Return the candidate positions: six at the cursor, then those along the edges."""
     (total_width, high), (width, height), (x, y) = size, view, picked_points.cursor
     x_right, x_left = (
-        x + max(20.0, picked_points.clear + 8.0),
-        x - max(16.0, picked_points.clear + 8.0) - total_width,
+        x + max(20.0, picked_points.clearance + 8.0),
+        x - max(16.0, picked_points.clearance + 8.0) - total_width,
     )
     y_below, y_above = y + 18.0, y - 14.0 - high
     below, above = (
-        y + max(24.0, picked_points.clear + 12.0),
-        y - max(20.0, picked_points.clear + 12.0) - high,
+        y + max(24.0, picked_points.clearance + 12.0),
+        y - max(20.0, picked_points.clearance + 12.0) - high,
     )
     centre = x - total_width / 2.0
     x_max, y_max = width - EDGE - total_width, height - EDGE - high
@@ -214,7 +214,7 @@ def _covered(box: PixelBox, picked_points: PickedPoints, margin: float) -> float
     cost = float(_lengths_in(widened_box, picked_points.segments()).sum())
     points = picked_points.points()
     cost += VERTEX_COST * int(_inside(widened_box, points, 0.0).sum())
-    max_distance = max(CURSOR_CLEARANCE, picked_points.clear)
+    max_distance = max(CURSOR_CLEARANCE, picked_points.clearance)
     cost += CURSOR_COST * int(
         _inside(box, np.array([picked_points.cursor], float), max_distance).sum()
     )

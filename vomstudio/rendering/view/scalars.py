@@ -50,7 +50,7 @@ MISSING = (128, 128, 128)
 """Colour of missing values."""
 
 SAMPLE = 200_000
-PIECE = 1 << 19
+PIECE_SIZE = 1 << 19
 MAX_CATEGORIES = 12
 MAX_LABEL_CODES = 65_535
 
@@ -143,7 +143,7 @@ class Scale:
     low, high : float
         Values of the first and last colours; NaN for categories.
     table : (k, 3) uint8
-    below, above : bool
+    has_lower_values, has_higher_values : bool
         Whether values exist beyond the ends of the range; they have the colours of the ends.
     missing : bool
         Whether some points have no value.
@@ -156,8 +156,8 @@ class Scale:
     high: float
     table: ByteArray
     categories: tuple[Category, ...] = ()
-    below: bool = False
-    above: bool = False
+    has_lower_values: bool = False
+    has_higher_values: bool = False
     missing: bool = False
 
     def colors(self, values: AnyArray) -> ByteArray:
@@ -166,18 +166,20 @@ class Scale:
         is_valid = np.isfinite(values)
         if self.kind == "categories":
             codes = np.array([c.code for c in self.categories], np.float64)
-            places = np.searchsorted(codes, values)
-            places = np.minimum(places, len(codes) - 1)
-            is_valid &= codes[places] == values
+            code_rows = np.searchsorted(codes, values)
+            code_rows = np.minimum(code_rows, len(codes) - 1)
+            is_valid &= codes[code_rows] == values
         else:
             width = self.high - self.low
-            place = (np.where(is_valid, values, self.low) - self.low) / (
+            relative_values = (np.where(is_valid, values, self.low) - self.low) / (
                 width if width > 0 else 1.0
             )
             if self.kind == "cyclic":
-                place -= np.floor(place)
-            places = np.clip(place * len(self.table), 0, len(self.table) - 1).astype(np.intp)
-        out = self.table[places]
+                relative_values -= np.floor(relative_values)
+            code_rows = np.clip(relative_values * len(self.table), 0, len(self.table) - 1).astype(
+                np.intp
+            )
+        out = self.table[code_rows]
         if not is_valid.all():
             out[~is_valid] = MISSING
         return out
@@ -262,8 +264,8 @@ def reader(
 
 
 def _pieces(count: int) -> Iterator[slice]:
-    for start in range(0, count, PIECE):
-        yield slice(start, min(start + PIECE, count))
+    for start in range(0, count, PIECE_SIZE):
+        yield slice(start, min(start + PIECE_SIZE, count))
 
 
 def make_scale(
@@ -320,8 +322,8 @@ def make_scale(
         low,
         high,
         map_table(palette),
-        below=lowest_number < low,
-        above=highest > high,
+        has_lower_values=lowest_number < low,
+        has_higher_values=highest > high,
         missing=has_missing,
     )
 
@@ -393,21 +395,21 @@ def _codes(
 
 
 def _categories(name: str, codes: IntArray) -> Iterator[Category]:
-    las = "class" in _plain(name)
+    is_las = "class" in _plain(name)
     names = NAMED_CATEGORIES.get(_plain(name).partition(",")[0], ())
     # The other categories keep their colours when one piece is removed.
-    labels = "label" in _plain(name)
+    has_labels = "label" in _plain(name)
     for place, code in enumerate(int(c) for c in codes):
         if code < len(names):
             title, color = names[code]
             yield Category(code, tr(title), _rgb(color))
             continue
-        if las and code in LAS_CLASSES:
+        if is_las and code in LAS_CLASSES:
             title, color = LAS_CLASSES[code]
             yield Category(code, f"{code}  {tr(title)}", _rgb(color))
         else:
-            text = f"{code}  {tr('user-defined')}" if las and code >= 64 else str(code)
-            color_index = (code if labels else place) % len(OTHER_COLORS)
+            text = f"{code}  {tr('user-defined')}" if is_las and code >= 64 else str(code)
+            color_index = (code if has_labels else place) % len(OTHER_COLORS)
             yield Category(code, text, _rgb(OTHER_COLORS[color_index]))
 
 

@@ -85,9 +85,9 @@ class Blocks:
     per_block: int
     count: int
 
-    def elements(self, hit: BoolArray) -> IntArray:
-        """Return the indices, within the chunk, of the elements in the blocks marked in `hit`."""
-        first_elements = np.flatnonzero(hit) * self.per_block
+    def elements(self, is_hit: BoolArray) -> IntArray:
+        """Return the indices in the chunk of the elements in the blocks marked by `is_hit`."""
+        first_elements = np.flatnonzero(is_hit) * self.per_block
         rows = (first_elements[:, None] + np.arange(self.per_block)).ravel()
         return rows[rows < self.count]
 
@@ -223,9 +223,9 @@ def points_near_ray(
     pad = (radius + spread * far_depth)[:, None]
     enter, leave_distances = box_range(low - pad, high + pad, origin, direction)
     met_boxes = np.flatnonzero(leave_distances >= np.maximum(enter, 0.0))
-    front = np.inf
+    nearest_depth = np.inf
     for i in met_boxes[np.argsort(enter[met_boxes])]:
-        if enter[i] > front + thickness * (radius + spread * front):
+        if enter[i] > nearest_depth + thickness * (radius + spread * nearest_depth):
             break
         chunk = chunks[i]
         is_hit = are_boxes_hit(
@@ -248,7 +248,7 @@ def points_near_ray(
             rows_out.append(chunk.point_ids[rows[near_rows]].astype(np.int64))
             depth_out.append(depth[near_rows])
             off_out.append(offset[near_rows] / allowed_distances[near_rows])
-            front = min(front, float(depth_out[-1].min()))
+            nearest_depth = min(nearest_depth, float(depth_out[-1].min()))
     if not rows_out:
         return np.zeros(0, np.int64), np.zeros(0), np.zeros(0)
     return np.concatenate(rows_out), np.concatenate(depth_out), np.concatenate(off_out)

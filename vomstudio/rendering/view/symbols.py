@@ -144,12 +144,12 @@ class SymbolSet:
         positions = self.places if positions is None else positions
         pixels, depth = camera.project(positions, size)
         offsets = positions - camera.position
-        front = np.maximum(offsets @ camera.direction, 1e-9)
-        max_distance = np.full(len(front), camera.distance) if camera.orthographic else front
+        depths = np.maximum(offsets @ camera.direction, 1e-9)
+        max_distance = np.full(len(depths), camera.distance) if camera.orthographic else depths
         metres = 2.0 * camera.tangent / max(size[1], 1.0) * max_distance
-        slant = np.zeros((len(front), 2))
+        slant = np.zeros((len(depths), 2))
         if not camera.orthographic:
-            slant = (offsets @ camera.frame[:2].T) / front[:, None]
+            slant = (offsets @ camera.frame[:2].T) / depths[:, None]
 
         def projected(vectors: FloatArray) -> FloatArray:
             """Return the projections (n, 2) of one-pixel steps along unit vectors (n, 3)."""
@@ -191,15 +191,15 @@ def plane_symbol(
     position: FloatArray,
     extent: float,
     *,
-    overturned: bool = False,
+    is_overturned: bool = False,
 ) -> Symbol:
     """Return the symbol of a plane; a dip that rounds to 0 or 90 degrees has no number."""
     a, d = np.radians(dip_direction_deg), np.radians(dip_deg)
     strike = np.array([-np.cos(a), np.sin(a), 0.0])
     down = np.array([np.sin(a) * np.cos(d), np.cos(a) * np.cos(d), -np.sin(d)])
     dip = round(dip_deg)
-    kind: SymbolKind = "overturned" if overturned else "plane"
-    if not overturned and dip in (0, 90):
+    kind: SymbolKind = "overturned" if is_overturned else "plane"
+    if not is_overturned and dip in (0, 90):
         kind = "horizontal" if dip == 0 else "vertical"
     text = "" if kind in ("horizontal", "vertical") else str(dip)
     return Symbol(kind, np.asarray(position, float), strike, down, text, extent)

@@ -51,7 +51,7 @@ class ModelElements:
         self._neighbours: tuple[OpenModel, Neighbours | Finding] | None = None
         self._pending_request: tuple[OpenModel, list[Callable[[], None]]] | None = None
 
-    def looking(self) -> ViewSnapshot | None:
+    def view_snapshot(self) -> ViewSnapshot | None:
         return self.look()
 
     def shown(self) -> list[str]:

@@ -181,7 +181,7 @@ class ElementTool:
             self._context.hint(reason)
             return
         self._shape = None
-        snapshot = self._context.elements.looking()
+        snapshot = self._context.elements.view_snapshot()
         if snapshot is not None:
             self._apply_shape(shape, snapshot)
         self._changed()

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class OutcropElements(Protocol):
     """Access to elements: the faces of a mesh or points of a cloud, by row in the file."""
 
-    def looking(self) -> ViewSnapshot | None:
+    def view_snapshot(self) -> ViewSnapshot | None:
         """Return the current view of the outcrop, or None if nothing is drawn."""
 
     def shown(self) -> list[str]:

@@ -75,7 +75,7 @@ class OutcropView(QObject):
         self._proposed = ProposedTraceDrawings(self._studio, viewport)
         self._extended = ExtendedPlaneDrawings(self._studio, viewport)
         elements = self._studio.workspace.elements
-        elements.look = viewport.looking
+        elements.look = viewport.view_snapshot
         self._studio.hidden_elements_changed.connect(
             lambda id_: viewport.models.hide_elements(id_, elements.hidden(id_))
         )

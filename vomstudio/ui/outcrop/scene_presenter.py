@@ -67,7 +67,7 @@ class FeatureView(Protocol):
 
     def world_of(self, hit: Hit) -> FloatArray: ...
 
-    def feature_at(self, x: float, y: float, *, discs: bool = True) -> str | None: ...
+    def feature_at(self, x: float, y: float, *, include_discs: bool = True) -> str | None: ...
 
 
 class ScenePresenter:
@@ -444,7 +444,7 @@ class ScenePresenter:
             symbol=symbol,
             extent=extent,
             verdict=quality,
-            outlined=is_poor,
+            is_outlined=is_poor,
         )
 
     def _patch_at(self, view: FeatureView, x: float, y: float) -> str | None:
@@ -503,7 +503,7 @@ class ScenePresenter:
         if self._studio.open_tool is not None:
             self._layer.hover(None)
             return
-        id_ = self._layer.at(event.x, event.y, discs=False) or self._patch_of(
+        id_ = self._layer.at(event.x, event.y, include_discs=False) or self._patch_of(
             self._viewport, event.hit
         )
         self._layer.hover(id_, event.x, event.y)
@@ -515,7 +515,7 @@ class ScenePresenter:
     def feature_at(self, view: FeatureView, x: float, y: float) -> str | None:
         """Return the id of the feature at a pixel of a view, or None."""
         return (
-            view.feature_at(x, y, discs=False)
+            view.feature_at(x, y, include_discs=False)
             or self._patch_at(view, x, y)
             or view.feature_at(x, y)
         )
@@ -599,7 +599,7 @@ def feature_symbol(
             plane.dip_deg,
             position,
             extent,
-            overturned=bool(getattr(feature, "overturned", False)),
+            is_overturned=bool(getattr(feature, "overturned", False)),
         )
     if measurement.line is not None:
         return line_symbol(

@@ -425,7 +425,7 @@ class MainWindow(QMainWindow):
     def _join_panels(self, viewport: Viewport) -> None:
         self.cameras.camera_selected.connect(self.photos_panel.select_photo)
         self.photos_panel.opened.connect(self.photo_opening.open)
-        self.workspaces.leaving.connect(viewport.moves.stay)
+        self.workspaces.leaving.connect(viewport.moves.keep_camera)
         overlay = self.net_overlay
         overlay.center_requested.connect(lambda: self.docks.toggle_center("stereonet"))
         overlay.dock_requested.connect(self.actions_table.all["dock_net"].trigger)

@@ -182,8 +182,8 @@ class DepthPage(QWidget):
             low=depth_facts.low,
             high=depth_facts.high,
             table=table,
-            below=True,
-            above=True,
+            has_lower_values=True,
+            has_higher_values=True,
             missing=depth_facts.coverage < 1.0,
         )
 
