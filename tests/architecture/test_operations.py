@@ -6,16 +6,22 @@ import importlib
 import inspect
 import sys
 import typing
+from dataclasses import dataclass
 
 import pytest
 
 import vomstudio as vs
 from tests.architecture import operation_tables as tables
-from vomstudio.cli import project
+from tests.messages import refused
+from vomstudio.api.declared_options import options_from_arguments
 from vomstudio.cli.common.arguments import Parser
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.first_word import COMMANDS
+from vomstudio.core.errors import UsageError
 from vomstudio.core.operations import INTERFACES, Operation
-from vomstudio.core.options import Options, declarations
+from vomstudio.core.options import Options, declarations, option, option_texts, option_words
+from vomstudio.extraction.facet_options import FacetOptions
+from vomstudio.studio.jobs import serialisation
 from vomstudio.studio.operations import OPERATIONS
 from vomstudio.studio.project_options import ACTION_OPTIONS
 
@@ -42,6 +48,55 @@ def test_the_python_function_has_the_declared_parameters(operation: Operation) -
                 function.__annotations__[each.name], vars(sys.modules[function.__module__])
             )
             assert written == hints[each.name]
+
+
+@each_operation
+def test_the_command_has_the_declared_options(operation: Operation) -> None:
+    command = _parser_of(operation.command_name)
+    for options in (*operation.options, *operation.command_options):
+        assert {
+            each.flag for each in declarations(options)
+        } <= command._option_string_actions.keys()
+
+
+@each_operation
+def test_the_window_generates_the_fields_with_labels(operation: Operation) -> None:
+    if operation.window:
+        source = inspect.getsource(importlib.import_module(_module_of(operation.window)))
+        for options in (*operation.options, *operation.command_options):
+            if any(each.label for each in declarations(options)):
+                assert options.__name__ in source
+
+
+@dataclass(frozen=True)
+class WithNewOption(FacetOptions):
+    """Options of the facets with one more, which is declared here and nowhere else."""
+
+    max_facets: int | None = option(
+        None,
+        minimum=1,
+        label="Maximum",
+        help="maximum number of facets",
+        tip="Maximum number of facets",
+        automatic_text="all facets",
+    )
+
+
+def test_a_new_option_reaches_command_copied_command_job_notes_python_and_table() -> None:
+    parser = Parser(prog="facets")
+    add_options(parser, WithNewOption)
+    assert "--max-facets N" in parser.format_help()
+    options = parse_options(parser.parse_args(["--max-facets", "3"]), WithNewOption)
+    assert options == WithNewOption(max_facets=3)
+    assert option_words(options) == [("--max-facets", "3")]
+    assert serialisation.decode(WithNewOption, serialisation.encode(options)) == options
+    assert option_texts(options) == ["Maximum 3"]
+    assert options_from_arguments(WithNewOption, {"max_facets": 3, "model": None}) == options
+    with refused("option.too-small", UsageError, field="max_facets", value=0):
+        options_from_arguments(WithNewOption, {"max_facets": 0})
+    page = "| option | meaning |\n|---|---|\n"
+    row = "| `--max-facets N` | maximum number of facets (default: all facets) |"
+    assert row in tables._with_rows(page, declarations(WithNewOption))
 
 
 def test_all_options_check_their_values_as_their_base_does() -> None:
@@ -74,12 +129,19 @@ def test_the_documents_have_the_declared_tables() -> None:
 
 def _actions() -> tuple[str, ...]:
     """Return the actions of `vomstudio project`."""
+    return tuple(_parser_of("project")._subparsers_choices())
+
+
+def _parser_of(name: str) -> Parser:
     subparsers = Parser().add_subparsers(parser_class=Parser)
-    project.add_parser(subparsers)
+    importlib.import_module(f"vomstudio.cli.{name}").add_parser(subparsers)
     (command,) = subparsers.choices.values()
-    return tuple(command._subparsers_choices())
+    return command
 
 
 def _panel(place: str) -> object:
-    module, _, name = place.rpartition(".")
-    return getattr(importlib.import_module(f"vomstudio.ui.{module}"), name)
+    return getattr(importlib.import_module(_module_of(place)), place.rpartition(".")[2])
+
+
+def _module_of(place: str) -> str:
+    return f"vomstudio.ui.{place.rpartition('.')[0]}"
