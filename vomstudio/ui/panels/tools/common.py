@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 
-from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QFormLayout, QLineEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLineEdit, QVBoxLayout, QWidget
 
 from vomstudio.core.words import tr
-from vomstudio.ui.base.controls import Label, action_buttons
-from vomstudio.ui.widgets.more_section import MoreSection
+from vomstudio.ui.base.controls import Label
 
 MAX_CONTROLS = 6
 """Maximum number of controls of a tool page that are visible without opening *More*."""
 END = ("finish", "cancel")
-_EDITING = ("edit_feature", "delete_vertex")
 
 
 def create_set_field(callback: Callable[[], None]) -> QLineEdit:
@@ -38,26 +35,3 @@ def narrow_column(panel: QWidget) -> QVBoxLayout:
     column.setContentsMargins(6, 4, 6, 4)
     column.setSpacing(4)
     return column
-
-
-def lay_out_picking(
-    panel: QWidget,
-    actions: Mapping[str, QAction],
-    form: QFormLayout,
-    figures: QWidget,
-    table: QWidget,
-    hint: Label,
-    more_settings: Sequence[QWidget] = (),
-) -> None:
-    """Lay out the panel of a tool that picks vertices.
-
-    The vertices, `more_settings` and the commands for editing are folded.
-    """
-    column = narrow_column(panel)
-    column.addLayout(form)
-    column.addWidget(figures)
-    column.addLayout(action_buttons([actions[name] for name in END]))
-    column.addWidget(hint)
-    editing = action_buttons([actions[name] for name in _EDITING])
-    column.addWidget(MoreSection(*more_settings, table, editing), 1)
-    column.addStretch()

@@ -3,34 +3,27 @@
 from __future__ import annotations
 
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.studio.tools.line import LineTool
-from vomstudio.ui.base.controls import ComboBox, allow, narrow_form
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.controls import ComboBox, allow
 from vomstudio.ui.base.number_formatting import slip_names
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.common import (
     create_set_field,
-    hint_label,
-    lay_out_picking,
 )
+from vomstudio.ui.panels.tools.picking_panel import PickingPanel
 from vomstudio.ui.widgets.fit_view import FitView
 from vomstudio.ui.widgets.plane_box import PlaneBox
 from vomstudio.ui.widgets.type_box import TypeBox
-from vomstudio.ui.widgets.vertex_table import VertexTable
 
 
-class LinePanel(QWidget):
+class LinePanel(PickingPanel[LineTool]):
     """Panel that shows the state of the line tool and sets the attributes of the next line."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
-        super().__init__()
-        explain(self, "window.md#lines-and-lengths")
-        self._studio = studio
-        self._tool = studio.tool_of(LineTool)
+        super().__init__(studio, studio.tool_of(LineTool), "window.md#lines-and-lengths")
         self.type_box = TypeBox(studio, geometry="line")
         self.type_box.setObjectName("line_type")
         self.type_box.activated.connect(self._apply_fields)
@@ -45,29 +38,14 @@ class LinePanel(QWidget):
             self.slip_box.addItem(text, value)
         self.slip_box.keep_narrow()
         self.slip_box.activated.connect(self._apply_fields)
-        form = narrow_form()
-        form.addRow(tr("Type"), self.type_box)
-        form.addRow(tr("Set"), self.set_edit)
-        form.addRow(tr("On plane"), self.plane_box)
-        form.addRow(tr("Slip"), self.slip_box)
+        self.form.addRow(tr("Type"), self.type_box)
+        self.form.addRow(tr("Set"), self.set_edit)
+        self.form.addRow(tr("On plane"), self.plane_box)
+        self.form.addRow(tr("Slip"), self.slip_box)
         self.fit_view = FitView(actions)
-        self.table = VertexTable(studio, self._tool)
-        self.table.setObjectName("line_vertices")
-        self._hint = hint_label()
-        lay_out_picking(
-            panel=self,
-            actions=actions,
-            form=form,
-            figures=self.fit_view,
-            table=self.table,
-            hint=self._hint,
-        )
-        # The box must be updated first, so it is connected first.
-        studio.project_opened.connect(self._types_changed)
-        studio.edited.connect(self._types_changed)
-        studio.tool_changed_signal.connect(self.refresh)
+        self._arrange(actions, self.fit_view)
 
-    def _types_changed(self, *_: object) -> None:
+    def _follow_records(self, *_: object) -> None:
         if self.type_box.count() and self.type_box.findData(self._tool.next_line.type_id) < 0:
             self._tool.choose(type_id=str(self.type_box.itemData(0)))
         self.refresh()
@@ -80,7 +58,7 @@ class LinePanel(QWidget):
             slip=str(self.slip_box.currentData() or ""),
         )
 
-    def refresh(self) -> None:
+    def refresh(self, *_: object) -> None:
         """Show the current state of the tool."""
         tool, attributes = self._tool, self._tool.attributes
         measurement = tool.measurement if len(tool.vertices) > 1 else None
@@ -88,13 +66,6 @@ class LinePanel(QWidget):
             measurement, self._studio.settings.notation, local=not self._studio.north_known()
         )
         self.fit_view.setVisible(measurement is not None)
-        self._hint.setText(
-            tr(
-                "Click along a lineation. Two points give trend and plunge, more points their"
-                " error. On a plane, the line also has a rake."
-            )
-        )
-        self._hint.setVisible(not tool.open)
         self.type_box.select_type(attributes.type_id)
         if not self.set_edit.isModified():
             self.set_edit.setText(attributes.set_name)
@@ -106,7 +77,12 @@ class LinePanel(QWidget):
         if reason is None and not attributes.plane_id:
             reason = Finding("slip.no-plane")
         allow(self.slip_box, reason)
-        self.table.refresh()
+        self._refresh_picking(
+            tr(
+                "Click along a lineation. Two points give trend and plunge, more points their"
+                " error. On a plane, the line also has a rake."
+            )
+        )
 
 
 PANEL = LinePanel

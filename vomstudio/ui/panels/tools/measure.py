@@ -6,19 +6,17 @@ from typing import Any
 
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.project.kinds.dimension import KINDS
 from vomstudio.project.length_figures import words
 from vomstudio.studio.tools.measure import MeasureTool
-from vomstudio.ui.base.controls import ComboBox, allow, narrow_form, rich_lines
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.controls import ComboBox, allow, rich_lines
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.tools.common import hint_label, lay_out_picking
+from vomstudio.ui.panels.tools.common import hint_label
+from vomstudio.ui.panels.tools.picking_panel import PickingPanel
 from vomstudio.ui.widgets.plane_box import PlaneBox
-from vomstudio.ui.widgets.vertex_table import VertexTable
 
 _HINTS = {
     "distance": to_translate(
@@ -36,14 +34,11 @@ _HINTS = {
 }
 
 
-class MeasurePanel(QWidget):
+class MeasurePanel(PickingPanel[MeasureTool]):
     """Panel that shows the state of the measure tool and sets the kind and the plane."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
-        super().__init__()
-        explain(self, "window.md#lines-and-lengths")
-        self._studio = studio
-        self._tool = studio.tool_of(MeasureTool)
+        super().__init__(studio, studio.tool_of(MeasureTool), "window.md#lines-and-lengths")
         self.kind_box = ComboBox()
         self.kind_box.setObjectName("measure_kind")
         for dimension_kind, name in KINDS:
@@ -52,25 +47,12 @@ class MeasurePanel(QWidget):
         self.plane_box = PlaneBox(studio, None, follows_selection=True)
         self.plane_box.setObjectName("measure_plane")
         self.plane_box.plane_selected.connect(lambda id_: self._tool.choose(plane_id=id_))
-        self._form = form = narrow_form()
-        form.addRow(tr("Measure"), self.kind_box)
-        form.addRow(tr("Across"), self.plane_box)
+        self.form.addRow(tr("Measure"), self.kind_box)
+        self.form.addRow(tr("Across"), self.plane_box)
         self.figures = hint_label()
         self.figures.setTextFormat(Qt.TextFormat.RichText)
         self.figures.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.table = VertexTable(studio, self._tool)
-        self.table.setObjectName("measure_vertices")
-        self._hint = hint_label()
-        lay_out_picking(
-            panel=self,
-            actions=actions,
-            form=form,
-            figures=self.figures,
-            table=self.table,
-            hint=self._hint,
-        )
-        for signal in (studio.project_opened, studio.edited, studio.tool_changed_signal):
-            signal.connect(self.refresh)
+        self._arrange(actions, self.figures)
 
     def _apply_fields(self) -> None:
         dimension_kind: Any = self.kind_box.currentData()
@@ -82,7 +64,7 @@ class MeasurePanel(QWidget):
         with QSignalBlocker(self.kind_box):
             self.kind_box.setCurrentIndex(self.kind_box.findData(tool.kind))
         is_thickness = tool.kind == "thickness"
-        self._form.setRowVisible(self.plane_box, is_thickness)
+        self.form.setRowVisible(self.plane_box, is_thickness)
         if is_thickness:
             self.plane_box.show_plane(tool.plane_id)
         reason = Finding("measurement.continued") if tool.continued else None
@@ -95,9 +77,7 @@ class MeasurePanel(QWidget):
             lines = [str(tool.measurement.problem)]
         self.figures.setText(rich_lines(lines, bold))
         self.figures.setVisible(bool(lines))
-        self._hint.setText(tr(_HINTS[tool.kind]))
-        self._hint.setVisible(not tool.open)
-        self.table.refresh()
+        self._refresh_picking(tr(_HINTS[tool.kind]))
 
 
 PANEL = MeasurePanel

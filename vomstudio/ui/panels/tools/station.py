@@ -10,20 +10,17 @@ from vomstudio.core.words import tr
 from vomstudio.project.kinds.station import PHOTO_SEPARATOR, STATION_KINDS
 from vomstudio.studio.tools.station import StationTool
 from vomstudio.ui.base import file_filters, theme
-from vomstudio.ui.base.controls import ComboBox, allow, narrow_form
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.controls import ComboBox, allow
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.tools.common import hint_label, lay_out_picking
-from vomstudio.ui.widgets.vertex_table import VertexTable
+from vomstudio.ui.panels.tools.picking_panel import PickingPanel
 
 
-class StationPanel(QWidget):
+class StationPanel(PickingPanel[StationTool]):
     """Panel that shows the station tool and sets kind, number and photos of the next station."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
-        super().__init__()
-        explain(self, "window.md#stations-contact-lines-and-rock-areas")
-        self._tool = studio.tool_of(StationTool)
+        topic = "window.md#stations-contact-lines-and-rock-areas"
+        super().__init__(studio, studio.tool_of(StationTool), topic)
         self.kind_box = ComboBox()
         self.kind_box.setObjectName("station_what")
         for station_kind, name in STATION_KINDS:
@@ -34,27 +31,10 @@ class StationPanel(QWidget):
         self.photo_edit.setPlaceholderText(tr("labels or files, separated by ;"))
         for edit in (self.number_edit, self.photo_edit):
             edit.editingFinished.connect(self._apply_fields)
-        form = narrow_form()
-        form.addRow(tr("Kind"), self.kind_box)
-        form.addRow(tr("Number"), self.number_edit)
-        form.addRow(tr("Photos"), self._create_photo_row())
-        self.table = VertexTable(studio, self._tool)
-        self._hint = hint_label(
-            tr(
-                "Each click on the outcrop adds a station or sample. Numbers increase"
-                " automatically; enter notes in Properties."
-            )
-        )
-        lay_out_picking(
-            panel=self,
-            actions=actions,
-            form=form,
-            figures=QWidget(),
-            table=self.table,
-            hint=self._hint,
-        )
-        for signal in (studio.project_opened, studio.edited, studio.tool_changed_signal):
-            signal.connect(self.refresh)
+        self.form.addRow(tr("Kind"), self.kind_box)
+        self.form.addRow(tr("Number"), self.number_edit)
+        self.form.addRow(tr("Photos"), self._create_photo_row())
+        self._arrange(actions, QWidget())
 
     def _create_photo_row(self) -> QWidget:
         """Create the photo field and a button that opens the file dialog."""
@@ -98,8 +78,12 @@ class StationPanel(QWidget):
         reason = Finding("feature.continued") if tool.continued else None
         for field in (self.kind_box, self.number_edit, self.photo_edit, self.browse):
             allow(field, reason)
-        self._hint.setVisible(not tool.open)
-        self.table.refresh()
+        self._refresh_picking(
+            tr(
+                "Each click on the outcrop adds a station or sample. Numbers increase"
+                " automatically; enter notes in Properties."
+            )
+        )
 
 
 PANEL = StationPanel

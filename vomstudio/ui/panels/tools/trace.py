@@ -3,64 +3,33 @@
 from __future__ import annotations
 
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.studio.tools.trace import TraceTool
-from vomstudio.ui.base.controls import allow, narrow_form
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.controls import allow
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.common import (
     create_set_field,
-    hint_label,
-    lay_out_picking,
 )
-from vomstudio.ui.panels.tools.photo_follow_box import PhotoFollowBox
+from vomstudio.ui.panels.tools.picking_panel import FollowingPanel
 from vomstudio.ui.widgets.fit_view import FitView
-from vomstudio.ui.widgets.follow_box import FollowBox
 from vomstudio.ui.widgets.type_box import TypeBox
-from vomstudio.ui.widgets.vertex_table import VertexTable
 
 
-class TracePanel(QWidget):
+class TracePanel(FollowingPanel[TraceTool]):
     """Panel that shows the state of the trace tool and sets the type and set."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
-        super().__init__()
-        explain(self, "window.md#pick-a-trace")
-        self._studio = studio
-        self._tool = studio.tool_of(TraceTool)
+        super().__init__(studio, studio.tool_of(TraceTool), "window.md#pick-a-trace")
         self.type_box = TypeBox(studio, geometry="plane")
         self.type_box.setObjectName("trace_type")
         self.type_box.currentIndexChanged.connect(self._apply_fields)
         self.set_edit = create_set_field(self._apply_fields)
-        form = narrow_form()
-        form.addRow(tr("Type"), self.type_box)
-        form.addRow(tr("Set"), self.set_edit)
-        self.follow_box = FollowBox(studio, self._tool)
-        form.addRow(tr("Follow"), self.follow_box)
-        self.photo_follow_box = PhotoFollowBox(studio, self._tool)
-
+        self.form.addRow(tr("Type"), self.type_box)
+        self.form.addRow(tr("Set"), self.set_edit)
         self.fit_view = FitView(actions)
-
-        self.table = VertexTable(studio, self._tool)
-        self.table.setObjectName("trace_vertices")
-
-        self._hint = hint_label()
-        lay_out_picking(
-            panel=self,
-            actions=actions,
-            form=form,
-            figures=self.fit_view,
-            table=self.table,
-            hint=self._hint,
-            more_settings=[self.photo_follow_box],
-        )
-        # The box must be updated first, so it is connected first.
-        studio.project_opened.connect(self.refresh)
-        studio.edited.connect(self.refresh)
-        studio.tool_changed_signal.connect(self.refresh)
+        self._arrange(actions, self.fit_view)
         studio.next_changed.connect(self._show_kind)
 
     def _apply_fields(self) -> None:
@@ -76,19 +45,13 @@ class TracePanel(QWidget):
             measurement, self._studio.settings.notation, local=not self._studio.north_known()
         )
         self.fit_view.setVisible(tool.open)
-        self._hint.setText(
-            ""
-            if tool.open
-            else tr(
+        self._show_kind()
+        self._refresh_picking(
+            tr(
                 "Click along a bed, fault or fracture. Three points define a plane; a long, curved "
                 "trace defines it well."
             )
         )
-        self._hint.setVisible(not tool.open)
-        self._show_kind()
-        self.table.refresh()
-        self.follow_box.refresh()
-        self.photo_follow_box.refresh()
 
     def _show_kind(self) -> None:
         """Show the type and set of the open trace, or else of the next one.
