@@ -37,17 +37,16 @@ def test_marks_are_letters_that_both_sides_know() -> None:
     assert set(grid_edits.MARKS) == set(MARK_TITLES)
 
 
-def test_a_grid_is_laid_marked_renamed_and_removed() -> None:
+def test_a_grid_is_laid_marked_and_removed() -> None:
     now = records()
     for edit in (
         lambda: grid_edits.add_grid(now, GRID),
         lambda: grid_edits.mark_cells(now, "g", [0, 5], "d"),
         lambda: grid_edits.mark_cells(now, "g", [5], "u"),
-        lambda: grid_edits.rename_grid(now, "g", " West wall "),
     ):
         edit().swap(now)
     grid = now["g"]
-    assert (grid.name, grid.marks) == ("West wall", "d----u")
+    assert grid.marks == "d----u"
     assert decode(encode(grid)) == grid
     last = grid_edits.mark_cells(now, "g", [1], "e")
     last.swap(now)

@@ -20,8 +20,6 @@ from vomstudio.extraction.kernels import add_to_cells
 from vomstudio.geometry.kernels.cells import tabulate
 from vomstudio.geometry.kernels.jit import to_kernel_array
 
-COVER_CLASSES = ("facet", "bare", "vegetation", "debris")
-"""Cover of an element: part of a facet, rock outside facets, vegetation or debris."""
 NEAR_PLANAR_SHARE = 0.30
 """Minimum nearly planar share according to Tavani et al."""
 # Not from the book. The surface variation of a plane is about 0, that of a ball of points 1/3, and
@@ -70,7 +68,7 @@ class Exposure:
     by_facet_m2 : (facets,) array
         Exposed area of each large facet.
     covers : (elements,) int32 array
-        Index into `COVER_CLASSES` for each element.
+        0 for a facet, 1 for other rock, 2 for vegetation, 3 for debris.
     """
 
     area_m2: float

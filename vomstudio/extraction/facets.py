@@ -116,7 +116,7 @@ class FacetSegmentation:
     min_points : int
     exposure : Exposure
     covers : (points,) int32 array
-        Index into `exposure.COVER_CLASSES` for each point; -1 if unknown.
+        As in `exposure.Exposure`, for each point; -1 if unknown.
     warnings : tuple of Finding
     """
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from vomstudio.core.errors import DocumentError
 from vomstudio.core.findings import Finding
-from vomstudio.project.edit import Edit, change, check_name
+from vomstudio.project.edit import Edit, change
 from vomstudio.project.records import FaceGrid, Model, Record, get
 
 Records = Mapping[str, Record]
@@ -65,13 +65,6 @@ def marks_of(grid: FaceGrid) -> str:
     count = grid.columns * grid.rows
     known_text = "".join(mark if mark in MARKS else "-" for mark in grid.marks[:count])
     return known_text.ljust(count, "-")
-
-
-def rename_grid(records: Records, grid_id: str, name: str) -> Edit:
-    """Rename a sampling grid."""
-    grid = _grid(records, grid_id)
-    check_name(name)
-    return change(records, f"Rename {grid.name}", {grid_id: replace(grid, name=name.strip())})
 
 
 def remove_grid(records: Records, grid_id: str) -> Edit:

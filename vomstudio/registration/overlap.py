@@ -7,6 +7,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
+from vomstudio.io.gis.crs import crs_name
 
 _MIN_CONFIDENCE = 70
 
@@ -29,7 +30,7 @@ def crs_findings(first: str | None, second: str | None, names: tuple[str, str]) 
         return []
     if first is None or second is None:
         other_name, stated_crs = (names[0], second) if first is None else (names[1], first)
-        return [Finding("crs.taken-over", bare=other_name, crs=_name(stated_crs or ""))]
+        return [Finding("crs.taken-over", bare=other_name, crs=crs_name(stated_crs or ""))]
     if first == second:
         return []
     from pyproj import CRS
@@ -53,12 +54,6 @@ def crs_findings(first: str | None, second: str | None, names: tuple[str, str]) 
         Finding("crs.unclear", first=names[0], crs=a.name, second=names[1], other=b.name)
     )
     return findings
-
-
-def _name(crs: str) -> str:
-    from pyproj import CRS
-
-    return str(CRS.from_user_input(crs).name)
 
 
 def require_overlap(first: FloatArray, second: FloatArray, names: tuple[str, str]) -> None:

@@ -28,7 +28,6 @@ from vomstudio.products.ortho.vector_drawing import (
 from vomstudio.products.ortho.view_description import axis_labels, direction_text, end_labels
 
 FORMATS = ("gpkg", "svg", "dxf")
-SURFACE = "outcrop"
 
 
 def drawing_targets(image: str | Path) -> dict[str, Path]:

@@ -42,6 +42,14 @@ class FollowingTool(PolylineTool[F]):
         self._type_of_later: tuple[str, str] | None = None
         self._is_going_on = False
 
+    def why_not_finish(self) -> Finding | None:
+        if self._feature is None:
+            return Finding("tool.nothing-open")
+        n_missing = 3 - len(self.vertices)
+        if n_missing <= 0 or (self.followed and len(self.vertices) > 1):
+            return None
+        return Finding("feature.too-few-points", count=n_missing, minimum=3)
+
     @property
     def cost(self) -> str | None:
         """Cost that is followed between clicks, or None for straight pieces."""

@@ -73,14 +73,6 @@ class LithologyTool(FollowingTool[Lithology]):
             len(self.vertices),
         )
 
-    def why_not_finish(self) -> Finding | None:
-        if self._feature is None:
-            return Finding("tool.nothing-open")
-        n_missing = 3 - len(self.vertices)
-        if n_missing <= 0 or (self.followed and len(self.vertices) > 1):
-            return None
-        return Finding("feature.too-few-points", count=n_missing, minimum=3)
-
     def choose(self, lithology: str) -> None:
         """Set the rock of the next area, and of the open area if it is new."""
         self.next_lithology = lithology

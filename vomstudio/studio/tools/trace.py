@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.geometry.matrices import Point
@@ -70,14 +69,6 @@ class TraceTool(FollowingTool[Trace]):
             " Ctrl+click inserts one; Delete removes the selected one; Esc cancels.",
             count,
         )
-
-    def why_not_finish(self) -> Finding | None:
-        if self._feature is None:
-            return Finding("tool.nothing-open")
-        n_missing = 3 - len(self.vertices)
-        if n_missing <= 0 or (self.followed and len(self.vertices) > 1):
-            return None
-        return Finding("feature.too-few-points", count=n_missing, minimum=3)
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Trace:
         type_id, set_name = self._next_type

@@ -43,6 +43,14 @@ def why_no_model(studio: Studio) -> Finding | None:
     return None if studio.models else Finding("action.no-model")
 
 
+def why_no_open_model(studio: Studio) -> Finding | None:
+    """Return why there is no current model, or why its file is not open, otherwise None."""
+    model = current_model(studio)
+    if model is None:
+        return Finding("action.no-model")
+    return None if model.id in studio.models else Finding("model.not-open")
+
+
 def current_model(studio: Studio) -> Model | None:
     """Return the selected model, the only model, or the model of the selected feature."""
     records, models = studio.records, studio.session.of(Model)

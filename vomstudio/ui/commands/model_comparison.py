@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QWidget
 
-from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.ui.base.actions import Command
-from vomstudio.ui.base.command_targets import current_model
+from vomstudio.ui.base.command_targets import current_model, why_no_open_model
 from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.window_protocols import Docks, WorkspaceSwitcher
@@ -21,12 +20,6 @@ def commands(
     parent: QWidget,
 ) -> list[Command]:
     """Create the commands that fit and compare models."""
-
-    def why_no_model() -> Finding | None:
-        model = current_model(studio)
-        if model is None:
-            return Finding("action.no-model")
-        return None if model.id in studio.models else Finding("model.not-open")
 
     def fit() -> None:
         from vomstudio.ui.dialogs.model_fit.fit_dialog import FitDialog
@@ -46,7 +39,7 @@ def commands(
             fit,
             icon="vector-combine",
             tip=tr("Register the model by another model of the same rock."),
-            why_not=why_no_model,
+            why_not=lambda: why_no_open_model(studio),
         ),
         Command(
             "compare_models",
@@ -54,6 +47,6 @@ def commands(
             compare,
             icon="compare-horizontal",
             tip=tr("Compute signed distances from a more accurate model, with their significance."),
-            why_not=why_no_model,
+            why_not=lambda: why_no_open_model(studio),
         ),
     ]

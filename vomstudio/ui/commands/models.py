@@ -13,7 +13,7 @@ from vomstudio.studio.notices import CONVERT
 from vomstudio.studio.photos import PhotoLinks
 from vomstudio.studio.tools.control import ControlTool
 from vomstudio.ui.base.actions import Command
-from vomstudio.ui.base.command_targets import current_model
+from vomstudio.ui.base.command_targets import current_model, why_no_open_model
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.window_protocols import WorkspaceSwitcher
 from vomstudio.ui.commands.model_copying import copy_into_project
@@ -30,12 +30,10 @@ def commands(
 
     def why_not_copy() -> Finding | None:
         model = current_model(studio)
-        if model is None:
-            return Finding("action.no-model")
-        if studio.project.untitled:
+        if model is not None and studio.project.untitled:
             return Finding("action.project-untitled")
-        if model.id not in studio.models:
-            return Finding("model.not-open")
+        if model is None or model.id not in studio.models:
+            return why_no_open_model(studio)
         return None if Path(model.path).is_absolute() else Finding("action.model-in-project")
 
     def register() -> None:
@@ -46,12 +44,6 @@ def commands(
         model = current_model(studio)
         if model is not None:
             copy_into_project(parent, studio, links, model)
-
-    def why_not_export() -> Finding | None:
-        model = current_model(studio)
-        if model is None:
-            return Finding("action.no-model")
-        return None if model.id in studio.models else Finding("model.not-open")
 
     def why_not_locate() -> Finding | None:
         model = current_model(studio)
@@ -110,7 +102,7 @@ def commands(
             files.export_model,
             icon="export",
             tip=tr("Export in World coordinates (OBJ, PLY, GLB, LAS/LAZ, XYZ, SHP, DXF)."),
-            why_not=why_not_export,
+            why_not=lambda: why_no_open_model(studio),
         ),
         Command(
             "remove_model",

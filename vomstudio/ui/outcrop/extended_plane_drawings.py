@@ -5,18 +5,15 @@ The user compares them with the beds in the texture.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-
-import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.project.records import Model
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.drawing import FeatureDrawing
-from vomstudio.studio.tools.polyline import rgb
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.outcrop.proposed_trace_drawings import line_area, piece_area
+from vomstudio.ui.outcrop.proposed_trace_drawings import LineDrawings, line_area, piece_area
 
 _COLORS = {"traces": "#e7298a", "edges": "#f0e442"}
 """Colours that differ from the default colours of feature types."""
@@ -39,50 +36,25 @@ class ExtendedLines:
     edges: FloatArray
 
 
-class ExtendedPlaneDrawings:
-    """Drawing of the extended plane in the viewport; it cannot be picked."""
+class ExtendedPlaneDrawings(LineDrawings):
+    """Drawing of the extended plane in the viewport."""
 
     def __init__(self, studio: Studio, viewport: Viewport) -> None:
-        self._studio, self._layer = studio, viewport.features
+        super().__init__(studio, viewport)
         self._lines: ExtendedLines | None = None
-        self._drawn_keys: set[str] = set()
         studio.extension_shown.connect(self._show)
         studio.project_opened.connect(lambda: self._show(None))
         studio.edited.connect(lambda _: self._redraw())
-        studio.visibility_changed.connect(lambda _: self._redraw())
 
     def _show(self, lines: ExtendedLines | None) -> None:
         self._lines = lines
         self._redraw()
 
-    def _redraw(self) -> None:
-        drawings = {drawing.id: drawing for drawing in self._drawings()}
-        removed_keys = self._drawn_keys - drawings.keys()
-        self._drawn_keys = set(drawings)
-        if removed_keys or drawings:
-            self._layer.change({**dict.fromkeys(removed_keys), **drawings})
-
-    def _drawings(self) -> list[FeatureDrawing]:
+    def _drawings(self) -> Iterator[FeatureDrawing]:
         lines = self._lines
         if lines is None or not isinstance(self._studio.records.get(lines.model_id), Model):
-            return []
-        visible = self._studio.visible(lines.model_id)
-        drawings = []
-        for key, area in (
-            ("edges", piece_area(lines.edges)),
-            ("traces", line_area(lines.traces)),
-        ):
-            if area is not None:
-                drawings.append(
-                    FeatureDrawing(
-                        f"extended plane:{key}",
-                        np.zeros((0, 3)),
-                        None,
-                        rgb(_COLORS[key]),
-                        "",
-                        area.origin,
-                        visible,
-                        area,
-                    )
-                )
-        return drawings
+            return
+        areas = {"edges": piece_area(lines.edges), "traces": line_area(lines.traces)}
+        for key, area in areas.items():
+            id_ = f"extended plane:{key}"
+            yield from self._draw_area(id_, area, _COLORS[key], lines.model_id)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -19,15 +19,16 @@ _COLORS = {"sure": "#e69f00", "doubtful": "#56b4e9"}
 """Orange and sky blue of the palette of Okabe and Ito."""
 
 
-class ProposedTraceDrawings:
-    """Drawings of the proposed traces, which cannot be picked."""
+class LineDrawings:
+    """Drawings of computed lines on the surface, which cannot be picked.
+
+    Subclasses implement `_drawings`.
+    """
 
     def __init__(self, studio: Studio, viewport: Viewport) -> None:
         self._studio, self._layer = studio, viewport.features
         self._drawn_keys: set[str] = set()
-        studio.proposed_traces.changed.connect(self._redraw)
         studio.visibility_changed.connect(lambda _: self._redraw())
-        self._redraw()
 
     def _redraw(self) -> None:
         drawings = {drawing.id: drawing for drawing in self._drawings()}
@@ -36,33 +37,41 @@ class ProposedTraceDrawings:
         if removed_keys or drawings:
             self._layer.change({**dict.fromkeys(removed_keys), **drawings})
 
-    def _drawings(self) -> list[FeatureDrawing]:
-        studio, traces = self._studio, self._studio.proposed_traces
+    def _drawings(self) -> Iterator[FeatureDrawing]:
+        """Yield the drawings of the current lines."""
+        raise NotImplementedError
+
+    def _draw_area(
+        self, id_: str, area: Area | None, color: str, model_id: str
+    ) -> Iterator[FeatureDrawing]:
+        """Yield the drawing of an area, if there is one."""
+        if area is not None:
+            visible = self._studio.visible(model_id)
+            points = np.zeros((0, 3))
+            yield FeatureDrawing(id_, points, None, rgb(color), "", area.origin, visible, area)
+
+
+class ProposedTraceDrawings(LineDrawings):
+    """Drawings of the proposed traces."""
+
+    def __init__(self, studio: Studio, viewport: Viewport) -> None:
+        super().__init__(studio, viewport)
+        studio.proposed_traces.changed.connect(self._redraw)
+        self._redraw()
+
+    def _drawings(self) -> Iterator[FeatureDrawing]:
+        traces = self._studio.proposed_traces
         proposals, open_indices = traces.proposals, sorted(traces.open)
-        if proposals is None or not isinstance(studio.records.get(proposals.model_id), Model):
-            return []
-        drawings = []
+        if proposals is None or not isinstance(self._studio.records.get(proposals.model_id), Model):
+            return
         for key, color in _COLORS.items():
             lines = [
                 proposals.lines[row].points
                 for row in open_indices
                 if (proposals.lines[row].doubt <= MAX_DOUBT) == (key == "sure")
             ]
-            area = line_area(lines)
-            if area is not None:
-                drawings.append(
-                    FeatureDrawing(
-                        f"proposed traces:{key}",
-                        np.zeros((0, 3)),
-                        None,
-                        rgb(color),
-                        "",
-                        area.origin,
-                        studio.visible(proposals.model_id),
-                        area,
-                    )
-                )
-        return drawings
+            id_ = f"proposed traces:{key}"
+            yield from self._draw_area(id_, line_area(lines), color, proposals.model_id)
 
 
 def line_area(lines: Sequence[FloatArray]) -> Area | None:
