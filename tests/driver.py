@@ -14,7 +14,7 @@ import shiboken6
 from PySide6.QtCore import QCoreApplication, QEvent, QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QWidget
+from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QMessageBox, QPushButton, QWidget
 
 from vomstudio.io.settings import read_settings
 from vomstudio.project.kinds.trace import Trace
@@ -281,6 +281,14 @@ def traces(window: MainWindow) -> list[Trace]:
 
 def model(window: MainWindow) -> Model:
     return window.studio.session.of(Model)[0]
+
+
+def type_number(field: QWidget, text: str) -> None:
+    """Replace the number in a field and press Enter."""
+    assert isinstance(field, QAbstractSpinBox)
+    field.selectAll()
+    QTest.keyClicks(field, text)
+    QTest.keyClick(field, Qt.Key.Key_Return)
 
 
 def keep_picture(window: QWidget, name: str) -> None:

@@ -78,7 +78,7 @@ def test_bennisons_seam_is_typed_and_added(window, tmp_path, monkeypatch, capfd)
     assert panel.result.plane.dip_deg == pytest.approx(7.37, abs=0.005)
     assert panel.result.plane.max_confidence95_deg is None
     assert "three-points.no-error" in shown_codes(panel.message.text())
-    QTest.keyClicks(panel.sigma, "5")
+    driver.type_number(panel.options.fields["sigma_m"], "5")
     settle(panel)
     assert "± " in panel.message.text()
     driver.keep_picture(window, "three_points")

@@ -83,8 +83,8 @@ def test_points_that_are_taken_do_not_make_their_misfit_a_known_error(window, st
     studio.selection.set(["t1"])
     panel.take.click()
     errors_deg = []
-    for sigma in (panel.sigma.text(), str(studio.measured(["t1"])["t1"].fit.rms)):
-        panel.sigma.setText(sigma)
+    for sigma in (panel.options.value("sigma_m"), studio.measured(["t1"])["t1"].fit.rms):
+        panel.options.show_value("sigma_m", sigma)
         panel.show_now()
         driver.wait(lambda: not panel._requests.is_waiting, "the plane")
         errors_deg.append(panel.result.plane.max_confidence95_deg)

@@ -69,14 +69,24 @@ class LogLine(Options):
     )
     of: Literal["traces", "points", "both"] | None = option(
         None,
+        label=to_translate("Boundaries"),
         help=to_translate("boundaries of the log: traces across the line, its points, or both"),
+        tip=to_translate("Boundaries of the log"),
+        titles=(
+            to_translate("traces across the line"),
+            to_translate("points of the line"),
+            to_translate("traces and points"),
+        ),
+        empty_text="",
         automatic_text=to_translate("traces"),
     )
     reach_m: float | None = option(
         None,
         minimum=0.0,
         maximum=MAX_LENGTH_M,
+        label=to_translate("Traces within"),
         help=to_translate("maximum distance of a trace from the line, m"),
+        tip=to_translate("Maximum distance of a trace from the line"),
         automatic_text=to_translate("a twentieth of the line"),
     )
     type: str | None = option(

@@ -25,8 +25,12 @@ class ThreePointOptions(Options):
         0.0,
         minimum=0.0,
         maximum=MAX_SIGMA_M,
+        label=to_translate("Points ± (1σ)"),
         help=to_translate("standard deviation of each coordinate, m"),
+        tip=to_translate("Standard deviation of each coordinate"),
         automatic_text=to_translate("estimated from the misfit, with more than three points"),
+        decimals=4,
+        empty_text=to_translate("unknown"),
     )
 
 

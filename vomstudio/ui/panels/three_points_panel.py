@@ -44,9 +44,9 @@ from vomstudio.ui.base.numbers import parse_number
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
 from vomstudio.ui.panels.tools.common import narrow_column
-from vomstudio.ui.widgets.axis_titles import add_length_row, follow_axes
+from vomstudio.ui.widgets.axis_titles import follow_axes, length_unit
 from vomstudio.ui.widgets.copied_command import CopyCommandButton, copy_with_file, format_numbers
-from vomstudio.ui.widgets.error_fields import error_field, read_number
+from vomstudio.ui.widgets.options_form import OptionFields
 from vomstudio.ui.widgets.type_box import TypeBox
 
 if TYPE_CHECKING:
@@ -91,12 +91,9 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
         self.add_row = QPushButton(theme.icon("plus"), tr("Add row"))
         self.remove_row = QPushButton(theme.icon("minus"), tr("Remove"))
         self.table = _table()
+        self.options = OptionFields(ThreePointOptions, "three_points")
+        self.options.changed.connect(self._soon)
         follow_axes(self, studio, self._show_axes)
-        self.sigma = error_field(
-            "three_points_sigma",
-            tr("unknown"),
-            tr("Standard deviation of each coordinate (default: estimated from the misfit)."),
-        )
         self.type = TypeBox(studio)
         self.type.setObjectName("three_points_type")
         self.type.keep_narrow()
@@ -123,9 +120,7 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
                 row.addWidget(part)
             row.addStretch()
         form = narrow_form()
-        add_length_row(
-            form, self._studio, lambda u: tr("Points ± (1σ, {unit})", unit=u), self.sigma
-        )
+        self.options.add_rows(form)
         column = narrow_column(self)
         column.addLayout(sources)
         column.addWidget(self.table, 1)
@@ -146,12 +141,12 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
         self.add.clicked.connect(lambda _=False: self._add())
         self.table.itemChanged.connect(self._follow_typing)
         self.table.itemSelectionChanged.connect(self._refresh)
-        self.sigma.textChanged.connect(self._soon)
         studio.edited.connect(self._edited)
         studio.settings_changed.connect(self._soon)
         studio.selection_changed.connect(self._refresh)
 
     def _show_axes(self, axes: Axes) -> None:
+        self.options.show_unit(length_unit(axes))
         tips = (tr("East."), tr("North."), tr("Height, upward."))
         for column, (title, tooltip) in enumerate(zip(axes.titles, tips, strict=True)):
             header_item = self.table.horizontalHeaderItem(column)
@@ -191,7 +186,7 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
         if len(measurements.points) > _MIN_POINTS and misfit and misfit >= scatter:
             # The misfit of a few points is uncertain, so it is not entered as a known sigma.
             scatter = 0.0
-        self.sigma.setText(f"{scatter:.3g}" if scatter else "")
+        self.options.show_value("sigma_m", scatter)
         self._soon()
 
     def _ask_for_table(self) -> None:
@@ -242,8 +237,7 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
 
     # --- plane -------------------------------------------------------------------------------
     def _question(self) -> tuple[FloatArray, ThreePointOptions]:
-        points = self._numbers()
-        return points, ThreePointOptions(read_number(self.sigma, "number.not-a-length") or 0.0)
+        return self._numbers(), self.options.options()
 
     def _answer(self, question: tuple[FloatArray, ThreePointOptions]) -> ThreePointsResult:
         from vomstudio.geology.faults.three_points import plane_of_three_points

@@ -23,6 +23,7 @@ class FoldBox(QWidget):
         self.options = OptionFields(FoldOptions, "fold")
         self.options.changed.connect(self._apply)
         self.set = ComboBox()
+        self.set.keep_narrow()
         tooltip = tr("Use planes of this set for the fold axis.")
         self.set.setObjectName("fold_set")
         self.set.setToolTip(tooltip)
@@ -33,7 +34,6 @@ class FoldBox(QWidget):
         row.setSpacing(4)
         for box in (*map(self.options.place, tuple(self.options.fields)), self.set):
             if isinstance(box, ComboBox):
-                box.keep_narrow()
                 box.setMinimumContentsLength(6)
             row.addWidget(box, 1)
         connect_until_deleted(self, studio.fold.changed, self.refresh)

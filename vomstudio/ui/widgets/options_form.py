@@ -174,7 +174,27 @@ class OptionFields(QObject, Generic[Options]):
             If options exclude each other.
         """
         values = {item.name: getattr(self._start, item.name) for item in declarations(self._class)}
-        return self._class(**values | {name: self._value(name) for name in self.fields} | others)
+        return self._class(**values | {name: self.value(name) for name in self.fields} | others)
+
+    def value(self, name: str) -> Any:
+        """Return the value of one field, in the unit of the option."""
+        field, declaration = self.fields[name], self._declared[name]
+        if isinstance(field, QCheckBox):
+            return field.isChecked()
+        if isinstance(field, ComboBox):
+            return field.currentData()
+        if isinstance(field, QLineEdit):
+            return field.text().strip() or None
+        assert isinstance(field, QSpinBox | QDoubleSpinBox)
+        shown_number = _shown_number(field)
+        if _is_automatic(declaration) and shown_number == field.minimum():
+            return None
+        value = declaration.kind(shown_number / self._scale(name))
+        return (
+            value
+            if declaration.minimum is None
+            else max(value, declaration.kind(declaration.minimum))
+        )
 
     def show_unit(self, unit: str) -> None:
         """Set the unit of length, such as m, that is shown for lengths and areas."""
@@ -195,6 +215,7 @@ class OptionFields(QObject, Generic[Options]):
             return box
         if declaration.choices is not None or declaration.suggestions:
             choice = ComboBox()
+            choice.keep_narrow()
             fill_choices(choice, declaration)
             choice.activated.connect(lambda _: self.changed.emit())
             return choice
@@ -216,29 +237,10 @@ class OptionFields(QObject, Generic[Options]):
         else:
             spin.setRange(round(low * scale), round(high * scale))
         spin.setKeyboardTracking(self._is_live)
-        if _is_automatic(declaration):
+        if _is_automatic(declaration) or _is_automatic_at_minimum(declaration):
             spin.setSpecialValueText(tr(declaration.empty))
         spin.valueChanged.connect(lambda _: self.changed.emit())
         return spin
-
-    def _value(self, name: str) -> Any:
-        field, declaration = self.fields[name], self._declared[name]
-        if isinstance(field, QCheckBox):
-            return field.isChecked()
-        if isinstance(field, ComboBox):
-            return field.currentData()
-        if isinstance(field, QLineEdit):
-            return field.text().strip() or None
-        assert isinstance(field, QSpinBox | QDoubleSpinBox)
-        shown_number = _shown_number(field)
-        if _is_automatic(declaration) and shown_number == field.minimum():
-            return None
-        value = declaration.kind(shown_number / self._scale(name))
-        return (
-            value
-            if declaration.minimum is None
-            else max(value, declaration.kind(declaration.minimum))
-        )
 
     def _scale(self, name: str) -> float:
         """Return the number in the field per unit of the option."""
@@ -285,8 +287,14 @@ def _is_automatic(declaration: Declaration) -> bool:
     return declaration.default is None and not declaration.is_required
 
 
+def _is_automatic_at_minimum(declaration: Declaration) -> bool:
+    """Return whether the program chooses the value if the option has its minimum, such as 0."""
+    return bool(declaration.automatic) and declaration.default == declaration.minimum is not None
+
+
 def _tip(declaration: Declaration) -> str:
-    if declaration.automatic and _is_automatic(declaration):
+    is_automatic = _is_automatic(declaration) or _is_automatic_at_minimum(declaration)
+    if declaration.automatic and is_automatic:
         return tr(
             "{tip} ({empty}: {automatic}).",
             tip=tr(declaration.tip),

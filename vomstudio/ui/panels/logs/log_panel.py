@@ -15,13 +15,11 @@ from PySide6.QtWidgets import (
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
-from vomstudio.geology.beds.log_options import LogOptions
+from vomstudio.geology.beds.log_options import LogLine, LogOptions
 from vomstudio.geology.notation import format_attitude
 from vomstudio.geometry.units import Axes
 from vomstudio.products.section.line_log import (
-    BOTH,
     POINTS,
-    TRACES,
     LogAnswer,
     LogQuestion,
     RockWords,
@@ -36,7 +34,6 @@ from vomstudio.project.registration_errors import model_of
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.command_targets import current_line, why_no_model
 from vomstudio.ui.base.controls import (
-    ComboBox,
     ElidedLabel,
     allow,
     button_row,
@@ -47,10 +44,9 @@ from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
 from vomstudio.ui.panels.logs.analysis import draw_figure, log_command, write, write_boundaries
 from vomstudio.ui.panels.logs.log_table import BedLogTable
-from vomstudio.ui.widgets.axis_titles import add_length_row, follow_axes, length_unit
+from vomstudio.ui.widgets.axis_titles import follow_axes, length_unit
 from vomstudio.ui.widgets.copied_command import CopyCommandButton, copy_with_file
 from vomstudio.ui.widgets.drawn_line import DrawnLine
-from vomstudio.ui.widgets.error_fields import error_field, read_number
 from vomstudio.ui.widgets.form_with_picture import FormWithPicture
 from vomstudio.ui.widgets.group_box import SELECTED, GroupBox
 from vomstudio.ui.widgets.options_form import OptionFields
@@ -81,23 +77,10 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         self.pick = QPushButton(theme.icon("vector-polyline"), tr("Pick…"))
         self.pick.setObjectName("log_pick")
         self.pick.setToolTip(tr("Click one point per boundary in order, then press Enter."))
-        self.source_box = ComboBox()
-        self.source_box.setObjectName("log_of")
-        for name, title in (
-            (TRACES, tr("traces across the line")),
-            (POINTS, tr("points of the line")),
-            (BOTH, tr("traces and points")),
-        ):
-            self.source_box.addItem(title, name)
-        self.source_box.keep_narrow()
+        self.line_options = OptionFields(LogLine, "log")
         self.group = GroupBox(studio)
         self.group.setAccessibleName(tr("Traces"))
         self.group.setToolTip(tr("Choose the boundaries and the source of the bedding attitude."))
-        self.max_distance = error_field(
-            "log_reach",
-            tr("automatic"),
-            tr("Maximum distance of a trace from the line (automatic: 1/20)."),
-        )
         self.bed = PlaneChoice(studio, "log_bed", tr("fitted to the traces"))
         self.options = OptionFields(LogOptions, "log")
         self.write = QPushButton(theme.icon("export"), tr("Write…"))
@@ -117,14 +100,12 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         line.setSpacing(3)
         for part in (self.line, self.take, self.pick):
             line.addWidget(part, 1 if part is self.line else 0)
-        traces = QHBoxLayout()
-        traces.setSpacing(3)
-        traces.addWidget(self.group, 2)
-        traces.addWidget(self.max_distance, 1)
+        traces_label, traces = self.line_options.place_row("reach_m")
+        traces.insertWidget(0, self.group, 2)
         form = narrow_form()
         form.addRow(tr("Line"), line)
-        form.addRow(tr("Boundaries"), self.source_box)
-        add_length_row(form, self._studio, lambda u: tr("Traces within ({unit})", unit=u), traces)
+        self.line_options.add_rows(form)
+        form.addRow(traces_label, traces)
         form.addRow(tr("Bed"), self.bed)
         overturned = self.options.place("overturned")
         self.options.add_rows(form)
@@ -141,15 +122,15 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
 
     def _show_axes(self, axes: Axes) -> None:
         self.table.show_unit(length_unit(axes))
-        self.options.show_unit(length_unit(axes))
+        for fields in (self.line_options, self.options):
+            fields.show_unit(length_unit(axes))
 
     def _connect(self) -> None:
         studio, soon = self._studio, self._soon
         self.take.clicked.connect(lambda _=False: self._take(current_line(studio, Logged)))
         self.pick.clicked.connect(lambda _=False: self._pick())
-        for box in (self.source_box, self.group):
-            box.activated.connect(soon)
-        self.max_distance.textChanged.connect(soon)
+        self.group.activated.connect(soon)
+        self.line_options.changed.connect(soon)
         self.options.changed.connect(soon)
         self.bed.changed.connect(soon)
         self.table.description_edited.connect(self._store_description)
@@ -171,7 +152,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         self.message.setText(tr("Click one point on each boundary, then press Enter."))
 
     def _take_picked_line(self, line: Dimension) -> None:
-        self.source_box.setCurrentIndex(self.source_box.findData(POINTS))
+        self.line_options.show_value("of", POINTS)
         self._take(line)
 
     def _follow_selection(self) -> None:
@@ -208,18 +189,17 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         bed = measurements[self.bed.id] if self.bed.id else None
         if bed is not None and bed.plane is None:
             raise InputError(bed.problem or Finding("field.no-plane"))
-        max_distance_m = read_number(self.max_distance, "number.not-a-length")
         options = self.options.options(bed_error_deg=None if bed is None else bed.total95_deg)
         model = model_of(studio.records, line)
         return LogQuestion(
             line.id,
             measurements[line.id],
-            str(self.source_box.currentData()),
+            str(self.line_options.value("of")),
             {f.id: measurements[f.id] for f in traces},
             {f.id: f.name or f.id for f in traces},
             None if bed is None else bed.plane,
             options,
-            max_distance_m,
+            self.line_options.value("reach_m"),
             words_along(line),
             model is None or model.frame.has_metres,
             frozenset(f.id for f in traces if f.overturned),
@@ -272,7 +252,8 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         self.line.setText(tr("none") if line is None else line.name or tr("the picked line"))
         allow(self.pick, why_no_model(studio))
         reason = Finding("action.points-are-boundaries")
-        allow(self.max_distance, reason if self.source_box.currentData() == POINTS else None)
+        is_unused = self.line_options.value("of") == POINTS
+        allow(self.line_options.fields["reach_m"], reason if is_unused else None)
         problem = None
         if self._requests.is_waiting:
             problem = Finding("action.busy")

@@ -72,7 +72,6 @@ class TracesPanel(ProposalsPanel):
         cost = self.limits.place("cost")
         assert isinstance(cost, ComboBox)
         self.cost = cost
-        self.cost.keep_narrow()
         self._fields: tuple[str, ...] | None = None
         self.cost.currentIndexChanged.connect(lambda _: self._refresh_buttons())
         self.network, self._network_row = file_field(
