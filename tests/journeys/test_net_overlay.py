@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtCore import QEvent, QPoint, QRect, Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QWidget
 
 from tests import appearance, driver
 from tests.driver import key, look_at, wait
+from tests.journeys.conftest import SCREENS
 from tests.tiers import first_in_default_tier
 from vomstudio.project import edits
 from vomstudio.project.kinds.trace import Trace
@@ -105,3 +107,34 @@ def test_the_buttons_of_the_net_leave_it_whole(interpreted, width, height) -> No
     assert window.viewport.rect().contains(overlay.geometry())
     assert appearance.violations(window.net.tools) == []
     overlay._show_tools(False)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("screen", SCREENS, indirect=True)
+def test_the_outcrop_beside_the_round_net_can_be_clicked(screen, interpreted) -> None:
+    window = interpreted
+    overlay, net = window.net_overlay, window.net
+    wait(lambda: net.is_up_to_date and net.artists is not None, "the net")
+    driver.pause(100)
+    driver.keep_picture(window, f"round-net-{screen}")
+
+    def above(place: QPoint) -> QWidget:
+        return window.childAt(overlay.mapTo(window, place))
+
+    corner = QPoint(3, 3)
+    assert above(corner) is window.viewport
+    centre = net.canvas.mapTo(overlay, net.canvas.rect().center())
+    assert above(centre) is net.canvas
+    window.studio.selection.set(["B04"])
+    driver.pause(100)
+    label = net._corner_label
+    assert above(label.mapTo(overlay, QPoint(6, label.height() // 2))) is net.canvas
+    # The buttons need the corner.
+    QApplication.sendEvent(overlay, QEvent(QEvent.Type.Enter))
+    assert above(corner) is not window.viewport
+    overlay._hide_buttons()
+    wait(lambda: above(corner) is window.viewport, "the free corner", 5.0)
+    for action in ("net_in_middle", "net_in_middle"):
+        window.actions_table.run(action)
+        driver.pause(300)
+    wait(lambda: above(corner) is window.viewport, "the overlay again", 5.0)

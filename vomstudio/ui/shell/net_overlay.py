@@ -4,8 +4,16 @@ from __future__ import annotations
 
 from typing import Protocol, runtime_checkable
 
-from PySide6.QtCore import QEvent, QObject, QPoint, QRect, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QCursor, QHideEvent, QMouseEvent, QMoveEvent, QResizeEvent, QShowEvent
+from PySide6.QtCore import QEvent, QObject, QPoint, QRect, QSize, Qt, QTimer, Signal, SignalInstance
+from PySide6.QtGui import (
+    QCursor,
+    QHideEvent,
+    QMouseEvent,
+    QMoveEvent,
+    QRegion,
+    QResizeEvent,
+    QShowEvent,
+)
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QSizeGrip, QToolButton, QVBoxLayout, QWidget
 
 from vomstudio.core.words import tr
@@ -24,9 +32,16 @@ _HIDE_MS = 400
 
 @runtime_checkable
 class OverlayPage(Protocol):
-    """Page that adapts to the overlay by showing its tools only under the cursor."""
+    """Page that adapts to the overlay by showing its tools only under the cursor.
+
+    Attributes
+    ----------
+    paper_changed : Signal
+        Emitted with the area that the page covers, which is empty if it covers all.
+    """
 
     tools: QWidget
+    paper_changed: SignalInstance
 
     def set_overlay(self, is_overlay: bool) -> None:
         """Enter or leave the overlay."""
@@ -36,7 +51,7 @@ class NetOverlay(QFrame):
     """Overlay with the net over the outcrop.
 
     It keeps its distance from the nearest corner when the window is resized. Its buttons appear
-    under the cursor.
+    under the cursor. The outcrop beside the round net is visible and can be clicked.
 
     Attributes
     ----------
@@ -64,6 +79,7 @@ class NetOverlay(QFrame):
         self._is_right, self._is_bottom = True, False
         self._offset = QPoint(_MARGIN, _TOP)
         self._drag: tuple[QPoint, QPoint] | None = None
+        self._paper = QRegion()
         self._buttons = self._make_buttons()
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
@@ -109,6 +125,8 @@ class NetOverlay(QFrame):
             widget.setParent(self)
             self._column.addWidget(widget, 1)
             self._set_overlay(widget, True)
+            if isinstance(widget, OverlayPage):
+                widget.paper_changed.connect(self._follow_paper)
             widget.show()
         self.is_shown = True
         self._refresh()
@@ -119,6 +137,9 @@ class NetOverlay(QFrame):
         if widget is not None:
             self._column.removeWidget(widget)
             self._set_overlay(widget, False)
+            if isinstance(widget, OverlayPage):
+                widget.paper_changed.disconnect(self._follow_paper)
+            self._follow_paper(QRegion())
             widget.hide()
             widget.setParent(None)
         self.is_shown = False
@@ -134,6 +155,17 @@ class NetOverlay(QFrame):
     @property
     def _tools(self) -> QWidget | None:
         return self._widget.tools if isinstance(self._widget, OverlayPage) else None
+
+    def _follow_paper(self, region: QRegion) -> None:
+        self._paper = region
+        self._update_mask()
+
+    def _update_mask(self) -> None:
+        """Leave the outcrop beside the paper free, unless the buttons are shown there."""
+        if self._paper.isEmpty() or not self._buttons.isHidden():
+            self.clearMask()
+        else:
+            self.setMask(self._paper)
 
     def cover(self, is_covered: bool) -> None:
         """Hide the overlay while another widget covers the outcrop."""
@@ -211,6 +243,8 @@ class NetOverlay(QFrame):
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
         super().resizeEvent(event)
+        # The net has not been drawn for the new size.
+        self.clearMask()
         self._report_place()
 
     def _report_place(self) -> None:
@@ -230,6 +264,7 @@ class NetOverlay(QFrame):
             self._buttons.move(self.width() - self._buttons.width(), 0)
             self._buttons.show()
             self._buttons.raise_()
+            self._update_mask()
             self._grip.move(0, self.height() - self._grip.height())
             self._grip.show()
             self._grip.raise_()
@@ -249,6 +284,7 @@ class NetOverlay(QFrame):
             self._show_tools(False)
             self._buttons.hide()
             self._grip.hide()
+            self._update_mask()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         if event.button() == Qt.MouseButton.LeftButton:

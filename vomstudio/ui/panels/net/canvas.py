@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import (
+    QBitmap,
     QImage,
     QMouseEvent,
     QPainter,
@@ -17,10 +21,12 @@ from PySide6.QtGui import (
     QPalette,
     QPen,
     QPolygonF,
+    QRegion,
     QResizeEvent,
 )
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.arrays import BoolArray
 from vomstudio.products.net.contents import NetContents
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
 from vomstudio.products.net.rose import RoseArtists, draw_roses
@@ -30,6 +36,8 @@ from vomstudio.project.fold_planes import FoldPlanes
 from vomstudio.ui.panels.net.source import add_fold_axis
 
 DPI = 100.0
+_RIM_PX, _PAPER_MARGIN_PX = 11.0, 5.0
+"""Margins of paper around the net with its ticks, and around texts, in logical pixels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +52,8 @@ class NetRequest:
         Device pixels per logical pixel.
     fold_planes : FoldPlanes or None
         Planes whose fold axis is computed during drawing; if None, no fold axis is drawn.
+    paper : str or None
+        Colour of paper that covers only the net and its texts; if None, paper fills the widget.
     """
 
     contents: NetContents
@@ -51,6 +61,7 @@ class NetRequest:
     size: tuple[int, int]
     ratio: float
     fold_planes: FoldPlanes | None = None
+    paper: str | None = None
 
 
 @dataclass(eq=False)
@@ -63,8 +74,10 @@ class DrawnNet:
     artists: NetArtists
     ratio: float
     _canvas: Any
+    _paper_color: str | None = None
     _background: Any = field(init=False)
     _labels: QImage = field(init=False)
+    _paper: QImage | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
         self._exclude_emphasis()
@@ -73,18 +86,49 @@ class DrawnNet:
             text.set_animated(True)
         self._canvas.draw()
         self._background = self._canvas.copy_from_bbox(self.artists.axes.figure.bbox)
+        is_drawn = np.asarray(self._canvas.buffer_rgba())[..., 3] > 0
         # Labels take most of the drawing time and do not change with the selection.
         self._canvas.get_renderer().clear()
         for text in labels:
             self.artists.axes.draw_artist(text)
         self._labels = _canvas_image(self._canvas, self.ratio)
+        if self._paper_color is not None:
+            is_drawn |= np.asarray(self._canvas.buffer_rgba())[..., 3] > 0
+            self._paper = self._cut_paper(is_drawn, self._paper_color)
 
     @classmethod
     def draw(cls, request: NetRequest) -> DrawnNet:
         """Draw a net without emphasising the selection. Runs in any thread."""
         figure, canvas = _empty_figure(request)
         net_contents = add_fold_axis(request.contents, request.fold_planes)
-        return cls(draw_stereonet(figure, net_contents, request.style), request.ratio, canvas)
+        artists = draw_stereonet(figure, net_contents, request.style)
+        if request.paper is not None:
+            figure.set_facecolor("none")
+        return cls(artists, request.ratio, canvas, request.paper)
+
+    def _cut_paper(self, is_drawn: BoolArray, color: str) -> QImage:
+        """Return paper behind the net and, with a margin, behind all that is drawn beside it."""
+        height, width = is_drawn.shape
+        x_px, y_px = self.artists.centre_px
+        rows, columns = np.ogrid[:height, :width]
+        radius_px = self.artists.radius_px + _RIM_PX * self.ratio
+        is_net = (columns - x_px) ** 2 + (height - rows - y_px) ** 2 < radius_px**2
+        is_paper = is_net | (_box_sums(is_drawn, round(_PAPER_MARGIN_PX * self.ratio)) > 0)
+        *rgb, alpha = to_rgba(color)
+        pixels = np.empty((height, width, 4), np.uint8)
+        pixels[..., :3] = np.round(255.0 * np.array(rgb))
+        # The mean of nine pixels makes the edge smooth.
+        pixels[..., 3] = np.round(255.0 * alpha * _box_sums(is_paper, 1) / 9.0)
+        return _image_of(pixels, self.ratio)
+
+    @cached_property
+    def paper_region(self) -> QRegion:
+        """Area of the paper in logical pixels; empty if the paper fills the widget."""
+        if self._paper is None:
+            return QRegion()
+        mask = self._paper.createAlphaMask()
+        mask.setDevicePixelRatio(1.0)
+        return QRegion(QBitmap.fromImage(mask.scaled(self._paper.deviceIndependentSize().toSize())))
 
     def _exclude_emphasis(self) -> None:
         for artist in self.artists.emphasis:
@@ -96,8 +140,11 @@ class DrawnNet:
         self._canvas.restore_region(self._background)
         for artist in self.artists.emphasis:
             self.artists.axes.draw_artist(artist)
-        image = _canvas_image(self._canvas, self.ratio)
+        net_image = _canvas_image(self._canvas, self.ratio)
+        image = net_image if self._paper is None else self._paper.copy()
         painter = QPainter(image)
+        if self._paper is not None:
+            painter.drawImage(0, 0, net_image)
         painter.drawImage(0, 0, self._labels)
         painter.end()
         return image
@@ -131,7 +178,23 @@ def _empty_figure(request: NetRequest) -> tuple[Figure, FigureCanvasAgg]:
 
 
 def _canvas_image(canvas: Any, ratio: float) -> QImage:
-    pixels = np.asarray(canvas.buffer_rgba())
+    return _image_of(np.asarray(canvas.buffer_rgba()), ratio)
+
+
+def _box_sums(is_set: BoolArray, reach: int) -> NDArray[np.int64]:
+    """Return, for each pixel, how many pixels are set in the square around it."""
+    sums, side = is_set.astype(np.int64), 2 * reach + 1
+    for axis in (0, 1):
+        margins = [(0, 0), (0, 0)]
+        margins[axis] = (reach + 1, reach)
+        totals = np.cumsum(np.pad(sums, margins), axis)
+        sums = np.take(totals, range(side, totals.shape[axis]), axis) - np.take(
+            totals, range(totals.shape[axis] - side), axis
+        )
+    return sums
+
+
+def _image_of(pixels: NDArray[np.uint8], ratio: float) -> QImage:
     height, width = pixels.shape[:2]
     view = QImage(pixels.data, width, height, 4 * width, QImage.Format.Format_RGBA8888)
     # Copied, because the canvas reuses its buffer for the next selection.

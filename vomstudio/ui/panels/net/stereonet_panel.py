@@ -8,7 +8,16 @@ from functools import partial
 from time import perf_counter
 
 from PySide6.QtCore import QEvent, QPoint, QRect, Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QIcon, QMouseEvent, QPainter, QPaintEvent, QPalette
+from PySide6.QtGui import (
+    QAction,
+    QColor,
+    QIcon,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPalette,
+    QRegion,
+)
 from PySide6.QtWidgets import (
     QBoxLayout,
     QHBoxLayout,
@@ -84,6 +93,7 @@ class StereonetPanel(QWidget):
     """Panel with the stereonet, in which a click or a lasso selects features."""
 
     menu_requested = Signal(str, QPoint)
+    paper_changed = Signal(QRegion)
     """Emits the id of the feature under the cursor and the place on the screen of its menu."""
 
     def __init__(self, studio: Studio, actions: Mapping[str, QAction]) -> None:
@@ -176,7 +186,7 @@ class StereonetPanel(QWidget):
         follow_axes(self, studio, lambda _: self._schedule_redraw())
 
     def set_overlay(self, is_overlay: bool) -> None:
-        """Draw on translucent paper over the outcrop.
+        """Draw on translucent paper that leaves the corners of the outcrop visible.
 
         The tools are then visible only while they are needed, in two rows. Figures are copied from
         the docked or enlarged net, or by a command.
@@ -211,10 +221,10 @@ class StereonetPanel(QWidget):
         """Place the label in the top left corner, or in the row below a small net."""
         canvas, height = self.canvas, self._corner_label.sizeHint().height()
         if self._is_brief:
-            self._corner_label.setGeometry(6, canvas.height() - height - 3, canvas.width(), height)
+            self._corner_label.setGeometry(2, canvas.height() - height - 2, canvas.width(), height)
         else:
             width = round(_LABEL_WIDTH_SHARE * canvas.width())
-            self._corner_label.setGeometry(6, 3, width, height)
+            self._corner_label.setGeometry(2, 2, width, height)
 
     def _schedule_redraw(self) -> None:
         """Schedule a redraw; all changes before it are drawn together."""
@@ -422,16 +432,18 @@ class StereonetPanel(QWidget):
         )
         is_large_net = _is_large(net)
         style = NetStyle.dock(dark=is_dark, dpi=DPI, font_px=_FONT_PX)
-        style = replace(style, paper=style.paper + self._paper_opacity)
-        size = (self.canvas.width(), self.canvas.height())
+        paper = style.paper + self._paper_opacity
+        is_net = self.view_settings.view == "net"
+        self._corner_label.set_paper(paper if self._paper_opacity else None)
         request = NetRequest(
             contents=net,
-            style=style,
-            size=size,
+            style=style if is_net else replace(style, paper=paper),
+            size=(self.canvas.width(), self.canvas.height()),
             ratio=self.canvas.devicePixelRatioF(),
             fold_planes=fold_planes,
+            paper=paper if is_net and self._paper_opacity else None,
         )
-        if self.view_settings.view != "net":
+        if not is_net:
             self._background.cancel(_NET_KEY)
             self._draw_roses(request)
         elif is_large_net:
@@ -570,35 +582,42 @@ class StereonetPanel(QWidget):
             self.menu_requested.emit(feature_id, self.canvas.mapToGlobal(position))
 
     def _name_selection(self) -> None:
-        """Show the selected feature, or the number of selected features, in the corner label."""
+        """Show the selected feature in the corner label; the status line counts several."""
         ids = self._studio.selection.ids
         net_contents = self.artists.contents if self.artists else None
         shown_ids = {i for s in net_contents.sets for i in s.ids} if net_contents and ids else set()
         if self.roses is not None:
             shown_ids = {i for c in self.roses.contents.counted.values() for i in c.ids}
         selected_ids = [i for i in ids if i in shown_ids]
-        record = self._studio.records.get(selected_ids[-1]) if selected_ids else None
-        icon = QIcon()
-        if len(selected_ids) > 1:
-            text = tr("{count:,} selected", count=len(selected_ids))
-        elif isinstance(record, Typed):
+        record = self._studio.records.get(selected_ids[0]) if len(selected_ids) == 1 else None
+        text, icon = "", QIcon()
+        if isinstance(record, Typed):
             measurement = self._studio.measured([record.id])[record.id]
             attitude = orientation_text(measurement, self._studio.settings.notation)
             text = ("{}  {}" if self._is_brief else "{}\n{}").format(record.name, attitude)
             if measurement.verdict is not None:
                 icon = theme.verdict_icon(measurement.verdict.quality)
-        else:
-            text = ""
         self._corner_label.set_text(text, icon)
         self._place_corner_label()
+        self._report_paper()
+
+    def _report_paper(self) -> None:
+        """Report the area of the net and its texts, so that the rest of an overlay is free."""
+        region = QRegion() if self._net is None else self._net.paper_region
+        if not region.isEmpty():
+            region = region.united(self._corner_label.paper_rect())
+            region.translate(self.canvas.mapTo(self, QPoint(0, 0)))
+        self.paper_changed.emit(region)
 
 
 class _CornerLabel(ElidedLabel):
-    """Label with a coloured mark at the end of its last line."""
+    """Label on paper of its own, with a coloured mark at the end of its last line."""
 
     def __init__(self) -> None:
         super().__init__()
+        self.setContentsMargins(4, 1, 4, 1)
         self._mark = QIcon()
+        self._paper = QColor()
 
     def set_text(self, text: str, mark: QIcon | None = None) -> None:
         """Show a text, with a mark if there is one."""
@@ -606,14 +625,39 @@ class _CornerLabel(ElidedLabel):
         self.setText(text)
         self.update()
 
-    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
-        super().paintEvent(event)
+    def set_paper(self, color: str | None) -> None:
+        """Set the colour behind the text as #rrggbbaa, or None for no paper."""
+        self._paper = QColor() if color is None else QColor(f"#{color[7:]}{color[1:7]}")
+
+    def paper_rect(self) -> QRect:
+        """Return the rectangle of the paper in the parent widget; empty without a text."""
+        return self._text_rect().translated(self.pos()) if self.text() else QRect()
+
+    def _text_rect(self) -> QRect:
+        area, margins = self.contentsRect(), self.contentsMargins()
+        lines = (self.shorten(line, area.width()) for line in self.text().split("\n"))
+        width = max(map(self.fontMetrics().horizontalAdvance, lines))
+        if not self._mark.isNull():
+            width = max(width, self._mark_rect().right() + 1 - area.left())
+        return QRect(0, 0, margins.left() + width + margins.right(), self.height())
+
+    def _mark_rect(self) -> QRect:
         metrics, area = self.fontMetrics(), self.contentsRect()
         last_line = self.shorten(self.text().split("\n")[-1], area.width())
-        left = area.left() + metrics.horizontalAdvance(last_line) + 4
-        top = area.bottom() + 1 - metrics.height()
         side = metrics.height()
-        self._mark.paint(QPainter(self), QRect(left, top, side, side))
+        left = area.left() + metrics.horizontalAdvance(last_line) + 4
+        return QRect(left, area.bottom() + 1 - side, side, side)
+
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
+        if self._paper.isValid() and self.text():
+            painter = QPainter(self)
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(self._paper)
+            painter.drawRoundedRect(self._text_rect(), 4.0, 4.0)
+            painter.end()
+        super().paintEvent(event)
+        self._mark.paint(QPainter(self), self._mark_rect())
 
 
 def _is_large(net: NetContents) -> bool:
