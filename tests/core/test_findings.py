@@ -144,6 +144,18 @@ def test_a_number_chooses_the_text(monkeypatch: pytest.MonkeyPatch) -> None:
         Finding("file.several")
 
 
+@pytest.mark.parametrize("spec", ["", ":g", ":.3g"])
+def test_large_numbers_have_no_exponent(monkeypatch: pytest.MonkeyPatch, spec: str) -> None:
+    monkeypatch.setitem(TEXTS, "file.deep", ("info", f"{{depth{spec}}} m deep."))
+    texts = [Finding("file.deep", depth=depth).message for depth in (8132.0, 12.0, 4.5e7, 1e-9)]
+    assert not any("e+" in text for text in texts)
+    assert texts[1] == "12 m deep."
+    assert texts[3] == "1e-09 m deep."
+    for text, depth in zip(texts, (8132.0, 12.0, 4.5e7, 1e-9), strict=True):
+        number = float(text.removesuffix(" m deep.").replace(",", ""))
+        assert number == pytest.approx(depth, rel=0.005)
+
+
 def test_values_are_plain() -> None:
     finding = Finding("uncoded", text="a", file=Path("b.obj"), n=np.int64(3), x=[np.float64(0.5)])
     assert json.loads(json.dumps(finding.values)) == {

@@ -104,3 +104,12 @@ def test_the_table_tells_small_changes_one_by_one(table, studio):
 
 def test_the_columns_that_are_hidden_at_first_are_columns() -> None:
     assert set(DETAIL_COLUMNS) <= {column.title for column in COLUMNS}
+
+
+def test_the_columns_shown_at_first_state_an_error_once_and_end_with_the_longest(table) -> None:
+    view = table.view
+    shown = [i for i in range(len(COLUMNS)) if not view.isColumnHidden(i)]
+    assert "95 % error" not in [COLUMNS[i].title for i in shown]
+    widths = [view.columnWidth(i) for i in shown]
+    assert widths[-1] == max(widths)
+    assert sum(widths) < 1400

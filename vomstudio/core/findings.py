@@ -214,7 +214,8 @@ def _display_value(value: Any) -> Any:
 class _Number(float):
     """Number that is shown with its significant digits if the text does not specify a format.
 
-    The format ``azimuth`` shows three digits and writes 360 as 000.
+    The format ``azimuth`` shows three digits and writes 360 as 000. Numbers below 1e9 have no
+    exponent.
     """
 
     __slots__ = ()
@@ -222,4 +223,5 @@ class _Number(float):
     def __format__(self, spec: str) -> str:
         if spec == "azimuth":
             return f"{round(self) % 360:03d}"
-        return super().__format__(spec or ".12g")
+        text = super().__format__(spec or ".12g")
+        return f"{float(text):,.0f}" if "e+" in text and abs(self) < 1e9 else text

@@ -38,6 +38,7 @@ _CHOICES = {
 }
 """Settings with a fixed list of values."""
 DETAIL_COLUMNS = (
+    "95 % error",
     "Fit max",
     "Fit min",
     "± dip",
@@ -56,8 +57,8 @@ DETAIL_COLUMNS = (
     "Slip rake",
     "Nearest pick",
 )
-"""Columns of the table that are hidden until the user asks for them: the inspector shows these
-figures of the selected feature."""
+"""Columns of the table that are hidden until the user asks for them: the orientation
+contains the error, and the inspector shows the other figures of the selected feature."""
 
 
 @dataclass

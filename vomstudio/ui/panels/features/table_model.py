@@ -124,9 +124,9 @@ COLUMNS: tuple[FeatureColumn, ...] = (
     _create_column(catalogue.RMS),
     _create_column(catalogue.ATTITUDE_SCALE),
     _create_column(catalogue.BEND),
-    _create_column(catalogue.REASONS),
     _create_column(catalogue.PROFILE),
     _create_column(catalogue.NOTES),
+    _create_column(catalogue.REASONS),
 )
 _TO_PICK_COLUMN = COLUMNS.index(TO_PICK)
 _TYPE_COLUMN = COLUMNS.index(TYPE)

@@ -18,7 +18,7 @@ from vomstudio.project.records import FeatureType, Typed
 from vomstudio.project.registration_errors import models_of, turns_of
 from vomstudio.studio.fold_choice import FOLD_TYPE
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import Label, allow
+from vomstudio.ui.base.controls import Label, allow, limit_width
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.number_formatting import natural_sort_key
 from vomstudio.ui.base.qt_owner import connect_until_deleted
@@ -59,19 +59,22 @@ class StatisticsPanel(LazyPanel):
             self._copy_command, tr("save the data as a table and copy the command")
         )
         row = QHBoxLayout()
-        row.setContentsMargins(6, 4, 6, 2)
         label = Label(tr("Planes"))
         label.setBuddy(self.group_box)
         row.addWidget(label)
         row.addWidget(self.group_box, 1)
         row.addWidget(self.copy)
         row.addWidget(self.command)
+        self.fold_box = FoldBox(studio)
+        form = QVBoxLayout()
+        form.setContentsMargins(6, 4, 6, 4)
+        form.setSpacing(4)
+        form.addLayout(row)
+        form.addWidget(self.fold_box)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
-        column.addLayout(row)
-        self.fold_box = FoldBox(studio)
-        column.addWidget(self.fold_box)
+        column.addLayout(limit_width(form))
         column.addWidget(self.figures, 1)
         studio.settings_changed.connect(self._soon)
         studio.edited.connect(self._edited)
