@@ -12,7 +12,7 @@ from PySide6.QtGui import QImageReader
 
 from vomstudio.studio.tools.interaction_types import Pointer
 from vomstudio.ui.base.photo_images import PhotoImages, PhotoPyramid
-from vomstudio.ui.widgets.photo_canvas import PhotoCanvas, PhotoPointer
+from vomstudio.ui.widgets.photo_canvas import Drawn, PhotoCanvas, PhotoPointer
 
 WIDE, HIGH = 60, 40
 RED = (52, 7)
@@ -117,3 +117,28 @@ def test_the_wheel_and_a_drag_keep_what_is_under_the_cursor(qtbot) -> None:
     assert np.allclose(canvas.pixel_at(QPointF(0, 0)), (0, 0))
     canvas.look_at(np.array([[1000.0, 900.0], [1040.0, 930.0]]))
     assert canvas.contains_pixels(np.array([[1000.0, 900.0], [1040.0, 930.0]]))
+
+
+def test_nothing_of_a_feature_is_drawn_beside_the_photo(qtbot) -> None:
+    canvas = PhotoCanvas()
+    qtbot.addWidget(canvas)
+    canvas.resize(600, 200)
+    canvas.set_photo(300, 200)
+    canvas.fit()
+    empty = canvas.grab().toImage()
+    across = np.column_stack([np.linspace(-200.0, 500.0, 80), np.full(80, 100.0)])
+    is_seen = (across[:, 0] > 0.0) & (across[:, 0] < 300.0)
+    canvas.set_features(
+        [Drawn("a", across, is_seen, (1.0, 0.0, 0.0), "", None, False)], frozenset()
+    )
+    shown = canvas.grab().toImage()
+    changed = {
+        x
+        for x in range(shown.width())
+        for y in range(shown.height())
+        if shown.pixelColor(x, y) != empty.pixelColor(x, y)
+    }
+    left, right = canvas.to_widget([[0.0, 0.0], [300.0, 0.0]])[:, 0]
+    assert changed
+    assert min(changed) >= left - 1.0
+    assert max(changed) <= right + 1.0

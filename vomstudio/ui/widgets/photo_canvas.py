@@ -268,8 +268,11 @@ class PhotoCanvas(QWidget):
         if self._picture is not None:
             self._paint_picture(painter, self._picture)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.save()
+        painter.setClipRect(self.to_screen.mapRect(QRectF(0, 0, *self._size)))
         for drawing in sorted(self._drawn, key=lambda d: d.id in self._selected):
             self._paint_feature(painter, drawing)
+        painter.restore()
         self._paint_labels(painter)
         if self._spot is not None:
             self._paint_cross(painter, self._spot, 11.0, QColor("#56b4e9"))
