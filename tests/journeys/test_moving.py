@@ -121,8 +121,9 @@ def test_a_plane_is_selected_by_a_click_on_its_line_and_let_go_beside_it(picking
     assert picking.studio.selection.ids == ()
 
 
-@pytest.mark.slow
-def test_ctrl_adds_to_the_selection(picking):
+@pytest.mark.full
+@pytest.mark.parametrize("modifier", [driver.CTRL, Qt.KeyboardModifier.ShiftModifier])
+def test_a_click_with_ctrl_or_shift_adds_to_the_selection(picking, modifier):
     key(picking, Qt.Key.Key_Return)
     key(picking, Qt.Key.Key_N)
     first, second = traces(picking)
@@ -130,7 +131,7 @@ def test_ctrl_adds_to_the_selection(picking):
     for trace, expected in ((first, (first.id,)), (second, (first.id, second.id))):
         points = picking.studio.measured([trace.id])[trace.id].points
         middle = points[1]
-        click(picking.viewport, pixel(picking, middle), driver.CTRL)
+        click(picking.viewport, pixel(picking, middle), modifier)
         assert picking.studio.selection.ids == expected
 
 
