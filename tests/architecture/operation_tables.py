@@ -75,7 +75,8 @@ def _row(option: Declaration) -> str:
     elif option.kind is bool and option.default is None:
         word += f"`, `--no-{option.flag.removeprefix('--')}"
     elif option.kind is not bool:
-        word += f" [{metavar(option)}]" if option.flag_value else f" {metavar(option)}"
+        value = metavar(option).replace("|", "\\|")
+        word += f" [{value}]" if option.flag_value else f" {value}"
     text = re.sub(
         r"--[a-z][a-z-]*(?: [a-z]+(?= [0-9]))?|NAME\w*\.\w+", r"`\g<0>`", help_text(option)
     )

@@ -24,7 +24,12 @@ if TYPE_CHECKING:
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``check`` command."""
     parser = add_command(
-        subparsers, "check", run, help_=tr("Check a set of photos before or after it is aligned")
+        subparsers,
+        "check",
+        run,
+        help_=tr(
+            "Check whether photos are suitable for a reconstruction, or how well they were aligned"
+        ),
     )
     parser.add_argument("photos", metavar="PHOTOS", help=tr("folder of photos"))
     add_options(parser, CheckOptions)

@@ -44,7 +44,9 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers,
         "demo",
         run,
-        help_=tr("Measure the built-in sample outcrop and compare the results with the truth"),
+        help_=tr(
+            "Measure the built-in sample outcrop and compare the results with the true values"
+        ),
     )
     parser.add_argument(
         "-o",

@@ -26,7 +26,9 @@ def add_parser(subparsers: Subparsers) -> None:
         help_=tr("Compute net slip, throw and heave of a fault, with errors"),
     )
     parser.add_argument(
-        "pairs", metavar="PAIRS", help=tr("table of cut-off points on both sides, in metres")
+        "pairs",
+        metavar="PAIRS",
+        help=tr("table with pairs of points on both sides of the fault, in metres"),
     )
     add_options(parser, DisplacementOptions)
     add_frame(parser)

@@ -32,7 +32,10 @@ if TYPE_CHECKING:
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``log`` command."""
     parser = add_command(
-        subparsers, "log", run, help_=tr("Measure true thicknesses along a line, with errors")
+        subparsers,
+        "log",
+        run,
+        help_=tr("Compute a log of true bed thicknesses along a line, with errors"),
     )
     parser.add_argument(
         "table",

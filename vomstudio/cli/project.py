@@ -69,7 +69,11 @@ def add_parser(subparsers: Subparsers) -> None:
         default=None,
         help=tr("table: label, model_x, model_y, model_z, x, y, z[, use, sigma_x, …]"),
     )
-    picks = add("add-picks", _add_picks, tr("Add traces: World points along beds or fractures"))
+    picks = add(
+        "add-picks",
+        _add_picks,
+        tr("Add traces from a table of World points along beds or fractures"),
+    )
     picks.add_argument("table", metavar="TABLE", help=tr("text table with x, y, z"))
     import_parser = add(
         "import", _import, tr("Add stations, contact lines and rock areas from a file")
@@ -77,7 +81,9 @@ def add_parser(subparsers: Subparsers) -> None:
     import_parser.add_argument(
         "file", metavar="FILE", help=tr("GeoPackage, GeoJSON, shapefile, KML or CSV, as exported")
     )
-    accept = add("accept", _accept, tr("Find facets or traces on a model, and add them"))
+    accept = add(
+        "accept", _accept, tr("Find facets or traces on a model and add them to the project")
+    )
     proposals = accept.add_subparsers(dest="proposals", metavar="PROPOSALS", required=True)
     for name, item in PROPOSALS.items():
         text = tr(
@@ -85,35 +91,46 @@ def add_parser(subparsers: Subparsers) -> None:
             proposals=name,
             command=item.command,
         )
-        search = proposals.add_parser(name, help=text, argument_default=argparse.SUPPRESS)
+        search = proposals.add_parser(
+            name,
+            help=text,
+            description=f"{text[:1].upper()}{text[1:]}.",
+            argument_default=argparse.SUPPRESS,
+        )
         add_shared_options(search)
         add_options(search, AcceptOptions)
         add_options(search, item.options)
     values = add("set", _set, tr("Change type, set, domain or name of features"))
-    values.add_argument("ids", metavar="ID", nargs="+", help=tr("ids or names"))
+    values.add_argument("ids", metavar="ID", nargs="+", help=tr("ids or names of features"))
     delete = add("delete", _delete, tr("Delete features"))
-    delete.add_argument("ids", metavar="ID", nargs="+", help=tr("ids or names"))
+    delete.add_argument("ids", metavar="ID", nargs="+", help=tr("ids or names of features"))
     fit = add("fit", _fit, tr("Fit the features and assess their quality"))
     fit.add_argument(
-        "ids", metavar="ID", nargs="*", default=[], help=tr("ids or names (default: all)")
+        "ids",
+        metavar="ID",
+        nargs="*",
+        default=[],
+        help=tr("ids or names of features (default: all)"),
     )
-    add("coverage", _coverage, tr("Report the coverage of faces with a grid"))
-    profile = add("profile", _profile, tr("Assess all features by another profile"))
+    add("coverage", _coverage, tr("Report how much of each face with a grid was inspected"))
+    profile = add("profile", _profile, tr("Assess all features again with another verdict profile"))
     profile.add_argument(
         "name",
         metavar="NAME",
         choices=["error", "textbook"],
-        help=tr("error: by their 95 %% error; textbook: by the shape of their points"),
+        help=tr(
+            "error: assess planes by their 95 %% error; textbook: by the shape of their points"
+        ),
     )
     add(
         "update",
         _update,
-        tr("Measure the surroundings of earlier features again by the current method"),
+        tr("Measure resolution and outcrop face again for features measured by an earlier method"),
     )
     add("undo", _undo, tr("Undo the last step"))
-    add("redo", _redo, tr("Redo the last undone step"))
-    add("verify", _verify, tr("Verify every journal row and file of the project"))
-    add("repair", _repair, tr("Repair a journal with damaged rows, and keep a copy of it"))
+    add("redo", _redo, tr("Redo the step that was undone last"))
+    add("verify", _verify, tr("Verify every row of the journal and every file of the project"))
+    add("repair", _repair, tr("Write a journal without the damaged rows, and keep the damaged one"))
     add("compact", _compact, tr("Remove journal rows and files that are no longer used"))
     for action, options in ACTION_OPTIONS.items():
         if action != "accept":

@@ -27,7 +27,9 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers,
         "register",
         run,
-        help_=tr("Register a model by points, cameras, compass readings or lengths"),
+        help_=tr(
+            "Register a model by points, cameras, compass readings, known lines or another model"
+        ),
     )
     parser.add_argument(
         "model",

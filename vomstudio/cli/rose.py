@@ -30,7 +30,10 @@ OPTION_CLASSES: tuple[type[Any], ...] = (RoseOptions, RoseFigure, SetColors)
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``rose`` command."""
     parser = add_command(
-        subparsers, "rose", run, help_=tr("Draw rose diagrams and histograms of dip")
+        subparsers,
+        "rose",
+        run,
+        help_=tr("Draw rose diagrams of azimuths, or histograms of dips or plunges"),
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines, or a project"))
     add_output(parser, tr("output figure (.svg, .pdf or .png)"), is_required=True)

@@ -23,7 +23,10 @@ from vomstudio.geology.sets.set_options import SetOptions
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``sets`` command."""
     parser = add_command(
-        subparsers, "sets", run, help_=tr("Propose sets of planes, and planes without a set")
+        subparsers,
+        "sets",
+        run,
+        help_=tr("Divide planes into sets; planes that do not fit any set are not assigned"),
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes"))
     add_output(parser, tr("output table with the set of each plane"), is_required=True)

@@ -25,7 +25,10 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "table",
         metavar="TABLE",
-        help=tr("table of faults with striae and slip sense: own format, FaultKin or Win-Tensor"),
+        help=tr(
+            "table of faults with striae and slip sense: from this program, FaultKin, Win-Tensor"
+            " or T-TECTO"
+        ),
     )
     parser.add_argument(
         "--plot", metavar="FILE", help=tr("also draw the nets (.svg, .pdf or .png)")

@@ -33,11 +33,13 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("model", metavar="MODEL", help=tr("mesh, point cloud or table x, y, z"))
     add_options(parser, SurfaceOptions)
     parser.add_argument(
-        "--facet", metavar="N", type=int, help=tr("only this facet of a labelled model")
+        "--facet", metavar="N", type=int, help=tr("use only this facet of a labelled model")
     )
     add_output(parser, tr("output deviations (.tif, .ply or .csv)"), is_required=True)
     parser.add_argument(
-        "--profiles", metavar="OUT.csv", help=tr("also write profiles along and across as a table")
+        "--profiles",
+        metavar="OUT.csv",
+        help=tr("also write profiles along and across the smoothest direction as a table"),
     )
     add_frame(parser)
 

@@ -16,7 +16,7 @@ from vomstudio.geology.faults.displacement_options import ThreePointOptions
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``threepoint`` command."""
     parser = add_command(
-        subparsers, "threepoint", run, help_=tr("Fit a plane through three points, with errors")
+        subparsers, "threepoint", run, help_=tr("Fit a plane to three or more points, with errors")
     )
     parser.add_argument(
         "points", metavar="POINTS", help=tr("table of three or more points, in metres")

@@ -48,7 +48,7 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers,
         "trace",
         run,
-        help_=tr("Follow lines on a model through way-points, or project drawn lines"),
+        help_=tr("Follow a contact on a model, import drawn lines, or propose lines"),
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh or point cloud"))
     add_options(parser, TraceSource)

@@ -65,7 +65,7 @@ class FacetOptions(Options):
         None,
         minimum=0.0,
         label=to_translate("Coplanarity"),
-        help=to_translate("minimum coplanarity (1 / smallest normalised eigenvalue)"),
+        help=to_translate("minimum coplanarity, that is, 1 / smallest normalised eigenvalue"),
         tip=to_translate("Minimum coplanarity (1 / smallest normalised eigenvalue)"),
         automatic_text=to_translate("from the verdict profile"),
         decimals=0,
@@ -77,7 +77,7 @@ class FacetOptions(Options):
         None,
         help=to_translate(
             "dse: find sets among the points, then their planes, like the Discontinuity Set"
-            " Extractor; --angle is the cone about a set's pole"
+            " Extractor; --angle is then the half-angle of the cone about the pole of a set"
         ),
     )
 

@@ -40,7 +40,7 @@ class MeasurableOptions(Options):
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
         help=to_translate("standard deviation of a trace's vertices across their plane, m"),
-        automatic_text=to_translate("half a photo pixel (1/20 of the resolution)"),
+        automatic_text=to_translate("1/20 of the resolution, about half a photo pixel"),
     )
     points: int | None = option(
         None,
@@ -94,7 +94,9 @@ class MeasurableTarget(Options):
         metavar="TABLE",
         help=to_translate("use the mean plane of this table (orientation tensor)"),
     )
-    set: str | None = option(None, metavar="NAME", help=to_translate("only this set of the table"))
+    set: str | None = option(
+        None, metavar="NAME", help=to_translate("use only this set of the table")
+    )
     gsd_m: float | None = option(
         None,
         minimum=MIN_LENGTH_M,

@@ -77,7 +77,7 @@ class TraceSource(Options):
     propose: bool = option(
         False,
         help=to_translate(
-            "list lines that are significant against the surface noise, the most certain first"
+            "list lines that stand out from the noise of the surface, the most certain first"
         ),
     )
 
@@ -101,7 +101,7 @@ class CostOptions(Options):
         None,
         metavar="FILE",
         help=to_translate(
-            "with cost onnx: a network that returns the edge probability of each pixel"
+            "with --cost onnx: a network that returns the edge probability of each pixel"
         ),
     )
 
@@ -133,8 +133,8 @@ class FollowOptions(CostOptions):
         None,
         metavar="FILE",
         help=to_translate(
-            "camera poses and lenses in the frame of the model file, from this or another program"
-            " (docs/photos.md lists them)"
+            "camera poses and lenses in the frame of the model file, from any program listed in"
+            " docs/photos.md"
         ),
         automatic_text=to_translate("next to the model"),
     )
@@ -208,7 +208,7 @@ class DrawnTraceOptions(Options):
         None,
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
-        help=to_translate("maximum distance of points along a line, m"),
+        help=to_translate("maximum distance between points along a line, m"),
         automatic_text=to_translate("the vertices only"),
     )
     into: str | None = option(
@@ -225,7 +225,7 @@ class DrawnTraceOptions(Options):
     on: str | None = option(
         None,
         metavar="NAME",
-        help=to_translate("model of the project that carries the lines"),
+        help=to_translate("project model on which the lines were drawn"),
         automatic_text=to_translate("the only model"),
     )
     set: str | None = option(

@@ -128,7 +128,7 @@ class RegisterOptions(Options):
     stable: str | None = option(
         None,
         metavar="MASK",
-        help=to_translate("stable part of the reference: polygons, or a cloud"),
+        help=to_translate("stable part of the reference: polygons in map view, or a cloud or mesh"),
     )
     north: Literal["grid", "true", "magnetic"] = option(
         "grid", help=to_translate("north reference of azimuths, if not in the table")

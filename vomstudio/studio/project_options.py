@@ -50,7 +50,7 @@ class PlacementOptions(ModelChoice):
     stable: str | None = option(
         None,
         metavar="MASK",
-        help=to_translate("stable part of the reference: polygons, or a cloud"),
+        help=to_translate("stable part of the reference: polygons in map view, or a cloud or mesh"),
     )
     crs: str | None = option(
         None,

@@ -105,7 +105,7 @@ def examples_text(program: str) -> str:
     if not examples:
         return ""
     lines = [
-        tr("examples (run them in the program's folder):"),
+        tr("examples (run them in the program folder):"),
         *(f"  {example}" for example in examples),
     ]
     outputs = {
@@ -115,7 +115,7 @@ def examples_text(program: str) -> str:
     for name, source in SOURCES.items():
         is_read = any(word == name or word.startswith(f"{name}/") for word in words)
         if is_read and name not in outputs:
-            lines.append("  " + tr("{file}: written by {command}", file=name, command=source))
+            lines.append("  " + tr("to create {file}: {command}", file=name, command=source))
     lines += [f"  {name}: {tr(text)}" for name, text in OWN_FILES.items() if name in words]
     return "\n".join(lines) + "\n"
 

@@ -42,7 +42,7 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers,
         "measurable",
         run,
-        help_=tr("Map the expected quality of planes before they are picked"),
+        help_=tr("Map how accurately a plane could be measured at each point of a model"),
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh or point cloud"))
     add_options(parser, MeasurableTarget)

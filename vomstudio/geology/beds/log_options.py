@@ -92,7 +92,7 @@ class LogLine(Options):
     type: str | None = option(
         None,
         metavar="TYPE",
-        help=to_translate("feature type of these traces"),
+        help=to_translate("feature type of the traces to use"),
         automatic_text=to_translate("bedding"),
     )
     plot: str | None = option(

@@ -49,7 +49,7 @@ class DisplacementOptions(Options):
     bed: str | None = option(
         None,
         metavar="DD/D",
-        help=to_translate("attitude of the bed with these cut-offs"),
+        help=to_translate("attitude of the bed, if the points are its cut-offs"),
         automatic_text=to_translate("each pair was originally one point"),
     )
     rake_deg: float | None = option(

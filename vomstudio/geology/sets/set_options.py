@@ -30,7 +30,7 @@ class SetOptions(Options):
         None,
         minimum=1,
         label=to_translate("Sets"),
-        help=to_translate("number of sets to propose, up to the number of planes"),
+        help=to_translate("propose exactly this number of sets (at most the number of planes)"),
         tip=to_translate("Number of sets; automatic: by likelihood"),
     )
     seeds: str | None = option(

@@ -75,7 +75,10 @@ class PlanOptions(Options):
     manner: Literal["handheld", "drone", "terrain"] = option(
         "handheld",
         label=to_translate("Method"),
-        help=to_translate("on foot, by drone in front of a cliff, or by drone over flat ground"),
+        help=to_translate(
+            "how the photos are taken: on foot, by drone in front of a cliff, or by drone over"
+            " flat ground"
+        ),
         tip=to_translate("How the photos are taken"),
         titles=(
             to_translate("Hand-held camera"),
@@ -172,7 +175,7 @@ class VideoFrameOptions(Options):
         maximum=10.0,
         metavar="N",
         label=to_translate("Frames per second"),
-        help=to_translate("frames per second; 1 to 4 are usual"),
+        help=to_translate("frames to extract per second; 1 to 4 are usual"),
         tip=to_translate("1 to 4 are usual; more for fast motion"),
         decimals=1,
     )

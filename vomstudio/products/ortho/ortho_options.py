@@ -120,7 +120,7 @@ class OrthoDrawing(Options):
     around: str | None = option(
         None,
         metavar="X,Y,Z,W,H",
-        help=to_translate("only this width and height in metres around a World point"),
+        help=to_translate("show only this width and height (in metres) around a World point"),
     )
 
     def __post_init__(self) -> None:

@@ -86,8 +86,7 @@ class SectionFeatures(Options):
         None,
         metavar="T/P|domains",
         help=to_translate(
-            "project along this trend and plunge; the word domains projects each domain along its"
-            " own axis"
+            "project along this trend and plunge, or, with domains, each domain along its own axis"
         ),
         automatic_text=to_translate("perpendicular to the section"),
     )

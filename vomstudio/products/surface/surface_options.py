@@ -21,7 +21,7 @@ class SurfaceOptions(Options):
     around: str | None = option(
         None,
         metavar="X,Y,Z,R",
-        help=to_translate("only the part of the model within R metres of a World point"),
+        help=to_translate("use only the part of the model within R metres of a World point"),
     )
     noise_m: float | None = option(
         None,

@@ -29,4 +29,4 @@ ExportFormatName = Literal[
 class ExportFormat(Options):
     """Format of an export. Raises UsageError if the format is unknown."""
 
-    to: ExportFormatName = option(help=to_translate("format of the export"))
+    to: ExportFormatName = option(help=to_translate("target program or format"))

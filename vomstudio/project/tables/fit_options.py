@@ -22,12 +22,16 @@ class FitOptions(Options):
     by: str | None = option(
         None,
         metavar="COLUMN",
-        help=to_translate("column that groups the points; segment: parts between --- lines"),
+        help=to_translate(
+            "column that groups the points, or segment for groups separated by lines of ---"
+        ),
         automatic_text=to_translate("one plane"),
     )
     method: Literal["pca", "regression"] = option(
         "pca",
-        help=to_translate("least squares of distances from the plane (pca), or along one axis"),
+        help=to_translate(
+            "least squares: pca of the distances from the plane, regression along one axis"
+        ),
     )
     axis: Literal["auto", "x", "y", "z"] = option(
         "auto",
@@ -54,7 +58,9 @@ class FitTogether(Options):
         help=to_translate("also fit parallel planes to all traces, such as beds of one series"),
     )
     same: tuple[str, ...] = option(
-        (), metavar="A,B", help=to_translate("with --parallel: test whether these two are coplanar")
+        (),
+        metavar="A,B",
+        help=to_translate("with --parallel: test whether these two traces belong to one bed"),
     )
     curved: bool = option(
         False, help=to_translate("also fit one curved bed to all traces, with its local dips")
