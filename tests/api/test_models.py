@@ -43,7 +43,8 @@ def test_a_file_without_a_frame_is_local_and_says_so(triangle: Path) -> None:
     assert [each.message.code for each in warned] == ["frame.assumed"]
     (finding,) = model.warnings
     assert finding.code == "frame.assumed"
-    assert finding.values == {"file": "triangle.obj", "up": "z", "unit": "m", "crs": None}
+    assumed = {"up": "z", "unit": "m", "crs": None}
+    assert assumed.items() <= finding.values.items()
     assert model.points.tolist() == [[1, 2, 3], [4, 2, 3], [1, 6, 5]]
 
 
@@ -52,6 +53,16 @@ def test_what_is_declared_is_applied(triangle: Path) -> None:
     assert small.points[1].tolist() == pytest.approx([0.04, 0.02, 0.03])
     # x East, y Up, z South.
     assert vs.read(triangle, up="y", unit="m").points[1].tolist() == [4, -3, 2]
+
+
+def test_only_what_was_assumed_is_listed(triangle: Path) -> None:
+    for declared, assumed in (({"up": "y"}, {"unit": "m"}), ({"unit": "cm"}, {"up": "z"})):
+        with pytest.warns(vs.errors.VomWarning):
+            (finding,) = vs.read(triangle, **declared).warnings
+        values = {name: value for name, value in finding.values.items() if name in ("up", "unit")}
+        assert values == assumed
+        assert finding.values["crs"] is None
+        assert len(finding.values["assumed"]) == 2
 
 
 def test_a_declared_crs_is_applied(tmp_path: Path) -> None:

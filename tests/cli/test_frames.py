@@ -46,6 +46,7 @@ def test_web_mercator_is_refused_and_converted(run, bed: Path, tmp_path: Path, w
     assert error["code"] == "frame.not-metric"
     assert error["scale"] == pytest.approx(1.0 / np.cos(np.radians(46.0)), rel=3e-3)
     assert error["suggested_crs"] == ZONE
+    assert f"--to-crs {ZONE}" in error["message"]
     converted = run(*command, "--to-crs", ZONE, "--json")
     assert converted.code == 0, converted.err
     assert "frame.reprojected" in codes(converted.json)

@@ -37,7 +37,9 @@ class Result:
     warnings: tuple[Finding, ...]
 
 
-ASSUMED = Finding("frame.assumed", file="a.obj", up="z", unit="m", crs=None)
+ASSUMED = Finding(
+    "frame.assumed", file="a.obj", assumed=("z up", "CRS none"), up="z", unit="m", crs=None
+)
 
 
 def test_json_has_code_severity_message_and_values() -> None:

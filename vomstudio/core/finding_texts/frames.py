@@ -35,8 +35,8 @@ TEXTS: dict[str, Entry] = {
     "frame.assumed": (
         "warning",
         to_translate(
-            "{file} does not specify its frame. Assumed: {up} up, unit {unit}, CRS {crs}. Change"
-            " this with --up, --unit and --crs."
+            "{file} does not specify its frame. Assumed: {assumed}. Change this with --up, --unit"
+            " and --crs."
         ),
     ),
     "frame.crs-unit-kept": (
@@ -53,8 +53,8 @@ TEXTS: dict[str, Entry] = {
     "frame.not-metric": (
         "error",
         to_translate(
-            "Lengths in {crs} are up to {scale:.4g} times the true lengths at this location. Use"
-            " {suggested_crs}."
+            "Lengths in {crs} are up to {scale:.4g} times the true lengths at this location."
+            " Convert them with --to-crs {suggested_crs}."
         ),
     ),
     "frame.undefined-place": (

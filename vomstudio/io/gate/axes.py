@@ -9,6 +9,7 @@ import numpy as np
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.finding_texts import Severity
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.frame_options import FrameOptions
 from vomstudio.io.gis.axis_units import StatedAxes, stated_axes
@@ -111,9 +112,32 @@ def assumed_frame(
     severity : optional
         Severity of the finding. If None, that of the catalogue is used.
     """
-    if (has_up or options.up is not None) and (has_unit or options.unit is not None):
+    has_up, has_unit = has_up or options.up is not None, has_unit or options.unit is not None
+    if has_up and has_unit:
         return ()
-    return (Finding("frame.assumed", severity, file=file.name, up=up, unit=unit, crs=None),)
+    assumed_up, assumed_unit = None if has_up else up, None if has_unit else unit
+    return (assumption(file, up=assumed_up, unit=assumed_unit, severity=severity),)
+
+
+def assumption(
+    file: Path, *, up: str | None, unit: str | None, severity: Severity | None = None
+) -> Finding:
+    """Return ``frame.assumed`` for a file without a CRS.
+
+    Parameters
+    ----------
+    file : Path
+    up, unit : str or None
+        Assumed up axis and unit; None if they are stated, so that they are not values of the
+        finding.
+    severity : optional
+        Severity of the finding. If None, that of the catalogue is used.
+    """
+    values = {"up": up, "unit": unit}
+    texts = {"up": tr("{up} up", up=up), "unit": tr("unit {unit}", unit=unit)}
+    stated = {name: value for name, value in values.items() if value is not None}
+    assumed = [*(texts[name] for name in stated), tr("CRS none")]
+    return Finding("frame.assumed", severity, file=file.name, assumed=assumed, **stated, crs=None)
 
 
 def _typed_axes(options: FrameOptions, height_unit: str | None, file: Path) -> StatedAxes:

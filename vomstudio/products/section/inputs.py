@@ -11,6 +11,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
+from vomstudio.io.gate.axes import assumption
 from vomstudio.io.gate.points import ModelFrame, points_to_world
 from vomstudio.io.gate.stated_crs import StatedCrs, table_crs
 from vomstudio.io.text.table_options import NO_TABLE_OPTIONS, TableOptions
@@ -110,7 +111,7 @@ def profile_in_world(
             warnings.append(Finding("frame.unit-converted", unit=unit, height_unit=unit))
             return line_in_metres, tuple(warnings)
     if line.is_unnamed and _meets(line.points, bounds):
-        warnings.append(Finding("frame.assumed", file=line.path.name, up="z", unit="m", crs=None))
+        warnings.append(assumption(line.path, up="z", unit="m"))
         return line.points, tuple(warnings)
     placed_points = points_to_world(
         np.column_stack([line.points, np.zeros(len(line.points))]),
