@@ -164,6 +164,11 @@ def test_points_are_nearly_on_a_line_below_a_fiftieth_of_its_length(
     assert is_nearly_collinear(points) is near
 
 
+@pytest.mark.parametrize("count", [0, 1, 2])
+def test_fewer_than_three_points_determine_no_rotation(count: int) -> None:
+    assert nearly_on_a_line(np.eye(3)[:count])
+
+
 def test_five_points_are_all_taken_and_of_six_the_wrong_one_is_left_out() -> None:
     points, truth = some(6)
     target = truth(points)

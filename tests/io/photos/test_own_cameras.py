@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import struct
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -126,6 +128,29 @@ def test_openmvg(tmp_path: Path) -> None:
     same(found.views, VIEWS)
     assert not found.warnings
     assert find_own_cameras(tmp_path / "model.ply") == path
+
+
+@pytest.mark.parametrize(
+    ("write", "name", "key"),
+    [
+        (files.openmvg_json, "sfm_data.json", "intrinsics"),
+        (lambda *words: files.alicevision_json(*words, (1, 2, 6)), "cameras.sfm", "intrinsics"),
+        (files.opensfm_json, "reconstruction.json", "cameras"),
+    ],
+)
+def test_poses_without_lenses_are_read_and_the_missing_lens_is_named(
+    tmp_path: Path, write: Callable[..., Path], name: str, key: str
+) -> None:
+    path = write(tmp_path / name, VIEWS)
+    data = json.loads(path.read_text())
+    for part in data if isinstance(data, list) else [data]:
+        part[key] = type(part[key])()
+    path.write_text(json.dumps(data))
+    found = read_own_cameras(path, BOX)
+    missing = by_code(found.warnings)["cameras.lenses-missing"]
+    assert len(missing["photos"]) == len(VIEWS)
+    assert len(missing["lenses"]) == 1
+    same(found.views, VIEWS, lens=False)
 
 
 @pytest.mark.parametrize("version", [(1, 0, 0), (1, 2, 0), (1, 2, 6)])
@@ -267,7 +292,7 @@ FLAT = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"
         ("c.xml", XML.format("no", "", FLAT), 1, "resolution", "file.damaged"),
         ("c.xml", XML.format(4, "", FLAT.replace("1", "2")), 2, "camera A", "file.damaged"),
         ("c.xml", "<document><a/></document>", 1, "document", "file.other-format"),
-        ("r.json", SHOT.format('{"camera": "b"}'), None, "shots/A", "file.damaged"),
+        ("r.json", SHOT.format('{"camera": "b"}'), None, "shots/A/rotation", "file.damaged"),
         ("r.json", SHOT.format('{"camera": "a"}'), None, "shots/A/rotation", "file.damaged"),
         (
             "r.json",

@@ -245,6 +245,13 @@ TEXTS: dict[str, Entry] = {
             " their positions and attitudes are used."
         ),
     ),
+    "cameras.lenses-missing": (
+        "warning",
+        to_translate(
+            "The file lacks the lenses {lenses} of its photos {photos}. Only their poses are used."
+            " Export it with intrinsics."
+        ),
+    ),
     "cameras.no-photo-list": (
         "error",
         to_translate(

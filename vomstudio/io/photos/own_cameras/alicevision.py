@@ -19,7 +19,8 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.frames import Candidate
 from vomstudio.io.photos.own_cameras.json_fields import JsonFields
-from vomstudio.io.photos.own_cameras.result import unknown_lens, view_of_centre
+from vomstudio.io.photos.own_cameras.photo_sizes import lens_without_size
+from vomstudio.io.photos.own_cameras.result import missing_lenses, unknown_lens, view_of_centre
 
 NAMES = ("cameras.sfm", "sfm.json")
 _BROWN = ("brown",)
@@ -67,23 +68,26 @@ def read_alicevision(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
     }
     views = list[View]()
     unknown_models = Counter[str]()
+    without_lens: dict[str, object] = {}
     for index, row in enumerate(data["views"]):
         field = f"views/{index}"
         pose_number, pose = poses.get(str(row.get("poseId")), (0, None))
         if pose is None:
             continue
         lens, unknown_model = lenses.get(str(fields.get(field, row, "intrinsicId")), (None, None))
-        if lens is None:
-            raise fields.damaged(field, tr("its camera does not exist"))
         if unknown_model is not None:
             unknown_models[unknown_model] += 1
         name = str(fields.get(field, row, "path")).replace("\\", "/").rpartition("/")[2]
+        if lens is None:
+            without_lens[name] = row["intrinsicId"]
+            lens = lens_without_size()
         field = f"poses/{pose_number}/pose/transform"
         transform = _nested(fields, f"poses/{pose_number}", pose, ("pose", "transform"))
         rotation = fields.numbers(field, transform, "rotation", 9).reshape(3, 3).T
         centre = fields.numbers(field, transform, "center", 3)
         views.append(fields.call(field, view_of_centre, name, lens, rotation, centre))
     warnings = tuple(unknown_lens(name, count) for name, count in unknown_models.items())
+    warnings += missing_lenses(without_lens)
     turned_views = [view.moved(1.0, _TURN, np.zeros(3)) for view in views]
     return [
         Candidate(tr("the file"), views, warnings),

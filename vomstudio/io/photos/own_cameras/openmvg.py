@@ -18,7 +18,13 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.frames import Candidate
 from vomstudio.io.photos.own_cameras.json_fields import JsonFields
-from vomstudio.io.photos.own_cameras.result import pinhole_lens, unknown_lens, view_of_centre
+from vomstudio.io.photos.own_cameras.photo_sizes import lens_without_size
+from vomstudio.io.photos.own_cameras.result import (
+    missing_lenses,
+    pinhole_lens,
+    unknown_lens,
+    view_of_centre,
+)
 
 NAMES = ("sfm_data.json",)
 _DISTORTIONS = {"disto_k1": 1, "disto_k3": 3, "disto_t2": 5, "fisheye": 4}
@@ -57,6 +63,7 @@ def read_openmvg(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
     }
     views = list[View]()
     unknown_models = Counter[str]()
+    without_lens: dict[str, object] = {}
     for index, row in enumerate(data["views"]):
         field = f"views/{index}"
         photo = _content(fields, field, row)
@@ -64,8 +71,6 @@ def read_openmvg(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
         if pose is None:
             continue
         lens, unknown_model = lenses.get(fields.get(field, photo, "id_intrinsic"), (None, None))
-        if lens is None:
-            raise fields.damaged(field, tr("its camera does not exist"))
         if unknown_model is not None:
             unknown_models[unknown_model] += 1
         folder = str(photo.get("local_path", "")).replace("\\", "/").strip("/")
@@ -75,9 +80,12 @@ def read_openmvg(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
         rotation = fields.numbers(field, value, "rotation", 3, 3)
         centre = fields.numbers(field, value, "center", 3)
         name = f"{folder}/{name}" if folder else name
+        if lens is None:
+            without_lens[name] = photo["id_intrinsic"]
+            lens = lens_without_size()
         views.append(fields.call(field, view_of_centre, name, lens, rotation, centre))
     warnings = tuple(unknown_lens(name, count) for name, count in unknown_models.items())
-    return [Candidate(tr("the file"), views, warnings)]
+    return [Candidate(tr("the file"), views, (*warnings, *missing_lenses(without_lens)))]
 
 
 def _content(fields: JsonFields, field: str, row: Any) -> Mapping[str, Any]:

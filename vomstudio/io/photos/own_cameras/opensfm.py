@@ -23,7 +23,9 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.frames import Candidate
 from vomstudio.io.photos.own_cameras.json_fields import JsonFields
+from vomstudio.io.photos.own_cameras.photo_sizes import lens_without_size
 from vomstudio.io.photos.own_cameras.result import (
+    missing_lenses,
     pinhole_lens,
     unknown_lens,
     view_of_centre,
@@ -85,17 +87,20 @@ def read_reconstruction(path: Path, data: Sequence[Mapping[str, Any]]) -> list[C
         for name, camera in reconstruction["cameras"].items()
     }
     views, unknown_models = [], []
+    without_lens: dict[str, object] = {}
     for name, shot in reconstruction["shots"].items():
         field = f"shots/{name}"
         lens, unknown_model = lenses.get(fields.get(field, shot, "camera"), (None, None))
         if lens is None:
-            raise fields.damaged(field, tr("its camera does not exist"))
+            without_lens[name] = shot["camera"]
+            lens = lens_without_size()
         if unknown_model is not None:
             unknown_models.append(unknown_model)
         rotation = _matrix(fields.numbers(field, shot, "rotation", 3))
         translation = fields.numbers(field, shot, "translation", 3)
         views.append(fields.call(field, view_of_pose, name, lens, rotation, translation))
     warnings += [unknown_lens(name, count) for name, count in Counter(unknown_models).items()]
+    warnings += missing_lenses(without_lens)
     return [Candidate(tr("the file"), views, tuple(warnings))]
 
 

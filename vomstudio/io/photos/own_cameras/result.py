@@ -123,6 +123,20 @@ def pinhole_lens(width: int, height: int, focal: float) -> Intrinsics:
     return Intrinsics.pinhole(width, height, focal, width / 2, height / 2)
 
 
+def missing_lenses(photos: Mapping[str, object]) -> tuple[Finding, ...]:
+    """Return the finding about photos whose lens the file does not contain.
+
+    Parameters
+    ----------
+    photos : mapping of str to object
+        Id of the missing lens by photo name.
+    """
+    if not photos:
+        return ()
+    lenses = list(dict.fromkeys(str(lens) for lens in photos.values()))
+    return (Finding("cameras.lenses-missing", lenses=lenses, photos=list(photos)),)
+
+
 def unknown_lens(model: str, photos: int) -> Finding:
     """Return the finding about photos with an unsupported lens model."""
     return Finding("cameras.unknown-lens", model=model, photos=photos)
