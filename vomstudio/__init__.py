@@ -53,6 +53,7 @@ _PLACES = {
     "follow": "extractions",
     "propose_traces": "proposals",
     "reconstruct": "reconstructions",
+    "export_cameras": "camera_exports",
     "Project": "projects",
     "ProjectModel": "projects",
     "sample": "samples",

@@ -1,3 +1,4 @@
+from vomstudio.api.camera_exports import export_cameras as export_cameras
 from vomstudio.api.comparisons import compare as compare
 from vomstudio.api.curved_beds import fit_curved as fit_curved
 from vomstudio.api.elevations import ElevationModel as ElevationModel

@@ -10,9 +10,13 @@ from typing import TYPE_CHECKING
 from vomstudio.cli.common.arguments import Subparsers, add_command, report_reading
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.output import Output
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.core.words import tr
+from vomstudio.core.words import tr, tr_n
 from vomstudio.geometry.units import METRES
+
+_CAMERA_SUFFIXES = ("", ".json")
+"""Suffixes of outputs with cameras: the folder of COLMAP, and transforms.json."""
 
 if TYPE_CHECKING:
     from vomstudio.core.arrays import FloatArray
@@ -27,13 +31,28 @@ if TYPE_CHECKING:
 def add_parser(subparsers: Subparsers) -> None:
     """Add the ``convert`` command."""
     parser = add_command(
-        subparsers, "convert", run, help_=tr("Convert a model or cloud to another format")
+        subparsers,
+        "convert",
+        run,
+        help_=tr("Convert a model, a cloud or cameras to another format"),
     )
-    parser.add_argument("input", metavar="IN", help=tr("model or cloud in any supported format"))
     parser.add_argument(
-        "output", metavar="OUT", help=tr("output file; its extension selects the format")
+        "input",
+        metavar="IN",
+        help=tr("model or cloud in any supported format, cameras, or folder of a reconstruction"),
+    )
+    parser.add_argument(
+        "output",
+        metavar="OUT",
+        help=tr(
+            "output file; its extension selects the format; for cameras transforms.json, or a"
+            " folder for COLMAP"
+        ),
     )
     add_frame(parser)
+    parser.add_argument(
+        "--world", action="store_true", help=tr("write World coordinates of cameras")
+    )
     parser.add_argument("--force", action="store_true", help=tr("replace an existing OUT"))
 
 
@@ -47,6 +66,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out : Output
         Object that receives the results, warnings and progress.
     """
+    target = Path(args.output)
+    if target.suffix.lower() in _CAMERA_SUFFIXES and _may_be_cameras(Path(args.input)):
+        _convert_cameras(args, out)
+        return
+    if args.world:
+        raise UsageError(Finding("option.requires", option="--world", other=tr("cameras")))
     from vomstudio.core.files.atomic import check_target
     from vomstudio.core.findings import unique_findings
     from vomstudio.geometry.registration_frames import change_file_frame
@@ -55,7 +80,6 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.models.opening import read_model
     from vomstudio.io.models.writing import choose_writer, write_model
 
-    target = Path(args.output)
     choose_writer(target)
     check_target(target, force=args.force, inputs=[args.input])
     options = frame_options(args)
@@ -99,6 +123,35 @@ def run(args: argparse.Namespace, out: Output) -> None:
         tr("{output}: point cloud from {input}", output=args.output, input=args.input)
         if loaded_model.kind == "cloud"
         else tr("{output}: mesh from {input}", output=args.output, input=args.input)
+    )
+
+
+def _may_be_cameras(path: Path) -> bool:
+    from vomstudio.io.photos.own_cameras.reading import EXTENSIONS
+
+    return path.is_dir() or path.suffix.lower() in EXTENSIONS
+
+
+def _convert_cameras(args: argparse.Namespace, out: Output) -> None:
+    """Write cameras and tie points for another program."""
+    from vomstudio.photogrammetry.inspect.camera_export import export_cameras
+
+    first_given = frame_options(args).first_given
+    if first_given is not None:
+        finding = Finding("option.conflict", option=first_given, other=tr("cameras"))
+        raise UsageError(finding, field=first_given)
+    report_reading(args, args.input)
+    result = export_cameras(args.input, args.output, world=args.world, force=args.force)
+    out.result({"in": args.input, "out": args.output, **result.to_dict()})
+    out.warn(result.warnings)
+    out.text(
+        tr_n(
+            "{output}: {count} camera, {points} points",
+            "{output}: {count} cameras, {points} points",
+            result.photos,
+            output=args.output,
+            points=f"{result.points:,}",
+        )
     )
 
 

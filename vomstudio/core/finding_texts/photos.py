@@ -245,6 +245,17 @@ TEXTS: dict[str, Entry] = {
             " their positions and attitudes are used."
         ),
     ),
+    "cameras.lenses-simplified": (
+        "warning",
+        to_translate(
+            "transforms.json cannot store the distortion k4 to k6 of {photos}. Use COLMAP for the"
+            " complete lens."
+        ),
+    ),
+    "cameras.no-world": (
+        "error",
+        to_translate("The cameras have no World frame. Register the model first, or omit --world."),
+    ),
     "cameras.lenses-missing": (
         "warning",
         to_translate(
