@@ -449,7 +449,9 @@ class Project:
         """Redo the last undone step, and return its label. Raises vs.errors.DocumentError."""
         return self._open_desk().redo()
 
-    def export(self, format: str, path: str | Path, *, force: bool = False) -> tuple[Path, ...]:
+    def export(
+        self, format: str, path: str | Path, *, projected: bool = False, force: bool = False
+    ) -> tuple[Path, ...]:
         """Write the features for other programs.
 
         Features without an orientation are omitted, with a warning.
@@ -460,6 +462,8 @@ class Project:
             "csv", "gpkg" (with a QGIS map), "shp", "geojson", "dxf", "kml", "stereonet",
             "orient", "faultkin", "wintensor", "gempy", "loopstructural" or "gems".
         path : str or Path
+        projected : bool
+            Whether to write GeoJSON in the CRS of the project in place of WGS 84.
         force : bool
             Whether to replace an existing file.
 
@@ -484,12 +488,21 @@ class Project:
             check_flag(force, "force"),
             required_text(format, "format"),
         )
+        is_projected = check_flag(projected, "projected")
         check_target(target, force=replace, inputs=own_files(self._folder))
         records = self._records
         refuse_empty(records, self._folder)
         thresholds = self._measurements.default_thresholds
         with name_argument_in_errors("format", "--to"):
-            table = export_records(records, arguments, target, force=replace, thresholds=thresholds)
+            table = export_records(
+                records,
+                arguments,
+                target,
+                is_projected=is_projected,
+                force=replace,
+                thresholds=thresholds,
+            )
+        warn(table.warnings)
         warn(
             Finding("feature.left-out", feature=item["name"], reason=item["reason"])
             for item in table.skipped

@@ -44,15 +44,18 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Path(args.project),
         args.to,
         Path(args.output),
+        is_projected=args.projected,
         force=args.force,
         progress=progress_reporter(args),
     )
     files = [str(path) for path in table.files]
     result: dict[str, Any] = {"files": files, "n": len(table.rows), "skipped": table.skipped}
+    if table.warnings:
+        result["warnings"] = table.warnings
     if table.layers:
         result["layers"] = dict(table.layers)
     out.result(result)
-    out.warn(_skipped_findings(table.skipped))
+    out.warn([*table.warnings, *_skipped_findings(table.skipped)])
     out.text(
         tr_n(
             "{files}: {count} feature",

@@ -12,12 +12,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.messages import refused
+from tests.messages import by_code, refused
 from tests.samples import ZIGZAG, bed
 from vomstudio.core.errors import InputError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.frames import Frame
 from vomstudio.io.exchange.fault_slips import faultkin_sense
+from vomstudio.io.gate.drawn_layers import read_raw_lines
+from vomstudio.io.gate.orientation_files import read_orientations
 from vomstudio.project import edits
 from vomstudio.project.exports.export import export_project
 from vomstudio.project.folder import ProjectFolder
@@ -214,17 +216,38 @@ def test_overturned_beds_have_a_hook_in_drawings_and_globes(specimen, mapped, tm
     symbols = [mark for mark in marks if "<Point>" in mark and 'name="dip_deg"' in mark]
 
     def turned(mark: str) -> bool:
-        return re.search(r'name="overturned">\s*<value>(True|1|true)<', mark) is not None
+        return (
+            re.search(r'name="overturned">\s*<displayName>[^<]*</displayName>\s*<value>True<', mark)
+            is not None
+        )
 
     for mark in symbols:
         assert mark.count("<LineString>") == (3 if turned(mark) else 2)
     assert any(map(turned, symbols))
 
 
-def test_geojson_is_read_by_gdal_in_the_crs_of_the_project(mapped, tmp_path) -> None:
+def test_geojson_is_in_degrees_and_leads_back_to_the_outcrop(mapped, tmp_path) -> None:
+    """RFC 7946: longitude and latitude in WGS 84, and no member `crs`."""
+    made = export_project(mapped, "geojson", tmp_path / "g.geojson")
+    held = json.loads((tmp_path / "g.geojson").read_text("utf-8"))
+    longitude, latitude, height = held["features"][0]["geometry"]["coordinates"]
+    assert "crs" not in held
+    assert (longitude, latitude) == pytest.approx((16.0, 46.84), abs=0.02)
+    assert height == pytest.approx(made.rows[0]["z"], abs=1e-4)
+    back = read_orientations(tmp_path / "g.geojson")
+    places = back.table.numbers([back.table.find(axis) for axis in "xyz"])
+    assert places == pytest.approx(
+        np.array([[r[axis] for axis in "xyz"] for r in made.rows]), abs=2e-4
+    )
+    assert "frame.reprojected" in by_code(back.warnings)
+    lines = read_raw_lines(tmp_path / "g_traces.geojson")
+    assert (lines.crs, [w.code for w in lines.warnings]) == ("EPSG:32633", ["frame.reprojected"])
+
+
+def test_projected_geojson_is_read_by_gdal_in_the_crs_of_the_project(mapped, tmp_path) -> None:
     import pyogrio
 
-    made = export_project(mapped, "geojson", tmp_path / "g.geojson")
+    made = export_project(mapped, "geojson", tmp_path / "g.geojson", is_projected=True)
     assert [path.name for path in made.files] == ["g.geojson", "g_traces.geojson"]
     information = pyogrio.read_info(tmp_path / "g_traces.geojson")
     assert information["crs"] == "EPSG:32633"
@@ -236,10 +259,35 @@ def test_geojson_is_read_by_gdal_in_the_crs_of_the_project(mapped, tmp_path) -> 
 
 
 def test_geojson_of_a_local_frame_says_that_it_has_no_crs(specimen, tmp_path) -> None:
-    export_project(specimen, "geojson", tmp_path / "g.geojson")
+    made = export_project(specimen, "geojson", tmp_path / "g.geojson")
     held = json.loads((tmp_path / "g.geojson").read_text("utf-8"))
     assert "crs" in held
     assert held["crs"] is None
+    assert [finding.code for finding in made.warnings] == ["geojson.no-crs"]
+    lines = read_raw_lines(tmp_path / "g_traces.geojson")
+    assert lines.crs is None
+    assert "frame.assumed" in by_code(lines.warnings)
+
+
+def test_balloons_of_kml_have_names_and_rounded_values(mapped, tmp_path) -> None:
+    made = export_project(mapped, "kml", tmp_path / "k.kml")
+    space = {"k": "http://www.opengis.net/kml/2.2"}
+    root = ElementTree.parse(tmp_path / "k.kml").getroot()
+    mark = root.find(".//k:Placemark", space)
+    assert mark is not None
+    held = {
+        data.get("name"): (
+            data.findtext("k:displayName", None, space),
+            data.findtext("k:value", None, space),
+        )
+        for data in mark.findall(".//k:Data", space)
+    }
+    title, text = held["dip_deg"]
+    assert title != "dip_deg"
+    assert float(str(text).rstrip("°")) == pytest.approx(made.rows[0]["dip_deg"], abs=0.5)
+    assert len(str(text)) < 7
+    assert held["id"][1] == made.rows[0]["id"]
+    assert float(str(held["x"][1])) == pytest.approx(made.rows[0]["x"], abs=1e-3)
 
 
 def test_kml_lies_where_the_outcrop_lies(mapped, tmp_path) -> None:

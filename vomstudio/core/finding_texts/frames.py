@@ -238,6 +238,20 @@ TEXTS: dict[str, Entry] = {
             "A compass is unreliable this close to a magnetic pole. Use another reference."
         ),
     ),
+    "geojson.no-crs": (
+        "warning",
+        to_translate(
+            "The project has no CRS, so GeoJSON has local metres, which most programs read as"
+            " degrees. Register the models, or export a GeoPackage."
+        ),
+    ),
+    "geojson.outside-area": (
+        "error",
+        to_translate(
+            "Some features lie outside the area of use of {crs}. Check the CRS of their models, or"
+            " use --projected."
+        ),
+    ),
     "kml.no-crs": (
         "error",
         to_translate(

@@ -1,33 +1,75 @@
-"""Layers as GeoJSON, with one file per layer, in the CRS of the project.
+"""Layers as GeoJSON, with one file per layer.
 
-RFC 7946 only allows longitude and latitude, in which an outcrop loses millimetres and distances can
-no longer be measured on a map. Therefore the coordinates are those of the project, and the CRS is
-stated in the `crs` member of the 2008 specification, which GDAL and QGIS support. It is null for a
-local frame, because a file without it would be interpreted as degrees.
+Coordinates are longitude and latitude in WGS 84 (RFC 7946), to a tenth of a millimetre. On request,
+they are those of the project, with the `crs` member of the 2008 specification, which GDAL and QGIS
+support. For a local frame that member is null, because a file without it would be read as degrees.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.findings import Finding
 from vomstudio.io.exchange.columns import sibling_path
+from vomstudio.io.gis.crs import to_degrees
 from vomstudio.io.gis.layers import Layer
 
+_DEGREE_DECIMALS = 9  # 0.1 mm
+_HEIGHT_DECIMALS = 4
 _GEOMETRY = {"point": "Point", "line": "LineString", "ring": "Polygon"}
 
 
-def geojson_files(out: Path, layers: Sequence[Layer], crs: str | None) -> dict[Path, str]:
-    """Return the texts of `planes` (`out`) and of the other layers (NAME_layer next to it)."""
+def geojson_files(
+    out: Path, layers: Sequence[Layer], crs: str | None, *, is_projected: bool = False
+) -> dict[Path, str]:
+    """Return the texts of `planes` (`out`) and of the other layers (NAME_layer next to it).
+
+    Parameters
+    ----------
+    out : Path
+    layers : sequence of Layer
+    crs : str or None
+        CRS of the layers; None for a local frame in metres.
+    is_projected : bool
+        Whether to write the coordinates of the layers in place of degrees in WGS 84.
+
+    Raises
+    ------
+    InputError
+        If a position is outside the area of the CRS.
+    """
+    if crs is not None and not is_projected:
+        layers = [_to_degrees(layer, crs, out) for layer in layers]
+        member: dict[str, Any] = {}
+    else:
+        name = None if crs is None else {"type": "name", "properties": {"name": _urn(crs)}}
+        member = {"crs": name}
     names = [out if layer.name == "planes" else sibling_path(out, layer.name) for layer in layers]
-    return {path: _collection(layer, crs) for path, layer in zip(names, layers, strict=True)}
+    return {path: _collection(layer, member) for path, layer in zip(names, layers, strict=True)}
 
 
-def _collection(layer: Layer, crs: str | None) -> str:
+def _to_degrees(layer: Layer, crs: str, out: Path) -> Layer:
+    """Return a layer in longitude and latitude. Raises InputError."""
+    if not layer.shapes:
+        return layer
+    points = np.concatenate(layer.shapes)
+    degrees = to_degrees(crs, points[:, 0], points[:, 1])
+    if degrees is None:
+        raise InputError(Finding("geojson.outside-area", crs=crs[:60]), file=out)
+    columns = [np.round(part, _DEGREE_DECIMALS) for part in degrees]
+    converted = np.column_stack([*columns, np.round(points[:, 2], _HEIGHT_DECIMALS)])
+    ends = np.cumsum([len(shape) for shape in layer.shapes])[:-1]
+    return replace(layer, shapes=np.split(converted, ends))
+
+
+def _collection(layer: Layer, crs_member: Mapping[str, Any]) -> str:
     features = [
         {
             "type": "Feature",
@@ -38,11 +80,10 @@ def _collection(layer: Layer, crs: str | None) -> str:
         }
         for row, shape in enumerate(layer.shapes)
     ]
-    crs_member = None if crs is None else {"type": "name", "properties": {"name": _urn(crs)}}
     collection = {
         "type": "FeatureCollection",
         "name": layer.name,
-        "crs": crs_member,
+        **crs_member,
         "features": features,
     }
     return json.dumps(collection, ensure_ascii=False, allow_nan=False) + "\n"

@@ -8,8 +8,9 @@ the geoid if the CRS defines them so, as required by KML.
 from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -26,8 +27,18 @@ _SPACE = "http://www.opengis.net/kml/2.2"
 _WHITE = "#ffffff"
 
 
+Describe = Callable[[str, Any], tuple[str, str]]
+"""Function that returns the title of a column and the text of its value."""
+
+
 def kml_text(
-    out: Path, layers: Sequence[Layer], crs: str | None, colors: Mapping[str, str], title: str
+    out: Path,
+    layers: Sequence[Layer],
+    crs: str | None,
+    colors: Mapping[str, str],
+    title: str,
+    *,
+    describe: Describe = lambda column, value: (column, str(value)),
 ) -> str:
     """Return the KML text of the layers.
 
@@ -41,6 +52,8 @@ def kml_text(
     colors : mapping of str to str
         Colours as "#rrggbb" by the name of the feature type in lower case.
     title : str
+    describe : callable
+        Title and text of an attribute for the balloon of a feature.
 
     Raises
     ------
@@ -66,7 +79,8 @@ def kml_text(
         colors_of_classes = layer.colors_of(colors, _WHITE)
         for row, word in enumerate(layer.classes):
             style = styles[colors_of_classes[word]]
-            _placemark(folder, layer, row, style, _parts(layer, row, size), crs, out)
+            mark = _placemark(folder, layer, row, style, describe)
+            _geometry(mark, layer, row, _parts(layer, row, size), crs, out)
     ElementTree.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + replace_control_characters(
         ElementTree.tostring(root, encoding="unicode")
@@ -93,17 +107,29 @@ def _placemark(
     layer: Layer,
     row: int,
     style: str,
-    parts: Sequence[FloatArray],
-    crs: str,
-    out: Path,
-) -> None:
+    describe: Describe,
+) -> ElementTree.Element:
     figures = properties_of(layer, row)
     mark = _add(folder, "Placemark")
     _add(mark, "name", str(figures.get("name") or figures.get("id") or layer.name))
     _add(mark, "styleUrl", f"#{style}")
     extended_data = _add(mark, "ExtendedData")
     for name, value in figures.items():
-        _add(_add(extended_data, "Data", name=name), "value", str(value))
+        data = _add(extended_data, "Data", name=name)
+        title, text = describe(name, value)
+        _add(data, "displayName", title)
+        _add(data, "value", text)
+    return mark
+
+
+def _geometry(
+    mark: ElementTree.Element,
+    layer: Layer,
+    row: int,
+    parts: Sequence[FloatArray],
+    crs: str,
+    out: Path,
+) -> None:
     multi_geometry = _add(mark, "MultiGeometry")
     if layer.kind == "point":
         _coordinates(_add(multi_geometry, "Point"), layer.shapes[row], crs, out)

@@ -34,6 +34,7 @@ SYMBOLS = "_symbols"
 """Suffix of the name of a layer that contains symbols for the features of another layer."""
 
 _HEAD_BYTES = 4096
+_NO_CRS = re.compile(rb'"crs"\s*:\s*null\b')
 _SHAPEFILE = b"\0\0\x27\x0a"
 _DXF = re.compile(rb"\s*\d{1,4}[ \t]*\r?\n|AutoCAD Binary DXF")
 _BINARY_DXF = b"AutoCAD Binary DXF"
@@ -205,7 +206,7 @@ def symbol_layers(names: Iterable[str]) -> set[str]:
 
 
 def is_geojson_without_crs(path: Path) -> bool:
-    """Return whether a file is GeoJSON without `crs`, which GDAL reads as degrees."""
+    """Return whether a file is GeoJSON without a member `crs`, which GDAL reads as degrees."""
     if path.suffix.lower() not in (".json", ".geojson"):
         return False
     try:
@@ -213,4 +214,15 @@ def is_geojson_without_crs(path: Path) -> bool:
     except (OSError, ValueError):
         # A sequence of GeoJSON lines cannot have this member.
         return True
-    return not (isinstance(content, dict) and content.get("crs"))
+    return not (isinstance(content, dict) and "crs" in content)
+
+
+def is_local_geojson(path: Path) -> bool:
+    """Return whether a file is GeoJSON whose `crs` is null, so that its CRS is unknown.
+
+    GDAL reads such coordinates as degrees.
+    """
+    if path.suffix.lower() not in (".json", ".geojson"):
+        return False
+    with open_regular(path) as file:
+        return _NO_CRS.search(file.read(_HEAD_BYTES)) is not None

@@ -23,7 +23,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.io.gis.dxf_blocks import count_block_entities
-from vomstudio.io.gis.layer_reading import SPREADSHEETS, readable_layers
+from vomstudio.io.gis.layer_reading import SPREADSHEETS, is_local_geojson, readable_layers
 from vomstudio.io.gis.layer_transport import pack, unpack
 from vomstudio.io.text.file_text import MAX_OBJECTS
 
@@ -226,6 +226,7 @@ def read_named_layers(
     # Otherwise, GDAL guesses the header and the types of the columns.
     options = {"HEADERS": "DISABLE", "FIELD_TYPES": "STRING"} if is_spreadsheet else {}
     layers, remaining = [], request["max_features"]
+    is_local = is_local_geojson(readable_path)
     for layer in request["names"]:
         info = pyogrio.read_info(readable_path, layer=layer, **options)
         fields = tuple(map(str, info["fields"]))
@@ -249,7 +250,7 @@ def read_named_layers(
         name = str(
             info.get("layer_name") or layer or (listed_layers[0][0] if listed_layers else "")
         )
-        crs = None if metadata["crs"] is None else str(metadata["crs"])
+        crs = None if metadata["crs"] is None or is_local else str(metadata["crs"])
         layers.append(
             VectorLayer(
                 name,

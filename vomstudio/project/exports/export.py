@@ -36,6 +36,7 @@ def export_project(
     out: Path,
     *,
     writes_map: bool = True,
+    is_projected: bool = False,
     force: bool = False,
     progress: Progress | None = None,
 ) -> ProjectTable:
@@ -51,6 +52,8 @@ def export_project(
         File to write.
     writes_map : bool
         Whether to also write the QGIS map of a GeoPackage.
+    is_projected : bool
+        Whether GeoJSON is written in the CRS of the project in place of WGS 84.
     force : bool, optional
         Whether to replace existing files.
     progress : Progress, optional
@@ -72,11 +75,19 @@ def export_project(
     # The block covers everything that is created; otherwise the collector would scan it before it
     # is freed.
     with pause_collection():
-        return _export(folder, format_, out, writes_map, force, progress or SilentProgress())
+        return _export(
+            folder, format_, out, writes_map, is_projected, force, progress or SilentProgress()
+        )
 
 
 def _export(
-    folder: Path, format_: str, out: Path, writes_map: bool, force: bool, progress: Progress
+    folder: Path,
+    format_: str,
+    out: Path,
+    writes_map: bool,
+    is_projected: bool,
+    force: bool,
+    progress: Progress,
 ) -> ProjectTable:
     from vomstudio.project.journal.database import own_files, read_replay
 
@@ -91,6 +102,7 @@ def _export(
         format_,
         out,
         writes_map=writes_map,
+        is_projected=is_projected,
         force=force,
         thresholds=thresholds_of(replay.settings),
     )
@@ -111,6 +123,7 @@ def export_records(
     out: Path,
     *,
     writes_map: bool = True,
+    is_projected: bool = False,
     force: bool = False,
     thresholds: Thresholds | None = None,
 ) -> ProjectTable:
@@ -155,7 +168,9 @@ def export_records(
         return replace(table, files=tuple(files))
     from vomstudio.project.exports.program_exports import write_for_program
 
-    return write_for_program(format_, out, records, table, layers, crs, force=force)
+    return write_for_program(
+        format_, out, records, table, layers, crs, is_projected=is_projected, force=force
+    )
 
 
 def _features_on(layers: Iterable[Layer]) -> set[str]:

@@ -30,3 +30,7 @@ class ExportFormat(Options):
     """Format of an export. Raises UsageError if the format is unknown."""
 
     to: ExportFormatName = option(help=to_translate("target program or format"))
+    projected: bool = option(
+        False,
+        help=to_translate("write GeoJSON in the CRS of the project in place of WGS 84"),
+    )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,9 @@ from vomstudio.io.exchange.geojson import geojson_files
 from vomstudio.io.exchange.kml import kml_text
 from vomstudio.io.exchange.orientation_programs import is_plane
 from vomstudio.io.gis.layers import Layer
+from vomstudio.project import catalogue
+from vomstudio.project.figures import Figure
+from vomstudio.project.kinds import KINDS
 from vomstudio.project.records import FeatureType, Record
 from vomstudio.project.tables.orientation_table import Row
 from vomstudio.project.tables.project_table import ProjectTable
@@ -46,22 +50,25 @@ def write_for_program(
     layers: Sequence[Layer],
     crs: str | None,
     *,
+    is_projected: bool = False,
     force: bool,
 ) -> ProjectTable:
     """Write the files for a program and return the written and the skipped rows.
 
+    If `is_projected` is set, GeoJSON has the coordinates of the project in place of degrees.
     Raises InputError if the program does not accept any of the features, and TargetError.
     """
     if format_ == "geojson":
-        texts = geojson_files(out, layers, crs)
-        return replace(table, files=tuple(write_tables(texts, force=force)))
+        texts = geojson_files(out, layers, crs, is_projected=is_projected)
+        warnings = (Finding("geojson.no-crs"),) if crs is None else ()
+        return replace(table, files=tuple(write_tables(texts, force=force)), warnings=warnings)
     if format_ == "kml":
         colors = {
             record.name.casefold(): record.color
             for record in records.values()
             if isinstance(record, FeatureType)
         }
-        text = kml_text(out, layers, crs, colors, out.stem)
+        text = kml_text(out, layers, crs, colors, out.stem, describe=_describe)
         return replace(table, files=tuple(write_tables({out: text}, force=force)))
     is_accepted, (row_reason, empty_reason) = _ACCEPTED_ROWS[format_]
     rows = [row for row in table.rows if is_accepted(row)]
@@ -78,6 +85,22 @@ def write_for_program(
     ]
     files = tuple(write_tables(texts, force=force))
     return replace(table, rows=rows, skipped=[*table.skipped, *skipped_features], files=files)
+
+
+def _describe(column: str, value: Any) -> tuple[str, str]:
+    """Return the title of a column and its value with sensible digits, as in the window."""
+    figure = _figures().get(column)
+    if figure is None or figure.form in ("text", "flag") or not isinstance(value, int | float):
+        return (column if figure is None else tr(figure.title)), str(value)
+    return tr(figure.title), f"{value:.3f}" if column in "xyz" else figure.words_for(value)
+
+
+@cache
+def _figures() -> Mapping[str, Figure]:
+    """Return all figures of layers by the names of their columns."""
+    layers = [kind.layer for kind in KINDS if kind.layer is not None]
+    figures = (*catalogue.ORIENTATION, *(f for layer in layers for f in layer.figures))
+    return {figure.name: figure for figure in figures}
 
 
 def _texts(

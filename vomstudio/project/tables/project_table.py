@@ -65,6 +65,8 @@ class ProjectTable:
     """Axes and units of x, y, z and lengths of all rows."""
     limits: Thresholds = DEFAULT_THRESHOLDS
     """Thresholds with which all rows were judged."""
+    warnings: tuple[Finding, ...] = ()
+    """Findings about an export."""
     registrations: tuple[dict[str, Any], ...] = ()
     """Result of `registration_comments.registrations_of`."""
 
