@@ -18,6 +18,7 @@ from vomstudio.io.control.control_files import (
     read_control,
     read_marks,
 )
+from vomstudio.io.control.formats.opendronemap import read_odm
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.photos.photo_names import photo_finder
 
@@ -183,6 +184,15 @@ ROWS = (
     "500000 5000000 100 30.5 40 b.jpg nail\n"
     "500010 5000000 101 5 6 a.jpg tree extra\n"
 )
+
+
+@pytest.mark.parametrize("label", ["", " G1"])
+def test_photos_of_opendronemap_may_have_blanks_in_their_names(tmp_path: Path, label: str) -> None:
+    rows = f"1 2 3 10 20 north face/DJI 0001.JPG{label}\n1 2 3 11 21 b.jpg{label}\n"
+    path = written(tmp_path, f"EPSG:32633\n{rows}", "gcp_list.txt")
+    marks = read_odm(path).marks
+    assert [mark.photo for mark in marks] == ["north face/DJI 0001.JPG", "b.jpg"]
+    assert {mark.label for mark in marks} == {label.strip() or "GCP1"}
 
 
 @pytest.mark.parametrize(

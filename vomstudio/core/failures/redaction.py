@@ -10,7 +10,7 @@ from pathlib import Path, PurePosixPath
 
 _PATH = re.compile(r"""(?<![\w.~/\\<>])(?:[A-Za-z]:[\\/]|\\\\|~?/(?=[^\s/]))[^\n"'<>|:;,)\]]*""")
 _FILE = re.compile(
-    r"""[^\s"'/\\(\[=]+\.(?P<suffix>obj|mtl|ply|glb|gltf|stl|las|laz|e57|xyz|pts|txt|csv|prj|jpe?g"""
+    r"""[^\s"'/\\(\[=]+\.(?P<suffix>obj|mtl|ply|glb|gltf|stl|las|laz|e57|ptx|xyz|pts|txt|csv|prj|jpe?g"""
     r"""|png|tiff?|dng|heic|mp4|mov|avi|gpkg|shp|dbf|dxf|tfw|xml|json|toml|vom|zip)\b""",
     re.IGNORECASE,
 )

@@ -1,7 +1,8 @@
 """Ground control file `gcp_list.txt` of OpenDroneMap.
 
 The first line states the projection. Each further line is a mark `x y z pixel_x pixel_y photo
-[label]`. Marks without labels belong to the same point if their coordinates are equal.
+[label]`; the name of the photo may contain blanks. Marks without labels belong to the same point if
+their coordinates are equal.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from vomstudio.io.control.projection import project_points
 from vomstudio.io.text.encodings import convert_to_utf8, decode_text
 
 MAX_BYTES = 64 << 20
+_PHOTO_SUFFIXES = (".jpg", ".jpeg", ".tif", ".tiff", ".png", ".dng", ".heic")
 _UTM = re.compile(r"WGS84\s+UTM\s+(\d{1,2})\s*([NS])", re.IGNORECASE)
 _HEADER = re.compile(r"(EPSG:\s*\d+(?:\s*\+\s*\d+)?|WGS84\s+UTM\b.*|\+proj=.*)", re.IGNORECASE)
 
@@ -116,8 +118,8 @@ def read_odm(path: str | Path) -> OdmControl:
             _number(path, line, name, cell)
             for name, cell in zip(("x", "y", "z", "pixel_x", "pixel_y"), cells, strict=False)
         )
-        position, photo = (x, y, z), cells[5].replace("\\", "/")
-        label = cells[6] if len(cells) > 6 and cells[6] else ""
+        position = (x, y, z)
+        photo, label = _photo_and_label(cells[5:])
         label = label or labels_by_position.setdefault(
             position, f"GCP{len(labels_by_position) + 1}"
         )
@@ -143,6 +145,17 @@ def read_odm(path: str | Path) -> OdmControl:
         tuple(point for _, point in points.values()),
         tuple(mark for _, mark in marks.values()),
     )
+
+
+def _photo_and_label(cells: list[str]) -> tuple[str, str]:
+    """Return the name of the photo, which may contain blanks, and the label or ""."""
+    end = 1
+    for count in range(1, len(cells) + 1):
+        if Path(cells[count - 1]).suffix.lower() in _PHOTO_SUFFIXES:
+            end = count
+            break
+    label = cells[end] if len(cells) > end else ""
+    return " ".join(cells[:end]).replace("\\", "/"), label
 
 
 def projection_of(path: Path, line: int, header: str) -> str:
