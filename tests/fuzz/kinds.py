@@ -195,6 +195,7 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
             "b.laz",
             "b.xyz",
             "b.ply",
+            "s.ptx",
             "c.tif",
             "o.ply",
         )
@@ -324,6 +325,9 @@ def _models(folder: Path) -> Files:
         for t in corners[:9]
     )
     found["s.stl"] = f"solid s\n{text}endsolid s\n".encode()
+    pose = "1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"
+    rows = "".join(f"{x:.3f} {y:.3f} {z:.3f} 0.5\n" for x, y, z in (points - points[0]).tolist())
+    found["s.ptx"] = f"8\n8\n0 0 0\n{pose}{rows}".encode()
     if WITH_E57:
         found["e.e57"] = _scan(folder / "e.e57", points)
     import rasterio

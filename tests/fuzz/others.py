@@ -35,6 +35,7 @@ KINDS = {
     ".laz": "b.laz",
     ".xyz": "b.xyz",
     ".pts": "b.xyz",
+    ".ptx": "s.ptx",
     ".asc": "c.tif",
     ".tif": "c.tif",
     ".jpg": "p.jpg",
