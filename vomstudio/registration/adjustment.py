@@ -187,7 +187,8 @@ def adjust(kinds: Sequence[Observed], centre: FloatArray, size: float) -> Adjust
         for fit in equal_fits
     )
     result = replace(
-        _add_scale_error(kinds, result), ambiguous=bool(is_rotation_determined and has_distinct_fit)
+        _add_scale_error(kinds, result),
+        is_ambiguous=bool(is_rotation_determined and has_distinct_fit),
     )
     fit = replace(result.fit, translation=result.fit.translation + offset)
     return replace(result, fit=fit, centre=result.centre + offset)

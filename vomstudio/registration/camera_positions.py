@@ -76,7 +76,7 @@ def positions_in_metres(
         locations[row, :2] = grid_place
     median = np.median(degrees, axis=0)
     findings.append(_heights_finding(positions, float(median[0]), float(median[1])))
-    converted_positions = replace(positions, places=locations, degrees=False, crs=crs)
+    converted_positions = replace(positions, places=locations, is_in_degrees=False, crs=crs)
     return converted_positions, crs, (float(median[0]), float(median[1]))
 
 
@@ -101,7 +101,7 @@ def _source(
             raise _unknown_crs_error(positions) from error
         file_crs = file_crs.sub_crs_list[0] if file_crs.is_compound else file_crs
         if file_crs.is_geographic:
-            positions = replace(positions, degrees=True)
+            positions = replace(positions, is_in_degrees=True)
         elif crs is None:
             code, unit = parse_crs(file_crs.to_wkt())
             if unit != 1.0:

@@ -147,7 +147,7 @@ def clip_traces(lines: ObjectArray, area: Any = None, edge_m: float = 0.0) -> Tr
     shapely.prepare(edge)
     positions = shapely.points(pieces.ends())
     is_cut = np.asarray(shapely.dwithin(edge, positions, max(edge_m, rounding)), np.bool_)
-    return replace(pieces, cut=is_cut.reshape(-1, 2))
+    return replace(pieces, is_cut=is_cut.reshape(-1, 2))
 
 
 def line_segments(lines: ObjectArray) -> tuple[FloatArray, FloatArray, IntArray]:

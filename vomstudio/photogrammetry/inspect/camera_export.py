@@ -24,6 +24,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.results import Result
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.registration_file import read_registration
 from vomstudio.io.models.writing import write_model
@@ -131,10 +132,11 @@ def _load_scene(source: Path, cameras: Cameras) -> SparseScene:
         if scene.origin == cameras.origin and names == {view.name for view in cameras.views}:
             return scene
     points, colors = np.zeros((0, 3)), np.zeros((0, 3), np.uint8)
-    tie_points = folder / _TIE_POINTS
-    if tie_points.is_file():
-        data = read_model(tie_points).data
-        points = np.asarray(data.points, np.float64) - cameras.origin
+    path = folder / _TIE_POINTS
+    if path.is_file():
+        data = read_model(path).data
+        tie_points = data.vertices if isinstance(data, Mesh) else data.points
+        points = np.asarray(tie_points, np.float64) - cameras.origin
         if data.colors is not None:
             colors = np.asarray(data.colors, np.uint8)
         else:
@@ -149,7 +151,7 @@ def _load_scene(source: Path, cameras: Cameras) -> SparseScene:
         track_pixels=np.zeros((0, 2), np.float32),
         origin=cameras.origin,
         crs=cameras.crs,
-        scaled=cameras.scaled,
+        is_scaled=cameras.is_scaled,
     )
 
 

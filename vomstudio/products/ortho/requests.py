@@ -167,7 +167,7 @@ def request_picture(
     if flip:
         view = view.flipped()
     if not is_placed:
-        view = replace(view, north_known=False, metric=is_metric)
+        view = replace(view, is_north_known=False, is_metric=is_metric)
     try:
         planned = plan(data, view, to_world=to_world, gsd=gsd_m, region=region)
     except InputError as error:

@@ -68,7 +68,7 @@ def project_along_bends(
     steps = np.linalg.norm(np.diff(points[inner_rows], axis=0), axis=1)
     step_lengths = np.linalg.norm(np.diff(unfolded_points[inner_rows], axis=0), axis=1)
     broken_rows = np.flatnonzero(step_lengths > _MAX_STRETCH * steps + 1e-12) + 1
-    piece = replace(item, form="line", filled=False) if item.form == "ring" else item
+    piece = replace(item, form="line", is_filled=False) if item.form == "ring" else item
     parts = []
     for run in np.split(inner_rows, broken_rows):
         if len(run) < 2:

@@ -84,7 +84,7 @@ def _block(
     _add_values(data, mesh.colors, mesh.fields, used_places)
     if mesh.uv is not None:
         # VTK requires separate texture coordinates for every corner.
-        data.active_texture_coordinates = np.nan_to_num(mesh.uv[used_places])
+        data.active_texture_coordinates = np.nan_to_num(mesh.uv[used_places].astype(np.float64))
     if material is not None:
         data.add_field_data([material.name], "material")
         if material.texture is not None:

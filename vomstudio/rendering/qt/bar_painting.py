@@ -109,8 +109,8 @@ class ColorBar:
             return [((v - scale.low) / width, text) for v, text in scale.ticks()]
         low, high = scale.end_texts()
         ends = [
-            (0.0, ("≤ " if scale.below else "") + low),
-            (1.0, ("≥ " if scale.above else "") + high),
+            (0.0, ("≤ " if scale.has_lower_values else "") + low),
+            (1.0, ("≥ " if scale.has_higher_values else "") + high),
         ]
         clearance = 1.25 * self._line / max(height, 1.0)
         max_ticks = max(1, int(1.0 / max(1.6 * clearance, 0.14)))

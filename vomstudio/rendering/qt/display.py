@@ -67,7 +67,7 @@ class ModelAppearance(QObject):
         def apply() -> None:
             assert self._lifetime.scene is not None
             change(self._lifetime.scene)
-            self._picture.renew()
+            self._picture.replace_canvas()
 
         self._lifetime.when_started(apply)
 
@@ -88,7 +88,7 @@ class ModelAppearance(QObject):
             self._color(model_id)
         elif scene is not None and model_id in scene.models:
             scene.set_field(model_id, None)
-            self._picture.renew()
+            self._picture.replace_canvas()
 
     def scale_of(self, model_id: str) -> Scale | None:
         """Return the colour scale of a model's field, or None if the model shows no field."""
@@ -129,7 +129,7 @@ class ModelAppearance(QObject):
             return
         if self._mode == "field" and self._styles.get(model_id) == event.style:
             scene.take(model_id, event)
-            self._picture.renew()
+            self._picture.replace_canvas()
             self.field_shown.emit(model_id)
 
     def _forget_field(self, model_id: str) -> None:

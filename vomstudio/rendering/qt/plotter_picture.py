@@ -125,7 +125,7 @@ class PlotterPicture(QObject):
                 self._request_paint()
                 return
             self._finish(scene)
-            if picture.more_to_come:
+            if picture.has_more_nodes:
                 self.redraw_once()
         elif picture.layering:
             if picture.draw_band():

@@ -185,7 +185,7 @@ class ScenePicture(QObject):
                     return
             self._copy_pixels(scene)
             self.drawn.emit()
-            if picture.more_to_come:
+            if picture.has_more_nodes:
                 self._is_dirty = True
                 QTimer.singleShot(0, self._view.update)
             if not picture.is_complete and not picture.layering:

@@ -68,7 +68,7 @@ class SecondView(QWidget):
         self.camera = Camera()
         self.camera.restore(source.camera.to_dict())
         self._picture = PlotterPicture(self._request_paint, self)
-        self._picture.completed.connect(self._refresh_labels)
+        self._picture.picture_completed.connect(self._refresh_labels)
         self.moves = CameraMoves(self.camera, self, self._scene_bounds, self._picture, self)
         self.moves.changed.connect(self.camera_changed)
         self.overlays = Overlays(self.camera, source.display.captions)

@@ -226,7 +226,9 @@ class ShownModels(QObject):
             return
         models = scene.models.values()
         is_unseen = not all("shown" in self.reached_stages(model.model_id) for model in models)
-        self._picture.arrived(is_first=is_unseen and any(m.proxies or m.parts for m in models))
+        self._picture.schedule_redraw(
+            is_first=is_unseen and any(m.proxies or m.parts for m in models)
+        )
 
     def _report_stages(self) -> None:
         scene = self._lifetime.scene
@@ -235,7 +237,9 @@ class ShownModels(QObject):
         picture = scene.picture
         # A listener may remove a model.
         for model in list(scene.models.values()):
-            if (model.proxies and picture.showing_proxy) or any(p.is_uploaded for p in model.parts):
+            if (model.proxies and picture.is_proxy_shown) or any(
+                p.is_uploaded for p in model.parts
+            ):
                 self._emit_stage(model.model_id, "shown")
             if (
                 picture.is_complete

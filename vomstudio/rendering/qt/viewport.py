@@ -292,7 +292,7 @@ class Viewport(QWidget):
                 self.overlays.covered,
             ).paint(self.preview, self.gestures.cursor, self.gestures.hot_handle)
         painter.end()
-        self._picture.painted()
+        self._picture.finish_paint()
 
     def _forget_base(self) -> None:
         self._base = None

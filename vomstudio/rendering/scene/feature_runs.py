@@ -186,7 +186,7 @@ def lines_of(drawings: list[FeatureDrawing], origin: FloatArray) -> Runs:
     The outline of a disc that is not filled is one of them.
     """
     lines = [(np.asarray(d.line, float).reshape(-1, 3), d.color) for d in drawings]
-    lines += [(_closed(d.disc), d.color) for d in drawings if d.outlined and d.disc is not None]
+    lines += [(_closed(d.disc), d.color) for d in drawings if d.is_outlined and d.disc is not None]
     return _runs([(line, color) for line, color in lines if len(line) >= 2], origin)
 
 
@@ -195,7 +195,7 @@ def discs_of(drawings: list[FeatureDrawing], origin: FloatArray) -> Runs:
     rings = [
         (np.asarray(d.disc, float), d.color)
         for d in drawings
-        if d.disc is not None and not d.outlined
+        if d.disc is not None and not d.is_outlined
     ]
     return _runs([(ring, color) for ring, color in rings if len(ring) >= 3], origin)
 

@@ -311,7 +311,7 @@ class FramePicture:
         with_layer: bool,
         keep_picture: bool,
     ) -> None:
-        """Draw the models, or the features over their saved picture, and perhaps save the result."""
+        """Draw the models, or the features over their saved picture, and save it if required."""
         canvas = self._canvas
         if with_layer:
             canvas.are_features_saved = False

@@ -271,7 +271,7 @@ class Scene:
         previous_box, self._planes.box = self._planes.box, box
         self._place_planes()
         if (previous_box is None) != (box is None):
-            self.features.clip(None if box is None else self._planes.every())
+            self.features.clip(None if box is None else self._planes.all_planes())
         self.picture.abandon()
 
     def _place_planes(self) -> None:

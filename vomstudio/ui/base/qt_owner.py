@@ -61,13 +61,13 @@ class QtOwner(QObject):
     def post(self, call: Call) -> None:
         self._poster(call)
 
-    def run_and_wait(self, call: Call) -> None:
+    def run_and_wait(self, work: Call) -> None:
         """Run a function in a thread while the window is painted; input is blocked."""
         loop = QEventLoop()
 
         def run() -> None:
             try:
-                call()
+                work()
             finally:
                 QMetaObject.invokeMethod(loop, "quit", Qt.ConnectionType.QueuedConnection)
 

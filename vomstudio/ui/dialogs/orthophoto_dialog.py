@@ -345,7 +345,7 @@ class OrthoDialog(QDialog):
                 path=path,
                 cache=studio.project.cache,
                 view=replace(
-                    view, north_known=model.frame.has_north, metric=model.frame.has_metres
+                    view, is_north_known=model.frame.has_north, is_metric=model.frame.has_metres
                 ),
                 to_world=model.to_world,
                 crs=world_crs(model.frame.crs, model.frame.unit_m),

@@ -430,7 +430,7 @@ class MainWindow(QMainWindow):
         overlay.center_requested.connect(lambda: self.docks.toggle_center("stereonet"))
         overlay.dock_requested.connect(self.actions_table.all["dock_net"].trigger)
         overlay.closed.connect(lambda: self.docks.close_page("stereonet"))
-        overlay.placed.connect(viewport.set_covered)
+        overlay.placement_changed.connect(viewport.set_covered)
         self.docks.changed.connect(self._cover_net)
         self.docks.changed.connect(self.actions_table.refresh)
         self.photo_tab.visible_page_changed.connect(self._cover_net)
