@@ -151,7 +151,7 @@ def _load_scene(source: Path, cameras: Cameras) -> SparseScene:
         track_pixels=np.zeros((0, 2), np.float32),
         origin=cameras.origin,
         crs=cameras.crs,
-        is_scaled=cameras.is_scaled,
+        scaled=cameras.is_scaled,
     )
 
 
