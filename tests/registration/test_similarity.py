@@ -166,7 +166,7 @@ def test_points_are_nearly_on_a_line_below_a_fiftieth_of_its_length(
 
 @pytest.mark.parametrize("count", [0, 1, 2])
 def test_fewer_than_three_points_determine_no_rotation(count: int) -> None:
-    assert is_nearly_on_a_line(np.eye(3)[:count])
+    assert is_nearly_collinear(np.eye(3)[:count])
 
 
 def test_five_points_are_all_taken_and_of_six_the_wrong_one_is_left_out() -> None:
