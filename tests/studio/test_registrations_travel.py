@@ -22,7 +22,6 @@ from vomstudio.cli import main
 from vomstudio.core.progress import SilentProgress
 from vomstudio.geometry import transform
 from vomstudio.geometry.registrations import Registration
-from vomstudio.io.control.observation_tables import read_pairs
 from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.models.model_copy import copy_model
 from vomstudio.io.models.registration_file import registration_path
@@ -33,6 +32,7 @@ from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.measurement_cache import measure_one
 from vomstudio.project.records import Model
+from vomstudio.registration.register_options import Observations
 from vomstudio.studio.headless_project import AddedModel, HeadlessProject, Picks
 from vomstudio.studio.jobs.model_tasks import ModelCut, ModelExport, _cut_model, _export_model
 
@@ -152,7 +152,7 @@ def test_command_window_and_reconstruction_give_the_same_total_errors(case: Case
     # As in the window: the model of the project is placed by an edit.
     with desk(case.folder / "window.vom") as project:
         model = project.add_model(case.model).model
-        project.register(model, read_pairs(case.pairs), CRS)
+        project.register(model, Observations(pairs=str(case.pairs), crs=CRS))
         placed = project.find_model(None)
         by_window = bed_on(project, placed, points)
     made = as_reconstructed(case, case.folder / "photos")
@@ -232,7 +232,7 @@ def labelled(case: Case) -> Path:
 def registered_in_project(case: Case, folder: Path) -> tuple[Model, Path]:
     with desk(folder) as project:
         model = project.add_model(case.model).model
-        project.register(model, read_pairs(case.pairs), CRS)
+        project.register(model, Observations(pairs=str(case.pairs), crs=CRS))
         return project.find_model(None), project.project.cache
 
 
@@ -423,7 +423,8 @@ def test_a_fit_in_a_project_keeps_the_error_of_the_scale_and_adds_that_of_the_re
         own = project.add_model(tmp_path / "own.xyz").model
         project.session.apply(edits.set_registration(project.session.records, before, [own.id]))
         own = project.find_model(None)
-        placed, *_ = project.fit_to_reference(own, tmp_path / "registered.xyz", None, None)
+        reference_file = str(tmp_path / "registered.xyz")
+        placed = project.register(own, Observations(reference=reference_file)).result.placed
         after = project.find_model(None).registration
     assert after is not None
     assert after.scale_error == pytest.approx(2e-3, rel=0.01)

@@ -19,7 +19,7 @@ from vomstudio.cli.common.arguments import (
 from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.output import Output
-from vomstudio.core.errors import DocumentError, UsageError
+from vomstudio.core.errors import DocumentError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
 from vomstudio.studio.project_options import (
@@ -61,12 +61,16 @@ def add_parser(subparsers: Subparsers) -> None:
     model = add("add-model", _add_model, tr("Add a model to the project"))
     model.add_argument("file", metavar="FILE", help=tr("model or cloud in any supported format"))
     add_frame(model)
-    register = add("register", _register, tr("Register a model by points picked on it"))
+    register = add(
+        "register",
+        _register,
+        tr("Register a model by points, cameras, compass readings or lengths"),
+    )
     register.add_argument(
         "pairs",
         metavar="PAIRS",
         nargs="?",
-        default=None,
+        default=argparse.SUPPRESS,
         help=tr("table: label, model_x, model_y, model_z, x, y, z[, use, sigma_x, …]"),
     )
     picks = add(
@@ -260,42 +264,29 @@ def _add_model(args: argparse.Namespace, out: Output) -> None:
 
 def _register(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.cli.register import placement_text
-    from vomstudio.io.control.observation_tables import read_pairs
-    from vomstudio.io.gis.crs import metric_crs
     from vomstudio.studio.placing.registering import set_rotation_finding
 
     options = parse_options(args, PlacementOptions)
-    if options.reference is None and args.pairs is None:
-        raise UsageError(
-            Finding("option.none-given", options=("PAIRS", "--reference")), field="PAIRS"
-        )
-    pairs = None if args.pairs is None else read_pairs(args.pairs)
-    crs = None if options.crs is None else metric_crs(options.crs, "--crs")
-    click_m = options.click_sigma_m
-    reference = {}
     with _edited_project(args, out) as project:
         model = project.find_model(options.model)
-        if options.reference is None:
-            assert pairs is not None
-            placed, turned, sets = project.register(model, pairs, crs, click_m)
-        else:
-            placed, turned, sets, fitted = project.fit_to_reference(
-                model, options.reference, pairs, crs, options.stable, click_m
-            )
-            reference = {"reference": fitted.to_dict()}
+        registered = project.register(model, options)
+    placed = registered.result.placed
     out.warn(placed.warnings)
     result = {
         "model": model.id,
-        "turned_deg": turned,
-        "sets_turned_deg": sets,
-        **placed.to_dict(),
-        **reference,
+        "turned_deg": registered.turned_deg,
+        "sets_turned_deg": registered.sets_turned_deg,
+        **registered.result.to_dict(),
     }
     turn_text = tr(
-        "{model} was registered and rotated by {turn:.2f} degrees.", model=model.name, turn=turned
+        "{model} was registered and rotated by {turn:.2f} degrees.",
+        model=model.name,
+        turn=registered.turned_deg,
     )
-    texts = [placement_text(placed), turn_text, str(set_rotation_finding(sets) or "")]
-    _report(args, out, result, "\n".join(filter(None, texts)))
+    sets_text = str(set_rotation_finding(registered.sets_turned_deg) or "")
+    _report(
+        args, out, result, "\n".join(filter(None, [placement_text(placed), turn_text, sets_text]))
+    )
 
 
 def _add_picks(args: argparse.Namespace, out: Output) -> None:

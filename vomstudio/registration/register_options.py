@@ -18,8 +18,8 @@ MIN_ERROR = 1e-6
 
 
 @dataclass(frozen=True)
-class RegisterOptions(Options):
-    """Observations by which a model is registered.
+class Observations(Options):
+    """Observations by which a model is registered, of a file or of a project.
 
     Raises
     ------
@@ -177,18 +177,6 @@ class RegisterOptions(Options):
         metavar="EPSG",
         help=to_translate("convert the observed positions to this projected CRS in metres"),
     )
-    up: Literal["y", "z"] | None = option(
-        None,
-        choices=("y", "z"),
-        help=to_translate("up axis of the model file"),
-        automatic_text=to_translate("as defined by its format"),
-    )
-    unit: str | None = option(
-        None,
-        choices=tuple(METRES),
-        help=to_translate("unit of the model file, which fixes the scale"),
-        automatic_text=to_translate("the observations determine the scale"),
-    )
     without: tuple[str, ...] = option(
         (),
         metavar="LABEL",
@@ -215,3 +203,21 @@ class RegisterOptions(Options):
                     Finding("option.too-small", value=value, minimum=MIN_ERROR),
                     field=flag,
                 )
+
+
+@dataclass(frozen=True)
+class RegisterOptions(Observations):
+    """Options that register the model of a file."""
+
+    up: Literal["y", "z"] | None = option(
+        None,
+        choices=("y", "z"),
+        help=to_translate("up axis of the model file"),
+        automatic_text=to_translate("as defined by its format"),
+    )
+    unit: str | None = option(
+        None,
+        choices=tuple(METRES),
+        help=to_translate("unit of the model file, which fixes the scale"),
+        automatic_text=to_translate("the observations determine the scale"),
+    )

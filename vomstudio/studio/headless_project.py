@@ -6,19 +6,20 @@ thread.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 import numpy as np
 
-from vomstudio.core.arrays import FloatArray
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import DocumentError, GeometryError, InputError, UsageError, VomError
 from vomstudio.core.findings import Finding, cause_of, finding_of
+from vomstudio.core.identifiers import new_id
 from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.geology.profiles import PROFILES_BY_NAME
+from vomstudio.geology.slip import SlipSense
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.geometry.cloud import PointCloud
@@ -36,15 +37,14 @@ from vomstudio.io.settings import Settings, read_settings
 from vomstudio.project import edits
 from vomstudio.project.edit import change
 from vomstudio.project.folder import MODELS, ProjectFolder
+from vomstudio.project.kinds.lineation import Lineation
+from vomstudio.project.kinds.station import Station, StationKind
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement_cache import measure_all
 from vomstudio.project.records import Feature, FeatureType, Model, Record, Typed, get
 from vomstudio.project.registration_import import registration_in_project
 from vomstudio.project.session import Session
-from vomstudio.registration.evidence import Evidence, register
-from vomstudio.registration.placing import prepend_warnings
-from vomstudio.registration.results import Placed
-from vomstudio.registration.surface_points import known_resolution, some_points
+from vomstudio.registration.register_options import Observations
 from vomstudio.studio.drawn_traces import (
     DrawingTarget,
     DrawnTraces,
@@ -55,14 +55,13 @@ from vomstudio.studio.drawn_traces import (
 from vomstudio.studio.jobs.drawing_tasks import collect_lines
 from vomstudio.studio.layer_export import update_layers
 from vomstudio.studio.models import name_of, new_model
-from vomstudio.studio.placing.registering import (
-    add_reference_error,
-    create_registration,
-    place_by_points,
-    reference_findings,
-    rotation_deg,
-    set_rotations_deg,
+from vomstudio.studio.placed_features import (
+    create_line,
+    create_patch,
+    elements_inside,
+    to_vertices,
 )
+from vomstudio.studio.placing.registering import rotation_deg, set_rotations_deg
 from vomstudio.studio.project_options import FeatureValues
 from vomstudio.studio.project_summary import matching_ids
 from vomstudio.studio.tools.local_surface import features_of_earlier_rules, remeasure
@@ -70,7 +69,7 @@ from vomstudio.studio.tools.local_surface import features_of_earlier_rules, reme
 if TYPE_CHECKING:
     from vomstudio.products.ortho.back_projection import ProjectedLines, Sidecar
     from vomstudio.project.imports.feature_lists import ImportedFeatures
-    from vomstudio.studio.placing.reference_fitting import ReferenceFit
+    from vomstudio.studio.placing.register_order import RegistrationResult
 
 
 Named = TypeVar("Named", Model, FeatureType)
@@ -116,6 +115,24 @@ class AddedPicks:
 
 
 @dataclass(frozen=True, eq=False)
+class RegisteredModel:
+    """Registration of a model of a project.
+
+    Attributes
+    ----------
+    result : RegistrationResult
+    turned_deg : float
+        Rotation of the model, degrees.
+    sets_turned_deg : dict of str to float
+        Rotation of each set of features on the model, degrees.
+    """
+
+    result: RegistrationResult
+    turned_deg: float
+    sets_turned_deg: dict[str, float]
+
+
+@dataclass(frozen=True, eq=False)
 class _ModelData:
     """Data of a model that are required for measurements.
 
@@ -125,25 +142,17 @@ class _ModelData:
         Surface of the model, or None if the file could not be read.
     bounds : (2, 3) float64 or None
         Bounding box in the file frame.
-    extent : (n, 3) float64 or None
-        Sample of the points, in the file frame.
-    resolution : callable
-        Returns the resolution in the unit of the file, or None if it is unknown.
     why_not : tuple of Finding
         Reasons why the file could not be read; empty if it was read.
     """
 
     surface: PaintSurface | None = None
     bounds: FloatArray | None = None
-    extent: FloatArray | None = None
-    resolution: Callable[[], float | None] = lambda: None
     why_not: tuple[Finding, ...] = ()
 
     @classmethod
     def from_data(cls, data: Mesh | PointCloud) -> _ModelData:
-        # Computed on demand, because only registrations need the resolution.
-        resolution = partial(known_resolution, data)
-        return cls(create_surface(data), data.bounds, some_points(data), resolution)
+        return cls(create_surface(data), data.bounds)
 
 
 class HeadlessProject:
@@ -400,6 +409,123 @@ class HeadlessProject:
         self.session.apply(change(self.session.records, f"Add {subject}", records_after))
         return AddedPicks(tuple(traces), tuple(skipped_picks), warnings)
 
+    def add_line(
+        self,
+        points: FloatArray,
+        model: Model,
+        kind: FeatureType,
+        *,
+        plane: str | None = None,
+        slip: SlipSense = "",
+        **labels: str,
+    ) -> Feature:
+        """Add a lineation, or a contact line if the features of the type are planes, in one edit.
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+            Points along the line in the World frame.
+        model : Model
+        kind : FeatureType
+        plane : str, optional
+            Id or name of the plane that contains the lineation.
+        slip : str
+            Movement of the hanging wall along the lineation.
+        **labels : str
+            `name`, `set_name`, `domain` and `notes` of the feature.
+
+        Raises
+        ------
+        UsageError
+            If `plane` or `slip` is given for a contact line.
+        GeometryError
+            If the points are far from the model or do not define a line.
+        """
+        line = create_line(
+            self._points_on(model, points), model, kind, self._surface_for_planes(model)[0]
+        )
+        if isinstance(line, Lineation):
+            plane_id = "" if plane is None else self.find_features([plane])[0].id
+            line = replace(line, plane_id=plane_id, slip=slip)
+        elif plane is not None or slip:
+            names = [each.name for each in self.session.of(FeatureType) if each.geometry == "line"]
+            raise UsageError(
+                Finding("option.not-a-choice", value=kind.name, choices=names), field="--type"
+            )
+        return self._add_feature(line.but(**labels))
+
+    def add_station(
+        self, point: FloatArray, model: Model, what: StationKind = "station", **labels: str
+    ) -> Feature:
+        """Add a station or sample at a point (3,) in the World frame, in one edit.
+
+        `labels` are its `name`, `number`, `photo` and `notes`.
+
+        Raises
+        ------
+        GeometryError
+            If the point is far from the model.
+        """
+        vertices = to_vertices(self._points_on(model, point.reshape(1, 3)))
+        station = Station(new_id("station"), "", model.id, model.content_hash, vertices, what)
+        return self._add_feature(station.but(**labels))
+
+    def add_patch(
+        self, model: Model, kind: FeatureType, area: FloatArray | IntArray, **labels: str
+    ) -> Feature:
+        """Add a patch of the surface of a model, in one edit.
+
+        Parameters
+        ----------
+        model : Model
+        kind : FeatureType
+        area : (n, 3) float64 or (k,) int
+            Outline in the World frame, or sorted ids of the faces or points.
+        **labels : str
+            `name`, `set_name`, `domain` and `notes` of the feature.
+
+        Raises
+        ------
+        InputError
+            If the file of the model cannot be read, or if an element does not exist.
+        GeometryError
+            If the outline contains no part of the model, or the patch has no plane.
+        """
+        self.read_model(model)
+        surface = self._read(model).surface
+        assert surface is not None
+        if area.ndim == 2:
+            elements = elements_inside(surface, self._points_on(model, area))
+        else:
+            elements = np.asarray(area, np.int64)
+            if len(elements) and not 0 <= elements[0] <= elements[-1] < surface.count:
+                raise InputError(
+                    Finding(
+                        "array.no-such-element", maximum=surface.count - 1, total=surface.count
+                    ),
+                    field="elements",
+                )
+        return self._add_feature(create_patch(elements, model, kind, surface).but(**labels))
+
+    def _points_on(self, model: Model, points: FloatArray) -> FloatArray:
+        """Return World points (n, 3) in the file frame of a model. Raises GeometryError."""
+        file_points = transform.apply(_to_file(model), points)
+        if (reason := self._why_not_on(model, file_points)) is not None:
+            raise GeometryError(reason)
+        return file_points
+
+    def _add_feature(self, feature: Feature) -> Feature:
+        """Add a feature in one edit. Raises GeometryError if it cannot be measured."""
+        records = self.session.records
+        (measurement,) = measure_all({**records, feature.id: feature}, [feature])
+        if measurement.problem is not None:
+            raise GeometryError(measurement.problem)
+        edit = edits.add_features(records, [feature])
+        self.session.apply(edit)
+        added = edit.after[feature.id]
+        assert isinstance(added, Feature)
+        return added
+
     def add_drawing(
         self,
         brought_projected_lines: ProjectedLines,
@@ -500,130 +626,41 @@ class HeadlessProject:
         return check_near_model(points[int(np.argmax(distance))], bounds)
 
     def register(
-        self, model: Model, pairs: Pairs, crs: str | None, click_sigma_m: float | None = None
-    ) -> tuple[Placed, float, dict[str, float]]:
-        """Register a model by point pairs; the features on it move with the model.
+        self, model: Model, options: Observations, pairs: Pairs | None = None
+    ) -> RegisteredModel:
+        """Register a model in one edit; the features on it move with the model.
 
         Parameters
         ----------
         model : Model
-        pairs : Pairs
-            Points on the model and their coordinates in the World frame.
-        crs : str or None
-                CRS of the pairs, "EPSG:n" in metres; None for a local frame.
-        click_sigma_m : float, optional
-            Standard deviation of a click on the model, metres; by default half of its
-            resolution.
-
-        Returns
-        -------
-        Placed
-            Placement of the model.
-        float
-            Rotation of the model, degrees.
-        dict of str to float
-            Rotation of each set of features on the model, degrees.
+        options : Observations
+        pairs : Pairs, optional
+            Points on the model and their coordinates, in place of a table in `options`.
 
         Raises
         ------
-        GeometryError
+        InputError, UsageError, GeometryError
+            Also if a fit to a reference leaves a parameter undetermined.
         """
-        model_data = self._read(model)
-        placed_points = place_by_points(
-            pairs,
-            model_data.bounds,
-            model,
-            crs,
-            model_data.extent,
-            click_sigma_m=click_sigma_m,
-            resolution=model_data.resolution(),
-        )
-        return self._placed(
-            model, placed_points, create_registration(placed_points, pairs, model, crs)
-        )
+        from vomstudio.studio.placing.register_order import register_model_of_project
 
-    def fit_to_reference(
-        self,
-        model: Model,
-        reference: str | Path,
-        pairs: Pairs | None,
-        crs: str | None,
-        stable: str | Path | None = None,
-        click_sigma_m: float | None = None,
-    ) -> tuple[Placed, float, dict[str, float], ReferenceFit]:
-        """Register a model by fitting its surface to a reference model of the same rock.
-
-        Parameters
-        ----------
-        model : Model
-        reference : str or Path
-        pairs : Pairs or None
-            Point pairs that define the initial placement. If None, the present placement is
-            used.
-        crs : str or None
-                CRS of the World frame.
-        stable : str or Path, optional
-            File with a mask of the stable part of the reference.
-        click_sigma_m : float, optional
-            See `register`.
-
-        Returns
-        -------
-        Placed, float, dict
-            As `register`.
-        ReferenceFit
-            Fit of the model's surface to that of the reference.
-
-        Raises
-        ------
-        InputError, UsageError GeometryError
-            Also if the fit is not determined.
-        """
-        from vomstudio.studio.placing.reference_fitting import InitialPlacement, fit_model
-
-        resolution = self._read(model).resolution()
-        evidence = Evidence(pairs=pairs, click_sigma_m=click_sigma_m, resolution=resolution)
-        frame, registration = model.frame, model.registration
-        scale_error = None if registration is None else registration.scale_error
-        fitted_model = fit_model(
-            self.read_model(model),
-            reference,
-            previous_placement=None if pairs is None else register(evidence),
-            crs=crs,
-            stable_text=stable,
-            initial=InitialPlacement(model.to_world, frame.crs, frame.has_metres, scale_error),
-            progress=self._progress,
-        )
-        evidence.reference = fitted_model.fitted.observation
-        placement = prepend_warnings(register(evidence), fitted_model.warnings)
-        if not placement.known.all:
+        path = self.project.find_model(model) or Path(model.path)
+        loaded_model = replace(self.read_model(model), path=path)
+        result = register_model_of_project(loaded_model, model, options, self._progress, pairs)
+        if result.reference is not None and not result.placed.known.all:
             raise GeometryError(
-                Finding("registration.undetermined", parameters=fitted_model.fitted.free_parameters)
+                Finding("registration.undetermined", parameters=result.reference.fitted.free_parameters)
             )
-        record = create_registration(
-            placement, pairs, model, fitted_model.crs, Path(reference).name
+        assert result.registration is not None
+        self.session.apply(
+            edits.set_registration(self.session.records, result.registration, [model.id])
         )
-        if fitted_model.reference is not None:
-            record = add_reference_error(
-                record, fitted_model.reference, scale_fitted=fitted_model.scale_fitted
-            )
-            placement = replace(
-                placement, warnings=(*placement.warnings, *reference_findings(record))
-            )
-        return *self._placed(model, placement, record), fitted_model
-
-    def _placed(
-        self, model: Model, placement: Placed, record: Registration
-    ) -> tuple[Placed, float, dict[str, float]]:
-        self.session.apply(edits.set_registration(self.session.records, record, [model.id]))
-        model_after = get(self.session.records, model.id, Model)
-        if model_after is None:
-            return placement, 0.0, {}
+        model_after = self.find_model(model.id)
         features = self.session.features()
         figures = measure_all(self.session.records, features)
         measurements_by_id = {f.id: m for f, m in zip(features, figures, strict=True)}
         sets = set_rotations_deg(self.session.records, model, model_after, measurements_by_id)
-        return placement, rotation_deg(model, model_after), sets
+        return RegisteredModel(result, rotation_deg(model, model_after), sets)
 
     def judge_by(self, profile: str) -> None:
         """Assess all features with a built-in profile, "error" or "textbook".

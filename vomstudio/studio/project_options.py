@@ -8,9 +8,7 @@ from typing import Literal
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import (
-    MAX_LENGTH_M,
     Options,
-    check_requires,
     declarations,
     given_options,
     option,
@@ -18,6 +16,7 @@ from vomstudio.core.options import (
 from vomstudio.core.words import to_translate
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.trace_options import ProposalOptions
+from vomstudio.registration.register_options import Observations
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,44 +32,8 @@ class ModelChoice(Options):
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlacementOptions(ModelChoice):
-    """Options that register a model of a project.
-
-    Raises
-    ------
-    UsageError
-        If a standard deviation is out of bounds, or `stable` is given without `reference`.
-    """
-
-    reference: str | None = option(
-        None,
-        metavar="FILE",
-        help=to_translate("fit the model to this registered mesh or cloud of the same rock"),
-    )
-    stable: str | None = option(
-        None,
-        metavar="MASK",
-        help=to_translate("stable part of the reference: polygons in map view, or a cloud or mesh"),
-    )
-    crs: str | None = option(
-        None,
-        metavar="EPSG",
-        help=to_translate("projected coordinate reference system of the points"),
-        automatic_text=to_translate("local metres, x east, y north"),
-    )
-    click_sigma_m: float | None = option(
-        None,
-        minimum=0.0,
-        maximum=MAX_LENGTH_M,
-        help=to_translate(
-            "standard deviation of each coordinate of a point picked on the model, m"
-        ),
-        automatic_text=to_translate("half the resolution of the model"),
-    )
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_requires(self, "stable", "reference")
+class PlacementOptions(Observations, ModelChoice):
+    """Options that register a model of a project."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -83,6 +83,13 @@ TEXTS: dict[str, Entry] = {
             "Each of the {count} points needs True or False. Pass an array ({count},) of bool."
         ),
     ),
+    "array.no-such-element": (
+        "error",
+        to_translate(
+            "The elements of a patch are indices from 0 to {maximum}, or {total} values of bool,"
+            " one for each face or point. Correct the array."
+        ),
+    ),
     "array.rows-left-out": (
         "warning",
         *to_translate_n(

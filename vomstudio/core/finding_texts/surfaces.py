@@ -20,6 +20,17 @@ TEXTS: dict[str, Entry] = {
             " radius."
         ),
     ),
+    "patch.no-elements": (
+        "error",
+        to_translate(
+            "The outline contains no faces or points of {model}. Place it on the surface of the"
+            " model."
+        ),
+    ),
+    "patch.crossing-outline": (
+        "error",
+        to_translate("The outline crosses itself. Order its points around the patch."),
+    ),
     "patch.too-small": (
         "error",
         to_translate(

@@ -24,13 +24,13 @@ from vomstudio.geometry.units import METRES
 from vomstudio.project.records import Model
 from vomstudio.registration.evidence import Evidence
 from vomstudio.registration.level_evidence import KnownDirection
-from vomstudio.registration.register_options import BESIDE, RegisterOptions
-from vomstudio.studio.placing.known_lines import photo_up, solve_from
+from vomstudio.registration.register_options import BESIDE, Observations, RegisterOptions
+from vomstudio.studio.placing.known_lines import photo_up, solve_from, up_direction
 
 if TYPE_CHECKING:
     from vomstudio.core.arrays import FloatArray
     from vomstudio.io.control.attitude_tables import AttitudeTable
-    from vomstudio.io.control.observation_tables import Positions
+    from vomstudio.io.control.observation_tables import Pairs, Positions
     from vomstudio.io.models.reader import LoadedModel
     from vomstudio.io.photos.own_cameras.result import OwnCameras
     from vomstudio.registration.attitude_evidence import AttitudeMiss
@@ -83,39 +83,133 @@ def register_model(model: str, options: RegisterOptions, progress: Progress) -> 
     ------
     UsageError, InputError, GeometryError
     """
-    from vomstudio.io.gis.crs import metric_crs
-    from vomstudio.registration.evidence import attitude_misses
-
     for flag, value in (("--up", options.up), ("--unit", options.unit)):
         if value is not None and model == "-":
             raise UsageError(Finding("option.needs-model", option=flag), field="MODEL")
-    crs = options.crs
-    if crs is not None and options.to_crs is None:
-        crs = metric_crs(crs, "--crs")
+    crs = _metric_crs(options)
     loaded_model = None
     if model != "-":
         from vomstudio.io.models.opening import read_model
 
         loaded_model = read_model(Path(model), progress)
-    findings, unused = list[Finding](), list[Finding]()
+    findings = list[Finding]()
     record = None if loaded_model is None else _model_record(loaded_model, options, findings)
-    evidence, crs, read_north = _evidence(options, crs, loaded_model, findings, unused)
+    unit_m = METRES[options.unit or "m"]
+    start = _Start(
+        record,
+        up=None if loaded_model is None else _up(loaded_model, options),
+        to_world=transform.matrix(Frame("local", None, unit_m, options.up or "z").to_world()),
+    )
     if options.unit is not None:
-        evidence.scale = METRES[options.unit]
-    elif record is not None and evidence.scale is not None and record.registration is not None:
-        evidence.scale = transform.scale_factor(record.registration.matrix)
-        evidence.scale_error = record.registration.scale_error
-    evidence.up, evidence.crs = None if loaded_model is None else _up(loaded_model, options), crs
+        start = replace(start, scale=unit_m)
+    elif record is not None and record.registration is not None:
+        scale = transform.scale_factor(record.registration.matrix)
+        start = replace(start, kept_scale=scale, scale_error=record.registration.scale_error)
+    return _register(loaded_model, options, crs, start, findings, progress)
+
+
+def register_model_of_project(
+    loaded_model: LoadedModel,
+    record: Model,
+    options: Observations,
+    progress: Progress,
+    pairs: Pairs | None = None,
+) -> RegistrationResult:
+    """Register a model of a project, starting with its present placement.
+
+    Parameters
+    ----------
+    loaded_model : LoadedModel
+    record : Model
+        The model before the registration.
+    options : Observations
+    progress : Progress
+    pairs : Pairs, optional
+        Points on the model and their coordinates, in addition to the observations of `options`.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError
+    """
+    registration = record.registration
+    start = _Start(
+        record,
+        up=up_direction(record),
+        to_world=transform.matrix(record.to_world),
+        kept_scale=transform.scale_factor(transform.matrix(record.to_world)),
+        scale_error=None if registration is None else registration.scale_error,
+        in_project=True,
+    )
+    return _register(loaded_model, options, _metric_crs(options), start, [], progress, pairs)
+
+
+@dataclass(frozen=True, eq=False)
+class _Start:
+    """Placement of a model before its registration.
+
+    Attributes
+    ----------
+    record : Model or None
+        The model, or None if only a placement is computed.
+    up : (3,) float64 or None
+        Up direction in the file frame, or None if unknown.
+    to_world : (4, 4) float64
+        Placement whose parameters are kept if the observations do not determine them.
+    scale : float or None
+        Fixed scale, or None to estimate it.
+    kept_scale, scale_error : float or None
+        Scale that `keep_scale` fixes, and its relative one-sigma error.
+    in_project : bool
+        Whether the model is part of a project.
+    """
+
+    record: Model | None
+    up: FloatArray | None
+    to_world: FloatArray
+    scale: float | None = None
+    kept_scale: float = 1.0
+    scale_error: float | None = None
+    in_project: bool = False
+
+    def is_in_file_crs(self, crs: str | None) -> bool:
+        """Return whether the model is placed by the coordinates in its file.
+
+        The position of a registered model of a project differs from that in its file.
+        """
+        if not self.in_project or self.record is None:
+            return True
+        return self.record.registration is None and self.record.frame.crs == crs
+
+
+def _register(
+    loaded_model: LoadedModel | None,
+    options: Observations,
+    crs: str | None,
+    start: _Start,
+    findings: list[Finding],
+    progress: Progress,
+    pairs: Pairs | None = None,
+) -> RegistrationResult:
+    from vomstudio.registration.coordinate_checks import require_on_model
+    from vomstudio.registration.evidence import attitude_misses
+
+    unused = list[Finding]()
+    evidence, crs, read_north = _evidence(options, crs, loaded_model, findings, unused, pairs)
+    if start.scale is not None:
+        evidence.scale = start.scale
+    elif options.keep_scale:
+        evidence.scale, evidence.scale_error = start.kept_scale, start.scale_error
+    evidence.up, evidence.crs = start.up, crs
     evidence.photo_up = None if loaded_model is None else photo_up(loaded_model.path)
-    base = Frame("local", None, METRES[options.unit or "m"], options.up or "z").to_world()
-    to_world = transform.matrix(base)
-    reference_fit = _fitted(options, evidence, loaded_model, crs, to_world, progress)
+    if start.in_project and loaded_model is not None and evidence.pairs is not None:
+        require_on_model(evidence.pairs.model, loaded_model.data.bounds)
+    reference_fit = _fitted(options, evidence, loaded_model, crs, start, progress)
     if reference_fit is not None:
         crs = reference_fit.crs
         evidence.reference = reference_fit.fitted.observation
         findings += reference_fit.warnings
     try:
-        placement = _solved(evidence, loaded_model, to_world)
+        placement = _solved(evidence, loaded_model, start)
     except GeometryError as failure:
         if failure.file is None and failure.field is None:
             failure.file = _pairs_file(options)
@@ -123,16 +217,27 @@ def register_model(model: str, options: RegisterOptions, progress: Progress) -> 
             raise _unused_marks_error(failure, unused, evidence) from failure
         raise
     registration = None
-    if record is not None:
+    if start.record is not None:
         registration = _registration(
-            placement, evidence, record, crs, reference_fit, read_north, findings
+            placement, evidence, start.record, crs, reference_fit, read_north, findings
         )
-    warnings = [*findings, *_relocation_findings(placement, loaded_model, crs), *placement.warnings]
+    if start.is_in_file_crs(crs):
+        findings += _relocation_findings(placement, loaded_model, crs)
+    warnings = [*findings, *placement.warnings]
     for name, error in _bars_as_checks(evidence, placement):
         warnings.append(Finding("scale.check-bar", name=name, error_m=error))
     result = replace(placement, warnings=tuple(warnings))
     misses = attitude_misses(evidence, placement)
     return RegistrationResult(result, misses, loaded_model, crs, reference_fit, registration)
+
+
+def _metric_crs(options: Observations) -> str | None:
+    """Return the CRS of the observations, which is in metres unless they are converted."""
+    from vomstudio.io.gis.crs import metric_crs
+
+    if options.crs is None or options.to_crs is not None:
+        return options.crs
+    return metric_crs(options.crs, "--crs")
 
 
 def _model_record(
@@ -202,7 +307,7 @@ def _unused_marks_error(
     )
 
 
-def _pairs_file(options: RegisterOptions) -> str | None:
+def _pairs_file(options: Observations) -> str | None:
     """Return the table of points to which errors of the registration refer."""
     return options.pairs or options.gcp
 
@@ -225,43 +330,53 @@ def _bars_as_checks(evidence: Evidence, placement: Placed) -> list[tuple[str, fl
 
 
 def _fitted(
-    options: RegisterOptions,
+    options: Observations,
     evidence: Evidence,
     loaded_model: LoadedModel | None,
     crs: str | None,
-    to_world: FloatArray,
+    start: _Start,
     progress: Progress,
 ) -> ReferenceFit | None:
     """Fit the model to the reference, starting with the placement by other observations."""
     if options.reference is None:
         return None
-    from vomstudio.studio.placing.reference_fitting import fit_model
+    from vomstudio.studio.placing.reference_fitting import InitialPlacement, fit_model
 
     if loaded_model is None:
         raise UsageError(Finding("option.needs-model", option="--reference"), field="MODEL")
     # One or two points support the fit, but give no initial placement.
     is_determined = not (evidence.is_empty or evidence.too_few_alone)
-    initial = _solved(evidence, loaded_model, to_world) if is_determined else None
+    previous_placement = _solved(evidence, loaded_model, start) if is_determined else None
+    initial = None
+    if start.in_project and start.record is not None:
+        frame = start.record.frame
+        initial = InitialPlacement(
+            start.record.to_world, frame.crs, frame.has_metres, start.scale_error
+        )
     return fit_model(
         loaded_model,
         options.reference,
-        previous_placement=initial,
+        previous_placement=previous_placement,
         crs=crs,
         stable_text=options.stable,
+        initial=initial,
         progress=progress,
     )
 
 
-def _solved(evidence: Evidence, loaded_model: LoadedModel | None, to_world: FloatArray) -> Placed:
-    """Solve in the frame that the options state; `to_world` converts the file frame to it."""
+def _solved(evidence: Evidence, loaded_model: LoadedModel | None, start: _Start) -> Placed:
+    """Solve the placement; undetermined parameters are those at the start."""
     from vomstudio.registration.evidence import register
 
     extent = None if loaded_model is None else _extent(loaded_model)
     # Cameras and a reference determine the orientation, and are in the file frame.
     is_in_file_frame = evidence.views or evidence.centres or evidence.reference is not None
-    if is_in_file_frame or np.array_equal(to_world, np.eye(4)):
+    if is_in_file_frame or np.array_equal(start.to_world, np.eye(4)):
         return register(evidence, extent)
-    return solve_from(evidence, extent, to_world)
+    if start.in_project and (placement := register(evidence, extent)).known.all:
+        # A determined placement does not depend on the start.
+        return placement
+    return solve_from(evidence, extent, start.to_world)
 
 
 def _extent(loaded_model: LoadedModel) -> FloatArray:
@@ -298,11 +413,12 @@ def _relocation_findings(
 
 
 def _evidence(
-    options: RegisterOptions,
+    options: Observations,
     crs: str | None,
     loaded_model: LoadedModel | None,
     findings: list[Finding],
     unused_findings: list[Finding],
+    pairs: Pairs | None,
 ) -> tuple[Evidence, str | None, ReadNorth | None]:
     """Return the observations, the World CRS and the north reference of azimuths.
 
@@ -319,7 +435,7 @@ def _evidence(
     from vomstudio.studio.placing.marked_points import marked_pairs
 
     evidence = Evidence(without=tuple(options.without), robust=options.robust)
-    evidence.scale = 1.0 if options.keep_scale else None
+    evidence.pairs = pairs
     evidence.click_sigma_m = options.click_sigma_m
     if loaded_model is not None:
         evidence.resolution = known_resolution(loaded_model.data)
@@ -386,7 +502,7 @@ def _evidence(
     return evidence, crs, read_north
 
 
-def _own_cameras(options: RegisterOptions, loaded_model: LoadedModel | None) -> OwnCameras:
+def _own_cameras(options: Observations, loaded_model: LoadedModel | None) -> OwnCameras:
     """Read the cameras in the frame of the model."""
     from vomstudio.io.photos.cameras_file import FILE_NAME
     from vomstudio.io.photos.own_cameras.reading import find_own_cameras, read_own_cameras
@@ -424,7 +540,7 @@ def _attitudes(source: str | Path, north: str, cameras: OwnCameras) -> AttitudeT
 
 
 def _north(
-    options: RegisterOptions,
+    options: Observations,
     evidence: Evidence,
     crs: str | None,
     position: tuple[float, float] | None,
@@ -441,7 +557,7 @@ def _north(
 
 
 def _turn_to_grid(
-    options: RegisterOptions, evidence: Evidence, north: North, findings: list[Finding]
+    options: Observations, evidence: Evidence, north: North, findings: list[Finding]
 ) -> ReadNorth | None:
     """Convert azimuths and compass readings to grid north.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Literal
 
 from vomstudio.core.arrays import BoolArray
@@ -83,11 +84,29 @@ def new_patch(context: ToolContext, model: Model, element: Literal["face", "poin
     -------
     Patch
     """
+    patch = empty_patch(model, element, context.next_type_id)
+    return replace(patch, set_name=context.next_set)
+
+
+def empty_patch(model: Model, element: Literal["face", "point"], type_id: str) -> Patch:
+    """Create a patch without elements.
+
+    Parameters
+    ----------
+    model : Model
+    element : {"face", "point"}
+    type_id : str
+        Feature type.
+
+    Returns
+    -------
+    Patch
+    """
     zero_vector = (0.0, 0.0, 0.0)
     return Patch(
         id=new_id("patch"),
         name="",
-        type_id=context.next_type_id,
+        type_id=type_id,
         model_id=model.id,
         model_hash=model.content_hash,
         element=element,
@@ -96,5 +115,4 @@ def new_patch(context: ToolContext, model: Model, element: Literal["face", "poin
         mean=zero_vector,
         scatter=(zero_vector, zero_vector, zero_vector),
         n_effective=0.0,
-        set_name=context.next_set,
     )
