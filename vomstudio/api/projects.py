@@ -5,21 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from vomstudio.api import feature_tables
 from vomstudio.api.checking import (
     check_flag,
     name_argument_in_errors,
-    optional_text,
     required_text,
     to_path,
     warn,
 )
-from vomstudio.api.frame_arguments import frame_options, name_frame_arguments_in_errors
 from vomstudio.api.models import Mesh, PointCloud, apply_recorded_placement
 from vomstudio.api.planes import LineFit, PlaneFit, to_line_fit, to_plane_fit
-from vomstudio.api.point_arguments import points
+from vomstudio.api.project_changes import ProjectChanges
 from vomstudio.core.errors import DocumentError, GeometryError, InputError, VomWarning
 from vomstudio.core.findings import Finding, finding_of
 from vomstudio.core.reprs import html_table, text_table
@@ -28,14 +26,13 @@ from vomstudio.project.journal.database import own_files
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Model
 from vomstudio.project.verify import Verification, verify
-from vomstudio.studio.headless_project import HeadlessProject, Picks
+from vomstudio.studio.headless_project import HeadlessProject
 from vomstudio.studio.project_summary import ModelFacts, fitted_records, model_facts
 from vomstudio.studio.surfaces.grid_coverage import GridShare, grid_shares
 
 if TYPE_CHECKING:
     from geopandas import GeoDataFrame
 
-    from vomstudio.api.argument_types import VerticesArgument
     from vomstudio.rendering.plots.plotting import Plotter
 
 
@@ -83,7 +80,7 @@ class ProjectModel(ModelFacts):
         return self.read().plot()
 
 
-class Project:
+class Project(ProjectChanges):
     """Project on disk, equivalent to the project in the window.
 
     Every change is recorded as an edit in the journal and written immediately.
@@ -257,13 +254,13 @@ class Project:
         """
         return feature_tables.shapes(self._records, self._measurements, "lithologies")
 
-    def looked_at(self) -> list[GridShare]:
+    def coverage(self) -> list[GridShare]:
         """Return the coverage of each grid.
 
         Returns
         -------
         list of GridShare
-            ``id``, ``name``, ``model`` and ``found`` (``cells``, ``done``, ``empty``,
+            ``id``, ``name``, ``model`` and ``coverage`` (``cells``, ``done``, ``empty``,
             ``unmeasurable``, ``not_looked_at``, ``looked_at_share``, ``density_1_per_m2``,
             ``P21_1_per_m``; areas in m2). A grid whose model is missing is omitted, with a
             warning.
@@ -330,125 +327,7 @@ class Project:
                 warn([finding_of(error)])
         return create_plotter(models, feature_tables.drawings(self._records, self._measurements))
 
-    # --- changes ------------------------------------------------------------------------------
-    def add_model(
-        self,
-        path: str | Path,
-        *,
-        crs: str | None = None,
-        up: Literal["y", "z"] | None = None,
-        unit: str | None = None,
-        to_crs: str | None = None,
-    ) -> str:
-        """Add a model to the project.
-
-        A registration next to the file places the model, so that the errors of the registration
-        are propagated to all measurements on the model. If the file does not state its frame, a
-        local frame in metres with z up is assumed, and a warning is issued. A file that the
-        project already contains is not added again.
-
-        Parameters
-        ----------
-        path : str or Path
-        crs, up, unit, to_crs : str, optional
-            See `vs.read`. If `to_crs` is given, the project contains a converted copy.
-
-        Returns
-        -------
-        str
-            Id of the model.
-
-        Raises
-        ------
-        vs.errors.InputError, vs.errors.UsageError
-        """
-        options = frame_options(crs, up, unit, to_crs)
-        with name_frame_arguments_in_errors():
-            record = self._open_desk().add_model(to_path(path, "path"), options)
-        warn(record.warnings, notes=True)
-        return record.model.id
-
-    def add_trace(
-        self,
-        points: VerticesArgument,
-        *,
-        model: str | ProjectModel,
-        type: str,
-        name: str | None = None,
-        set: str | None = None,
-        domain: str | None = None,
-    ) -> str:
-        """Add points along a bed, fault or joint as a trace.
-
-        Parameters
-        ----------
-        points : (n, 3) array or DataFrame
-            Points in the World frame, metres, n >= 3, in order along the trace.
-        model : str or ProjectModel
-            Id or name of the model on which the points lie.
-        type : str
-            Name of a feature type, ignoring case.
-        name : str, optional
-            Name of the trace; by default the next number of its type.
-        set : str, optional
-            Set of the trace.
-        domain : str, optional
-            Part of the structure in which the trace lies.
-
-        Returns
-        -------
-        str
-            Id of the trace.
-
-        Raises
-        ------
-        vs.errors.InputError
-            If the array has another shape.
-        vs.errors.GeometryError
-            If the points do not define a plane.
-        vs.errors.UsageError
-            If the model or the type does not exist.
-        """
-        project = self._open_desk()
-        model_name = model.id if isinstance(model, ProjectModel) else required_text(model, "model")
-        # Check before the edit, because the journal would be unreadable with any other value.
-        part = optional_text(domain, "domain") or ""
-        picks = Picks(optional_text(name, "name") or "", _points(points), domain=part)
-        with name_argument_in_errors("type", "--type"):
-            feature_type = project.find_type(required_text(type, "type"))
-            group = optional_text(set, "set") or ""
-        with name_argument_in_errors("model", "--model"):
-            target_model = project.find_model(model_name)
-        added_picks = project.add_picks([picks], target_model, feature_type, group)
-        warn(added_picks.warnings)
-        return added_picks.traces[0].id
-
-    def judge_by(self, profile: str) -> None:
-        """Set the verdict profile of all features, "error" or "textbook"; `undo` reverts it.
-
-        Raises
-        ------
-        vs.errors.UsageError
-            If the profile is unknown.
-        vs.errors.DocumentError
-            If the project already uses this profile.
-        """
-        self._open_desk().judge_by(required_text(profile, "profile"))
-
-    def undo(self) -> str:
-        """Undo the last step, even of an earlier session, and return its label.
-
-        Raises
-        ------
-        vs.errors.DocumentError
-            If the project has no step to undo.
-        """
-        return self._open_desk().undo()
-
-    def redo(self) -> str:
-        """Redo the last undone step, and return its label. Raises vs.errors.DocumentError."""
-        return self._open_desk().redo()
-
+    # --- export -------------------------------------------------------------------------------
     def export(
         self, format: str, path: str | Path, *, projected: bool = False, force: bool = False
     ) -> tuple[Path, ...]:
@@ -540,7 +419,3 @@ class Project:
 
     def _repr_html_(self) -> str:
         return html_table("Project", self._figures())
-
-
-def _points(value: Any) -> Any:
-    return points(value)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence, Sized
+from collections.abc import Mapping, Sequence, Sized
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
 
@@ -30,8 +30,9 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.options import given_options
 from vomstudio.core.progress import CancelToken
 from vomstudio.geometry.coordinate_limits import check_error
+from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.registration.placing import register_points
-from vomstudio.registration.register_options import BESIDE, RegisterOptions
+from vomstudio.registration.register_options import BESIDE, Observations, RegisterOptions
 from vomstudio.registration.results import Placed
 from vomstudio.studio.placing.register_order import register_model
 
@@ -184,29 +185,7 @@ def register(
     ``vs.register("cliff.obj", cameras="geo.txt", crs="EPSG:32633")``.
     """
     report = to_progress(progress, cancel)
-    options = options_from_arguments(
-        RegisterOptions,
-        locals(),
-        pairs=path_text(pairs, "pairs"),
-        gcp=path_text(gcp, "gcp"),
-        marks=path_text(marks, "marks"),
-        model_cameras=path_text(model_cameras, "model_cameras"),
-        cameras=_path_or_beside(cameras, "cameras"),
-        attitudes=_path_or_beside(attitudes, "attitudes"),
-        horizon=path_text(horizon, "horizon"),
-        orientations=path_text(orientations, "orientations"),
-        scale_bars=path_text(scale_bars, "scale_bars"),
-        scale=_rows(scale, "scale", (7, 8)),
-        bearing=_rows(bearing, "bearing", (7, 8)),
-        level=_rows(level, "level", (6, 7)),
-        plumb=_rows(plumb, "plumb", (6, 7)),
-        reference=path_text(reference, "reference"),
-        stable=path_text(stable, "stable"),
-        date=optional_text(date, "date"),
-        crs=optional_text(crs, "crs"),
-        to_crs=optional_text(to_crs, "to_crs"),
-        without=tuple(str(optional_text(item, "without")) for item in to_list(without, "without")),
-    )
+    options = observations_from_arguments(RegisterOptions, locals())
     observations = given_options(options).keys() - {"click_sigma_m", "robust", "keep_scale"}
     if is_path(model_points) and (world_points is None or observations):
         arrays = {"world_points": world_points, "sigma_m": sigma_m, "check": check}
@@ -229,11 +208,76 @@ def register(
     return placement
 
 
+_PATHS = (
+    "pairs",
+    "gcp",
+    "marks",
+    "model_cameras",
+    "horizon",
+    "orientations",
+    "scale_bars",
+    "reference",
+    "stable",
+)
+_PATHS_OR_BESIDE = ("cameras", "attitudes")
+_TEXTS = ("date", "crs", "to_crs")
+_ROW_LENGTHS = {"scale": (7, 8), "bearing": (7, 8), "level": (6, 7), "plumb": (6, 7)}
+
+GivenObservations = TypeVar("GivenObservations", bound=Observations)
+
+
+def observations_from_arguments(
+    options: type[GivenObservations], arguments: Mapping[str, Any], **converted: Any
+) -> GivenObservations:
+    """Create the options of a registration from the arguments of a call.
+
+    Parameters
+    ----------
+    options : type
+    arguments : mapping of str to object
+        Arguments of the calling function (its ``locals()``).
+    **converted
+        Values that replace arguments.
+
+    Raises
+    ------
+    InputError, UsageError
+        If a value is not allowed; the error names the argument.
+    """
+    checked = {name: path_text(arguments[name], name) for name in _PATHS}
+    checked |= {name: _path_or_beside(arguments[name], name) for name in _PATHS_OR_BESIDE}
+    checked |= {name: optional_text(arguments[name], name) for name in _TEXTS}
+    checked |= {n: _rows(arguments[n], n, lengths) for n, lengths in _ROW_LENGTHS.items()}
+    labels = to_list(arguments["without"], "without")
+    checked["without"] = tuple(str(optional_text(label, "without")) for label in labels)
+    return options_from_arguments(options, arguments, **checked, **converted)
+
+
+def pairs_from_arguments(model_points: Any, world_points: Any, sigma_m: Any, check: Any) -> Pairs:
+    """Create the pairs of a registration from arrays, with numbers as labels.
+
+    Raises
+    ------
+    InputError
+        If an array has another shape.
+    """
+    model, world, sigma, is_check = _pairs(model_points, world_points, sigma_m, check)
+    count = len(model)
+    return Pairs(
+        tuple(str(number) for number in range(1, count + 1)),
+        model,
+        world,
+        np.full((count, 3), np.nan) if sigma is None else sigma,
+        np.zeros(count, bool) if is_check is None else is_check,
+    )
+
+
 def _pairs(
     model_points: Any, world_points: Any, sigma_m: Any, check: Any
 ) -> tuple[FloatArray, FloatArray, FloatArray | None, BoolArray | None]:
-    if world_points is None:
-        raise InputError(Finding("option.missing"), field="world_points")
+    for name, value in (("model_points", model_points), ("world_points", world_points)):
+        if value is None:
+            raise InputError(Finding("option.missing"), field=name)
     model, world = points(model_points, "model_points"), points(world_points, "world_points")
     refuse_other_lengths(model, world, ("model_points", "world_points"))
     sigma = None if sigma_m is None else _sigma(sigma_m, len(model))

@@ -6,14 +6,16 @@ thread.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 import numpy as np
 
-from vomstudio.core.arrays import FloatArray, IntArray
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import DocumentError, GeometryError, InputError, UsageError, VomError
 from vomstudio.core.findings import Finding, cause_of, finding_of
 from vomstudio.core.identifiers import new_id
@@ -365,6 +367,15 @@ class HeadlessProject:
         self._model_data[model.id] = _ModelData.from_data(loaded_model.data)
         return AddedModel(model, True, (*loaded_model.warnings, *established.findings))
 
+    def new_model_file(self, name: str) -> Path:
+        """Return a free path in the folder `models` for a model that is created in memory."""
+        stem = re.sub(r"[^\w .-]", "_", name).strip(" .") or "model"
+        folder = self.project.folder / MODELS
+        folder.mkdir(exist_ok=True)
+        numbered_names = (f"{stem}_{number}" for number in count(2))
+        paths = (folder / f"{each}.ply" for each in chain([stem], numbered_names))
+        return next(path for path in paths if not path.exists())
+
     def add_picks(
         self, picks: Sequence[Picks], model: Model, kind: FeatureType, set_name: str = ""
     ) -> AddedPicks:
@@ -471,7 +482,11 @@ class HeadlessProject:
         return self._add_feature(station.but(**labels))
 
     def add_patch(
-        self, model: Model, kind: FeatureType, area: FloatArray | IntArray, **labels: str
+        self,
+        model: Model,
+        kind: FeatureType,
+        area: FloatArray | IntArray | BoolArray,
+        **labels: str,
     ) -> Feature:
         """Add a patch of the surface of a model, in one edit.
 
@@ -479,8 +494,8 @@ class HeadlessProject:
         ----------
         model : Model
         kind : FeatureType
-        area : (n, 3) float64 or (k,) int
-            Outline in the World frame, or sorted ids of the faces or points.
+        area : (n, 3) float64, (k,) int or (m,) bool
+            Outline in the World frame, or the faces or points.
         **labels : str
             `name`, `set_name`, `domain` and `notes` of the feature.
 
@@ -497,8 +512,12 @@ class HeadlessProject:
         if area.ndim == 2:
             elements = elements_inside(surface, self._points_on(model, area))
         else:
-            elements = np.asarray(area, np.int64)
-            if len(elements) and not 0 <= elements[0] <= elements[-1] < surface.count:
+            is_mask = area.dtype == bool
+            elements = np.asarray(np.flatnonzero(area) if is_mask else np.unique(area), np.int64)
+            is_invalid = len(area) != surface.count if is_mask else False
+            if is_invalid or (
+                len(elements) and not 0 <= elements[0] <= elements[-1] < surface.count
+            ):
                 raise InputError(
                     Finding(
                         "array.no-such-element", maximum=surface.count - 1, total=surface.count
@@ -648,9 +667,8 @@ class HeadlessProject:
         loaded_model = replace(self.read_model(model), path=path)
         result = register_model_of_project(loaded_model, model, options, self._progress, pairs)
         if result.reference is not None and not result.placed.known.all:
-            raise GeometryError(
-                Finding("registration.undetermined", parameters=result.reference.fitted.free_parameters)
-            )
+            free = result.reference.fitted.free_parameters
+            raise GeometryError(Finding("registration.undetermined", parameters=free))
         assert result.registration is not None
         self.session.apply(
             edits.set_registration(self.session.records, result.registration, [model.id])
