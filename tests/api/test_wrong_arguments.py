@@ -219,6 +219,31 @@ def _cases(folder: Path, project: vs.Project) -> dict[str, Case]:
         "Project.create": Case(vs.Project.create, {"path": folder / "ground.vom"}),
         "Project.add_model": Case(project.add_model, {"path": folder / "ground.obj"}),
         "Project.add_trace": Case(project.add_trace, trace),
+        "Project.add_points": Case(
+            project.add_points, {"points": {"a": trace["points"]}, "type": "bedding"}
+        ),
+        "Project.add_line": Case(
+            project.add_line, {"points": GROUND[:2], "type": "lineation", "on": "B01"}
+        ),
+        "Project.add_patch": Case(
+            project.add_patch,
+            {"outline": GROUND[[0, 20, 20 + 30 * 20, 30 * 20]], "type": "joint"},
+        ),
+        "Project.add_patch elements": Case(
+            project.add_patch, {"elements": np.arange(50), "type": "joint"}
+        ),
+        "Project.add_station": Case(project.add_station, {"point": GROUND[0]}),
+        "Project.import_file": Case(project.import_file, {"path": folder / "none.gpkg"}),
+        "Project.accept_facets": Case(project.accept_facets, {"type": "joint"}),
+        "Project.accept_traces": Case(
+            project.accept_traces, {"type": "bedding", "cost": "curvature"}
+        ),
+        "Project.register": Case(
+            project.register, {"model_points": GROUND[:70:7], "world_points": GROUND[:70:7]}
+        ),
+        "Project.set_type": Case(project.set_type, {"features": "B01", "type": "bedding"}),
+        "Project.set_values": Case(project.set_values, {"features": "B01", "set": "west"}),
+        "Project.delete": Case(project.delete, {"features": "B99"}),
         "Project.fit": Case(project.fit, {"id": "B01"}),
         "Project.judge_by": Case(project.judge_by, {"profile": "error"}),
         "Project.export": Case(
@@ -283,6 +308,18 @@ NAMES = (
     "Project.create",
     "Project.add_model",
     "Project.add_trace",
+    "Project.add_points",
+    "Project.add_line",
+    "Project.add_patch",
+    "Project.add_patch elements",
+    "Project.add_station",
+    "Project.import_file",
+    "Project.accept_facets",
+    "Project.accept_traces",
+    "Project.register",
+    "Project.set_type",
+    "Project.set_values",
+    "Project.delete",
     "Project.fit",
     "Project.judge_by",
     "Project.export",
