@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import sqlite3
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.journal.database import read_replay
 from vomstudio.project.journal.migration import SCHEMA_VERSION
 from vomstudio.project.kinds.trace import Trace
-from vomstudio.project.records import Model
+from vomstudio.project.records import Feature, Model
 from vomstudio.project.sample import read_truth, sample_model
 from vomstudio.studio.tools.local_surface import measure_surroundings
 
@@ -536,3 +537,64 @@ def test_values_of_features_are_set_and_features_deleted(run: Run, project: Path
     assert not traces(project)
     assert run("project", project, "undo").code == 0
     assert len(traces(project)) == 1
+
+
+def test_a_report_is_written_while_a_window_has_the_project_open(
+    run: Run, tmp_path: Path, project: Path
+) -> None:
+    out = tmp_path / "report.html"
+    words = ("project", project, "report", "-o", out, "--json")
+    opened = ProjectFolder.open(project)
+    ran = run(*words)
+    opened.close()
+    assert ran.code == 0, ran.err
+    found = {key: ran.json[key] for key in ("file", "planes", "lines", "skipped", "features")}
+    assert found == {"file": str(out), "planes": 1, "lines": 0, "skipped": [], "features": 1}
+    assert sum(ran.json["quality"].values()) == 1
+    (row,) = run("project", project, "fit", "--json").json["planes"]
+    assert f"<td>{row['name']}</td>" in out.read_text("utf-8")
+    assert run(*words).json["error"]["code"] == "output.exists"
+    assert run(*words, "--force").code == 0
+    words = ("project", project, "report", "-o", project / "journal.sqlite", "--force", "--json")
+    assert run(*words).code == 2
+    assert run("project", project, "verify").code == 0
+
+
+def test_a_report_lists_what_has_no_orientation_and_registrations_of_models(
+    run: Run, tmp_path: Path
+) -> None:
+    folder, out = figures.copy_of("schema1", tmp_path), tmp_path / "report.html"
+    ran = run("project", folder, "report", "-o", out, "--json")
+    assert ran.code == 0, ran.err
+    listed = run("project", folder, "fit", "--json").json
+    assert (ran.json["planes"], ran.json["lines"]) == (len(listed["planes"]), len(listed["lines"]))
+    assert ran.json["skipped"] == listed["skipped"]
+    text = out.read_text("utf-8")
+    records = read_replay(folder).records.values()
+    assert all(html.escape(r.name) in text for r in records if isinstance(r, Feature))
+    models = [r for r in records if isinstance(r, Model)]
+    placed = [model.registration.name for model in models if model.registration is not None]
+    assert placed
+    assert all(html.escape(name) in text for name in (*placed, *(m.name for m in models)))
+
+
+def test_a_model_of_a_project_is_registered_by_the_observations_of_the_command(
+    run: Run, tmp_path: Path
+) -> None:
+    folder = tmp_path / "new.vom"
+    model = tmp_path / "triangle.ply"
+    points = [[0, 0, 0], [9, 0, 0], [0, 8, 1], [3, 2, 7]]
+    rows = "\n".join(" ".join(map(str, row)) for row in points)
+    head = "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\n"
+    model.write_text(head + f"property double z\nend_header\n{rows}\n")
+    assert run("project", folder, "create").code == 0
+    assert run("project", folder, "add-model", model, "--up", "z", "--unit", "m").code == 0
+    lines = ("--bearing", "0,0,0,9,0,0,120,0.5", "--level", "0,0,0,9,0,0", "--plumb", "3,2,0,3,2,7")
+    alone = run("register", model, *lines, "--keep-scale", "--json")
+    ran = run("project", folder, "register", *lines, "--keep-scale", "--json")
+    assert (alone.code, ran.code) == (0, 0), ran.err
+    for key in ("matrix", "rotation_error_95_deg", "known"):
+        assert ran.json[key] == alone.json[key]
+    assert ran.json["turned_deg"] == pytest.approx(30.0)
+    refused = run("project", folder, "register", "--json")
+    assert (refused.code, refused.json["error"]["code"]) == (2, "registration.no-observations")

@@ -33,6 +33,7 @@ from vomstudio.studio.surfaces.grid_coverage import GridShare, grid_shares
 if TYPE_CHECKING:
     from geopandas import GeoDataFrame
 
+    from vomstudio.products.report.project import ProjectReport
     from vomstudio.rendering.plots.plotting import Plotter
 
 
@@ -387,6 +388,59 @@ class Project(ProjectChanges):
             for item in table.skipped
         )
         return tuple(table.files)
+
+    def report(self, path: str | Path, *, force: bool = False) -> ProjectReport:
+        """Write an HTML report with the models, features, verdicts, statistics and net.
+
+        Features without an orientation are listed with the reason.
+
+        Parameters
+        ----------
+        path : str or Path
+            File with the extension ".html".
+        force : bool
+            Whether to replace an existing file.
+
+        Returns
+        -------
+        ProjectReport
+            ``file``, ``planes``, ``lines`` (their numbers), ``quality`` (number of features with
+            each verdict) and ``skipped`` (``id``, ``name``, ``reason``).
+
+        Raises
+        ------
+        vs.errors.UsageError
+            If the extension is another one.
+        vs.errors.TargetError
+            If the file exists or cannot be written.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> corners = [[0, 0, 0], [4, 0, 0], [4, 1, 3], [0, 1, 3]]
+        >>> face = vs.Mesh.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        >>> folder = pathlib.Path(tempfile.mkdtemp())
+        >>> with vs.Project.create(folder / "face.vom") as project:
+        ...     model = project.add_model(face, name="face")
+        ...     trace = project.add_trace(corners, model=model, type="joint")
+        ...     report = project.report(folder / "face.html")
+        ...     report.planes, report.lines
+        (1, 0)
+        """
+        from vomstudio.core.files.atomic import check_target
+        from vomstudio.products.report.project import write_project_report
+
+        target, replace = to_path(path, "path"), check_flag(force, "force")
+        with name_argument_in_errors("path", "--output"):
+            check_target(target, force=replace, inputs=own_files(self._folder))
+            return write_project_report(
+                target,
+                self._records,
+                self._measurements,
+                title=self._folder.stem,
+                force=replace,
+            )
 
     # --- implementation -----------------------------------------------------------------------
     def _open_desk(self) -> HeadlessProject:

@@ -13,6 +13,7 @@ from vomstudio.cli.common.arguments import (
     Run,
     Subparsers,
     add_command,
+    add_output,
     add_shared_options,
     progress_reporter,
 )
@@ -117,6 +118,9 @@ def add_parser(subparsers: Subparsers) -> None:
         help=tr("ids or names of features (default: all)"),
     )
     add("coverage", _coverage, tr("Report how much of each face with a grid was inspected"))
+    report = add("report", _write_report, tr("Write a report with all figures of the project"))
+    add_output(report, tr("HTML file"), is_required=True)
+    report.set_defaults(force=False)
     profile = add("profile", _profile, tr("Assess all features again with another verdict profile"))
     profile.add_argument(
         "name",
@@ -218,6 +222,27 @@ def _coverage(args: argparse.Namespace, out: Output) -> None:
     out.warn(findings)
     lines = [line for g in shares for line in (g.name, *coverage_rows(g.coverage), "")]
     out.text("\n".join(lines).strip() or tr("no face has a grid"))
+
+
+def _write_report(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.products.report.project import report_project
+
+    report = report_project(
+        Path(args.project), Path(args.output), force=args.force, progress=progress_reporter(args)
+    )
+    out.warn(
+        [
+            Finding("feature.left-out", feature=item["name"], reason=item["reason"])
+            for item in report.skipped
+        ]
+    )
+    text = tr(
+        "{file}: {planes}, {lines}",
+        file=args.output,
+        planes=tr_n("{count} plane", "{count} planes", report.planes),
+        lines=tr_n("{count} line", "{count} lines", report.lines),
+    )
+    _report(args, out, report.to_dict(), text)
 
 
 def _verify(args: argparse.Namespace, out: Output) -> None:

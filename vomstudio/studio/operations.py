@@ -96,8 +96,8 @@ OPERATIONS: tuple[Operation, ...] = (
         (FacetOptions,),
         function="facets",
         window="panels.surface.facets_panel.FacetsPanel",
+        method="accept_facets",
         action="accept",
-        missing={"project method": "`vs.facets` takes a model of a project"},
     ),
     Operation(
         "dem",
@@ -130,8 +130,8 @@ OPERATIONS: tuple[Operation, ...] = (
         (RegisterOptions,),
         function="register",
         window="panels.tools.control.ControlPanel",
+        method="register",
         action="register",
-        missing={"project method": "`vs.register` takes the path of a model"},
     ),
     Operation(
         "compare",
@@ -282,8 +282,8 @@ OPERATIONS: tuple[Operation, ...] = (
         function="propose_traces",
         command="trace",
         window="panels.surface.traces_panel.TracesPanel",
+        method="accept_traces",
         action="accept",
-        missing={"project method": "the function takes a model of a project"},
     ),
     Operation(
         "stereonet",
@@ -322,6 +322,16 @@ OPERATIONS: tuple[Operation, ...] = (
         missing={
             "function": "`Project.export` is a method",
             "project command": "`export` reads a project",
+        },
+    ),
+    Operation(
+        "report",
+        command="project",
+        method="report",
+        action="report",
+        missing={
+            "function": "`Project.report` is a method",
+            "window": "the panels show all figures",
         },
     ),
     Operation(

@@ -1,0 +1,66 @@
+"""Parts of self-contained HTML pages."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from html import escape
+
+_STYLE = """
+body { font: 15px/1.45 sans-serif; max-width: 70em; margin: 2em auto; padding: 0 1em; color: #222; }
+h1 { margin-bottom: .1em; } h2 { margin-top: 1.6em; border-bottom: 1px solid #ccc; }
+table { border-collapse: collapse; margin: .6em 0; }
+td, th { padding: .15em 1em .15em 0; text-align: left; border-bottom: 1px solid #e4e4e4; }
+td { font-variant-numeric: tabular-nums; vertical-align: top; } tr.out td { background: #fbe9d0; }
+.note { background: #fff6e0; border-left: 4px solid #e69f00; padding: .3em .8em; margin: .4em 0; }
+img { max-width: 100%; } .small { color: #666; font-size: 13px; }
+@media print { body { margin: 0; } tr, img { break-inside: avoid; } }
+"""
+
+
+def html_page(title: str, body: str) -> str:
+    """Return a page with a title and the HTML of its body."""
+    name = escape(title)
+    return (
+        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+        f"<title>{name}</title><style>{_STYLE}</style></head>"
+        f"<body><h1>{name}</h1>{body}</body></html>\n"
+    )
+
+
+def heading(text: str, level: int = 2) -> str:
+    """Return a heading."""
+    return f"<h{level}>{escape(text)}</h{level}>"
+
+
+def paragraph(text: str, kind: str = "") -> str:
+    """Return a paragraph of the class `kind`: "note", "small" or ""."""
+    attribute = f' class="{kind}"' if kind else ""
+    return f"<p{attribute}>{escape(text)}</p>"
+
+
+def table(head: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> str:
+    """Return a table whose rows are (class, cells); the class "out" highlights a row."""
+    cells = "".join(f"<th>{escape(name)}</th>" for name in head)
+    lines = "\n".join(
+        f'<tr class="{kind}">' + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>"
+        for kind, row in rows
+    )
+    return f"<table><tr>{cells}</tr>\n{lines}</table>"
+
+
+def number(value: float | None, digits: int, unit: str = "") -> str:
+    """Return a number with its unit, or a dash if it is unknown."""
+    if value is None or value != value:
+        return "–"
+    # Adding 0.0 removes the sign of values that round to zero.
+    return f"{round(value, digits) + 0.0:,.{digits}f}{unit}"
+
+
+def svg_picture(svg: bytes, caption: str) -> str:
+    """Return a picture that is embedded in the page, with its caption."""
+    data = base64.b64encode(svg).decode("ascii")
+    text = escape(caption)
+    return f'<p><img src="data:image/svg+xml;base64,{data}" alt="{text}"></p>' + paragraph(
+        caption, "small"
+    )
