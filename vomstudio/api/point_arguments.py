@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from vomstudio.api.checking import array_points, is_model, numbers, refuse_rows
-from vomstudio.api.models import Mesh, PointCloud, to_model
+from vomstudio.api.models import to_model
 from vomstudio.core.arrays import FloatArray
-
-PointsArgument = npt.ArrayLike | Mesh | PointCloud | Path
-"""Array (n, 3), DataFrame with x, y and z, model, or path of a model."""
 
 
 def points(values: Any, name: str = "points") -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -23,9 +23,9 @@ from vomstudio.api.checking import (
 )
 from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.frame_arguments import frame_options, name_frame_arguments_in_errors
-from vomstudio.api.models import Mesh, PointCloud, to_model
+from vomstudio.api.models import to_model
 from vomstudio.api.planes import to_groups
-from vomstudio.api.point_arguments import PointsArgument, points
+from vomstudio.api.point_arguments import points
 from vomstudio.api.registrations import observations_from_arguments, pairs_from_arguments
 from vomstudio.api.reporting import ProgressArgument, to_progress
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
@@ -45,10 +45,9 @@ from vomstudio.studio.project_options import AcceptOptions, FeatureValues, Place
 
 if TYPE_CHECKING:
     import numpy.typing as npt
-    import pyvista
-    from pandas import DataFrame
 
-    from vomstudio.api.projects import ProjectModel
+    from vomstudio.api.argument_types import GroupsArgument, ModelArgument, PointsArgument
+    from vomstudio.studio.project_summary import ModelFacts
 
 Quality = Literal["good", "doubtful"]
 
@@ -62,7 +61,7 @@ class ProjectChanges:
     # --- models -------------------------------------------------------------------------------
     def add_model(
         self,
-        path: str | Path | Mesh | PointCloud | pyvista.DataSet | npt.NDArray[np.floating],
+        path: ModelArgument,
         *,
         name: str | None = None,
         crs: str | None = None,
@@ -137,7 +136,7 @@ class ProjectChanges:
         model_points: PointsArgument | None = None,
         world_points: PointsArgument | None = None,
         *,
-        model: str | ProjectModel | None = None,
+        model: str | ModelFacts | None = None,
         sigma_m: npt.ArrayLike | None = None,
         click_sigma_m: float | None = None,
         check: npt.ArrayLike | None = None,
@@ -244,7 +243,7 @@ class ProjectChanges:
         self,
         points: PointsArgument,
         *,
-        model: str | ProjectModel | None = None,
+        model: str | ModelFacts | None = None,
         type: str,
         name: str | None = None,
         set: str | None = None,
@@ -300,10 +299,10 @@ class ProjectChanges:
 
     def add_points(
         self,
-        points: DataFrame | Mapping[str, PointsArgument],
+        points: GroupsArgument,
         *,
         by: str | None = None,
-        model: str | ProjectModel | None = None,
+        model: str | ModelFacts | None = None,
         type: str,
         set: str | None = None,
         domain: str | None = None,
@@ -360,7 +359,7 @@ class ProjectChanges:
     def _add_picks(
         self,
         picks: Sequence[Picks],
-        model: str | ProjectModel | None,
+        model: str | ModelFacts | None,
         type: str,
         set: str | None,
     ) -> tuple[str, ...]:
@@ -378,7 +377,7 @@ class ProjectChanges:
         self,
         points: PointsArgument,
         *,
-        model: str | ProjectModel | None = None,
+        model: str | ModelFacts | None = None,
         type: str,
         name: str | None = None,
         set: str | None = None,
@@ -449,7 +448,7 @@ class ProjectChanges:
         outline: PointsArgument | None = None,
         *,
         elements: npt.ArrayLike | None = None,
-        model: str | ProjectModel | None = None,
+        model: str | ModelFacts | None = None,
         type: str,
         name: str | None = None,
         set: str | None = None,
@@ -517,7 +516,7 @@ class ProjectChanges:
         self,
         point: npt.ArrayLike,
         *,
-        model: str | ProjectModel | None = None,
+        model: str | ModelFacts | None = None,
         what: StationKind = "station",
         name: str | None = None,
         number: str | None = None,
@@ -577,7 +576,7 @@ class ProjectChanges:
             return self._open_desk().add_station(position, record, what, **labels).id
 
     def import_file(
-        self, path: str | Path, *, model: str | ProjectModel | None = None
+        self, path: str | Path, *, model: str | ModelFacts | None = None
     ) -> tuple[str, ...]:
         """Add the stations, contact lines and rock areas of a file, as one step.
 
@@ -627,7 +626,7 @@ class ProjectChanges:
     def accept_facets(
         self,
         *,
-        model: str | ProjectModel | None = None,
+        model: str | ModelFacts | None = None,
         type: str,
         set: str | None = None,
         quality: Quality | None = None,
@@ -694,7 +693,7 @@ class ProjectChanges:
     def accept_traces(
         self,
         *,
-        model: str | ProjectModel | None = None,
+        model: str | ModelFacts | None = None,
         type: str,
         set: str | None = None,
         quality: Quality | None = None,
@@ -762,7 +761,7 @@ class ProjectChanges:
     def _accept(
         self,
         search: FacetOptions | ProposalOptions,
-        model: str | ProjectModel | None,
+        model: str | ModelFacts | None,
         type: str,
         set: str | None,
         quality: Quality | None,
@@ -966,13 +965,13 @@ class ProjectChanges:
         return self._open_desk().redo()
 
     # --- arguments ----------------------------------------------------------------------------
-    def _model(self, model: str | ProjectModel | None) -> Model:
+    def _model(self, model: str | ModelFacts | None) -> Model:
         """Return the record of a model. Raises InputError or UsageError."""
         name = getattr(model, "id", None) or optional_text(model, "model")
         with name_argument_in_errors("model", "--model"):
             return self._open_desk().find_model(name)
 
-    def _target(self, model: str | ProjectModel | None, type: str) -> tuple[Model, FeatureType]:
+    def _target(self, model: str | ModelFacts | None, type: str) -> tuple[Model, FeatureType]:
         """Return the model and the type of new features. Raises InputError or UsageError."""
         with name_argument_in_errors("type", "--type"):
             kind = self._open_desk().find_type(required_text(type, "type"))

@@ -77,7 +77,7 @@ def create_patch(
     Raises
     ------
     GeometryError
-        If there are no elements.
+        If `elements` is empty.
     """
     if not len(elements):
         raise GeometryError(Finding("patch.no-elements", model=model.name))

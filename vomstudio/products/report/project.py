@@ -30,6 +30,7 @@ from vomstudio.project.exports.export import thresholds_of
 from vomstudio.project.exports.feature_table import feature_table
 from vomstudio.project.journal.database import own_files, read_replay
 from vomstudio.project.kinds import kind_of
+from vomstudio.project.measurement import Measurement
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Feature, Model, Record
 from vomstudio.project.tables.project_table import ProjectTable, project_table
@@ -252,9 +253,9 @@ def _statistics(
     from vomstudio.geology.populations.statistics_options import StatisticsOptions
     from vomstudio.geology.populations.table_statistics import table_statistics
 
-    by_id = measurements.of(records, [feature.id for feature in features])
+    measurements_by_id = measurements.of(records, [feature.id for feature in features])
     try:
-        orientations = feature_table(records, features, by_id)
+        orientations = feature_table(records, features, measurements_by_id)
     except InputError:
         return []
     columns = {"kind": tr("type")}
@@ -317,14 +318,16 @@ def _other_features(
     others = [feature for feature in features if feature.id not in names]
     if not others:
         return []
-    by_id = measurements.of(records, [feature.id for feature in others])
+    measurements_by_id = measurements.of(records, [feature.id for feature in others])
     lines = [
         (
             "out" if feature.id in reasons else "",
             [
                 feature.name,
                 kind_of(feature).noun(feature),
-                reasons.get(feature.id) or kind_of(feature).headline(by_id[feature.id]) or "",
+                reasons.get(feature.id)
+                or kind_of(feature).headline(measurements_by_id[feature.id])
+                or "",
                 feature.notes,
             ],
         )
@@ -332,3 +335,7 @@ def _other_features(
     ]
     head = [tr("name"), tr("kind"), tr("measurement"), tr("notes")]
     return [heading(tr("Other features")), table(head, lines)]
+
+
+def _headline(feature: Feature, measurement: Measurement) -> str:
+    return kind_of(feature).headline(measurement) or ""

@@ -138,7 +138,7 @@ def register_model_of_project(
         to_world=transform.matrix(record.to_world),
         kept_scale=transform.scale_factor(transform.matrix(record.to_world)),
         scale_error=None if registration is None else registration.scale_error,
-        in_project=True,
+        is_of_project=True,
     )
     return _register(loaded_model, options, _metric_crs(options), start, [], progress, pairs)
 
@@ -159,7 +159,7 @@ class _Start:
         Fixed scale, or None to estimate it.
     kept_scale, scale_error : float or None
         Scale that `keep_scale` fixes, and its relative one-sigma error.
-    in_project : bool
+    is_of_project : bool
         Whether the model is part of a project.
     """
 
@@ -169,14 +169,14 @@ class _Start:
     scale: float | None = None
     kept_scale: float = 1.0
     scale_error: float | None = None
-    in_project: bool = False
+    is_of_project: bool = False
 
     def is_in_file_crs(self, crs: str | None) -> bool:
         """Return whether the model is placed by the coordinates in its file.
 
         The position of a registered model of a project differs from that in its file.
         """
-        if not self.in_project or self.record is None:
+        if not self.is_of_project or self.record is None:
             return True
         return self.record.registration is None and self.record.frame.crs == crs
 
@@ -201,7 +201,7 @@ def _register(
         evidence.scale, evidence.scale_error = start.kept_scale, start.scale_error
     evidence.up, evidence.crs = start.up, crs
     evidence.photo_up = None if loaded_model is None else photo_up(loaded_model.path)
-    if start.in_project and loaded_model is not None and evidence.pairs is not None:
+    if start.is_of_project and loaded_model is not None and evidence.pairs is not None:
         require_on_model(evidence.pairs.model, loaded_model.data.bounds)
     reference_fit = _fitted(options, evidence, loaded_model, crs, start, progress)
     if reference_fit is not None:
@@ -348,7 +348,7 @@ def _fitted(
     is_determined = not (evidence.is_empty or evidence.too_few_alone)
     previous_placement = _solved(evidence, loaded_model, start) if is_determined else None
     initial = None
-    if start.in_project and start.record is not None:
+    if start.is_of_project and start.record is not None:
         frame = start.record.frame
         initial = InitialPlacement(
             start.record.to_world, frame.crs, frame.has_metres, start.scale_error
@@ -373,7 +373,7 @@ def _solved(evidence: Evidence, loaded_model: LoadedModel | None, start: _Start)
     is_in_file_frame = evidence.views or evidence.centres or evidence.reference is not None
     if is_in_file_frame or np.array_equal(start.to_world, np.eye(4)):
         return register(evidence, extent)
-    if start.in_project and (placement := register(evidence, extent)).known.all:
+    if start.is_of_project and (placement := register(evidence, extent)).known.all:
         # A determined placement does not depend on the start.
         return placement
     return solve_from(evidence, extent, start.to_world)
