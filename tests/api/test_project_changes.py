@@ -97,6 +97,18 @@ def test_the_type_decides_between_a_lineation_and_a_contact_line(project: vs.Pro
         project.add_line(CONTACT, type="fault", slip_sense="normal")
 
 
+def test_features_without_a_type_are_renamed_and_deleted_by_name(project: vs.Project) -> None:
+    station = project.add_station([1, 0, 1], number="7")
+    (name,) = project.stations()["name"]
+    assert project.set_values(name, name="camp") == (station,)
+    with refused("feature.no-attribute", vs.errors.DocumentError):
+        project.set_values("camp", set="west")
+    with refused("feature.without-plane", vs.errors.GeometryError):
+        project.fit("camp")
+    assert project.delete("camp") == (station,)
+    assert len(project.stations()) == 0
+
+
 def test_a_patch_is_the_connected_part_inside_an_outline(project: vs.Project) -> None:
     inside = project.add_patch(RING, type="joint")
     (outline,) = project.patches().geometry

@@ -49,7 +49,7 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A cloud of three walls, points along a bed, and control points."""
     folder = tmp_path_factory.mktemp("study")
     rng = np.random.default_rng(3)
-    parts = [sheet(rng, each, (4.0 * i, 0.0, 0.0), count=600) for i, each in enumerate(WALLS)]
+    parts = [sheet(rng, each, (4.0 * i, 0.0, 0.0), count=250) for i, each in enumerate(WALLS)]
     np.savetxt(folder / "walls.xyz", np.concatenate(parts), fmt="%.5f")
     bed = sheet(rng, (95.0, 30.0), (4.0, 0.0, 0.0), count=12, noise=0.01)
     pandas.DataFrame(bed, columns=list("xyz")).assign(bed="B1").to_csv(

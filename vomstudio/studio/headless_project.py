@@ -43,7 +43,7 @@ from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.station import Station, StationKind
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement_cache import measure_all
-from vomstudio.project.records import Feature, FeatureType, Model, Record, Typed, get
+from vomstudio.project.records import Feature, FeatureType, Model, Record, get
 from vomstudio.project.registration_import import registration_in_project
 from vomstudio.project.session import Session
 from vomstudio.registration.register_options import Observations
@@ -290,14 +290,14 @@ class HeadlessProject:
             field="--type",
         )
 
-    def find_features(self, names: Sequence[str]) -> list[Typed]:
+    def find_features(self, names: Sequence[str]) -> list[Feature]:
         """Return the features with these ids or names. Raises InputError if one is missing."""
         records = self.session.records
         ids = matching_ids(records.values(), names, self.project.folder)
-        return [item for item in self.session.of(Typed) if item.id in ids]
+        return [feature for feature in self.session.features() if feature.id in ids]
 
     # --- changes -----------------------------------------------------------------------------
-    def set_values(self, names: Sequence[str], values: FeatureValues) -> list[Typed]:
+    def set_values(self, names: Sequence[str], values: FeatureValues) -> list[Feature]:
         """Change the type, set, domain or name of features in one edit, and return them.
 
         Raises
@@ -318,7 +318,7 @@ class HeadlessProject:
         self.session.apply(edits.set_attributes(self.session.records, ids, **new_fields))
         return self.find_features(ids)
 
-    def delete(self, names: Sequence[str]) -> list[Typed]:
+    def delete(self, names: Sequence[str]) -> list[Feature]:
         """Delete features in one edit, and return them. Raises InputError if one is missing."""
         features = self.find_features(names)
         self.session.apply(edits.delete(self.session.records, [feature.id for feature in features]))

@@ -166,11 +166,15 @@ def fitted_records(
     """Return the orientations of features in an open project. Raises InputError."""
     ids = matching_ids(records.values(), names, folder) if names else None
     table = project_table(records, measurements)
-    return Fitted(
-        tuple(row for row in table.rows if ids is None or row["id"] in ids),
-        tuple(item for item in table.skipped if ids is None or item["id"] in ids),
-        table.limits,
-    )
+    rows = [row for row in table.rows if ids is None or row["id"] in ids]
+    skipped = [item for item in table.skipped if ids is None or item["id"] in ids]
+    # Stations, contact lines and rock areas have no orientation, so the table omits them.
+    missing = (ids or set()) - {item["id"] for item in (*rows, *skipped)}
+    for record in records.values():
+        if isinstance(record, Feature) and record.id in missing:
+            reason = Finding("feature.without-plane")
+            skipped.append({"id": record.id, "name": record.name, "reason": reason})
+    return Fitted(tuple(rows), tuple(skipped), table.limits)
 
 
 def matching_ids(records: Iterable[Record], names: Sequence[str], folder: Path) -> set[str]:
@@ -181,10 +185,13 @@ def matching_ids(records: Iterable[Record], names: Sequence[str], folder: Path) 
     InputError
         If no feature matches one of the names.
     """
-    features = [r for r in records if isinstance(r, Typed)]
+    features = [r for r in records if isinstance(r, Feature)]
     ids: set[str] = set()
     for name in names:
-        matches = {f.id for f in features if name in (f.id, getattr(f, "name", None))}
+        named = [f for f in features if name in (f.id, f.name)]
+        # Control points and known lines may have the same names as what was interpreted.
+        interpreted = [f for f in named if isinstance(f, Typed) or kind_of(f).listed]
+        matches = {f.id for f in interpreted or named}
         if not matches:
             raise InputError(
                 Finding("record.missing", id=name, kind="feature"),
