@@ -60,7 +60,7 @@ def test_options_of_the_search_and_the_quality_select(run, cloud: Path) -> None:
     assert {row["quality"] for row in planes} <= {"good"}
     assert len(planes) == len(good["added"])
     error = run(*words, "--min-area", "1e6").json["error"]
-    assert (error["code"], error["proposed"]) == ("proposals.none", 0)
+    assert error["code"] == "proposals.not-found"
     assert run("project", project, "list", "--json").json["features"] == len(planes)
 
 
@@ -97,4 +97,4 @@ def test_accepted_traces_are_not_proposed_again(run, tmp_path: Path) -> None:
     heights = np.array(traces[0].vertices)[:, 2]
     assert np.percentile(np.abs(heights - 1.0), 90) < 0.1
     error = run(*words, "--json").json["error"]
-    assert (error["code"], error["proposed"]) == ("proposals.none", 0)
+    assert error["code"] == "proposals.not-found"

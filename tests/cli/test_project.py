@@ -363,6 +363,17 @@ def test_an_action_that_there_is_not_is_answered_with_those_that_there_are(run, 
 
 
 # --- verdicts and what they rest on ---------------------------------------------------------------
+def test_a_misspelt_action_is_named_before_its_options(run, project: Path) -> None:
+    ran = run("project", project, "reprot", "-o", "report.html", "--json")
+    assert ran.json["error"]["code"] == "command.misspelt"
+    assert ran.json["error"]["nearest"] == "report"
+    ran = run("project", project, "--modle", "cliff", "report", "-o", "report.html", "--json")
+    assert (ran.json["error"]["code"], ran.json["error"]["value"]) == (
+        "command.unknown-argument",
+        "--modle",
+    )
+
+
 def test_a_project_is_judged_by_another_profile_and_back(run: Run, project: Path) -> None:
     assert fitted(run, project)["profile"] == "error"
     said = run("project", project, "profile", "textbook", "--json").json

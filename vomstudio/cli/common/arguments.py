@@ -100,10 +100,15 @@ class Parser(argparse.ArgumentParser):
         deeper = self._subparsers_choices()
         if not {"-h", "--help"}.isdisjoint(arguments):
             return
+        words_before = sum(not action.option_strings for action in self._actions) - 1
         for word in arguments:
             if word == "--" or word in deeper:
                 return
             if not word.startswith("-") or " " in word or word == "-":
+                words_before -= 1
+                if deeper and words_before < 0:
+                    # The word is a misspelt subparser, which is reported as such.
+                    return
                 continue
             if self._negative_number_matcher.match(word):
                 continue

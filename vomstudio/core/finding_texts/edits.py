@@ -13,6 +13,13 @@ TEXTS: dict[str, Entry] = {
             " the search options."
         ),
     ),
+    "proposals.not-found": (
+        "error",
+        to_translate(
+            "The search found nothing new on {model}, so nothing was added. Change the search"
+            " options."
+        ),
+    ),
     "edit.stale": (
         "error",
         to_translate("{label}: the record {record} has changed in the meantime. Try again."),

@@ -32,7 +32,7 @@ from vomstudio.project.journal.database import own_files, read_replay
 from vomstudio.project.kinds import kind_of
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.measurement_cache import Measurements
-from vomstudio.project.records import Feature, Model, Record
+from vomstudio.project.records import Feature, FeatureType, Model, Record
 from vomstudio.project.tables.project_table import ProjectTable, project_table
 from vomstudio.registration.summary import summary_of
 
@@ -183,7 +183,8 @@ def _models(records: Mapping[str, Record], features: Sequence[Feature]) -> list[
     }
     for registration in registrations.values():
         summary = summary_of(registration)
-        parts.append(heading(registration.name, 3))
+        title = tr("Registration by {name}", name=registration.name)
+        parts.append(heading(title, 3))
         if summary.rotation is not None:
             parts.append(paragraph(summary.rotation.message))
         parts.append(table(["", ""], [("", (fact.name, fact.text)) for fact in summary.facts]))
@@ -271,7 +272,7 @@ def _statistics(
     )
     return [
         heading(tr("Statistics")),
-        _net(orientations),
+        _net(records, orientations),
         *tables,
         paragraph(caption, "small"),
     ]
@@ -296,12 +297,15 @@ def _figures(name: str, statistics: SetStatistics) -> list[str]:
     ]
 
 
-def _net(orientations: OrientationTable) -> str:
+def _net(records: Mapping[str, Record], orientations: OrientationTable) -> str:
     from vomstudio.products.net.figure import write_stereonet
-    from vomstudio.products.net.table_net import net_of_table
+    from vomstudio.products.net.table_net import net_of_table, replace_colors
 
+    types = [record for record in records.values() if isinstance(record, FeatureType)]
+    colors = {each.name.casefold(): each.color for each in types}
     picture = BytesIO()
-    write_stereonet(picture, net_of_table(orientations, "kind"), format="svg")
+    net = replace_colors(net_of_table(orientations, "kind"), colors)
+    write_stereonet(picture, net, format="svg")
     caption = tr("Poles of planes, and lines; equal area, lower hemisphere")
     return svg_picture(picture.getvalue(), caption)
 

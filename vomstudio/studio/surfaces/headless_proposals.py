@@ -68,7 +68,7 @@ def accept_proposals(
     UsageError
         If the model or type is unknown, or an option does not apply.
     DocumentError
-        If no proposal has the quality.
+        If nothing is found, or no proposal has the quality.
     """
     model, feature_type = project.find_model(options.model), project.find_type(options.type)
     # Reports a file that is missing or has changed.
@@ -79,6 +79,8 @@ def accept_proposals(
     features, measurements, warnings = _propose(
         model, model_with_placement, search, records, progress
     )
+    if not features:
+        raise DocumentError(Finding("proposals.not-found", model=model.name))
     selected_rows = [
         replace(
             feature,
