@@ -27,6 +27,7 @@ EXPENSIVE = (
     "extractions",
     "measurables",
     "orthophotos",
+    "project_changes",
     "projects",
     "surfaces",
     "surveys",
@@ -71,3 +72,17 @@ def test_functions_name_their_arguments_results_and_errors(name: str) -> None:
     assert "Raises" in said
     for parameter in inspect.signature(function).parameters:
         assert parameter in said, parameter
+
+
+@pytest.mark.parametrize("name", [n for n in dir(vs.Project) if not n.startswith("_")])
+def test_members_of_a_project_name_their_arguments_and_have_an_example(name: str) -> None:
+    member = inspect.getattr_static(vs.Project, name)
+    said = inspect.getdoc(member) or ""
+    assert ">>> " in said
+    if isinstance(member, property):
+        return
+    signature = inspect.signature(getattr(vs.Project, name))
+    for parameter in signature.parameters.keys() - {"self"}:
+        assert parameter in said, parameter
+    if signature.return_annotation != "None" and name != "plot":
+        assert "Returns" in said

@@ -325,6 +325,7 @@ CASES = (
     Case("no-command", "", code=2),
     Case("unknown-command", "dance", code=2),
     Case("wrong-option", "fit {work}/three.csv --wrong", code=2),
+    Case("project-report", "project {specimens}/schema1.vom report -o {work}/report.html"),
     # It opens the project, which brings its journal up to date.
     Case("project-coverage", "project {specimens}/schema1.vom coverage"),
 )

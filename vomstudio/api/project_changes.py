@@ -920,7 +920,11 @@ class ProjectChanges:
 
     # --- history and verdicts -----------------------------------------------------------------
     def judge_by(self, profile: str) -> None:
-        """Set the verdict profile of all features, "error" or "textbook"; `undo` reverts it.
+        """Set the verdict profile of all features.
+
+        Parameters
+        ----------
+        profile : {"error", "textbook"}
 
         Raises
         ------
@@ -928,6 +932,19 @@ class ProjectChanges:
             If the profile is unknown.
         vs.errors.DocumentError
             If the project already uses this profile.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> corners = [[0, 0, 0], [4, 0, 0], [4, 1, 3], [0, 1, 3]]
+        >>> face = vs.Mesh.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "face.vom") as project:
+        ...     model = project.add_model(face, name="face")
+        ...     trace = project.add_trace(corners, type="joint", name="J1")
+        ...     project.judge_by("textbook")
+        ...     project.fit("J1").profile
+        'textbook'
         """
         self._open_desk().judge_by(required_text(profile, "profile"))
 
@@ -945,23 +962,81 @@ class ProjectChanges:
         ------
         vs.errors.DocumentError
             If all features were measured by the present method.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> corners = [[0, 0, 0], [4, 0, 0], [4, 1, 3], [0, 1, 3]]
+        >>> face = vs.Mesh.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "face.vom") as project:
+        ...     model = project.add_model(face, name="face")
+        ...     trace = project.add_trace(corners, type="joint", name="J1")
+        ...     try:
+        ...         project.update_surroundings()
+        ...     except vs.errors.DocumentError as error:
+        ...         error.code
+        'surroundings.up-to-date'
         """
         updated, findings = self._open_desk().update_surroundings()
         warn(findings)
         return updated
 
     def undo(self) -> str:
-        """Undo the last step, even of an earlier session, and return its label.
+        """Undo the last step, even of an earlier session.
+
+        Returns
+        -------
+        str
+            Label of the step.
 
         Raises
         ------
         vs.errors.DocumentError
             If the project has no step to undo.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> corners = [[0, 0, 0], [4, 0, 0], [4, 1, 3], [0, 1, 3]]
+        >>> face = vs.Mesh.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "face.vom") as project:
+        ...     model = project.add_model(face, name="face")
+        ...     trace = project.add_trace(corners, type="joint", name="J1")
+        ...     label = project.undo()
+        ...     len(project.traces())
+        0
         """
         return self._open_desk().undo()
 
     def redo(self) -> str:
-        """Redo the last undone step, and return its label. Raises vs.errors.DocumentError."""
+        """Redo the last undone step.
+
+        Returns
+        -------
+        str
+            Label of the step.
+
+        Raises
+        ------
+        vs.errors.DocumentError
+            If the project has no step to redo.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> corners = [[0, 0, 0], [4, 0, 0], [4, 1, 3], [0, 1, 3]]
+        >>> face = vs.Mesh.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "face.vom") as project:
+        ...     model = project.add_model(face, name="face")
+        ...     trace = project.add_trace(corners, type="joint", name="J1")
+        ...     label = project.undo()
+        ...     label = project.redo()
+        ...     len(project.traces())
+        1
+        """
         return self._open_desk().redo()
 
     # --- arguments ----------------------------------------------------------------------------

@@ -119,11 +119,29 @@ class Project(ProjectChanges):
 
         Changes that were not saved because of a crash are included, with a warning.
 
+        Parameters
+        ----------
+        path : str or Path
+
+        Returns
+        -------
+        Project
+
         Raises
         ------
         vs.errors.InputError
             If the folder is not a project, was written by a newer version, or is open in a
             window or notebook, which the error names.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> folder = pathlib.Path(tempfile.mkdtemp()) / "face.vom"
+        >>> vs.Project.create(folder).close()
+        >>> with vs.Project.open(folder) as project:
+        ...     project.models
+        ()
         """
         headless_project = HeadlessProject.open(to_path(path, "path"))
         project = cls(headless_project)
@@ -142,10 +160,27 @@ class Project(ProjectChanges):
     def create(cls, path: str | Path) -> Self:
         """Create a project in the folder NAME.vom.
 
+        Parameters
+        ----------
+        path : str or Path
+
+        Returns
+        -------
+        Project
+
         Raises
         ------
         vs.errors.TargetError
             If the folder exists or cannot be created.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> folder = pathlib.Path(tempfile.mkdtemp()) / "face.vom"
+        >>> with vs.Project.create(folder) as project:
+        ...     project.path == folder
+        True
         """
         project = HeadlessProject.create(to_path(path, "path"))
         warn(project.warnings)
@@ -167,13 +202,38 @@ class Project(ProjectChanges):
 
         Changes recovered after a crash remain if nothing else was changed. Further calls have no
         effect.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> project = vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "face.vom")
+        >>> project.close()
+        >>> project
+        Project
+          folder  ...
+          state   closed
         """
         project, self._desk = self._desk, None
         if project is not None:
             project.close()
 
     def save(self) -> None:
-        """Save the current state and update the GIS layers (project.gpkg)."""
+        """Save the current state and update the GIS layers (project.gpkg).
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> corners = [[0, 0, 0], [4, 0, 0], [4, 1, 3], [0, 1, 3]]
+        >>> face = vs.Mesh.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "face.vom") as project:
+        ...     model = project.add_model(face, name="face")
+        ...     trace = project.add_trace(corners, type="joint", name="J1")
+        ...     project.save()
+        ...     project.unsaved
+        False
+        """
         warn(self._open_desk().save())
 
     def save_as(self, path: str | Path) -> None:
@@ -183,10 +243,26 @@ class Project(ProjectChanges):
         if the original folder was deleted or replaced, or if its disk is full. Files that can no
         longer be read are listed in a warning.
 
+        Parameters
+        ----------
+        path : str or Path
+
         Raises
         ------
         vs.errors.TargetError
             If the target exists or cannot be written; the project is then unchanged.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> corners = [[0, 0, 0], [4, 0, 0], [4, 1, 3], [0, 1, 3]]
+        >>> face = vs.Mesh.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "face.vom") as project:
+        ...     model = project.add_model(face, name="face")
+        ...     project.save_as(project.path.with_name("copy.vom"))
+        ...     project.path.name
+        'copy.vom'
         """
         project = self._open_desk()
         skipped_files = project.save_as(to_path(path, "path"))
@@ -196,19 +272,55 @@ class Project(ProjectChanges):
     # --- queries ------------------------------------------------------------------------------
     @property
     def path(self) -> Path:
-        """Folder of the project."""
+        """Folder of the project.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> corners = [[0, 0, 0], [4, 0, 0], [4, 1, 3], [0, 1, 3]]
+        >>> face = vs.Mesh.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "face.vom") as project:
+        ...     model = project.add_model(face, name="face")
+        ...     project.path.name
+        'face.vom'
+        """
         return self._folder
 
     @property
     def models(self) -> tuple[ProjectModel, ...]:
-        """Models in the order in which they were added."""
+        """Models in the order in which they were added.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> corners = [[0, 0, 0], [4, 0, 0], [4, 1, 3], [0, 1, 3]]
+        >>> face = vs.Mesh.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "face.vom") as project:
+        ...     model = project.add_model(face, name="face")
+        ...     [(each.name, each.kind) for each in project.models]
+        [('face', 'mesh')]
+        """
         return tuple(
             ProjectModel(**vars(facts), _project=self) for facts in model_facts(self._records)
         )
 
     @property
     def unsaved(self) -> bool:
-        """Whether there are changes since the last save."""
+        """Whether there are changes since the last save.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> corners = [[0, 0, 0], [4, 0, 0], [4, 1, 3], [0, 1, 3]]
+        >>> face = vs.Mesh.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "face.vom") as project:
+        ...     model = project.add_model(face, name="face")
+        ...     project.unsaved
+        True
+        """
         return self._open_desk().session.dirty
 
     def planes(self) -> GeoDataFrame:
@@ -220,38 +332,153 @@ class Project(ProjectChanges):
             ``geometry`` is the centroid as a shapely Point with z (World frame, metres), or None
             if the plane has no position. ``crs`` is the CRS of the World frame, or None if the
             features have no common CRS. ``.attrs["north"]`` describes the north of the azimuths.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> corners = [[0, 0, 0], [4, 0, 0], [4, 1, 3], [0, 1, 3]]
+        >>> face = vs.Mesh.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "face.vom") as project:
+        ...     model = project.add_model(face, name="face")
+        ...     trace = project.add_trace(corners, type="joint", name="J1")
+        ...     project.planes()[["name", "kind"]].values.tolist()
+        [['J1', 'joint']]
         """
         return feature_tables.orientations(self._records, self._measurements, "plane")
 
     def lines(self) -> GeoDataFrame:
-        """Return all lines (lineations, fold axes) in a table like that of `planes`."""
+        """Return all lines (lineations, fold axes), with the columns of the orientation table.
+
+        Returns
+        -------
+        geopandas.GeoDataFrame
+            ``geometry`` is the centroid; see `planes`.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> corners = [[0, 0, 0], [4, 0, 0], [4, 1, 3], [0, 1, 3]]
+        >>> face = vs.Mesh.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "face.vom") as project:
+        ...     model = project.add_model(face, name="face")
+        ...     line = project.add_line([[0, 0, 0], [4, 1, 3]], type="lineation")
+        ...     project.lines()["trend_deg"].round().tolist()
+        [256.0]
+        """
         return feature_tables.orientations(self._records, self._measurements, "line")
 
     def traces(self) -> GeoDataFrame:
-        """Return all traces as shapely LineStrings with z (World frame, metres)."""
+        """Return all traces.
+
+        Returns
+        -------
+        geopandas.GeoDataFrame
+            ``geometry`` contains shapely LineStrings with z (World frame, metres); ``crs`` as
+            in `planes`.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> corners = [[0, 0, 0], [4, 0, 0], [4, 1, 3], [0, 1, 3]]
+        >>> face = vs.Mesh.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "face.vom") as project:
+        ...     model = project.add_model(face, name="face")
+        ...     trace = project.add_trace(corners, type="joint", name="J1")
+        ...     project.traces().geometry[0].geom_type
+        'LineString'
+        """
         return feature_tables.shapes(self._records, self._measurements, "traces")
 
     def patches(self) -> GeoDataFrame:
-        """Return all patches, with their outlines as shapely Polygons with z (World, metres)."""
+        """Return all patches.
+
+        Returns
+        -------
+        geopandas.GeoDataFrame
+            ``geometry`` contains the outlines as shapely Polygons with z (World frame, metres);
+            ``crs`` as in `planes`.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> corners = [[0, 0, 0], [4, 0, 0], [4, 1, 3], [0, 1, 3]]
+        >>> face = vs.Mesh.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "face.vom") as project:
+        ...     model = project.add_model(face, name="face")
+        ...     patch = project.add_patch(elements=[0, 1], type="joint")
+        ...     project.patches().geometry[0].has_z
+        True
+        """
         return feature_tables.shapes(self._records, self._measurements, "patches")
 
     def stations(self) -> GeoDataFrame:
-        """Return all stations and samples, with ``number`` and ``photo``.
+        """Return all stations and samples.
 
-        ``geometry`` is a shapely Point with z.
+        Returns
+        -------
+        geopandas.GeoDataFrame
+            Table with ``number`` and ``photo``; ``geometry`` contains shapely Points with z.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> corners = [[0, 0, 0], [4, 0, 0], [4, 1, 3], [0, 1, 3]]
+        >>> face = vs.Mesh.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "face.vom") as project:
+        ...     model = project.add_model(face, name="face")
+        ...     station = project.add_station([0, 0, 0], number="7")
+        ...     project.stations()["number"].tolist()
+        ['7']
         """
         return feature_tables.shapes(self._records, self._measurements, "stations")
 
     def contacts(self) -> GeoDataFrame:
-        """Return all contact lines, which have no plane, with their ``length_m``."""
+        """Return all contact lines, which have no plane.
+
+        Returns
+        -------
+        geopandas.GeoDataFrame
+            Table with ``length_m``; ``geometry`` contains shapely LineStrings with z.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> corners = [[0, 0, 0], [4, 0, 0], [4, 1, 3], [0, 1, 3]]
+        >>> face = vs.Mesh.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "face.vom") as project:
+        ...     model = project.add_model(face, name="face")
+        ...     contact = project.add_line(corners[:2], type="contact")
+        ...     project.contacts()["length_m"].tolist()
+        [4.0]
+        """
         return feature_tables.shapes(self._records, self._measurements, "contacts")
 
     def lithologies(self) -> GeoDataFrame:
         """Return all rock areas.
 
-        The columns include ``lithology``, ``area_m2`` (area of the enclosed surface) and
-        ``outline_m2`` (area of the flattened outline). ``geometry`` is the outline as a shapely
-        Polygon with z.
+        Returns
+        -------
+        geopandas.GeoDataFrame
+            Table with ``lithology``, ``area_m2`` (area of the enclosed surface) and
+            ``outline_m2`` (area of the flattened outline); ``geometry`` contains the outlines as
+            shapely Polygons with z.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> corners = [[0, 0, 0], [4, 0, 0], [4, 1, 3], [0, 1, 3]]
+        >>> face = vs.Mesh.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "face.vom") as project:
+        ...     model = project.add_model(face, name="face")
+        ...     len(project.lithologies())
+        0
         """
         return feature_tables.shapes(self._records, self._measurements, "lithologies")
 
@@ -265,6 +492,17 @@ class Project(ProjectChanges):
             ``unmeasurable``, ``not_looked_at``, ``looked_at_share``, ``density_1_per_m2``,
             ``P21_1_per_m``; areas in m2). A grid whose model is missing is omitted, with a
             warning.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> corners = [[0, 0, 0], [4, 0, 0], [4, 1, 3], [0, 1, 3]]
+        >>> face = vs.Mesh.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "face.vom") as project:
+        ...     model = project.add_model(face, name="face")
+        ...     project.coverage()
+        []
         """
         shares, findings = grid_shares(self._open_desk())
         warn(findings)
@@ -288,6 +526,19 @@ class Project(ProjectChanges):
             If the feature does not exist.
         vs.errors.GeometryError
             If the feature has no orientation.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> corners = [[0, 0, 0], [4, 0, 0], [4, 1, 3], [0, 1, 3]]
+        >>> face = vs.Mesh.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "face.vom") as project:
+        ...     model = project.add_model(face, name="face")
+        ...     trace = project.add_trace(corners, type="joint", name="J1")
+        ...     fit = project.fit("J1")
+        ...     round(fit.dip_direction_deg), round(fit.dip_deg)
+        (180, 72)
         """
         feature = required_text(id, "id")
         orientations = fitted_records(self._records, self._measurements, self._folder, [feature])
@@ -309,6 +560,18 @@ class Project(ProjectChanges):
         Verification
             ``sound``, ``problems``, ``steps``, ``models``, ``features``, ``assets``,
             ``schema``.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> corners = [[0, 0, 0], [4, 0, 0], [4, 1, 3], [0, 1, 3]]
+        >>> face = vs.Mesh.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "face.vom") as project:
+        ...     model = project.add_model(face, name="face")
+        ...     trace = project.add_trace(corners, type="joint", name="J1")
+        ...     project.verify().sound
+        True
         """
         self._open_desk()
         return verify(self._folder)
@@ -317,6 +580,18 @@ class Project(ProjectChanges):
         """Return a PyVista plotter with models, features, labels and planes; see `Mesh.plot`.
 
         A model whose file is missing is omitted, with a warning.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> corners = [[0, 0, 0], [4, 0, 0], [4, 1, 3], [0, 1, 3]]
+        >>> face = vs.Mesh.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "face.vom") as project:
+        ...     model = project.add_model(face, name="face")
+        ...     trace = project.add_trace(corners, type="joint", name="J1")
+        ...     project.plot().screenshot(return_img=True).ndim
+        3
         """
         from vomstudio.api.plots import create_plotter
 
@@ -360,6 +635,19 @@ class Project(ProjectChanges):
             If the format cannot represent any of the features.
         vs.errors.TargetError
             If the file cannot be written.
+
+        Examples
+        --------
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> corners = [[0, 0, 0], [4, 0, 0], [4, 1, 3], [0, 1, 3]]
+        >>> face = vs.Mesh.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "face.vom") as project:
+        ...     model = project.add_model(face, name="face")
+        ...     trace = project.add_trace(corners, type="joint", name="J1")
+        ...     (file,) = project.export("csv", project.path.with_name("planes.csv"))
+        ...     file.name
+        'planes.csv'
         """
         from vomstudio.core.files.atomic import check_target
 
