@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from html import escape
 
 _STYLE = """
-body { font: 15px/1.45 sans-serif; max-width: 70em; margin: 2em auto; padding: 0 1em; color: #222; }
+body { font: 15px/1.45 sans-serif; max-width: 66em; margin: 2em auto; padding: 0 1em; color: #222; }
 h1 { margin-bottom: .1em; } h2 { margin-top: 1.6em; border-bottom: 1px solid #ccc; }
 table { border-collapse: collapse; margin: .6em 0; }
 td, th { padding: .15em 1em .15em 0; text-align: left; border-bottom: 1px solid #e4e4e4; }
 td { font-variant-numeric: tabular-nums; vertical-align: top; } tr.out td { background: #fbe9d0; }
 .note { background: #fff6e0; border-left: 4px solid #e69f00; padding: .3em .8em; margin: .4em 0; }
-img { max-width: 100%; } .small { color: #666; font-size: 13px; }
+.figure { margin: 24px 0 0 0; } img { max-width: 100%; } .small { color: #666; font-size: 13px; }
 @media print { body { margin: 0; } tr, img { break-inside: avoid; } }
 """
 
@@ -60,7 +60,5 @@ def number(value: float | None, digits: int, unit: str = "") -> str:
 def svg_picture(svg: bytes, caption: str) -> str:
     """Return a picture that is embedded in the page, with its caption."""
     data = base64.b64encode(svg).decode("ascii")
-    text = escape(caption)
-    return f'<p><img src="data:image/svg+xml;base64,{data}" alt="{text}"></p>' + paragraph(
-        caption, "small"
-    )
+    image = f'<img src="data:image/svg+xml;base64,{data}" alt="{escape(caption)}">'
+    return f'<p class="figure">{image}</p>' + paragraph(caption, "small")

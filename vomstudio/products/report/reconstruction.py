@@ -13,18 +13,9 @@ from vomstudio.core.files.atomic import atomic_write
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.io.models.reconstruction_file import result_registration
+from vomstudio.products.report.page import heading, html_page, number, table
 from vomstudio.products.report.residual_map import embed_figure, residual_map
 from vomstudio.registration.summary import summary_of
-
-_STYLE = """
-body { font: 15px/1.45 sans-serif; max-width: 62em; margin: 2em auto; padding: 0 1em; color: #222; }
-h1 { margin-bottom: .1em; } h2 { margin-top: 1.6em; border-bottom: 1px solid #ccc; }
-table { border-collapse: collapse; margin: .6em 0; }
-td, th { padding: .15em 1em .15em 0; text-align: left; border-bottom: 1px solid #e4e4e4; }
-td { font-variant-numeric: tabular-nums; } tr.out td { background: #fbe9d0; }
-.note { background: #fff6e0; border-left: 4px solid #e69f00; padding: .3em .8em; margin: .4em 0; }
-.figure { margin: 24px 0 0 0; } img { max-width: 100%; } .small { color: #666; font-size: 13px; }
-"""
 
 
 def write_report(path: str | Path, result: Mapping[str, Any]) -> None:
@@ -37,31 +28,26 @@ def write_report(path: str | Path, result: Mapping[str, Any]) -> None:
     title = tr("Model of {folder}", folder=Path(str(result["folder"])).name)
     body = "".join(
         [
-            f"<h1>{escape(title)}</h1>",
             _summary(result),
             *(f'<p class="note">{escape(_sentence(note))}</p>' for note in result["warnings"]),
             _picture(result),
-            _heading(tr("Survey")),
+            heading(tr("Survey")),
             _survey(result["survey"]),
-            _heading(tr("Photos")),
+            heading(tr("Photos")),
             _photos(result),
-            _heading(tr("Cameras")),
+            heading(tr("Cameras")),
             *map(_camera, result["calibration"]),
-            _heading(tr("Registration")),
+            heading(tr("Registration")),
             _registration(result),
-            _heading(tr("Model")),
+            heading(tr("Model")),
             _facts(result["model"], "m" if result["scaled"] else tr("units")),
-            _heading(tr("Time, memory, settings")),
+            heading(tr("Time, memory, settings")),
             _times(result),
             _facts({**result["settings"], **result["versions"]}),
         ]
     )
-    page = (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
-        f"<title>{escape(title)}</title><style>{_STYLE}</style></head><body>{body}</body></html>\n"
-    )
     with atomic_write(path, True) as temporary:
-        temporary.write_text(page, encoding="utf-8")
+        temporary.write_text(html_page(title, body), encoding="utf-8")
 
 
 def _summary(result: Mapping[str, Any]) -> str:
@@ -95,10 +81,6 @@ def _sentence(note: str | Finding | Mapping[str, Any]) -> str:
     return str(note["message"]) if isinstance(note, Mapping) else str(note)
 
 
-def _heading(text: str) -> str:
-    return f"<h2>{escape(text)}</h2>"
-
-
 def _survey(survey: Mapping[str, Any]) -> str:
     findings = "".join(f"<li>{escape(f['message'])}</li>" for f in survey["findings"])
     advice_items = "".join(f"<li>{escape(text)}</li>" for text in survey["next_time"])
@@ -108,23 +90,6 @@ def _survey(survey: Mapping[str, Any]) -> str:
     return text + (
         f"<p>{escape(tr('Next time:'))}</p><ul>{advice_items}</ul>" if advice_items else ""
     )
-
-
-def _table(headings: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> str:
-    """Build an HTML table whose rows are (class, cells)."""
-    cells = "".join(f"<th>{escape(name)}</th>" for name in headings)
-    lines = "\n".join(
-        f'<tr class="{kind}">' + "".join(f"<td>{escape(c)}</td>" for c in row) + "</tr>"
-        for kind, row in rows
-    )
-    return f"<table><tr>{cells}</tr>\n{lines}</table>"
-
-
-def _number(value: float | None, digits: int, unit: str = "") -> str:
-    if value is None or value != value:
-        return "–"
-    # Adding 0.0 removes the sign of values that round to zero.
-    return f"{round(value, digits) + 0.0:,.{digits}f}{unit}"
 
 
 def _photos(result: Mapping[str, Any]) -> str:
@@ -141,14 +106,14 @@ def _photos(result: Mapping[str, Any]) -> str:
                     f"{row['width']} × {row['height']}",
                     row["camera"] or tr("unknown"),
                     f"{row['tie_points']:,}" if row["placed"] else tr("not aligned"),
-                    _number(row["error_px"], 2),
-                    _number(row.get("gsd") if row["gsd_m"] is None else row["gsd_m"], 4),
-                    _number(row["exposure"], 2),
-                    _number(row["residual_m"], 2),
+                    number(row["error_px"], 2),
+                    number(row.get("gsd") if row["gsd_m"] is None else row["gsd_m"], 4),
+                    number(row["exposure"], 2),
+                    number(row["residual_m"], 2),
                 ],
             )
         )
-    return _table(
+    return table(
         [
             tr("photo"),
             tr("size"),
@@ -177,12 +142,12 @@ def _camera(camera: Mapping[str, Any]) -> str:
         f"<h3>{escape(str(camera['camera'] or tr('unknown camera')))}</h3>"
         f"<p>{escape(camera['model'])}, {camera['width']} × {camera['height']}, "
         f"{escape(photos)} {escape(camera['rule'])}</p>"
-        + _table([tr("parameter"), tr("value"), tr("standard error")], rows)
+        + table([tr("parameter"), tr("value"), tr("standard error")], rows)
     )
     correlation = camera["correlation"]
     if correlation:
         free_camera = camera["free"]
-        text += f"<p>{escape(tr('Correlation'))}</p>" + _table(
+        text += f"<p>{escape(tr('Correlation'))}</p>" + table(
             ["", *free_camera],
             [
                 ("", [free_camera[i], *(f"{value:+.2f}" for value in line)])
@@ -208,7 +173,7 @@ def _registration(result: Mapping[str, Any]) -> str:
     else:
         text = f"<p>{escape(summary.rotation.message)}</p>" if summary.rotation else ""
     facts += [(fact.name, fact.text) for fact in summary.facts]
-    text += _table(["", ""], [("", fact) for fact in facts])
+    text += table(["", ""], [("", fact) for fact in facts])
     warnings = dict.fromkeys(map(_sentence, (*registration.get("warnings", ()), *summary.warnings)))
     text += "".join(f'<p class="note">{escape(warning)}</p>' for warning in warnings)
     if decisions := registration.get("decisions"):
@@ -228,10 +193,10 @@ def _points(points: Sequence[Mapping[str, Any]]) -> str:
     for point in points:
         misclosure = point["residual_m"] or (None, None, None)
         cells = [point["label"], _plain(point["role"]), str(point["photos"])]
-        cells += [_number(value, 3) for value in misclosure] + [_number(point["residual_px"], 2)]
+        cells += [number(value, 3) for value in misclosure] + [number(point["residual_px"], 2)]
         rows.append(("out" if point["role"] in ("left out", "unseen") else "", cells))
     caption = tr("Residuals: model minus survey")
-    return f"<p>{escape(caption)}</p>" + _table(
+    return f"<p>{escape(caption)}</p>" + table(
         [
             tr("point"),
             tr("used as"),
@@ -304,7 +269,7 @@ def _facts(values: Mapping[str, Any], unit: str = "m") -> str:
             ]
         else:
             rows.append(("", [label, _plain(value)]))
-    return _table(["", ""], rows)
+    return table(["", ""], rows)
 
 
 def _plain(value: Any) -> str:
@@ -324,7 +289,7 @@ def _times(result: Mapping[str, Any]) -> str:
     total_s = sum(result["seconds"].values())
     rows.append(("", [tr("total"), f"{total_s:.1f} s"]))
     rows.append(("", [tr("peak memory"), f"{result['peak_memory_mb']:,.0f} MB"]))
-    return _table(["", ""], rows)
+    return table(["", ""], rows)
 
 
 def _picture(result: Mapping[str, Any]) -> str:

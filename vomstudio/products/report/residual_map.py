@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping
-from html import escape
 from io import BytesIO
 from typing import Any
 
@@ -13,6 +11,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.words import tr
 from vomstudio.products.figure_layout import name_symbols
+from vomstudio.products.report.page import svg_picture
 
 # Length of the longest arrow, relative to the width of the picture.
 _MAX_ARROW_SHARE = 0.12
@@ -114,12 +113,7 @@ def embed_figure(figure: Any, caption: str) -> str:
     # Qt's browser cannot draw letters as paths.
     with rc_context({"svg.fonttype": "none"}):
         FigureCanvasSVG(figure).print_svg(buffer)
-    data = base64.b64encode(buffer.getvalue()).decode("ascii")
-    text = escape(caption)
-    return (
-        f'<p class="figure"><img src="data:image/svg+xml;base64,{data}" alt="{text}"></p>'
-        f'<p class="small">{text}</p>'
-    )
+    return svg_picture(buffer.getvalue(), caption)
 
 
 def _points(registration: Mapping[str, Any]) -> tuple[list[str], FloatArray, FloatArray, BoolArray]:
