@@ -14,7 +14,7 @@ from tests.architecture import finding_codes
 from tests.architecture.test_examples import NEW
 from tests.pictures_maker import maker
 from vomstudio.cli import COMMANDS
-from vomstudio.cli.common.entry import _parser
+from vomstudio.cli.common.entry import build_parser
 from vomstudio.project.tables.orientation_table import COLUMNS
 from vomstudio.ui.dialogs.help.help_pages import anchor
 
@@ -160,7 +160,7 @@ def _sections() -> dict[str, str]:
 
 
 def _commands() -> Iterator[tuple[str, argparse.ArgumentParser]]:
-    for name, parser in _inner(_parser(())):
+    for name, parser in _inner(build_parser(())):
         yield name, parser
         yield from ((f"{name} {action}", inner) for action, inner in _inner(parser))
 

@@ -6,7 +6,7 @@ import shlex
 from pathlib import Path
 
 from tests.architecture.test_document_commands import CONTINUED, blocks_of
-from vomstudio.cli.common.entry import _parser
+from vomstudio.cli.common.entry import build_parser
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "recipes.md"
 
@@ -20,7 +20,7 @@ def test_every_command_of_the_recipes_is_understood() -> None:
         if line.startswith("vomstudio ")
     ]
     assert len(commands) > 15
-    parser = _parser(())
+    parser = build_parser(())
     for command in commands:
         # It exits on a word that it does not know.
         assert parser.parse_args(command)

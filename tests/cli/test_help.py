@@ -20,13 +20,13 @@ from vomstudio.cli.common.command_help import (
     group_of,
     grouped,
 )
-from vomstudio.cli.common.entry import _parser
+from vomstudio.cli.common.entry import build_parser
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
 def parsers() -> Iterator[argparse.ArgumentParser]:
-    pending: list[argparse.ArgumentParser] = [_parser(())]
+    pending: list[argparse.ArgumentParser] = [build_parser(())]
     while pending:
         parser = pending.pop()
         for action in parser._actions:
@@ -52,7 +52,7 @@ def test_the_parser_of_a_command_accepts_its_examples(program: str) -> None:
             command = program.replace("vomstudio ", "").replace("PROJECT ", "")
             action = [word for word in words if not word.endswith(".vom")]
             assert action[: len(command.split())] == command.split()
-        _parser(words).parse_args(words)
+        build_parser(words).parse_args(words)
 
 
 @pytest.mark.parametrize("program", PARSERS)

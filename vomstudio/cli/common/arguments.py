@@ -194,6 +194,12 @@ def add_shared_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-q", "--quiet", action="store_true", help=tr("show no progress, notes or warnings")
     )
+    parser.add_argument(
+        "-v",
+        "--verbose",
+        action="store_true",
+        help=tr("show every stage with its time, and the codes of findings"),
+    )
 
 
 def add_output(parser: Parser, description: str, *, is_required: bool = False) -> None:

@@ -17,7 +17,7 @@ GENERAL = to_translate("general")
 COMMANDS = to_translate("commands")
 GROUPS = (COMMANDS, INPUT, METHOD, COORDINATES, FIGURE, OUTPUT, GENERAL)
 
-_GENERAL = {"--help", "--json", "--progress", "--quiet", "--version"}
+_GENERAL = {"--help", "--json", "--progress", "--quiet", "--verbose", "--version"}
 _GENERAL |= {"--install-desktop", "--uninstall-desktop"}
 _COORDINATES = {"--up", "--unit", "--crs", "--to-crs", "--project"}
 _OUTPUT = {"--output", "--force", "--plot", "--labels", "--sheet", "--draw", "--show", "--paint"}
@@ -282,6 +282,10 @@ EXAMPLES: dict[str, tuple[str, str]] = {
     "export": (
         "vomstudio export results/sample.vom --to gpkg -o layers.gpkg",
         "vomstudio export results/sample.vom --to stereonet -o planes.txt",
+    ),
+    "completion": (
+        "vomstudio completion bash",
+        "vomstudio completion fish --json",
     ),
     "project": (f"{_PROJECT} list", f"{_PROJECT} fit --json"),
     "project create": (

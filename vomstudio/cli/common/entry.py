@@ -74,12 +74,20 @@ def _run(arguments: list[str], channel: Channel) -> int:
             if not debug:
                 # Warnings of libraries are intended for programmers; users get findings.
                 warnings.simplefilter("ignore")
+<<<<<<< HEAD
             check_first_word(arguments)
             args = _parser(arguments).parse_args(arguments)
+=======
+            check_first_word(words)
+            args = build_parser(words).parse_args(words)
+>>>>>>> 18700bf80 (Complete commands in bash, zsh and fish, and show stages and codes with -v)
             stop_requests.check()
-            output.quiet = args.quiet
+            output.quiet, output.shows_codes = args.quiet, args.verbose
             with reporting(
-                is_quiet=args.quiet, json_events=output.writes_events, start_time_s=begun_s
+                is_quiet=args.quiet,
+                is_verbose=args.verbose,
+                json_events=output.writes_events,
+                start_time_s=begun_s,
             ) as args.reporter:
                 args.run(args, output)
             stop_requests.check()
@@ -147,7 +155,11 @@ def _write_stderr(text: str) -> None:
             pass
 
 
+<<<<<<< HEAD
 def _parser(arguments: Sequence[str]) -> Parser:
+=======
+def build_parser(words: Sequence[str]) -> Parser:
+>>>>>>> 18700bf80 (Complete commands in bash, zsh and fish, and show stages and codes with -v)
     """Return the parser of the command named by the first word, or of all commands.
 
     Each command imports its own dependencies.
@@ -162,5 +174,5 @@ def _parser(arguments: Sequence[str]) -> Parser:
     command = arguments[0] if arguments else ""
     for name in [command] if command in COMMANDS else [] if command in GLOBAL_OPTIONS else COMMANDS:
         importlib.import_module(f"vomstudio.cli.{name}").add_parser(subparsers)
-    parser.set_defaults(run=run_global_option, quiet=False)
+    parser.set_defaults(run=run_global_option, quiet=False, verbose=False)
     return parser

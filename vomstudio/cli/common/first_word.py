@@ -42,6 +42,7 @@ COMMANDS = (
     "compare",
     "project",
     "export",
+    "completion",
 )
 """Names of the commands, which equal the names of their modules."""
 

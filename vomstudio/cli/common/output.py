@@ -32,6 +32,8 @@ class Output:
         """Whether stderr contains only JSON lines, so that programs can parse the progress."""
         self.quiet = False
         """Whether to omit notes and warnings; errors are always shown."""
+        self.shows_codes = False
+        """Whether notes contain the codes of findings."""
         self.failed = False
         """Whether the exit code indicates an error despite a result (`info` of several files)."""
         self._result: Mapping[str, Any] | None = None
@@ -60,7 +62,8 @@ class Output:
     def warn(self, warnings: Sequence[Finding]) -> None:
         """Store findings for people, each with the word for its severity."""
         for finding in warnings:
-            self.note(tr(_SEVERITIES[finding.severity], message=finding))
+            message = f"[{finding.code}] {finding}" if self.shows_codes else finding
+            self.note(tr(_SEVERITIES[finding.severity], message=message))
 
     def for_stdout(self) -> str:
         if self.as_json:

@@ -65,6 +65,28 @@ class JsonProgress:
         print(to_json(event), file=sys.stderr, flush=True)
 
 
+class StageLines:
+    """Reporter that writes a line for every stage as soon as it begins."""
+
+    def __init__(self, stream: TextIO, start_time_s: float) -> None:
+        self._stream, self._begun_s = stream, start_time_s
+        self._part = ""
+
+    def part(self, number: int, count: int) -> None:
+        """See `Reporter`."""
+        self._part = f"{number}/{count} "
+
+    def stage(self, name: str, total: int | None = None) -> None:
+        """See `Progress`."""
+        elapsed_s = time.monotonic() - self._begun_s
+        with contextlib.suppress(OSError, ValueError):
+            self._stream.write(f"[{elapsed_s:.2f} s] {self._part}{name}\n")
+            self._stream.flush()
+
+    def step(self, done: int) -> None:
+        """See `Progress`."""
+
+
 class Painter(Protocol):
     """Interface for showing snapshots on a stream."""
 
@@ -182,7 +204,9 @@ def choose_painter(stream: TextIO) -> Painter:
 
 
 @contextlib.contextmanager
-def reporting(*, is_quiet: bool, json_events: bool, start_time_s: float) -> Iterator[Reporter]:
+def reporting(
+    *, is_quiet: bool, json_events: bool, start_time_s: float, is_verbose: bool = False
+) -> Iterator[Reporter]:
     """Yield the reporter of a command and end its display afterwards.
 
     Parameters
@@ -193,6 +217,8 @@ def reporting(*, is_quiet: bool, json_events: bool, start_time_s: float) -> Iter
         Whether to write JSON lines.
     start_time_s : float
         Start time of the command (`time.monotonic`).
+    is_verbose : bool
+        Whether to write a line for every stage.
     """
     if is_quiet:
         with silence_output():
@@ -201,6 +227,8 @@ def reporting(*, is_quiet: bool, json_events: bool, start_time_s: float) -> Iter
         yield JsonProgress()
     elif sys.stderr is None:
         yield NoReport()
+    elif is_verbose:
+        yield StageLines(sys.stderr, start_time_s)
     else:
         with ProgressDisplay(sys.stderr, start_time_s=start_time_s, delay_s=_delay_s()) as display:
             yield display
