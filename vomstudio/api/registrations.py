@@ -244,7 +244,7 @@ def observations_from_arguments(
     InputError, UsageError
         If a value is not allowed; the error names the argument.
     """
-    checked = {name: path_text(arguments[name], name) for name in _PATHS}
+    checked: dict[str, object] = {name: path_text(arguments[name], name) for name in _PATHS}
     checked |= {name: _path_or_beside(arguments[name], name) for name in _PATHS_OR_BESIDE}
     checked |= {name: optional_text(arguments[name], name) for name in _TEXTS}
     checked |= {n: _rows(arguments[n], n, lengths) for n, lengths in _ROW_LENGTHS.items()}

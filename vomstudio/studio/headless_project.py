@@ -510,7 +510,9 @@ class HeadlessProject:
         surface = self._read(model).surface
         assert surface is not None
         if area.ndim == 2:
-            elements = elements_inside(surface, self._points_on(model, area))
+            elements = elements_inside(
+                surface, self._points_on(model, np.asarray(area, np.float64))
+            )
         else:
             is_mask = area.dtype == bool
             elements = np.asarray(np.flatnonzero(area) if is_mask else np.unique(area), np.int64)

@@ -123,7 +123,7 @@ def elements_inside(surface: PaintSurface, ring: FloatArray) -> IntArray:
     is_inside = np.asarray(shapely.contains_xy(polygon, *(offsets @ axes.T).T))
     candidates, offsets = candidates[is_inside], offsets[is_inside]
     if not len(candidates):
-        return candidates
+        return np.asarray(candidates, np.int64)
     # The face nearest to the plane of the outline is the one on which it was drawn.
     normal = np.cross(*axes)
     seed = int(candidates[np.argmin(np.abs(offsets @ normal))])

@@ -74,13 +74,8 @@ def _run(arguments: list[str], channel: Channel) -> int:
             if not debug:
                 # Warnings of libraries are intended for programmers; users get findings.
                 warnings.simplefilter("ignore")
-<<<<<<< HEAD
             check_first_word(arguments)
-            args = _parser(arguments).parse_args(arguments)
-=======
-            check_first_word(words)
-            args = build_parser(words).parse_args(words)
->>>>>>> 18700bf80 (Complete commands in bash, zsh and fish, and show stages and codes with -v)
+            args = build_parser(arguments).parse_args(arguments)
             stop_requests.check()
             output.quiet, output.shows_codes = args.quiet, args.verbose
             with reporting(
@@ -155,11 +150,7 @@ def _write_stderr(text: str) -> None:
             pass
 
 
-<<<<<<< HEAD
-def _parser(arguments: Sequence[str]) -> Parser:
-=======
-def build_parser(words: Sequence[str]) -> Parser:
->>>>>>> 18700bf80 (Complete commands in bash, zsh and fish, and show stages and codes with -v)
+def build_parser(arguments: Sequence[str]) -> Parser:
     """Return the parser of the command named by the first word, or of all commands.
 
     Each command imports its own dependencies.
