@@ -68,7 +68,7 @@ def centres(mesh: Mesh) -> np.ndarray:
 def test_what_lies_inside_a_shape_is_what_shapely_finds_there(parallel):
     mesh, look = sheet(y=lambda x, z: 0.3 * np.sin(x) + 0.2 * z), looking(parallel=parallel)
     ring = [(90.0, 40.0), (310.0, 70.0), (200.0, 150.0), (330.0, 260.0), (60.0, 230.0)]
-    result = look.inside(mesh, HERE, look.filled(ring), through=True)
+    result = look.inside(mesh, HERE, look.filled(ring), is_through=True)
     camera = Camera()
     camera.position, camera.distance = look.position, 20.0
     camera.orthographic = parallel
@@ -85,13 +85,13 @@ def test_what_lies_inside_a_shape_is_what_shapely_finds_there(parallel):
 def test_a_model_placed_elsewhere_is_chosen_where_it_is_seen():
     mesh, look = sheet(), looking()
     shape = look.filled([(100.0, 100.0), (300.0, 100.0), (300.0, 200.0), (100.0, 200.0)])
-    expected = look.inside(mesh, HERE, shape, through=True)
+    expected = look.inside(mesh, HERE, shape, is_through=True)
     to_world = np.eye(4)
     to_world[:3, :3] = 0.01 * rotation(np.array([0.0, 0.0, 1.0]), 30.0)
     to_world[:3, 3] = UTM
     back = np.linalg.inv(to_world)
     own = Mesh(mesh.vertices @ back[:3, :3].T + back[:3, 3], mesh.faces)
-    result = look.inside(own, to_world, shape, through=True)
+    result = look.inside(own, to_world, shape, is_through=True)
     assert (result != expected).sum() <= 2
 
 
@@ -107,11 +107,11 @@ def test_only_what_the_sphere_shows_is_seen():
     look = looking(parallel=True, depth=np.nan_to_num(depth, nan=np.inf).astype(np.float32))
     whole = look.filled([(0.0, 0.0), (400.0, 0.0), (400.0, 300.0), (0.0, 300.0)])
     cloud = PointCloud(points + UTM)
-    seen = look.inside(cloud, HERE, whole, through=False)
+    seen = look.inside(cloud, HERE, whole, is_through=False)
     off = points[:, 1] / 3.0
     assert seen[off < -0.2].mean() > 0.999
     assert not seen[off > 0.2].any()
-    assert look.inside(cloud, HERE, whole, through=True).all()
+    assert look.inside(cloud, HERE, whole, is_through=True).all()
 
 
 def test_what_is_cut_away_or_behind_the_viewer_is_not_chosen():
@@ -119,7 +119,7 @@ def test_what_is_cut_away_or_behind_the_viewer_is_not_chosen():
     box = ClipBox(tuple(UTM - 10.0), tuple(UTM + [0.0, 10.0, 10.0]))
     look = looking(clip=box)
     whole = look.filled([(0.0, 0.0), (400.0, 0.0), (400.0, 300.0), (0.0, 300.0)])
-    result = look.inside(mesh, HERE, whole, through=True)
+    result = look.inside(mesh, HERE, whole, is_through=True)
     half = len(result) // 2
     assert not result[half:].any()
     assert (result[:half] == (centres(mesh)[:half, 0] <= UTM[0])).all()
@@ -130,7 +130,7 @@ def test_a_line_is_no_shape_and_nan_is_nowhere():
     assert not look.filled([(0.0, 0.0), (200.0, 200.0)]).any()
     cloud = PointCloud(np.array([UTM, UTM * np.nan]))
     whole = look.filled([(0.0, 0.0), (400.0, 0.0), (400.0, 300.0), (0.0, 300.0)])
-    assert look.inside(cloud, HERE, whole, through=True).tolist() == [True, False]
+    assert look.inside(cloud, HERE, whole, is_through=True).tolist() == [True, False]
 
 
 # --- growing on meshes -----------------------------------------------------------------------

@@ -123,7 +123,7 @@ def on_screen(studio: Any) -> dict[str, Any]:
             getattr(feature, "type_id", ""),
             getattr(feature, "slip", ""),
             getattr(feature, "kind", ""),
-            tool.continued,
+            tool.is_continued,
         ]
         if tool
         else None,

@@ -39,7 +39,7 @@ def test_a_vertex_is_never_moved_to_where_no_model_is(window, outcrop, picks, te
     tool = window.studio.tools["trace"]
     assert isinstance(tool, TraceTool)
     driver.pick(window, points)
-    assert tool.open
+    assert tool.is_open
     before = tool.vertices
     table = driver.tool_panel(window, TracePanel).table
     type_into_cell(table, 1, 1, text)

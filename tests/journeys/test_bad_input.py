@@ -175,7 +175,7 @@ def test_enter_without_enough_points_says_what_is_missing_and_keeps_the_points(
         assert len(studio.session.features()) == before
         assert studio.tool_name == tool.name
         if count:
-            assert tool.open
+            assert tool.is_open
             assert len(tool.vertices) == count
             words = said(window)
             assert "more" in words or "at least" in words or "needs" in words, words

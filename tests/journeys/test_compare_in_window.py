@@ -121,7 +121,7 @@ def test_planes_measured_on_both_are_held_beside_their_errors(
     driver.open_outcrop(window, outcrop)
     studio = window.studio
     own = driver.model(window)
-    studio.open_model(higher, like=own.id)
+    studio.open_model(higher, reference_id=own.id)
     driver.wait(lambda: len(studio.session.of(Model)) == 2, "the other model")
     other = next(m for m in studio.session.of(Model) if m.id != own.id)
     driver.wait(lambda: other.id in studio.models, "its data")

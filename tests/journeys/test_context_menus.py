@@ -175,5 +175,5 @@ def test_a_double_click_edits_a_feature(window, outcrop, picks):
     click(window.viewport, at)
     QTest.mouseDClick(window.viewport, LEFT, NONE, at)
     assert studio.tool_name == "trace"
-    assert studio.tool_of(TraceTool).continued
+    assert studio.tool_of(TraceTool).is_continued
     key(window, Qt.Key.Key_Escape)

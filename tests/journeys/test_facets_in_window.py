@@ -60,8 +60,8 @@ def test_facets_are_found_looked_at_accepted_and_taken_back(window, panel) -> No
     assert dict(studio.records) == before
     said = panel.message.text()
     found = panel._facets.proposals
-    assert figures(panel.summary.text())[0] == len(panel._facets.open)
-    shares = [100.0 * found.share(each) for each in (panel._facets.open, ())]
+    assert figures(panel.summary.text())[0] == len(panel._facets.open_rows)
+    shares = [100.0 * found.share(each) for each in (panel._facets.open_rows, ())]
     assert figures(said)[:2] == pytest.approx(shares, abs=0.5)
     # The most doubtful stand first.
     rows = [values for (values, _) in panel.table.numbers.rows]
@@ -93,23 +93,23 @@ def test_facets_are_found_looked_at_accepted_and_taken_back(window, panel) -> No
     measured = studio.measured([patch.id])[patch.id]
     assert measured.verdict.quality == "good"
     assert plane == measured.attitude()
-    assert number - 1 not in panel._facets.open
-    left = len(panel._facets.open)
+    assert number - 1 not in panel._facets.open_rows
+    left = len(panel._facets.open_rows)
     QTest.keyClick(panel.table, Qt.Key.Key_Delete)
-    assert len(panel._facets.open) == left - 1
+    assert len(panel._facets.open_rows) == left - 1
     assert len(patches(window)) == 1
 
     # All others, as one step that undo takes back.
     panel.colours.setCurrentIndex(panel.colours.findData("label"))
     panel.colours.activated.emit(panel.colours.currentIndex())
     left -= 1
-    measured = [found.measured[row] for row in sorted(panel._facets.open)]
+    measured = [found.measured[row] for row in sorted(panel._facets.open_rows)]
     driver.click(panel.accept_all, panel.accept_all.rect().center())
     assert len(patches(window)) == left + 1
     # The window does not wait until hundreds are measured once more.
     others = [p.id for p in patches(window) if p.id != patch.id]
     assert [*map(id, studio.measured(others).values())] == [*map(id, measured)]
-    assert not panel._facets.open
+    assert not panel._facets.open_rows
     assert not panel.accept_all.isEnabled()
     assert "facets.none-open" in shown_codes(panel.accept_all.toolTip())
     # Nothing is left to be coloured.
@@ -117,12 +117,12 @@ def test_facets_are_found_looked_at_accepted_and_taken_back(window, panel) -> No
     studio.undo()
     assert len(patches(window)) == 1
     # What was taken back is to be decided upon again.
-    assert len(panel._facets.open) == left
+    assert len(panel._facets.open_rows) == left
     assert panel.table.numbers.rowCount() == left
     driver.wait(lambda: scale(window) is not None, "the colours of what is open again")
     studio.redo()
     assert len(patches(window)) == left + 1
-    assert not panel._facets.open
+    assert not panel._facets.open_rows
     driver.click(panel.reject_all, panel.reject_all.rect().center())
     assert panel._facets.proposals is None
     assert studio.display.mode == mode
@@ -190,7 +190,7 @@ def test_facets_are_filtered_and_picked_on_the_net(window, panel) -> None:
     driver.settled(window)
     driver.keep_picture(window, "facets-on-net")
     panel.filter.setText("quality:good dip>60 area>1m2")
-    driver.wait(lambda: len(panel.listed()) < len(panel._facets.open), "the filtered list")
+    driver.wait(lambda: len(panel.listed()) < len(panel._facets.open_rows), "the filtered list")
     listed = panel.listed()
     assert listed
     for row in listed:
@@ -218,7 +218,7 @@ def test_facets_are_filtered_and_picked_on_the_net(window, panel) -> None:
     assert len(patches(window)) == count
     assert {patch.type_id for patch in patches(window)} == {"joint"}
     panel.filter.clear()
-    assert len(panel.listed()) == len(panel._facets.open) == len(proposals.patches) - count
+    assert len(panel.listed()) == len(panel._facets.open_rows) == len(proposals.patches) - count
     assert panel._selection() == []
 
 

@@ -18,7 +18,7 @@ from tests.messages import shown_codes
 from tests.studio.jobs import odd_jobs
 from vomstudio.core.failures import crashes, exception_hooks, log
 from vomstudio.io.settings import read_settings
-from vomstudio.studio.jobs.job import Job, Nothing
+from vomstudio.studio.jobs.job import Job, NoArguments
 from vomstudio.ui.base import qt_log as qt_messages
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.shell.main_window import MainWindow
@@ -220,7 +220,7 @@ def test_a_mistake_in_a_worker_is_shown_and_the_next_job_is_done(
         ended.clear()
         window.studio.jobs.submit(
             job,
-            Nothing(),
+            NoArguments(),
             title="Looking closely",
             on_done=ended.append,
             on_failed=lambda event: (ended.append(event), window.studio.warn(event.message)),
@@ -232,7 +232,7 @@ def test_a_mistake_in_a_worker_is_shown_and_the_next_job_is_done(
     assert "Looking closely" in window.message_bar.text
     assert "job.internal-error" in shown_codes(window.message_bar.text)
     have_done(odd_jobs.IDLE)
-    assert ended[-1] == Nothing()
+    assert ended[-1] == NoArguments()
     assert in_log in log.path().read_text()
     if task in (odd_jobs.ABORT, odd_jobs.SEGFAULT):
         assert "Fatal Python error" in compose_report(window)
@@ -241,7 +241,7 @@ def test_a_mistake_in_a_worker_is_shown_and_the_next_job_is_done(
 def test_an_error_in_a_quiet_job_is_not_lost(odd_workers, window):
     window.studio.jobs.submit(
         odd_jobs.MISTAKE,
-        Nothing(),
+        NoArguments(),
         title="Getting ready",
         on_done=lambda _: None,
         on_failed=lambda _: None,

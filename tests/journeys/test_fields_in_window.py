@@ -163,7 +163,7 @@ def test_the_distance_to_another_model(window, panel, outcrop, tmp_path) -> None
     path = tmp_path / "survey.ply"
     write_model(replace(mesh, vertices=mesh.vertices + [0.0, 0.0, UP]), None, path)
     studio, own = window.studio, driver.model(window)
-    studio.open_model(path, like=own.id)
+    studio.open_model(path, reference_id=own.id)
     driver.wait(lambda: len(studio.models) == 2, "the other model")
     studio.selection.set([own.id])
     # The panel follows a little later; before that it speaks of the new model.

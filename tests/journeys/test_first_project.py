@@ -121,7 +121,7 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
             driver.keep_picture(window, "journey-3-picking")
         key(window, Qt.Key.Key_Return)
         assert len(traces(window)) == count
-        assert not studio.tool_of(TraceTool).open
+        assert not studio.tool_of(TraceTool).is_open
     assert [t.name for t in traces(window)] == ["B01", "B02", "B03"]
     measured = studio.measured(t.id for t in traces(window))
     for trace, name in zip(traces(window), BEDS, strict=True):
@@ -137,8 +137,8 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
     window.actions_table.all["edit_feature"].trigger()
     focus(window)
     tool = studio.tool_of(TraceTool)
-    assert tool.open
-    assert tool.continued
+    assert tool.is_open
+    assert tool.is_continued
     start = pixel(window, points[2])
     before = tool.vertices
     drag(viewport, start, start + QPoint(0, 14))
@@ -165,7 +165,7 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
     key(window, Qt.Key.Key_Backspace)
     assert tool.vertices == before
     key(window, Qt.Key.Key_Escape)
-    assert not tool.open
+    assert not tool.is_open
     assert traces(window)[0] == first
 
     # Undo and redo.

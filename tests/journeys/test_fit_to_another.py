@@ -259,7 +259,7 @@ def test_the_error_of_what_it_was_fitted_to_is_carried_on(window, outcrop, tmp_p
     near += rng.normal(0.0, 0.002, near.shape)
     path = tmp_path / "other.ply"
     write_model(replace(mesh, vertices=near), None, path)
-    studio.open_model(path, like=reference.id)
+    studio.open_model(path, reference_id=reference.id)
     driver.wait(lambda: len(studio.models) == 2, "the other model")
     (other,) = (m for m in studio.session.of(Model) if m.id != reference.id)
     studio.selection.set([other.id])

@@ -47,7 +47,7 @@ def test_three_clicks_make_a_trace_of_many_points(following, picks):
     tool = studio.tool_of(TraceTool)
     for at in way_points(window, picks["B01"]):
         click(window.viewport, at)
-    wait(lambda: tool.open and not tool.searching, "the way between the clicks")
+    wait(lambda: tool.is_open and not tool.is_searching, "the way between the clicks")
     assert len(tool.vertices) == 3
     assert window.viewport.preview.path is not None
     assert len(window.viewport.preview.path) > 20
@@ -57,7 +57,7 @@ def test_three_clicks_make_a_trace_of_many_points(following, picks):
     assert len(trace.vertices) > 20
     assert "3 way-points" in trace.notes
     studio.undo()
-    assert tool.open or not driver.traces(window)
+    assert tool.is_open or not driver.traces(window)
 
 
 @pytest.mark.full
@@ -113,10 +113,10 @@ def test_the_way_runs_ahead_of_the_click_and_a_way_point_can_be_dragged(followin
     move(window.viewport, last)
     wait(lambda: window.viewport.preview.ahead is not None, "the way to the cursor")
     click(window.viewport, last)
-    wait(lambda: not tool.searching, "the way")
+    wait(lambda: not tool.is_searching, "the way")
     before = window.viewport.preview.path
     drag(window.viewport, last, middle)
-    wait(lambda: not tool.searching, "the way to where it was dragged")
+    wait(lambda: not tool.is_searching, "the way to where it was dragged")
     assert len(tool.vertices) == 2
     assert not np.array_equal(window.viewport.preview.path, before)
 
@@ -162,7 +162,7 @@ def test_the_best_of_all_costs_is_followed_as_on_the_command_line(following, pic
     box.setCurrentIndex(box.findData("auto"))
     for at in way_points(window, picks["B01"]):
         click(window.viewport, at)
-    wait(lambda: tool.open and not tool.searching, "the ways by all costs", 120.0)
+    wait(lambda: tool.is_open and not tool.is_searching, "the ways by all costs", 120.0)
     clicks = np.array(tool.vertices)
     driver.keep_picture(window, "following-best")
     by = tool.followed_by
@@ -200,7 +200,7 @@ def test_a_trace_that_is_ended_while_its_way_is_searched_for_leaves_the_next_cli
     for at in (pixel(window, picks["B02"][i]) for i in (0, -1)):
         click(window.viewport, at)
     wait(lambda: driver.traces(window), "the first trace", 60.0)
-    wait(lambda: tool.open and not tool.searching, "the second")
+    wait(lambda: tool.is_open and not tool.is_searching, "the second")
     (trace,) = driver.traces(window)
     assert "3 way-points" in trace.notes
     assert len(tool.vertices) == 2
@@ -234,7 +234,7 @@ def test_waiting_clicks_are_marked_and_a_tool_key_ends_the_queue(following, pick
         for at in way_points(window, picks["B01"]):
             click(window.viewport, at)
         key(window, Qt.Key.Key_Return)
-        assert trace.finishing
+        assert trace.is_finishing
         following_clicks = [pixel(window, picks["B02"][i]) for i in (0, -1)]
         for at in following_clicks:
             click(window.viewport, at)
@@ -257,8 +257,8 @@ def test_waiting_clicks_are_marked_and_a_tool_key_ends_the_queue(following, pick
     wait(lambda: studio.session.of(Patch), "the plane")
     assert [each.type_id for each in driver.traces(window)] == ["bedding"]
     assert [each.type_id for each in studio.session.of(Patch)] == ["joint"]
-    assert not trace.open
-    assert not plane.open
+    assert not trace.is_open
+    assert not plane.is_open
     assert pending(window) == []
 
 
@@ -292,13 +292,13 @@ def test_esc_and_backspace_drop_the_waiting_clicks_of_another_tool(following, pi
         assert len(pending(window)) == 1
         key(window, Qt.Key.Key_Escape)
         assert pending(window) == []
-        assert studio.tool_of(TraceTool).finishing
+        assert studio.tool_of(TraceTool).is_finishing
         # One more step back, and the trace is being picked as before.
         key(window, Qt.Key.Key_Z, driver.CTRL)
         assert studio.tool_name == "trace"
-        assert studio.tool.open
-        assert not studio.tool.finishing
+        assert studio.tool.is_open
+        assert not studio.tool.is_finishing
         key(window, Qt.Key.Key_Return)
     wait(lambda: driver.traces(window), "the trace")
     driver.pause(100)
-    assert not studio.tool_of(PlaneTool).open
+    assert not studio.tool_of(PlaneTool).is_open

@@ -63,7 +63,7 @@ def test_a_contact_is_followed_in_the_photo_and_is_on_the_outcrop_at_once(bed):
     click(canvas, middle)
     QTest.qWait(450)
     click(canvas, last)
-    wait(lambda: not tool.searching, "the way with its votes")
+    wait(lambda: not tool.is_searching, "the way with its votes")
     assert window.viewport.preview.path is not None
     assert len(window.viewport.preview.path) > 50, "a vertex for each pixel of the photo"
     side = driver.tool_panel(window, TracePanel).photo_follow_box
@@ -75,7 +75,7 @@ def test_a_contact_is_followed_in_the_photo_and_is_on_the_outcrop_at_once(bed):
     # A way-point is dragged in the photo, and its pieces come along.
     before = window.viewport.preview.path
     drag(canvas, middle, middle + QPoint(5, 9))
-    wait(lambda: not tool.searching, "the way to where it was dragged")
+    wait(lambda: not tool.is_searching, "the way to where it was dragged")
     assert len(tool.vertices) == 3
     assert not np.array_equal(before, window.viewport.preview.path)
     key(window, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
@@ -103,12 +103,12 @@ def test_esc_gives_it_up_as_a_step(bed):
     click(canvas, first)
     QTest.qWait(450)
     click(canvas, last)
-    wait(lambda: not tool.searching, "the way")
+    wait(lambda: not tool.is_searching, "the way")
     canvas.setFocus()
     key(window, Qt.Key.Key_Escape)
-    assert not tool.open
+    assert not tool.is_open
     studio.undo()
-    assert tool.open
+    assert tool.is_open
     assert tool.votes is not None, "it is still followed in the photo"
     studio.cancel_tool()
 

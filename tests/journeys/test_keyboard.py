@@ -267,10 +267,10 @@ def test_enter_in_a_field_confirms_it_and_finishes_no_line(opened):
     QTest.keyClicks(panel.set_edit, "S2")
     key(opened, Qt.Key.Key_Return)
     tool = opened.studio.tool_of(LineTool)
-    assert tool.open
+    assert tool.is_open
     assert tool.attributes.set_name == "S2"
     key(opened, Qt.Key.Key_Return)
-    assert not tool.open
+    assert not tool.is_open
 
 
 @pytest.mark.full
@@ -282,10 +282,10 @@ def test_esc_in_a_field_puts_its_text_back_and_leaves_the_line(opened):
     assert on_outcrop(opened)
     assert panel.set_edit.text() == ""
     tool = opened.studio.tool_of(LineTool)
-    assert tool.open, "Esc ended the field, not the line"
+    assert tool.is_open, "Esc ended the field, not the line"
     assert tool.attributes.set_name == ""
     key(opened, Qt.Key.Key_Escape)
-    assert not tool.open
+    assert not tool.is_open
     key(opened, Qt.Key.Key_Z, driver.CTRL)
     assert len(tool.vertices) == 2
 
@@ -396,7 +396,7 @@ def test_a_vertex_is_typed_and_deleted_in_its_row(opened):
     press_cell(table, 2, 0)
     QTest.keyClick(table, Qt.Key.Key_Delete)
     assert tool.vertices == (*before[:1], tool.vertices[1], before[3])
-    assert tool.open
+    assert tool.is_open
 
 
 @pytest.mark.full

@@ -96,7 +96,7 @@ def test_a_line_is_picked_moved_kept_and_taken_back(picked, picks):
     assert studio.session.of(Lineation) == [made]
     click(viewport, at[3])
     key(window, Qt.Key.Key_Escape)
-    assert not studio.tool_of(LineTool).open
+    assert not studio.tool_of(LineTool).is_open
     assert len(studio.session.of(Lineation)) == 1
 
 
@@ -115,7 +115,7 @@ def test_a_double_click_ends_a_line_and_a_drag_orbits_while_it_is_picked(picked,
     assert len(studio.tool_of(LineTool).vertices) == 2
     QTest.qWait(20)
     QTest.mouseDClick(viewport, driver.LEFT, driver.NONE, at[3])
-    assert not studio.tool_of(LineTool).open
+    assert not studio.tool_of(LineTool).is_open
     (made,) = studio.session.of(Lineation)
     assert len(made.vertices) >= 2
 

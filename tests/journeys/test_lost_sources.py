@@ -134,7 +134,7 @@ def test_every_panel_empties_itself_with_its_model(window, outcrop, tmp_path, wa
     twin = outcrop.with_name("twin.obj")
     twin.write_text(f"# twin\n{text}")
     frame = driver.model(window).frame
-    window.studio.open_model(twin, like=driver.model(window).id)
+    window.studio.open_model(twin, reference_id=driver.model(window).id)
     wait(lambda: len(studio.models) == 2, "the twin")
     assert studio.session.of(Model)[1].frame == frame
     computed(window, tmp_path)

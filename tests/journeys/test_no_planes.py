@@ -129,7 +129,7 @@ def test_a_contact_line_follows_the_contact(opened, picks):
     points = picks["B01"]
     for i in (0, -1):
         click(window.viewport, driver.pixel(window, points[i]))
-    wait(lambda: tool.open and not tool.searching, "the way between the clicks")
+    wait(lambda: tool.is_open and not tool.is_searching, "the way between the clicks")
     key(window, Qt.Key.Key_Return)
     (made,) = studio.session.of(Contact)
     assert len(made.vertices) > 20
@@ -150,13 +150,13 @@ def test_the_area_on_a_large_model_is_worked_out_beside_the_window(opened, monke
         for spot in spots(window, (-90, -30), (90, -20), (80, 40), (-70, 45)):
             click(window.viewport, spot)
         if count == 1:
-            wait(lambda: tool.open and not tool.searching, "the area")
+            wait(lambda: tool.is_open and not tool.is_searching, "the area")
             assert tool.measurement.dimension["area_m2"]
             key(window, Qt.Key.Key_Z, driver.CTRL)
-            wait(lambda: not tool.searching, "the area of three corners")
+            wait(lambda: not tool.is_searching, "the area of three corners")
             less = tool.measurement.dimension["area_m2"]
             click(window.viewport, spots(window, (-70, 45))[0])
-            wait(lambda: not tool.searching, "the area of four corners")
+            wait(lambda: not tool.is_searching, "the area of four corners")
             assert tool.measurement.dimension["area_m2"] > less
         key(window, Qt.Key.Key_Return)
         wait(lambda c=count: len(studio.session.of(Lithology)) == c, "the rock area")
@@ -170,7 +170,7 @@ def test_the_area_on_a_large_model_is_worked_out_beside_the_window(opened, monke
         click(window.viewport, spot)
     key(window, Qt.Key.Key_Escape)
     driver.pause(300)
-    assert not tool.open
+    assert not tool.is_open
     assert len(studio.session.of(Lithology)) == 2
 
 
@@ -184,7 +184,7 @@ def test_a_rock_area_is_measured_on_the_surface(opened):
     driver.focus(window)
     for spot in spots(window, (-90, -30), (90, -20), (80, 40), (-70, 45)):
         click(window.viewport, spot)
-    wait(lambda: studio.tool_of(LithologyTool).open, "the outline")
+    wait(lambda: studio.tool_of(LithologyTool).is_open, "the outline")
     driver.keep_picture(window, "no-planes-3-rock")
     key(window, Qt.Key.Key_Return)
     (made,) = studio.session.of(Lithology)

@@ -73,7 +73,7 @@ def test_a_round_of_blind_repeats(window, three, picks, capfd) -> None:
     QTest.keyClicks(panel.share, "60")
     press(panel.begin)
     session, again = studio.session, studio.workspace.repeats
-    assert len(again.chosen) == 2
+    assert len(again.selected_ids) == 2
     first = again.current
     # Nothing that was picked is to be seen, on the outcrop, on the net or beside the ring.
     wait(lambda: window.viewport.is_still, "the picture")

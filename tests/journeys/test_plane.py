@@ -77,7 +77,7 @@ def test_a_plane_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     # The view stands still while the left button paints.
     camera = viewport.moves.camera_state()
     drag(viewport, at, at + QPoint(60, 20), release=False)
-    assert tool.painting
+    assert tool.is_painting
     assert viewport.preview.stroke is not None
     assert " ± " in viewport.preview.reading[0]
     assert panel.fit_view.isVisible()
@@ -85,7 +85,7 @@ def test_a_plane_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     drag(viewport, at, at + QPoint(60, 20))
     QTest.mouseRelease(viewport, driver.LEFT, driver.NONE, at + QPoint(60, 20))
     assert viewport.moves.camera_state() == camera
-    assert not tool.painting
+    assert not tool.is_painting
     painted = tool.selection.mask
     assert painted.sum() > 20
     assert patches(window) == []
@@ -114,9 +114,9 @@ def test_a_plane_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     key(window, Qt.Key.Key_BracketRight)
     drag(viewport, at + 2 * NORTH, at + 2 * NORTH + QPoint(40, 0), modifier=SHIFT, release=False)
     key(window, Qt.Key.Key_Z, CTRL)
-    assert tool.painting
+    assert tool.is_painting
     key(window, Qt.Key.Key_Escape)
-    assert not tool.painting
+    assert not tool.is_painting
     QTest.mouseRelease(viewport, driver.LEFT, driver.NONE, at + 2 * NORTH)
     assert np.array_equal(tool.selection.mask, less)
 
@@ -155,7 +155,7 @@ def test_a_plane_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     assert studio.selection.ids == (joint.id,)
     QTest.mouseDClick(viewport, driver.LEFT, driver.NONE, place)
     assert studio.tool_name == "plane"
-    assert tool.continued
+    assert tool.is_continued
     assert not panel.type_box.isEnabled()
     drag(viewport, place + QPoint(60, 0), place + QPoint(80, 0), modifier=SHIFT)
     key(window, Qt.Key.Key_Return)
@@ -198,7 +198,7 @@ def test_ten_planes_take_twenty_actions(window, screen, outcrop, picks):
         wait(lambda count=number + 1: len(patches(window)) == count, "the plane")
     driver.keep_picture(window, f"plane-3-ten-{screen}")
     assert actions == 20
-    assert not tool.open
+    assert not tool.is_open
 
 
 def test_the_preview_follows_the_type_at_once(window, outcrop, picks):

@@ -74,7 +74,7 @@ def test_lines_are_found_looked_at_accepted_and_taken_back(window, panel) -> Non
     rows = [values for (values, _) in panel.table.numbers.rows]
     assert [row[0][0] for row in rows] == sorted(row[0][0] for row in rows)
     assert rows[0][0][0] < 0.05
-    assert figures(panel.summary.text())[0] == len(panel._traces.open)
+    assert figures(panel.summary.text())[0] == len(panel._traces.open_rows)
     drawn = [key for key in window.viewport.features.drawings if key.startswith("proposed")]
     assert any(key.endswith(":sure") for key in drawn)
     choose(panel, 0)
@@ -84,28 +84,28 @@ def test_lines_are_found_looked_at_accepted_and_taken_back(window, panel) -> Non
     driver.settled(window)
     driver.keep_picture(window, "proposed-traces")
 
-    left = len(panel._traces.open)
+    left = len(panel._traces.open_rows)
     QTest.keyClick(panel.table, Qt.Key.Key_Return)
     (trace,) = traces(window)
     heights = np.array(trace.vertices)[:, 2]
     assert np.percentile(np.abs(heights - 0.5), 90) < 0.05
     assert shown_values(trace.notes, "trace.accepted")["cost"] == "dark"
-    assert len(panel._traces.open) == left - 1
+    assert len(panel._traces.open_rows) == left - 1
     measured = studio.measured([trace.id])[trace.id]
     assert measured.plane is not None
     assert measured.plane.dip_deg < max(measured.max_confidence95_deg, 2.0)
     # Taken back it is to be decided upon again.
     studio.undo()
     assert traces(window) == []
-    assert len(panel._traces.open) == left
+    assert len(panel._traces.open_rows) == left
     studio.redo()
-    assert len(panel._traces.open) == left - 1
+    assert len(panel._traces.open_rows) == left - 1
     # Several at once are one step.
     driver.settled(window)
     panel.table.selectAll()
     driver.click(panel.accept, panel.accept.rect().center())
     assert len(traces(window)) == left
-    assert not panel._traces.open
+    assert not panel._traces.open_rows
     studio.undo()
     assert len(traces(window)) == 1
 
@@ -118,7 +118,7 @@ def test_what_was_rejected_is_not_proposed_again_nor_what_is_a_trace(window, pan
     choose(panel, 0)
     QTest.keyClick(panel.table, Qt.Key.Key_Delete)
     assert traces(window) == []
-    assert 0 not in panel._traces.open
+    assert 0 not in panel._traces.open_rows
     choose(panel, 0)
     QTest.keyClick(panel.table, Qt.Key.Key_Return)
     assert len(traces(window)) == 1
@@ -150,22 +150,22 @@ def test_what_was_rejected_is_not_proposed_again_nor_what_is_a_trace(window, pan
 def test_a_line_is_edited_in_the_trace_tool(window, panel) -> None:
     studio = window.studio
     look(window, panel)
-    wanted, left = panel._traces.proposals.lines[0].points, len(panel._traces.open)
+    wanted, left = panel._traces.proposals.lines[0].points, len(panel._traces.open_rows)
     choose(panel, 0)
     driver.click(panel.edit, panel.edit.rect().center())
     tool = studio.tool_of(TraceTool)
     assert studio.tool_name == "trace"
-    assert tool.open
+    assert tool.is_open
     assert tool.cost == "dark"
     assert 2 <= len(tool.vertices) <= 12
-    assert len(panel._traces.open) == left - 1
+    assert len(panel._traces.open_rows) == left - 1
     # Given up it is to be decided upon again.
     tool.cancel()
-    driver.wait(lambda: len(panel._traces.open) == left, "the line in the list again")
+    driver.wait(lambda: len(panel._traces.open_rows) == left, "the line in the list again")
     driver.settled(window)
     choose(panel, 0)
     driver.click(panel.edit, panel.edit.rect().center())
-    driver.wait(lambda: not tool.searching, "the way", 60.0)
+    driver.wait(lambda: not tool.is_searching, "the way", 60.0)
     driver.keep_picture(window, "proposed-trace-edited")
     tool.finish()
     driver.wait(lambda: traces(window), "the trace", 60.0)
@@ -174,7 +174,7 @@ def test_a_line_is_edited_in_the_trace_tool(window, panel) -> None:
     assert np.percentile(off, 90) < 0.1
     assert shown_values(trace.notes, "trace.edited")["cost"] == "dark"
     assert "follow.by-cost" in shown_codes(trace.notes)
-    assert len(panel._traces.open) == left - 1
+    assert len(panel._traces.open_rows) == left - 1
 
 
 @pytest.mark.full
@@ -229,6 +229,6 @@ def test_a_network_of_the_user_finds_the_edges(window, panel, tmp_path) -> None:
     # The trace tool does not know the network: the line opens with its own vertices.
     driver.click(panel.edit, panel.edit.rect().center())
     tool = window.studio.tool_of(TraceTool)
-    assert tool.open
+    assert tool.is_open
     assert tool.cost is None
     assert len(tool.vertices) > 2

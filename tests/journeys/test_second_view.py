@@ -223,7 +223,7 @@ def test_two_models_stand_side_by_side_and_share_their_data(window, outcrop, bes
     text = outcrop.read_text()
     later = Path(outcrop).with_name("later.obj")
     later.write_text(f"# later\n{text}")
-    studio.open_model(later, like=beside.model_id)
+    studio.open_model(later, reference_id=beside.model_id)
     wait(lambda: len(studio.models) == 2, "the later model")
     (later_id,) = set(studio.models) - {beside.model_id}
     wait(lambda: later_id in view.scene.models, "the later model in the view")

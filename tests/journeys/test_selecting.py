@@ -94,7 +94,7 @@ def test_a_lasso_makes_a_plane_that_is_one_edit(own_folders, qtbot, outcrop, pic
     assert viewport.preview.outline is not None
     driver.keep_picture(window, "select-1-drawing")
     key(window, Qt.Key.Key_Escape)
-    assert not tool.open
+    assert not tool.is_open
     QTest.mouseRelease(viewport, LEFT, NONE, at)
     assert tool.count == 0
     draw(window, circle(at, 60))
@@ -127,7 +127,7 @@ def test_a_lasso_makes_a_plane_that_is_one_edit(own_folders, qtbot, outcrop, pic
     key(window, Qt.Key.Key_Return)
     (patch,) = patches(window)
     assert len(runs_to_ids(patch.runs)) == more
-    assert not tool.open
+    assert not tool.is_open
     assert studio.selection.ids == (patch.id,)
     drawing = viewport.features.drawings[patch.id]
     # A poor plane is outlined instead of filled.
@@ -189,7 +189,7 @@ def test_a_piece_grows_from_a_click_and_follows_the_wheel(window, outcrop, picks
     driver.keep_picture(window, "select-5-wider-tolerance")
     # The wheel has changed one step: a single undo takes the piece back.
     key(window, Qt.Key.Key_Z, CTRL)
-    assert not tool.open
+    assert not tool.is_open
     # Without a key the wheel moves the view as ever.
     wheel(window, at, 1, NONE)
     assert viewport.moves.camera_state() != camera
@@ -225,7 +225,7 @@ def test_rectangle_polygon_and_the_whole_in_steps(window, outcrop, picks):
     assert tool.count == len(rectangle)
     key(window, Qt.Key.Key_I, SHIFT)
     assert tool.count == 0
-    assert not tool.open
+    assert not tool.is_open
 
 
 @pytest.mark.full
@@ -254,7 +254,7 @@ def test_chosen_faces_are_hidden_isolated_and_shown_again(window, outcrop, picks
     face = viewport.pick(at.x(), at.y()).index
     assert tool.selection.mask[face]
     key(window, Qt.Key.Key_H)
-    assert not tool.open
+    assert not tool.is_open
     wait(lambda: viewport.is_still, "the picture")
     behind = viewport.pick(at.x(), at.y())
     assert behind is None or behind.index != face
@@ -278,7 +278,7 @@ def test_chosen_faces_are_hidden_isolated_and_shown_again(window, outcrop, picks
     # Undo shows again what was hidden, and it is chosen as before.
     count = tool.count
     key(window, Qt.Key.Key_H)
-    assert not tool.open
+    assert not tool.is_open
     key(window, Qt.Key.Key_Z, CTRL)
     assert tool.count == count
     assert window.studio.workspace.elements.hidden(tool.selection.model_id) is None
@@ -323,7 +323,7 @@ def test_a_piece_is_cut_out_with_its_texture_and_the_original_stays(window, outc
     assert np.array_equal(data.uv[data.faces], whole.uv[whole.faces[mask]])
     assert data.materials[0].texture.read_bytes() == whole.materials[0].texture.read_bytes()
     assert outcrop.read_bytes() == before
-    assert studio.undo_label.startswith("Cut ") or tool.open
+    assert studio.undo_label.startswith("Cut ") or tool.is_open
     key(window, Qt.Key.Key_Escape)
     studio.set_visible([original.id], False)
     wait(lambda: "complete" in window.viewport.models.reached(piece.id), "the drawn piece")
@@ -339,7 +339,7 @@ def test_what_is_chosen_is_kept_as_a_draft(window, outcrop, picks):
     draw(window, circle(at, 60))
     mask, state = tool.selection.mask.copy(), dict(studio.session.draft.state)
     key(window, Qt.Key.Key_Escape)
-    assert not tool.open
+    assert not tool.is_open
     assert studio.session.draft is None
     studio.workspace.tools.restore(state)
     assert np.array_equal(tool.selection.mask, mask)

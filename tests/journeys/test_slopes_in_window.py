@@ -256,7 +256,7 @@ def test_each_facet_of_the_model_is_a_slope_and_is_painted(
     settle(panel)
     found = panel.facets_result
     assert found is not None, panel.message.text()
-    assert len(found.analysis.facets) == len(studio.facets.open)
+    assert len(found.analysis.facets) == len(studio.facets.open_rows)
     assert panel.facets.table.numbers.rowCount() == len(found.analysis.facets)
     name = "planar sliding [%]"
     assert studio.display.styles[model_id].name == name

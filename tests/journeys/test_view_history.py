@@ -119,7 +119,7 @@ def test_views_and_work_are_undone_apart(opened):
     turn(opened)
     turned = view(opened)
     key(opened, Qt.Key.Key_Z, driver.CTRL)
-    assert not opened.studio.tool.open
+    assert not opened.studio.tool.is_open
     assert np.allclose(view(opened), turned), "undo of a pick leaves the view"
     click(opened.viewport, at)
     assert len(opened.studio.tool.vertices) == 1

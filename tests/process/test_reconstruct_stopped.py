@@ -20,7 +20,7 @@ from tests.process.reconstruction_runs import (
     whole,
 )
 from tests.small_disk import small_disk
-from vomstudio.studio.jobs.worker_exits import ending
+from vomstudio.studio.jobs.worker_exits import exit_text
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="about POSIX signals")
 ONE = ("--threads", 1)
@@ -59,7 +59,7 @@ def stopped(run: Run, how: str) -> None:
     if how == "worker":
         error = refused(run.kill_worker(), 1)
         assert error["code"] == "job.worker-died"
-        assert error["ending"] == ending(-signal.SIGKILL)
+        assert error["ending"] == exit_text(-signal.SIGKILL)
     elif how == "program":
         run.kill()
     else:

@@ -26,7 +26,7 @@ from vomstudio.io.settings import Settings
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import Model
 from vomstudio.project.sample import read_picks, read_truth, sample_model
-from vomstudio.studio.jobs.job import Nothing
+from vomstudio.studio.jobs.job import NoArguments
 from vomstudio.studio.jobs.model_tasks import IMPORT_LIBRARIES, LOAD_MODEL, ModelFile
 from vomstudio.studio.notices import Notice
 from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
@@ -52,13 +52,13 @@ class Desk:
 
     def open_sample(self) -> Model:
         self.work.models.open_path(sample_model())
-        self.wait(lambda: self.work.models.open, "the sample")
+        self.wait(lambda: self.work.models.open_models, "the sample")
         (model,) = self.work.projects.of(Model)
         return model
 
     def click(self, point: np.ndarray, model: Model) -> None:
         """As a viewport tells of a click on the model's vertex that is nearest to a point."""
-        data = self.work.models.open[model.id].data
+        data = self.work.models.open_models[model.id].data
         assert isinstance(data, Mesh)
         nearest = int(np.argmin(np.linalg.norm(data.vertices - point, axis=1)))
         face = int(np.flatnonzero((data.faces == nearest).any(axis=1))[0])
@@ -119,7 +119,7 @@ def measured(folder: Path) -> None:
     again.work.projects.open(target)
     assert again.work.projects.of(Trace) == [trace]
     assert not again.work.visibility.visible(trace.id)
-    again.wait(lambda: again.work.models.open, "the model of the project")
+    again.wait(lambda: again.work.models.open_models, "the model of the project")
     same = again.work.derived.measured([trace.id])[trace.id].fit
     assert same is not None
     assert np.array_equal(same.normal, fit.normal)
@@ -154,7 +154,7 @@ def draft(folder: Path) -> None:
     restored = Finding("tool.draft-restored", count=count)
     assert any(notice.message == restored for notice in again.said)
     assert again.work.has_work_to_save
-    again.wait(lambda: again.work.models.open, "the model")
+    again.wait(lambda: again.work.models.open_models, "the model")
     again.work.history.undo()
     assert len(again.work.tools.of(TraceTool).vertices) == count - 1
     again.work.tools.finish()
@@ -176,7 +176,7 @@ def cancelled(folder: Path) -> None:
     for _ in range(2):
         job = jobs.submit(
             IMPORT_LIBRARIES,
-            Nothing(),
+            NoArguments(),
             title="Getting ready",
             on_done=ended.append,
             on_failed=ended.append,
@@ -184,7 +184,7 @@ def cancelled(folder: Path) -> None:
     assert len(jobs.visible()) == 2
     jobs.cancel(job)
     desk.wait(lambda: len(ended) == 2, "both ends")
-    assert ended[0] == Nothing()
+    assert ended[0] == NoArguments()
     assert getattr(ended[1], "cancelled", False)
     assert changes[:2] == [1, 2]
     assert changes[-1] == 0
@@ -203,7 +203,7 @@ def died(folder: Path) -> None:
     assert process is not None
     os.kill(process.pid, signal.SIGKILL)
     desk.wait(lambda: not work.loader.busy, "the end of the job")
-    assert work.models.open == {}
+    assert work.models.open_models == {}
     (notice,) = desk.said
     assert notice.level == "error"
     assert notice.code == "job.worker-died"
@@ -231,7 +231,7 @@ def left(folder: Path) -> None:
     )
     desk.wait(lambda: ended, "a later job of the same lane")
     assert work.projects.of(Model) == []
-    assert work.models.open == {}
+    assert work.models.open_models == {}
     assert desk.said == []
     work.close()
 
@@ -258,13 +258,13 @@ def registered(folder: Path) -> None:
     work = desk.work
     work.projects.new()
     work.models.open_path(wall)
-    desk.wait(lambda: work.models.open, "the registered model")
+    desk.wait(lambda: work.models.open_models, "the registered model")
     (model,) = work.projects.of(Model)
     assert model.registration is not None
     assert is_same_registration(model.registration, placed)
 
     work.elements.cut_out(model.id, np.arange(500) < 200)
-    desk.wait(lambda: len(work.models.open) == 2, "the piece")
+    desk.wait(lambda: len(work.models.open_models) == 2, "the piece")
     piece = work.projects.of(Model)[1]
     assert piece.registration is model.registration
     work.models.copy(model.id)

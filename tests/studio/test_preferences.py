@@ -17,13 +17,13 @@ class Clock:
     """Its time never comes by itself."""
 
     def __init__(self, call: Call) -> None:
-        self.call, self.active = call, False
+        self.call, self.is_active = call, False
 
     def start(self, seconds: float | None = None) -> None:
-        self.active = True
+        self.is_active = True
 
     def stop(self) -> None:
-        self.active = False
+        self.is_active = False
 
 
 @pytest.fixture
@@ -50,10 +50,10 @@ def written() -> Settings:
 def test_what_was_opened_is_written_when_its_picture_has_had_time(preferences, clocks) -> None:
     preferences.remember(Path("/data/cliff.obj"))
     assert not settings_path().exists() or not written().recent
-    assert clocks[0].active
+    assert clocks[0].is_active
     clocks[0].call()
     assert written().recent == ["/data/cliff.obj"]
-    assert not clocks[0].active
+    assert not clocks[0].is_active
 
 
 def test_that_a_project_is_open_waits_for_nothing(preferences, clocks, tmp_path) -> None:
@@ -68,4 +68,4 @@ def test_settings_that_are_kept_at_the_end_hold_what_still_waited(preferences, c
     preferences.remember(Path("/data/cliff.obj"))
     preferences.keep()
     assert written().recent == ["/data/cliff.obj"]
-    assert not clocks[0].active
+    assert not clocks[0].is_active

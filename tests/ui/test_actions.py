@@ -406,7 +406,7 @@ def test_a_window_that_is_closed_leaves_no_timer_no_thread_and_no_process(own_fo
     from tests.driver import delete
     from tests.studio.jobs.odd_jobs import LEVITATE
     from vomstudio.io.settings import read_settings
-    from vomstudio.studio.jobs.job import Nothing
+    from vomstudio.studio.jobs.job import NoArguments
     from vomstudio.ui.shell.main_window import MainWindow
 
     threads = set(threading.enumerate())
@@ -415,7 +415,7 @@ def test_a_window_that_is_closed_leaves_no_timer_no_thread_and_no_process(own_fo
     made._fill()
     jobs = made.studio.jobs
     failed = []
-    jobs.submit(LEVITATE, Nothing(), title="", on_done=print, on_failed=failed.append)
+    jobs.submit(LEVITATE, NoArguments(), title="", on_done=print, on_failed=failed.append)
     qtbot.waitUntil(lambda: bool(failed), timeout=20_000)
     processes = [w._process for w in jobs.workers.values() if w._process]
     assert all(isinstance(p, subprocess.Popen) for p in processes)

@@ -82,7 +82,7 @@ def test_one_reason_has_the_button_that_acts_on_it(window, studio, poor):
     assert fit.remedy.isVisible()
     QTest.mouseClick(fit.remedy, Qt.MouseButton.LeftButton)
     assert studio.tool_name == "trace"
-    assert studio.open_tool.continued
+    assert studio.open_tool.is_continued
     # The action cannot run while the trace is open.
     driver.wait(lambda: not fit.remedy.isVisible(), "the button to go")
 

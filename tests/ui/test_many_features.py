@@ -95,7 +95,7 @@ def test_planes_of_the_fold_are_selected_once_per_revision(studio, ids):
     assert fold.planes() is planes
     studio.attempt(edits.delete, ids[:1])
     assert len(fold.planes()) == COUNT - 1
-    fold.choose(fold.which, is_selected=True)
+    fold.choose(fold.fold_filter, is_selected=True)
     studio.selection.set(ids[1:4])
     assert [f.id for f in fold.planes().features] == ids[1:4]
     studio.selection.set(ids[4:6])

@@ -145,7 +145,7 @@ def test_the_lists_choose_once_for_all(window, studio, beds) -> None:
     quality = first.options.fields["quality"]
     quality.setCurrentIndex(quality.findData("good"))
     quality.activated.emit(quality.currentIndex())
-    assert studio.fold.which == FoldFilter("good", "bent")
+    assert studio.fold.fold_filter == FoldFilter("good", "bent")
     assert (second.options.options().quality, second.set.currentData()) == ("good", "bent")
     assert studio.attempt(edits.delete, ["t3"])
     assert second.set.currentData() == "bent"

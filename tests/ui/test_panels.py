@@ -467,7 +467,7 @@ def test_a_draft_that_cannot_be_read_is_said(window, studio, tmp_path):
     studio.new_project()
     studio.open_project(tmp_path / "p.vom")
     assert "tool.draft-unreadable" in [notice.code for notice in studio.notices]
-    assert not studio.tool_of(TraceTool).open
+    assert not studio.tool_of(TraceTool).is_open
 
 
 def test_long_words_in_the_status_line_do_not_widen_the_window(window) -> None:

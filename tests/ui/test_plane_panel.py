@@ -112,11 +112,11 @@ def test_finish_cancel_and_edit_are_offered_when_they_can_be_done(window, painti
     assert actions["finish"].isEnabled()
     assert actions["cancel"].isEnabled()
     window.actions_table.run("finish")
-    assert not painting.tool_of(PlaneTool).open
+    assert not painting.tool_of(PlaneTool).is_open
     (patch,) = patches(painting)
     assert painting.selection.ids == (patch.id,)
     window.actions_table.run("edit_feature")
-    assert painting.tool_of(PlaneTool).continued
+    assert painting.tool_of(PlaneTool).is_continued
     panel = driver.tool_panel(window, PlanePanel)
     assert panel._name.text() == "<b>B01</b>"
     assert not panel.type_box.isEnabled()
@@ -148,7 +148,7 @@ def test_another_tool_keeps_the_unfinished_plane(window, painting):
     painting.activate("trace")
     assert painting.tool_name == "trace"
     assert len(patches(painting)) == 1
-    assert not painting.tool_of(PlaneTool).open
+    assert not painting.tool_of(PlaneTool).is_open
     painting.undo()
     assert patches(painting) == []
 
@@ -160,7 +160,7 @@ def test_an_incomplete_trace_is_discarded_for_the_plane_and_undo_restores_it(win
     painting.pointer(event(Pointer.CLICK, 950))
     painting.activate("plane")
     assert painting.tool_name == "plane"
-    assert not trace.open
+    assert not trace.is_open
     painting.undo()
     assert painting.tool_name == "trace"
     assert len(trace.vertices) == 2
@@ -188,7 +188,7 @@ def test_an_area_goes_to_the_selection_and_back(window, painting):
     mask = plane.selection.mask
     window.actions_table.run("plane_to_selection")
     assert painting.tool_name == "select"
-    assert not plane.open
+    assert not plane.is_open
     assert np.array_equal(select.selection.mask, mask)
     assert patches(painting) == []
     assert driver.tool_panel(window, SelectPanel).more_section.isVisibleTo(
@@ -196,7 +196,7 @@ def test_an_area_goes_to_the_selection_and_back(window, painting):
     )
     window.actions_table.run("selection_to_plane")
     assert painting.tool_name == "plane"
-    assert not select.open
+    assert not select.is_open
     assert np.array_equal(plane.selection.mask, mask)
     painting.finish_tool()
     assert len(patches(painting)) == 1

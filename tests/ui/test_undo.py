@@ -135,17 +135,17 @@ def test_undo_right_after_esc_brings_the_open_picks_back(window, cliff, name, no
         click(cliff, point)
     tool, draft = cliff.tool, cliff.session.draft.state
     run(window, "cancel")
-    assert not tool.open
+    assert not tool.is_open
     assert cliff.session.draft is None
     step = f"Discard the open {noun}"
     assert steps(window)[0] == step
     assert run(window, "undo") == ("edit.undone", step)
-    assert tool.open
+    assert tool.is_open
     assert tool.vertices == ZIGZAG[:5]
     assert cliff.session.draft.state == draft, "a crash now would lose the picks"
     # Forth and back as often as one likes, and each point is still a step of its own.
     assert run(window, "redo") == ("edit.redone", step)
-    assert not tool.open
+    assert not tool.is_open
     run(window, "undo")
     run(window, "undo")
     assert tool.vertices == ZIGZAG[:4]
@@ -201,7 +201,7 @@ def test_a_continued_trace_comes_back_as_continued(window, cliff):
     click(cliff, (6.0, 0.0, 3.0))
     run(window, "cancel")
     run(window, "undo")
-    assert cliff.tool.continued
+    assert cliff.tool.is_continued
     assert cliff.tool.vertices == (*bed.vertices, (6.0, 0.0, 3.0))
     run(window, "finish")
     assert cliff.records["t1"].vertices == (*bed.vertices, (6.0, 0.0, 3.0))
@@ -213,7 +213,7 @@ def test_undo_ends_continuing_before_it_reaches_the_feature_itself(window, cliff
     cliff.activate("trace")
     cliff.tool.continue_feature("t1")
     assert run(window, "undo") == ("edit.undone", "Continue B01")
-    assert not cliff.tool.open
+    assert not cliff.tool.is_open
     assert "t1" in cliff.records
 
 
@@ -259,7 +259,7 @@ def test_undo_after_esc_brings_the_plane_back_into_the_brush(window, cliff):
     dab(cliff, 960, shift=True)
     painted = tool.count
     run(window, "cancel")
-    assert not tool.open
+    assert not tool.is_open
     assert run(window, "undo") == ("edit.undone", "Discard the plane")
     assert tool.count == painted
     dab(cliff, 1000, shift=True)
@@ -277,12 +277,12 @@ def test_a_stroke_that_esc_discarded_is_painted_by_undo(window, cliff):
     stroke(cliff, 960, Pointer.DRAG_MOVE)
     assert not window.actions_table.all["undo"].isEnabled(), "a stroke is let go or kept first"
     run(window, "cancel")
-    assert not tool.open
+    assert not tool.is_open
     discarded, _ = steps(window)
     assert run(window, "undo") == ("edit.undone", discarded)
     assert tool.count > 0
     run(window, "undo")
-    assert not tool.open
+    assert not tool.is_open
 
 
 @pytest.mark.full

@@ -96,7 +96,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         ),
         *crs_findings(model.crs, benchmark.crs, names),
     ]
-    if not (model.metric or benchmark.metric):
+    if not (model.is_metric or benchmark.is_metric):
         warnings.append(Finding("comparison.no-unit"))
     is_metric = model.has_metric_unit or benchmark.has_metric_unit
     error = options.registration_error_m

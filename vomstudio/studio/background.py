@@ -78,7 +78,7 @@ class Background:
         Maximum number of threads.
     niceness : int
         Niceness of the threads; see `core.threads.lower_priority`.
-    daemon : bool
+    is_daemon : bool
         Whether the process may exit before the threads have ended.
     """
 
@@ -89,10 +89,10 @@ class Background:
         *,
         threads: int = DEFAULT_THREADS,
         niceness: int = 0,
-        daemon: bool = True,
+        is_daemon: bool = True,
     ) -> None:
         self._post, self._name, self._max_threads = post, name, threads
-        self._niceness, self._daemon = niceness, daemon
+        self._niceness, self._daemon = niceness, is_daemon
         self._lock = Lock()
         self._queue: list[Request[Any]] = []
         self._newest: dict[Hashable, Request[Any]] = {}

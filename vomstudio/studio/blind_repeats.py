@@ -25,7 +25,7 @@ class BlindRepeats:
 
     Attributes
     ----------
-    chosen : tuple of str
+    selected_ids : tuple of str
         Ids of the features of the round, in order.
     interpreter : str
         Name of the interpreter.
@@ -45,11 +45,11 @@ class BlindRepeats:
         self._projects, self._tools = projects, tools
         self._visibility, self._selection = visibility, selection
         self._hand_over = hand_over
-        self.chosen: tuple[str, ...] = ()
+        self.selected_ids: tuple[str, ...] = ()
         self.interpreter = ""
-        self._skipped: set[str] = set()
+        self._skipped_ids: set[str] = set()
         self._hidden_before: set[str] | None = None
-        self._offered: str | None = None
+        self._offered_id: str | None = None
 
     # --- a round -----------------------------------------------------------------------------
     def available(self) -> list[str]:
@@ -63,10 +63,10 @@ class BlindRepeats:
 
     def begin(self, share: float = DEFAULT_SHARE, interpreter: str = "", seed: str = "") -> None:
         """Start a round with a random share of the picks. Raises UsageError if it is invalid."""
-        self.chosen = select_repeats(self.available(), share, seed)
+        self.selected_ids = select_repeats(self.available(), share, seed)
         self.interpreter = interpreter
-        self._skipped.clear()
-        if not self.chosen:
+        self._skipped_ids.clear()
+        if not self.selected_ids:
             return
         self._hidden_before = set(self._visibility.hidden)
         self._hide()
@@ -78,37 +78,41 @@ class BlindRepeats:
             hidden_ids, hidden_before = self._visibility.hidden, self._hidden_before
             self._hidden_before = None
             self._visibility.set_visible(hidden_ids - hidden_before, True)
-        self.chosen = ()
-        self._offered = None
+        self.selected_ids = ()
+        self._offered_id = None
         self.changed.emit()
 
     def forget(self) -> None:
         """End the round because the project is about to be closed."""
-        if self.chosen:
+        if self.selected_ids:
             self.stop()
 
     @property
-    def waiting(self) -> list[str]:
+    def waiting_ids(self) -> list[str]:
         """Ids of the features that remain to be repeated in this round."""
         records = self._projects.records
         repeated_ids = {r.repeat_of for r in self._projects.of(Repeatable) if r.repeat_of}
-        return [i for i in self.chosen if i in records and i not in repeated_ids | self._skipped]
+        return [
+            i
+            for i in self.selected_ids
+            if i in records and i not in repeated_ids | self._skipped_ids
+        ]
 
     @property
     def current(self) -> str | None:
         """Id of the feature that is to be repeated next, or None if no round is active."""
-        return next(iter(self.waiting), None) if self.chosen else None
+        return next(iter(self.waiting_ids), None) if self.selected_ids else None
 
     def skip(self) -> None:
         """Skip the current feature, for example if it cannot be located any more."""
         if (id_ := self.current) is not None:
-            self._skipped.add(id_)
+            self._skipped_ids.add(id_)
             self._offer()
 
     def _offer(self) -> None:
         """Activate the tool of the next feature, with its type and set."""
         original = get(self._projects.records, self.current, Repeatable)
-        self._offered = None if original is None else original.id
+        self._offered_id = None if original is None else original.id
         if original is None:
             self._tools.activate(NAVIGATE)
             self.stop()
@@ -125,11 +129,11 @@ class BlindRepeats:
         self._visibility.set_visible(features, False)
 
     # --- repeated picks -----------------------------------------------------------------------
-    def edited(self, edit: Edit) -> None:
+    def follow_edit(self, edit: Edit) -> None:
         """Link a new feature of the requested kind to the original."""
-        if not self.chosen:
+        if not self.selected_ids:
             return
-        original = get(self._projects.records, self._offered, Repeatable)
+        original = get(self._projects.records, self._offered_id, Repeatable)
         for id_, record in edit.after.items():
             is_added = record is not None and edit.before[id_] is None
             if (
@@ -143,7 +147,7 @@ class BlindRepeats:
                     # The next edit must wait until all listeners have received this one.
                     self._hand_over(partial(self._link, id_, original.id))
                     return
-        if self.current != self._offered:
+        if self.current != self._offered_id:
             # A repeat was undone, or its original was deleted.
             self._hand_over(self._offer)
 

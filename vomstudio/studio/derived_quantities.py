@@ -24,27 +24,27 @@ class DerivedQuantities:
     def __init__(self, projects: Projects, thresholds: Callable[[], Thresholds]) -> None:
         self._projects, self._thresholds = projects, thresholds
         self.measurements = Measurements(thresholds())
-        self._nearest: dict[str, NearestPick] | None = None
-        self._affected: tuple[Edit, list[str]] | None = None
+        self._nearest_picks: dict[str, NearestPick] | None = None
+        self._affected_by_edit: tuple[Edit, list[str]] | None = None
 
     def begin(self) -> None:
         """Reset the cache for another project."""
         self.measurements = self._projects.measurements or Measurements(self._thresholds())
-        self._nearest = None
-        self._affected = None
+        self._nearest_picks = None
+        self._affected_by_edit = None
 
     def refresh(self, edit: Edit) -> None:
         """Discard the quantities that an edit has changed."""
-        self._nearest = None
-        self._affected = None
-        self.measurements.keep_after_edit(self._projects.records, self.affected(edit))
+        self._nearest_picks = None
+        self._affected_by_edit = None
+        self.measurements.keep_after_edit(self._projects.records, self.affected_ids(edit))
 
     # --- measurements -------------------------------------------------------------------------
     def measured(self, ids: Iterable[str]) -> dict[str, Measurement]:
         """Return the measurements of features in the project, keyed by id."""
         return self.measurements.of(self._projects.records, ids)
 
-    def foresee(
+    def store_expected(
         self, measured_pairs: Iterable[tuple[Feature, Measurement]], thresholds: Thresholds
     ) -> None:
         """Store measurements in advance for features that are about to be added."""
@@ -56,9 +56,9 @@ class DerivedQuantities:
 
     def nearest_pick(self, reading_id: str) -> NearestPick | None:
         """Return the pick nearest to a compass reading, or None without a pick."""
-        if self._nearest is None:
-            self._nearest = nearest_picks(self._projects.records, self.measurements)
-        return self._nearest.get(reading_id)
+        if self._nearest_picks is None:
+            self._nearest_picks = nearest_picks(self._projects.records, self.measurements)
+        return self._nearest_picks.get(reading_id)
 
     def subject(self, feature: Feature, measured: Measurement) -> Subject:
         """Return a feature of the project with all inputs of its figures."""
@@ -99,28 +99,28 @@ class DerivedQuantities:
         return " / ".join(names)
 
     # --- dependencies of edits ----------------------------------------------------------------
-    def affected(self, edit: Edit) -> list[str]:
+    def affected_ids(self, edit: Edit) -> list[str]:
         """Return the ids of the features that an edit affects, including deleted features.
 
         These are the edited features, the features on edited models or of edited feature types,
         and all features that depend on them.
         """
         # Cached because every view of the window requests this for the same edit.
-        if self._affected is None or self._affected[0] is not edit:
-            self._affected = (edit, _affected(self._projects.records, edit))
-        return list(self._affected[1])
+        if self._affected_by_edit is None or self._affected_by_edit[0] is not edit:
+            self._affected_by_edit = (edit, _affected_ids(self._projects.records, edit))
+        return list(self._affected_by_edit[1])
 
 
-def _affected(records: RecordMap, edit: Edit) -> list[str]:
+def _affected_ids(records: RecordMap, edit: Edit) -> list[str]:
     ids = edit.ids
     parts = [edit.before[i] or edit.after[i] for i in edit.after]
     changed_features = [i for i, r in zip(edit.after, parts, strict=True) if isinstance(r, Feature)]
     # Most features depend only on their model and their type, which are not features.
-    all_may = len(changed_features) < len(ids)
+    may_affect_all = len(changed_features) < len(ids)
     dependents = [
         feature
         for feature_kind in KINDS
-        if all_may or feature_kind.depends_on_features
+        if may_affect_all or feature_kind.depends_on_features
         for feature in records.of(feature_kind.record)
         if feature.id not in ids
     ]

@@ -35,7 +35,7 @@ class Display:
 
     Parameters
     ----------
-    keep : callable
+    save_state : callable
         Saves the settings.
 
     Attributes
@@ -47,9 +47,9 @@ class Display:
         clip (on or off, or its handles) or box (the clipping box, at every step of a drag).
     """
 
-    def __init__(self, keep: Callable[[dict[str, Any]], None], later: Later) -> None:
+    def __init__(self, save_state: Callable[[dict[str, Any]], None], later: Later) -> None:
         self.changed: Signal[str] = Signal()
-        self._keep = keep
+        self._save_state = save_state
         self._timer = later(SAVE_DELAY_S, self.flush)
         self._clear()
 
@@ -129,7 +129,7 @@ class Display:
     def flush(self) -> None:
         """Save the last changes now."""
         self._timer.stop()
-        self._keep(self.to_dict())
+        self._save_state(self.to_dict())
 
     def to_dict(self) -> dict[str, Any]:
         """Return the settings that are saved with the project; `load` reads them."""

@@ -25,12 +25,12 @@ class FoldChoice:
 
     Attributes
     ----------
-    which : FoldFilter
+    fold_filter : FoldFilter
         Required quality and set of the planes.
-    selected : bool
+    is_selected : bool
         Whether only selected planes are used.
     changed : Signal
-        Emitted when the filter or `selected` changes.
+        Emitted when the filter or `is_selected` changes.
     """
 
     def __init__(
@@ -38,7 +38,7 @@ class FoldChoice:
     ) -> None:
         self.changed: Signal[()] = Signal()
         self._projects, self._derived, self._selection = projects, derived, selection
-        self.which, self.selected = FoldFilter(), False
+        self.fold_filter, self.is_selected = FoldFilter(), False
         self._planes: FoldPlanes | None = None
         self._inputs: tuple[object, ...] = ()
 
@@ -46,16 +46,16 @@ class FoldChoice:
         """Reset the filter to all planes, for another project."""
         self.choose(FoldFilter(), is_selected=False)
 
-    def choose(self, which: FoldFilter, *, is_selected: bool) -> None:
+    def choose(self, fold_filter: FoldFilter, *, is_selected: bool) -> None:
         """Change the filter of the planes, and whether only selected planes are used."""
-        if (which, is_selected) != (self.which, self.selected):
-            self.which, self.selected = which, is_selected
+        if (fold_filter, is_selected) != (self.fold_filter, self.is_selected):
+            self.fold_filter, self.is_selected = fold_filter, is_selected
             self.changed.emit()
 
     def features(self) -> list[Typed]:
         """Return the bedding planes of any quality and set, or only the selected ones."""
         beds = self._projects.records.cached(_beds)
-        if self.selected:
+        if self.is_selected:
             ids = set(self._selection.ids)
             return [f for f in beds if f.id in ids]
         return list(beds)
@@ -63,16 +63,16 @@ class FoldChoice:
     def planes(self) -> FoldPlanes:
         """Return the planes from which the fold axis is computed, cached until they may change."""
         records, measurements = self._projects.records, self._derived.measurements
-        selected_ids = self._selection.ids if self.selected else None
+        selected_ids = self._selection.ids if self.is_selected else None
         # Compared by identity, because equal records would be compared one by one.
         owners = (records, measurements)
-        inputs = (*map(id, owners), records.revision, self.which, selected_ids)
+        inputs = (*map(id, owners), records.revision, self.fold_filter, selected_ids)
         if self._planes is None or self._inputs[2:] != inputs:
             from vomstudio.project.fold_planes import fold_planes
 
             features = self.features()
             measured_planes = self._derived.measured(f.id for f in features)
-            self._planes = fold_planes(records, features, measured_planes, self.which)
+            self._planes = fold_planes(records, features, measured_planes, self.fold_filter)
             # The owners are stored, so that no other object can have their identity.
             self._inputs = (*owners, *inputs)
         return self._planes

@@ -100,10 +100,10 @@ class Picks:
 
 @dataclass(frozen=True)
 class AddedModel:
-    """Model of a project. `new` is False if the project already contained the model's file."""
+    """Model of a project. `is_new` is False if the project already contained the model's file."""
 
     model: Model
-    new: bool
+    is_new: bool
     warnings: tuple[Finding, ...]
 
 

@@ -31,19 +31,19 @@ class History:
         self._projects, self._editing = projects, editing
         self._tools, self._notices = tools, notices
         self._discarded: list[tuple[int, Discarded]] = []
-        self._brought_back: tuple[int, Discarded] | None = None
-        self._emptied: tuple[int, Tool] | None = None
+        self._restored_work: tuple[int, Discarded] | None = None
+        self._emptied_tool: tuple[int, Tool] | None = None
         tools.let_go.connect(self._store_discarded)
 
     def forget(self) -> None:
         """Clear the history because another project is opened."""
         self._discarded.clear()
-        self._brought_back = self._emptied = None
+        self._restored_work = self._emptied_tool = None
 
     def _store_discarded(self, discarded_work: Discarded) -> None:
         top = self._top if discarded_work.after is None else discarded_work.after
         self._discarded = [*self._discarded[1 - MAX_DISCARDED :], (top, discarded_work)]
-        self._brought_back = self._emptied = None
+        self._restored_work = self._emptied_tool = None
 
     @property
     def _top(self) -> int:
@@ -57,9 +57,9 @@ class History:
         return discarded_work if top == self._top else None
 
     def _discardable(self) -> Discarded | None:
-        if self._brought_back is None:
+        if self._restored_work is None:
             return None
-        top, discarded_work = self._brought_back
+        top, discarded_work = self._restored_work
         return discarded_work if top == self._top and discarded_work.untouched() else None
 
     # --- undo ---------------------------------------------------------------------------------
@@ -87,14 +87,14 @@ class History:
             self._tools.undo_click()
             is_undone = True
         elif tool is not None and tool.undo_label is not None:
-            was_finishing = tool.finishing
+            was_finishing = tool.is_finishing
             is_undone = tool.undo()
-            if was_finishing and tool.open and not tool.finishing:
+            if was_finishing and tool.is_open and not tool.is_finishing:
                 # Another tool may have been activated in the meantime.
                 self._tools.activate(tool.name)
-            self._emptied = None if tool.open else (self._top, tool)
+            self._emptied_tool = None if tool.is_open else (self._top, tool)
         elif discarded_work is not None:
-            is_undone = self._bring_back(discarded_work)
+            is_undone = self._restore_work(discarded_work)
         else:
             self.undo_edit()
             return
@@ -116,28 +116,28 @@ class History:
         if label is not None and self._editing.redo():
             self._notices.info(Finding("edit.redone", edit=step_title(label)))
 
-    def _bring_back(self, discarded_work: Discarded) -> bool:
+    def _restore_work(self, discarded_work: Discarded) -> bool:
         entry = self._discarded.pop()
         self._tools.activate(discarded_work.tool)
         if not discarded_work.bring_back():
             self._discarded.append(entry)
             return False
-        self._brought_back = entry
+        self._restored_work = entry
         return True
 
     # --- redo ---------------------------------------------------------------------------------
     def _steppable_tool(self) -> Tool | None:
         """Return the tool that can redo a step: the open tool, or one with all steps undone."""
         tool = self._tools.open_tool
-        if tool is None and self._emptied is not None and self._emptied[0] == self._top:
-            tool = self._emptied[1]
+        if tool is None and self._emptied_tool is not None and self._emptied_tool[0] == self._top:
+            tool = self._emptied_tool[1]
         return None if tool is None or tool.redo_label is None else tool
 
     @property
     def redo_label(self) -> str | None:
         """Label of the action that `redo` would redo, or None if nothing can be redone."""
-        if (stepping := self._steppable_tool()) is not None:
-            return stepping.redo_label
+        if (stepped_tool := self._steppable_tool()) is not None:
+            return stepped_tool.redo_label
         if (discarded_work := self._discardable()) is not None:
             return discarded_work.label
         tool = self._tools.open_tool
@@ -151,9 +151,9 @@ class History:
         if label is None:
             return
         is_redone = True
-        if (stepping := self._steppable_tool()) is not None:
-            self._tools.activate(stepping.name)
-            is_redone = stepping.redo()
+        if (stepped_tool := self._steppable_tool()) is not None:
+            self._tools.activate(stepped_tool.name)
+            is_redone = stepped_tool.redo()
         elif self._discardable() is not None:
             self._tools.cancel()
         else:

@@ -58,7 +58,7 @@ class GisLayers:
 
     def write_pending(self) -> None:
         """Start to write the layers with the latest edits, including discarded ones."""
-        if self._timer.active:
+        if self._timer.is_active:
             self.write()
 
     def finish(self) -> None:

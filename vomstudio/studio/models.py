@@ -77,7 +77,7 @@ class Models:
     ) -> None:
         self.loaded: Signal[str] = Signal()
         self.frame_wanted: Signal[str] = Signal()
-        self.open: dict[str, OpenModel] = {}
+        self.open_models: dict[str, OpenModel] = {}
         self.convertible: tuple[Path, str] | None = None
         """File of the model rejected last because it is not metric, and a suitable CRS for it."""
         self._projects, self._editing, self._loader = projects, editing, loader
@@ -86,7 +86,7 @@ class Models:
 
     def surface(self, model_id: str) -> PaintSurface | None:
         """Return the surface of a model, or None while the model is not loaded."""
-        open_model = self.open.get(model_id)
+        open_model = self.open_models.get(model_id)
         return open_model.surface if open_model else None
 
     def open_path(self, path: Path) -> None:
@@ -106,7 +106,7 @@ class Models:
         self,
         path: Path,
         name: str | None = None,
-        like: str | None = None,
+        reference_id: str | None = None,
         on_finished: Callable[[str], None] = lambda _: None,
         label: str = "",
     ) -> None:
@@ -117,7 +117,7 @@ class Models:
         path : Path
         name : str, optional
             Name of the record, by default the name of the file.
-        like : str, optional
+        reference_id : str, optional
             Id of a model whose frame the new model shares.
         on_finished : callable
             Called with the id of the model after it has been added.
@@ -129,7 +129,9 @@ class Models:
             str(path),
             path,
             self._projects.project.cache,
-            lambda opened: self._add(path, opened, name or name_of(path), like, on_finished, label),
+            lambda opened: self._add(
+                path, opened, name or name_of(path), reference_id, on_finished, label
+            ),
         )
 
     def load(self, model: Model) -> None:
@@ -140,7 +142,7 @@ class Models:
             self._notices.post(Notice(finding, "warning", "locate"))
             return
 
-        def arrived(opened_model: OpenModel) -> None:
+        def add_read_model(opened_model: OpenModel) -> None:
             if model.id not in self._projects.records:
                 return
             if opened_model.content_hash != model.content_hash:
@@ -148,19 +150,19 @@ class Models:
                 return
             self._attach(model.id, path, opened_model)
 
-        self._loader.load(model.id, path, self._projects.project.cache, arrived)
+        self._loader.load(model.id, path, self._projects.project.cache, add_read_model)
 
     def locate(self, model_id: str, path: Path) -> None:
         """Read a model from a file that the user has selected, because its file was moved."""
 
-        def arrived(opened_model: OpenModel) -> None:
+        def add_read_model(opened_model: OpenModel) -> None:
             stored_model_path = self._projects.project.model_path(path)
             if self._editing.attempt(
                 edits.relocate_model, model_id, stored_model_path, opened_model.content_hash
             ):
                 self._attach(model_id, path, opened_model)
 
-        self._loader.load(model_id, path, self._projects.project.cache, arrived)
+        self._loader.load(model_id, path, self._projects.project.cache, add_read_model)
 
     def copy(
         self,
@@ -187,11 +189,11 @@ class Models:
         if path is None or not isinstance(model, Model):
             return
 
-        def arrived(copy: CopiedModel) -> None:
+        def add_read_model(copied_model: CopiedModel) -> None:
             if self._projects.project is not project:
                 return
             on_finished()
-            stored_model_path = project.model_path(copy.path)
+            stored_model_path = project.model_path(copied_model.path)
             if self._editing.attempt(
                 edits.relocate_model, model_id, stored_model_path, model.content_hash
             ):
@@ -201,7 +203,7 @@ class Models:
             COPY_MODEL,
             ModelCopy(path, project.folder / "models", cameras, photos, model.registration),
             title=tr("Copying {model}", model=model.name),
-            on_done=arrived,
+            on_done=add_read_model,
             on_failed=lambda event: self._notices.warn(event.to_error(), "error"),
         )
 
@@ -218,18 +220,20 @@ class Models:
 
         finding = Finding("model.converted", file=path.name, crs=crs)
 
-        def converted(copy: ConvertedModel) -> None:
+        def show_converted(converted_model: ConvertedModel) -> None:
             if self._projects.project is project:
                 self.convertible = None
                 self.open_model(
-                    copy.path, path.stem, on_finished=lambda _: self._notices.info(finding)
+                    converted_model.path,
+                    path.stem,
+                    on_finished=lambda _: self._notices.info(finding),
                 )
 
         self._jobs.submit(
             CONVERT_MODEL,
             ModelConversion(path, project.folder / "models", crs),
             title=tr("Converting {file} to {crs}", file=path.name, crs=crs),
-            on_done=converted,
+            on_done=show_converted,
             on_failed=lambda event: self._notices.warn(event.to_error(), "error"),
         )
 
@@ -238,19 +242,19 @@ class Models:
         path: Path,
         opened_model: OpenModel,
         name: str,
-        like: str | None,
+        reference_id: str | None,
         on_finished: Callable[[str], None],
         label: str,
     ) -> None:
         models = self._projects.of(Model)
         same_file = [m for m in models if m.content_hash == opened_model.content_hash]
         if same_file:
-            if same_file[0].id not in self.open:
+            if same_file[0].id not in self.open_models:
                 self._attach(same_file[0].id, path, opened_model)
             self._notices.info(Finding("model.already-open", file=path.name))
             return
         stored_model_path = self._projects.project.model_path(path)
-        similar = self._projects.records.get(like or "")
+        similar = self._projects.records.get(reference_id or "")
         findings: tuple[Finding, ...] = ()
         try:
             if isinstance(similar, Model):
@@ -268,15 +272,15 @@ class Models:
             placement, is_frame_known = frame, True
             finding = Finding("frame.of-project", crs=crs_label(frame.crs or ""))
             self._notices.post(Notice(finding.with_file(path.name), action=DECLARE_FRAME))
-        self._warn_of(path, findings)
+        self._post_findings(path, findings)
         model = new_model(
             name, stored_model_path, opened_model.kind, opened_model.content_hash, placement
         )
         # Store the data first, because an edit that adds a model without data would read the
         # file again.
-        self.open[model.id] = opened_model
+        self.open_models[model.id] = opened_model
         if not self._editing.attempt(edits.add_model, model, label):
-            del self.open[model.id]
+            del self.open_models[model.id]
             return
         self._preferences.remember(path)
         self._attach(model.id, path, opened_model)
@@ -293,10 +297,12 @@ class Models:
         beside the file, or the frame stated in the file, in this order. Raises InputError.
         """
         records, bounds = self._projects.records, opened_model.data.bounds
-        made_here = registration_of_file(records, stored_text)
-        if made_here is not None:
-            return made_here, check_frame(
-                made_here.frame, world_bounds(bounds, made_here.matrix), file=path.name
+        own_registration = registration_of_file(records, stored_text)
+        if own_registration is not None:
+            return own_registration, check_frame(
+                own_registration.frame,
+                world_bounds(bounds, own_registration.matrix),
+                file=path.name,
             )
         stored_registration = registration_beside(path, opened_model.content_hash, opened_model.crs)
         if stored_registration.registration is not None:
@@ -312,7 +318,7 @@ class Models:
         """Return the frame of a model of the project near the coordinates of a file, or None."""
         low, high = opened_model.data.bounds
         for model in reversed(self._projects.of(Model)):
-            other_model = self.open.get(model.id)
+            other_model = self.open_models.get(model.id)
             if model.frame.crs is None or other_model is None:
                 continue
             unit_m = unit_in_metres(model.frame.crs)
@@ -323,11 +329,11 @@ class Models:
         return None
 
     def _attach(self, model_id: str, path: Path, opened_model: OpenModel) -> None:
-        self.open[model_id] = opened_model
-        self._warn_of(path, opened_model.warnings)
+        self.open_models[model_id] = opened_model
+        self._post_findings(path, opened_model.warnings)
         self.loaded.emit(model_id)
 
-    def _warn_of(self, path: Path, findings: Sequence[Finding]) -> None:
+    def _post_findings(self, path: Path, findings: Sequence[Finding]) -> None:
         """Show the findings about a file in one notice."""
         if findings:
             first_finding, *other_findings = (finding.with_file(path.name) for finding in findings)

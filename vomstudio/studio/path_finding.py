@@ -57,7 +57,7 @@ class PathFinding:
 
     def costs(self, model_id: str) -> tuple[str, ...]:
         """Return the names of the available costs; see `studio.tools.followed_line.PathFinder`."""
-        open_model = self._models.open.get(model_id)
+        open_model = self._models.open_models.get(model_id)
         data = None if open_model is None else open_model.data
         is_coloured = data is not None and (
             data.colors is not None
@@ -84,7 +84,7 @@ class PathFinding:
         answer: Answer,
     ) -> None:
         """Request a path; see `studio.tools.followed_line.PathFinder`."""
-        open_model = self._models.open.get(model_id)
+        open_model = self._models.open_models.get(model_id)
         photos = self._photos_of(model_id) if photo else None
         data = None if open_model is None else open_model.data
         search = _Search(data, cost, ends, is_live, photo, photos)
@@ -116,7 +116,7 @@ class PathFinding:
         except VomError as error:
             # If the photo gives no path, the path over the surface is returned with the reason.
             path = self._over_surface(search)
-            return replace(path, warnings=(finding_of(error),), final=not search.is_live)
+            return replace(path, warnings=(finding_of(error),), is_final=not search.is_live)
 
     def _over_surface(self, search: _Search) -> FollowedPath:
         from vomstudio.extraction.following import Follower

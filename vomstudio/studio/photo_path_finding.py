@@ -68,7 +68,7 @@ class PhotoPaths:
             path.judged,
             path.confirmed,
             () if is_live else path.warnings,
-            final=not is_live,
+            is_final=not is_live,
             costs=path.costs,
         )
 

@@ -103,7 +103,7 @@ class PhotoLinks:
         """Start to search for photos, now and whenever models change."""
         if not self._is_enabled:
             self._is_enabled = True
-            for model_id in self._models.open:
+            for model_id in self._models.open_models:
                 self.look(model_id)
 
     # --- choices of the user ------------------------------------------------------------------
@@ -155,7 +155,7 @@ class PhotoLinks:
 
     def look(self, model_id: str) -> None:
         """Read the photos of a model that was opened or whose file or cameras have changed."""
-        open_model, path = self._models.open.get(model_id), self.cameras_path(model_id)
+        open_model, path = self._models.open_models.get(model_id), self.cameras_path(model_id)
         record = self._projects.records.get(model_id)
         if (
             not self._is_enabled
@@ -201,7 +201,7 @@ class PhotoLinks:
         self._trees[photos.model_id] = (data, photos.views.tree)
         self.changed.emit(photos.model_id)
 
-    def edited(self, edit: Edit) -> None:
+    def follow_edit(self, edit: Edit) -> None:
         """Discard the photos of removed models, and reread the photos of moved models."""
         for id_, record in edit.after.items():
             record_before = edit.before[id_]

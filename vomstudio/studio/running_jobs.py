@@ -30,7 +30,7 @@ class RunningJob:
         Translated title of the job and of its present stage.
     total, done : int
         Total number of steps in the stage, and number of completed steps.
-    resumable : bool
+    is_resumable : bool
         Whether stopping the job keeps the partial result, so that the job can be resumed.
     outcome : {"", "done", "stopped", "failed"}
         "" while it runs.
@@ -41,8 +41,8 @@ class RunningJob:
     worker: Worker
     on_done: Callable[[Any], None]
     on_failed: Callable[[Failed], None]
-    quiet: bool = False
-    resumable: bool = False
+    is_quiet: bool = False
+    is_resumable: bool = False
     outcome: Literal["", "done", "stopped", "failed"] = ""
     stage: str = ""
     total: int | None = None
@@ -112,7 +112,7 @@ class Jobs:
         on_done: Callable[[Result], None],
         on_failed: Callable[[Failed], None],
         is_quiet: bool = False,
-        resumable: bool = False,
+        is_resumable: bool = False,
     ) -> RunningJob:
         """Start a job.
 
@@ -129,7 +129,7 @@ class Jobs:
             Called when the job has succeeded or failed.
         is_quiet : bool
             Whether to hide the job from the user.
-        resumable : bool
+        is_resumable : bool
             Whether the next job of this kind continues where this job was stopped.
         """
         lane = job.lane
@@ -142,7 +142,7 @@ class Jobs:
             number = self._next_refused_number
             failure = Failed(number, error.to_dict(), error.exit_code)
             self._post(lambda: self._deliver(lane, failure))
-        running_job = RunningJob(number, title, worker, on_done, on_failed, is_quiet, resumable)
+        running_job = RunningJob(number, title, worker, on_done, on_failed, is_quiet, is_resumable)
         if not self._is_closed:
             self.jobs[lane, number] = running_job
             self.changed.emit()
@@ -154,7 +154,7 @@ class Jobs:
 
     def visible(self) -> list[RunningJob]:
         """Return the visible jobs, oldest first."""
-        return [job for job in self.jobs.values() if not job.quiet]
+        return [job for job in self.jobs.values() if not job.is_quiet]
 
     def _hand_over(self, lane: Lane, fault: Fault) -> None:
         self._post(lambda: self._deliver(lane, fault))

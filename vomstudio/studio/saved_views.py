@@ -27,15 +27,17 @@ class SavedView:
 class SavedViews:
     """Named views of the open project, in the order in which they were saved.
 
-    `read(key)` and `keep(key, value)` access the view state of the project.
+    `read_value(key)` and `write_value(key, value)` access the view state of the project.
     """
 
-    def __init__(self, read: Callable[[str], object], keep: Callable[[str, object], None]) -> None:
-        self._read, self._keep = read, keep
+    def __init__(
+        self, read_value: Callable[[str], object], write_value: Callable[[str, object], None]
+    ) -> None:
+        self._read_value, self._write_value = read_value, write_value
 
     def all(self) -> list[SavedView]:
         """Return all readable views."""
-        stored = self._read(VIEW_KEY)
+        stored = self._read_value(VIEW_KEY)
         views: dict[str, SavedView] = {}
         for item in stored if isinstance(stored, list) else []:
             if not isinstance(item, Mapping):
@@ -71,4 +73,6 @@ class SavedViews:
         self._write([item for item in self.all() if item.name != name])
 
     def _write(self, views: list[SavedView]) -> None:
-        self._keep(VIEW_KEY, [{"name": v.name, "camera": v.camera, "box": v.box} for v in views])
+        self._write_value(
+            VIEW_KEY, [{"name": v.name, "camera": v.camera, "box": v.box} for v in views]
+        )

@@ -119,7 +119,7 @@ class ToolHost:
             previous.leave()
         open_tool = self.open_tool
         if open_tool is not None and self.tools.get(name) is not open_tool:
-            if name == NAVIGATE and open_tool.finishing:
+            if name == NAVIGATE and open_tool.is_finishing:
                 pass
             elif name == NAVIGATE:
                 self._notices.info(Finding("tool.draft-kept"))
@@ -133,7 +133,7 @@ class ToolHost:
         # Each tool has its own type and set, because beds may be traced while joints are
         # painted.
         type_and_set = self._next_by_tool.get(name)
-        is_free = self.open_tool is None or self.open_tool.finishing
+        is_free = self.open_tool is None or self.open_tool.is_finishing
         if name != NAVIGATE and is_free and type_and_set is not None:
             self.next_type_id, self.next_set = type_and_set
             self.keep_next_type()
@@ -141,17 +141,17 @@ class ToolHost:
 
     def _gives_way(self, tool: Tool) -> bool:
         """Settle the open feature of a tool. Return False while it is still being finished."""
-        return not tool.finishing and self._settle(tool) and not tool.open
+        return not tool.is_finishing and self._settle(tool) and not tool.is_open
 
     def _settle(self, tool: Tool) -> bool:
         """Finish the open feature of a tool, or discard it. Return whether this was possible."""
-        if not tool.finishing and tool.why_not_finish() is None:
+        if not tool.is_finishing and tool.why_not_finish() is None:
             tool.finish()
-        if tool.open and not tool.finishing:
+        if tool.is_open and not tool.is_finishing:
             tool.cancel()
-            if not tool.open:
+            if not tool.is_open:
                 self._notices.info(Finding("tool.discarded"))
-        return tool.finishing or not tool.open
+        return tool.is_finishing or not tool.is_open
 
     @property
     def active(self) -> Tool | None:
@@ -166,7 +166,7 @@ class ToolHost:
     @property
     def open_tool(self) -> Tool | None:
         """Tool with an unfinished feature, or None if no tool has one."""
-        return next((tool for tool in self.tools.values() if tool.open), None)
+        return next((tool for tool in self.tools.values() if tool.is_open), None)
 
     def finish(self) -> None:
         """Finish the open feature, or else the current action of the active tool."""
@@ -205,7 +205,7 @@ class ToolHost:
         tool, busy = self.active, self.open_tool
         if tool is None:
             return
-        if busy is not None and busy is not tool and not busy.finishing:
+        if busy is not None and busy is not tool and not busy.is_finishing:
             self._settle(busy)
             busy = self.open_tool
         if busy is None or busy is tool:
@@ -248,7 +248,7 @@ class ToolHost:
         """Set the type and set of the next feature exactly, as for a repeat of a feature."""
         self.next_type_id, self.next_set = type_id, set_name
         for tool in self.tools.values():
-            if tool is self.active or not tool.finishing:
+            if tool is self.active or not tool.is_finishing:
                 tool.set_type(type_id, set_name)
         self.next_changed.emit()
 

@@ -147,7 +147,7 @@ class Workspace:
             self.jobs,
             lambda: settings.thresholds,
             background("facets"),
-            self.derived.foresee,
+            self.derived.store_expected,
         )
         self.proposed_traces = TraceProposals(
             self.projects,
@@ -219,7 +219,7 @@ class Workspace:
         self.tools.forget()
         self.elements.forget()
         self.history.forget()
-        self.models.open.clear()
+        self.models.open_models.clear()
 
     def offer_recovery(self, but: Collection[Path] = ()) -> None:
         """Emit `recovery_found` if a crash left projects open, except those in `but`."""
@@ -264,7 +264,7 @@ class Workspace:
     # --- edits -------------------------------------------------------------------------------
     def _edited(self, edit: Edit) -> None:
         for id_, record in edit.after.items():
-            if isinstance(record, Model) and id_ not in self.models.open:
+            if isinstance(record, Model) and id_ not in self.models.open_models:
                 self.models.load(record)
         self.tools.keep_next_type()
         self._show_hidden_types(edit)
@@ -272,12 +272,12 @@ class Workspace:
         self.derived.refresh(edit)
         self.selection.keep(self.projects.records)
         self.edited.emit(edit)
-        self.photos.edited(edit)
-        self.fields.edited(edit)
-        self.facets.edited(edit)
-        self.proposed_traces.edited(edit)
-        self.grids.edited(edit)
-        self.repeats.edited(edit)
+        self.photos.follow_edit(edit)
+        self.fields.follow_edit(edit)
+        self.facets.follow_edit(edit)
+        self.proposed_traces.follow_edit(edit)
+        self.grids.follow_edit(edit)
+        self.repeats.follow_edit(edit)
         self.tools.document_changed()
         self.layers.write_soon()
 

@@ -38,7 +38,7 @@ class WorldModel:
         Data in the World frame, metres.
     crs : str or None
         CRS of the World frame, or None for a local frame.
-    metric : bool
+    is_metric : bool
         Whether the length unit of the model is known.
     warnings : tuple of Finding
         Warnings of the reader of its file.
@@ -52,7 +52,7 @@ class WorldModel:
 
     data: Mesh | PointCloud
     crs: str | None
-    metric: bool
+    is_metric: bool
     warnings: tuple[Finding, ...]
     loaded: LoadedModel
     to_world: FloatArray
@@ -77,7 +77,7 @@ class WorldModel:
 
         Files that state no unit are assumed to be in metres, except photo models without scale.
         """
-        return self.metric or (self.project_model is None and self.placed)
+        return self.is_metric or (self.project_model is None and self.placed)
 
     @property
     def registration_in_world(self) -> Registration | None:

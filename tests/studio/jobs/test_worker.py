@@ -34,7 +34,7 @@ from vomstudio.core.errors import InputError, UsageError, WorkerError
 from vomstudio.core.findings import Finding, finding_of
 from vomstudio.core.paths import resource
 from vomstudio.studio.jobs.events import Done, Failed, Stage, Step, from_line, to_line
-from vomstudio.studio.jobs.job import Nothing
+from vomstudio.studio.jobs.job import NoArguments
 from vomstudio.studio.jobs.model_tasks import LOAD_MODEL, ModelFile
 from vomstudio.studio.jobs.supervisor import Worker
 
@@ -127,7 +127,7 @@ def test_progress_comes_in_order_and_before_the_result(worker):
     assert heard.events == [
         Stage(1, "counting", 5),
         *(Step(1, i) for i in range(5)),
-        Done(1, Nothing()),
+        Done(1, NoArguments()),
     ]
 
 
@@ -170,7 +170,7 @@ def test_cancelling_a_waiting_job_never_ends_the_one_before_it(worker, monkeypat
 def test_a_job_that_does_not_listen_is_ended_with_its_process(worker, monkeypatch):
     monkeypatch.setattr("vomstudio.studio.jobs.supervisor.CANCEL_GRACE_S", 0.2)
     heard = Listener()
-    job = worker.submit(DEAF, Nothing(), heard)
+    job = worker.submit(DEAF, NoArguments(), heard)
     heard.until(lambda e: isinstance(e, Stage))
     begun = time.monotonic()
     worker.cancel(job)
@@ -184,7 +184,7 @@ def test_a_job_that_does_not_listen_is_ended_with_its_process(worker, monkeypatc
 @pytest.mark.expects_log
 def test_a_worker_that_dies_fails_every_job_it_had_and_is_replaced(worker):
     first, second = Listener(), Listener()
-    worker.submit(DIE, Nothing(), first)
+    worker.submit(DIE, NoArguments(), first)
     worker.submit(COUNT, To(1), second)
     for heard in (first, second):
         end = heard.end()
@@ -201,7 +201,7 @@ def test_a_worker_that_dies_fails_every_job_it_had_and_is_replaced(worker):
 def test_jobs_are_answered_even_if_the_next_one_comes_right_after_a_death(worker, pause_s):
     """The supervisor may notice the death by the next command, before the reader does."""
     heard, after = Listener(), Listener()
-    worker.submit(DEAF, Nothing(), heard)
+    worker.submit(DEAF, NoArguments(), heard)
     heard.until(lambda e: isinstance(e, Stage))
     os.kill(worker._process.pid, signal.SIGKILL)
     time.sleep(pause_s)
@@ -225,7 +225,7 @@ def test_jobs_are_answered_even_if_the_next_one_comes_right_after_a_death(worker
 )
 def test_a_task_that_fails_says_so_and_the_worker_lives(worker, task, words):
     heard, after = Listener(), Listener()
-    worker.submit(task, Nothing(), heard)
+    worker.submit(task, NoArguments(), heard)
     assert words in heard.end().message
     worker.submit(COUNT, To(1), after)
     assert isinstance(after.end(), Done)
@@ -234,7 +234,7 @@ def test_a_task_that_fails_says_so_and_the_worker_lives(worker, task, words):
 @pytest.mark.skipif(sys.platform != "linux", reason="no other system can hold a process to it")
 def test_a_job_that_wants_all_memory_ends_in_a_sentence_and_the_worker_lives(worker):
     heard, after = Listener(), Listener()
-    worker.submit(HUNGRY, Nothing(), heard)
+    worker.submit(HUNGRY, NoArguments(), heard)
     end = heard.end()
     assert isinstance(end, Failed)
     assert (end.error["code"], end.error["remedy"]) == ("job.out-of-memory", "Take less.")
@@ -253,7 +253,7 @@ def test_a_job_that_wants_all_memory_ends_in_a_sentence_and_the_worker_lives(wor
 )
 def test_a_worker_that_is_killed_says_what_to_change(worker, task, words):
     heard = Listener()
-    worker.submit(task, Nothing(), heard)
+    worker.submit(task, NoArguments(), heard)
     end = heard.end()
     assert isinstance(end, Failed)
     assert words in end.message
@@ -274,7 +274,7 @@ def test_a_library_that_ends_the_worker_over_a_full_disk(worker, tmp_path, capfd
 @pytest.mark.full
 def test_an_unknown_task_fails_politely(worker):
     heard = Listener()
-    worker.submit(LEVITATE, Nothing(), heard)
+    worker.submit(LEVITATE, NoArguments(), heard)
     end = heard.end()
     assert isinstance(end, Failed)
     assert "levitate" in end.message
@@ -308,7 +308,7 @@ def test_a_released_worker_ends_quietly_and_is_replaced_by_the_next_job(worker):
 
 def test_closing_ends_the_process_and_says_nothing_more(worker):
     heard = Listener()
-    worker.submit(DEAF, Nothing(), heard)
+    worker.submit(DEAF, NoArguments(), heard)
     heard.until(lambda e: isinstance(e, Stage))
     process = worker._process
     begun = time.monotonic()

@@ -57,7 +57,7 @@ def clicks(tool, *points) -> None:
 
 def test_nothing_is_judged_before_the_way_is_there(tool, context):
     clicks(tool, A, B, C)
-    assert tool.searching
+    assert tool.is_searching
     assert shown_codes(context.shown[-1].reading[-1]) == {"follow.searching"}
     assert context.shown[-1].verdict is None
     answer_all(context)
@@ -66,9 +66,9 @@ def test_nothing_is_judged_before_the_way_is_there(tool, context):
 
 def test_the_kept_trace_has_every_vertex_of_the_way_and_says_whence(tool, context):
     clicks(tool, A, B, C)
-    assert tool.searching
+    assert tool.is_searching
     answer_all(context)
-    assert not tool.searching
+    assert not tool.is_searching
     assert context.shown[-1].line.shape == (3, 3)
     assert context.shown[-1].path.shape == (17, 3)
     tool.finish()
@@ -101,7 +101,7 @@ def test_the_way_to_the_cursor_is_shown_before_the_click(tool, context):
     assert np.allclose(context.shown[-1].ahead, bowed((A, B)))
     # The click takes it as it is.
     clicks(tool, B)
-    assert not tool.searching
+    assert not tool.is_searching
 
 
 def test_a_way_for_an_older_place_of_the_cursor_changes_nothing(tool, context):
@@ -125,7 +125,7 @@ def test_a_dragged_way_point_takes_its_ways_along_and_undo_brings_them_back(tool
     answer_all(context)
     tool.pointer(event(Pointer.DRAG_END, at=(2.0, 1.0, 0.0)))
     answer_all(context)
-    assert not tool.searching
+    assert not tool.is_searching
     assert len(tool.vertices) == 3
     assert not np.array_equal(context.shown[-1].path, before)
     assert tool.undo()
@@ -139,7 +139,7 @@ def test_what_is_finished_too_early_is_kept_when_the_way_has_come(tool, context)
     answer_all(context)
     (trace,) = context.session.of(Trace)
     assert len(trace.vertices) == 17
-    assert not tool.open
+    assert not tool.is_open
 
 
 def test_where_there_is_no_way_it_is_said_and_the_piece_is_straight(tool, context):
@@ -147,7 +147,7 @@ def test_where_there_is_no_way_it_is_said_and_the_piece_is_straight(tool, contex
     ((_, _, _, _, answer),) = context.paths.asked
     answer(Finding("model.not-open"))
     assert context.said[-1].code == "model.not-open"
-    assert not tool.searching
+    assert not tool.is_searching
     assert np.array_equal(context.shown[-1].path, [A, B])
 
 
@@ -157,14 +157,14 @@ def test_a_cancelled_trace_waits_for_nothing(tool, context):
     shown = len(context.shown)
     answer_all(context)
     assert len(context.shown) == shown
-    assert not tool.open
+    assert not tool.is_open
 
 
 def test_following_can_be_switched_while_a_trace_is_open(tool, context):
     clicks(tool, A, B, C)
     tool.follow(None)
     assert context.shown[-1].path is None
-    assert not tool.searching
+    assert not tool.is_searching
     tool.finish()
     (trace,) = context.session.of(Trace)
     assert trace.vertices == (A, B, C)
@@ -180,7 +180,7 @@ def test_a_draft_comes_back_with_its_way_points_and_follows_them_again(tool, con
     assert again.restore(state)
     assert again.cost == "dark"
     assert again.vertices == (A, B, C)
-    assert again.searching
+    assert again.is_searching
     answer_all(context)
     again.finish()
     assert len(context.session.of(Trace)[0].vertices) == 17
@@ -192,7 +192,7 @@ def test_a_continued_trace_is_picked_point_by_point(tool, context):
     made = tool.finish()
     context.paths.asked = []
     tool.continue_feature(made)
-    assert not tool.followed
+    assert not tool.is_path
     assert len(tool.vertices) == 17
     clicks(tool, (3.0, 3.0, 1.0))
     tool.finish()
@@ -232,16 +232,16 @@ def test_the_way_to_the_cursor_in_a_photo_is_asked_again_with_the_votes(tool, co
     tool.pointer(in_photo("a.jpg", B, Pointer.MOVE))
     ((_, _, ends, live, answer),) = context.paths.asked
     assert live
-    answer(FollowedPath(bowed(ends), "a.jpg", final=False))
+    answer(FollowedPath(bowed(ends), "a.jpg", is_final=False))
     assert np.allclose(context.shown[-1].ahead, bowed((A, B)))
     context.paths.asked = []
     tool.pointer(in_photo("a.jpg", B))
     ((_, _, ends, live, answer),) = context.paths.asked
     assert not live
-    assert tool.searching
+    assert tool.is_searching
     assert np.allclose(context.shown[-1].path, bowed((A, B))), "seen until the votes are there"
     answer(voted(ends, "a.jpg"))
-    assert not tool.searching
+    assert not tool.is_searching
 
 
 def test_a_way_point_that_is_dragged_in_a_photo_is_one_of_that_photo(tool, context):
@@ -317,7 +317,7 @@ def test_a_double_click_ends_the_next_trace_too(tool, context):
     tool.pointer(event(Pointer.DOUBLE_CLICK, at=F))
     answer_until_all_is_there(context)
     assert ends(context) == [(A, C), (D, F)]
-    assert not tool.open
+    assert not tool.is_open
 
 
 def test_a_click_at_a_vertex_of_the_trace_that_is_being_finished_begins_the_next_one(tool, context):
@@ -353,7 +353,7 @@ def test_undo_takes_back_the_click_that_waits_then_the_end_then_a_vertex(tool, c
     assert tool.undo()
     assert tool.vertices == (A, B)
     answer_until_all_is_there(context)
-    assert tool.open
+    assert tool.is_open
     assert not context.session.of(Trace)
 
 
@@ -364,7 +364,7 @@ def test_esc_lets_go_what_waits_before_the_trace_itself(tool, context):
     tool.cancel()
     answer_until_all_is_there(context)
     assert ends(context) == [(A, C)]
-    assert not tool.open
+    assert not tool.is_open
 
 
 def test_what_waits_is_not_added_to_a_trace_that_cannot_be_kept(tool, context):
@@ -408,7 +408,7 @@ def test_a_stretch_on_a_parallel_contact_is_drawn_and_kept(tool, context, monkey
     for number, (_, _, leg, _, answer) in enumerate(list(context.paths.asked)):
         way = hopping(leg)
         answer(way if number else replace(way, points=way.points * [1.0, 1.0, 0.0]))
-    assert not tool.searching
+    assert not tool.is_searching
     (part,) = context.shown[-1].doubtful
     assert part[:, 2] == pytest.approx(0.15, abs=0.151)
     assert np.median(part[:, 2]) == pytest.approx(0.15)

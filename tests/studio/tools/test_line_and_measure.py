@@ -97,10 +97,10 @@ def test_one_click_is_no_line(line, context):
     few = Finding("feature.too-few-points", count=1, minimum=2)
     assert line.why_not_finish() == few
     assert line.finish() is None
-    assert line.open
+    assert line.is_open
     clicks(line, STRIA[:1])
     assert line.finish() is None, "two clicks at one place"
-    assert line.open
+    assert line.is_open
     assert "points.coincident" in shown_codes(str(context.said[-1]))
 
 
@@ -157,7 +157,7 @@ def test_clicks_are_taken_back_moved_inserted_and_deleted(line, context):
     line.delete_vertex()
     assert line.vertices == STRIA[:3]
     line.cancel()
-    assert not line.open
+    assert not line.is_open
     assert of(context, Lineation) == []
     assert draft(context) is None
 
@@ -179,13 +179,13 @@ def test_a_line_is_continued_and_keeps_what_was_changed_beside_it(line, context)
 def test_only_a_line_is_continued_by_the_line_tool(line, context):
     with refused("tool.other-kind", DocumentError):
         line.continue_feature("f1")
-    assert not line.open
+    assert not line.is_open
 
 
 # --- measure ------------------------------------------------------------------------------------
 def test_a_distance_is_done_with_its_second_click(measure, context):
     clicks(measure, [(0, 0, 0), (3, 4, 12)])
-    assert not measure.open
+    assert not measure.is_open
     (found,) = of(context, Dimension)
     assert (found.name, found.kind) == ("D01", "distance")
     assert context.measure(found).dimension == {
@@ -258,7 +258,7 @@ def test_a_thickness_wants_a_plane_and_says_so(measure, context):
     measure.choose(kind="thickness")
     assert measure.hint() == Finding("thickness.no-plane").message
     clicks(measure, [(0, 0, 0), (0, 0, 2)])
-    assert measure.open, "nothing to be measured across"
+    assert measure.is_open, "nothing to be measured across"
     assert measure.finish() is None
     assert context.said[-1].code == "thickness.no-plane"
     measure.choose(plane_id="f1")
@@ -302,7 +302,7 @@ def test_a_distance_is_continued_by_its_ends(measure, context):
     measure.pointer(event(Pointer.DRAG_START, (1, 0, 0), handle=1))
     measure.pointer(event(Pointer.DRAG_END, (2, 0, 0), handle=1))
     clicks(measure, [(3, 0, 0)])
-    assert measure.open, "the end moves until Enter"
+    assert measure.is_open, "the end moves until Enter"
     assert len(measure.vertices) == 2
     measure.finish()
     assert of(context, Dimension)[0].vertices == ((0.0, 0.0, 0.0), (3.0, 0.0, 0.0))
@@ -311,7 +311,7 @@ def test_a_distance_is_continued_by_its_ends(measure, context):
 def test_a_measurement_stays_on_one_model(measure, context):
     clicks(measure, [(0, 0, 0)])
     clicks(measure, [(1, 0, 0)], model_id="m2")
-    assert measure.open
+    assert measure.is_open
     assert context.said[-1] == Finding("tool.other-model")
 
 
@@ -334,11 +334,11 @@ def test_every_step_of_a_line_is_there_at_the_next_start(line, context):
     for step in steps:
         step()
         back, _ = again(context, LineTool)
-        assert (back is not None) == line.open
+        assert (back is not None) == line.is_open
         if back is not None:
             assert back.feature == line.feature
             assert back.attributes == line.attributes
-            assert back.continued == line.continued
+            assert back.is_continued == line.is_continued
 
 
 def test_every_step_of_a_measurement_is_there_at_the_next_start(measure, context):
@@ -371,7 +371,7 @@ def test_damaged_drafts_are_refused_politely(context, cls):
         *({k: v for k, v in good.items() if k != key} for key in good),
     ):
         assert not other.restore(broken), broken
-        assert not other.open
+        assert not other.is_open
     assert not TraceTool(context).restore(good)
     assert other.restore(good)
 
@@ -381,14 +381,14 @@ def test_a_click_that_cannot_be_written_is_not_there(context, cls):
     tool = cls(context)
     context.journal.refuse = DocumentError(Finding("disk.full"))
     clicks(tool, STRIA[:1])
-    assert not tool.open
+    assert not tool.is_open
     context.journal.refuse = None
     clicks(tool, STRIA[:1])
     context.journal.refuse = DocumentError(Finding("disk.full"))
     clicks(tool, STRIA[1:2])
     assert tool.vertices == STRIA[:1]
     tool.cancel()
-    assert tool.open
+    assert tool.is_open
     assert context.said[-1].code == "disk.full"
 
 

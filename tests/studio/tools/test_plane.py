@@ -134,7 +134,7 @@ def test_a_click_grows_the_even_surface_and_enter_keeps_its_plane(tool, context)
     assert (patch.id, patch.name, patch.type_id) == (made, "B01", "bedding")
     assert ids(patch) == grown
     assert context.made == [made]
-    assert not tool.open
+    assert not tool.is_open
     assert context.session.draft is None
 
 
@@ -156,7 +156,7 @@ def test_the_piece_follows_the_wheel_and_one_undo_removes_it(tool, context):
     wheel(tool, -40.0, shift=True)
     assert tool.count < len(MESH.faces)
     assert tool.undo()
-    assert not tool.open
+    assert not tool.is_open
     # Now nothing follows it any more.
     wheel(tool, 1.0, ctrl=True)
     assert tool.count == 0
@@ -176,17 +176,17 @@ def test_thresholds_that_take_nothing_or_everything_are_reported(tool, context):
 def test_clicks_wait_for_the_neighbour_graph_with_marks(tool, context):
     context.elements.is_slow = True
     tool.pointer(at(Pointer.CLICK, (1.0, 1.0)))
-    assert tool.open
+    assert tool.is_open
     assert len(context.shown[-1].pending_places) == 1
     tool.finish()
     tool.pointer(at(Pointer.CLICK, (3.0, 3.0)))
-    assert tool.finishing
+    assert tool.is_finishing
     assert len(context.shown[-1].pending_places) == 2
     assert patches(context) == []
     context.elements.be_done()
     assert len(patches(context)) == 1
     assert tool.count > 0
-    assert not tool.finishing
+    assert not tool.is_finishing
     assert context.shown[-1].pending_places is None
 
 
@@ -195,10 +195,10 @@ def test_undo_and_escape_remove_waiting_clicks_first(tool, context):
     tool.pointer(at(Pointer.CLICK, (1.0, 1.0)))
     tool.finish()
     assert tool.undo()
-    assert not tool.finishing
-    assert tool.open
+    assert not tool.is_finishing
+    assert tool.is_open
     tool.cancel()
-    assert not tool.open
+    assert not tool.is_open
     context.elements.be_done()
     assert tool.count == 0
 
@@ -384,7 +384,7 @@ def test_escape_in_the_middle_of_a_stroke_discards_it_and_redo_brings_it_back(to
     stroke(tool, (1.0, 1.0))
     stroke(tool, (2.0, 1.0), release=False, shift=True)
     tool.cancel()
-    assert not tool.painting
+    assert not tool.is_painting
     tool.pointer(at(Pointer.DRAG_MOVE, (3.0, 1.0)))
     tool.pointer(at(Pointer.DRAG_END, (3.0, 1.0)))
     assert chosen(tool) == within((1.0, 1.0))
@@ -395,7 +395,7 @@ def test_escape_in_the_middle_of_a_stroke_discards_it_and_redo_brings_it_back(to
 def test_escape_in_the_first_stroke_discards_all_and_undo_brings_it_back(tool, context):
     stroke(tool, (2.0, 1.0), release=False)
     tool.cancel()
-    assert not tool.open
+    assert not tool.is_open
     assert context.let_go[-1].bring_back()
     assert chosen(tool) == within((2.0, 1.0))
 
@@ -403,7 +403,7 @@ def test_escape_in_the_first_stroke_discards_all_and_undo_brings_it_back(tool, c
 def test_a_discarded_plane_is_brought_back(tool, context):
     stroke(tool, (1.0, 1.0))
     tool.cancel()
-    assert not tool.open
+    assert not tool.is_open
     assert context.session.draft is None
     assert context.let_go[-1].bring_back()
     assert chosen(tool) == within((1.0, 1.0))
@@ -413,7 +413,7 @@ def test_a_discarded_plane_is_brought_back(tool, context):
 def test_leaving_the_tool_keeps_the_stroke(tool):
     stroke(tool, (1.0, 1.0), release=False)
     tool.leave()
-    assert not tool.painting
+    assert not tool.is_painting
     assert chosen(tool) == within((1.0, 1.0))
 
 
@@ -428,7 +428,7 @@ def test_a_changed_plane_keeps_its_id_name_and_attributes(tool, context):
     old = finished(tool, context)
     context.session.apply(edits.set_attributes(context.session.records, [old.id], notes="wet"))
     tool.continue_feature(old.id)
-    assert tool.continued
+    assert tool.is_continued
     assert chosen(tool) == ids(old)
     context.set_next("joint", "J1")
     stroke(tool, (2.0, 1.0), shift=True)
@@ -445,14 +445,14 @@ def test_discarding_the_changes_leaves_a_plane_as_it_was(tool, context):
     old = finished(tool, context)
     tool.continue_feature(old.id)
     tool.cancel()
-    assert not tool.open
+    assert not tool.is_open
     assert context.let_go == []
     tool.continue_feature(old.id)
     stroke(tool, (2.0, 1.0), shift=True)
     tool.cancel()
     assert patches(context) == [old]
     assert context.let_go[-1].bring_back()
-    assert tool.continued
+    assert tool.is_continued
     assert tool.finish() == old.id
     assert ids(patches(context)[0]) > ids(old)
 
@@ -510,7 +510,7 @@ def test_a_stroke_that_strays_onto_another_model_leaves_it_alone(tool):
 
 def test_there_is_nothing_to_remove_from_at_first(tool, context):
     stroke(tool, (1.0, 1.0), ctrl=True)
-    assert not tool.open
+    assert not tool.is_open
     assert context.said[-1] == Finding("selection.empty")
 
 
@@ -521,7 +521,7 @@ def test_too_many_elements_are_no_plane(tool, context, monkeypatch):
     assert tool.finish() is None
     assert context.said[-1].code == "selection.too-many"
     assert context.said[-1].values["maximum"] == 100
-    assert tool.open
+    assert tool.is_open
 
 
 def test_what_cannot_be_written_is_not_lost(tool, context):
@@ -687,8 +687,8 @@ def test_after_every_step_the_next_start_has_the_same_plane(tool, context):
         if session.draft is not None:
             assert again.restore(session.draft.state)
         assert chosen(again) == chosen(tool)
-        assert again.continued == tool.continued
-        if again.open:
+        assert again.is_continued == tool.is_continued
+        if again.is_open:
             assert again._context.next_type_id == "joint"
 
 
@@ -700,5 +700,5 @@ def test_a_draft_of_another_tool_or_a_removed_model_is_refused(tool, context):
     assert not tool.restore({**state, "chosen": {**state["chosen"], "model_id": "gone"}})
     context.session.apply(edits.remove_model(context.session.records, "m1"))
     tool.document_changed()
-    assert not tool.open
+    assert not tool.is_open
     assert context.session.draft is None

@@ -72,7 +72,7 @@ def test_keys_and_buttons_say_what_is_done_with_what_is_found(tool):
     tool.set_combine("intersect")
     drag(tool, 0, 0, 10, 10)
     assert tool.count == 0
-    assert not tool.open
+    assert not tool.is_open
     assert tool.cancel() is None
 
 
@@ -96,7 +96,7 @@ def test_a_shape_of_nothing_says_so_and_changes_nothing(tool, context):
     assert context.said[-1] == Finding("feature.too-few-points", count=1, minimum=3)
     tool.undo()
     tool.undo()
-    assert not tool.open
+    assert not tool.is_open
 
 
 def test_no_shape_is_drawn_over_a_photo(tool, context):
@@ -159,7 +159,7 @@ def test_a_model_that_goes_takes_what_is_chosen_with_it(tool, context):
     assert context.session.draft is not None
     context.session.apply(edits.remove_model(context.session.records, "m1"))
     tool.document_changed()
-    assert not tool.open
+    assert not tool.is_open
     assert context.session.draft is None
 
 
@@ -215,7 +215,7 @@ def test_pixels_agree_with_the_shape_that_contains_the_places(context):
     centres = MESH.vertices[MESH.faces].mean(axis=1)
     pixels = view.pixels(centres)
     filled = view.filled([(150, 100), (250, 100), (250, 200), (150, 200)])
-    inside = view.inside(MESH, np.eye(4), filled, through=True)
+    inside = view.inside(MESH, np.eye(4), filled, is_through=True)
     rows, columns = pixels[inside].astype(int).T[::-1]
     assert filled[rows, columns].all()
     assert np.isnan(view.pixels(view.position[None] - view.direction)).all() or view.parallel

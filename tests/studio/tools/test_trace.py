@@ -66,7 +66,7 @@ def test_a_finished_trace_is_announced_once_and_the_tool_is_idle(tool, context):
     clicks(tool)
     made = tool.finish()
     assert context.made == [made]
-    assert not tool.open
+    assert not tool.is_open
     assert context.shown[-1] is None
     assert tool.finish() is None
     tool.cancel()
@@ -78,7 +78,7 @@ def test_a_finished_trace_is_announced_once_and_the_tool_is_idle(tool, context):
 def test_a_cancelled_trace_leaves_no_feature_and_no_draft(tool, context):
     clicks(tool)
     tool.cancel()
-    assert not tool.open
+    assert not tool.is_open
     assert tool.finish() is None
     assert the_traces(context) == []
     assert context.made == []
@@ -87,10 +87,10 @@ def test_a_cancelled_trace_leaves_no_feature_and_no_draft(tool, context):
 
 def test_a_double_click_finishes_only_what_is_open(tool, context):
     tool.pointer(event(Pointer.DOUBLE_CLICK, ZIGZAG[0]))
-    assert not tool.open
+    assert not tool.is_open
     clicks(tool)
     tool.pointer(event(Pointer.DOUBLE_CLICK, ZIGZAG[-1]))
-    assert not tool.open
+    assert not tool.is_open
     assert len(the_traces(context)) == 1
 
 
@@ -135,7 +135,7 @@ def test_undo_takes_back_one_step_after_the_other_to_the_very_first(tool, contex
         assert tool.undo()
         assert tool.vertices == ZIGZAG[:count]
     assert tool.undo()
-    assert not tool.open
+    assert not tool.is_open
     assert draft(context) is None
     assert not tool.undo()
 
@@ -199,7 +199,7 @@ def test_a_click_on_a_vertex_marks_it_and_a_second_one_lets_it_go(tool):
 def test_deleting_the_last_vertex_of_a_new_trace_gives_it_up(tool, context):
     clicks(tool, ZIGZAG[:1])
     tool.delete_vertex(0)
-    assert not tool.open
+    assert not tool.is_open
     assert draft(context) is None
 
 
@@ -213,7 +213,7 @@ def test_a_point_on_another_model_is_refused_with_the_reason(tool, context):
 
 def test_a_model_that_is_gone_begins_nothing(tool, context):
     tool.pointer(event(at=ZIGZAG[0], model_id="gone"))
-    assert not tool.open
+    assert not tool.is_open
     assert context.said[-1] == Finding("model.removed")
 
 
@@ -223,7 +223,7 @@ def test_what_defines_no_plane_is_refused_and_the_trace_stays_open(tool, context
     rows = len(context.journal.kept)
     assert tool.finish() is None
     assert context.said
-    assert tool.open
+    assert tool.is_open
     assert tool.vertices == tuple(points)
     assert len(context.journal.kept) == rows
     tool.pointer(event(at=(1.0, 1.0, 0.3)))
@@ -258,7 +258,7 @@ def old(tool, context) -> Trace:
 
 def test_an_old_trace_is_continued_under_its_own_name(tool, context, old):
     tool.continue_feature(old.id)
-    assert tool.continued
+    assert tool.is_continued
     tool.pointer(event(at=ZIGZAG[4]))
     tool.finish()
     (after,) = the_traces(context)
@@ -361,10 +361,10 @@ def test_after_every_step_the_next_start_has_the_same_open_trace(tool, context, 
     for step in steps:
         step()
         back = restored(context)
-        assert (back is not None) == tool.open
+        assert (back is not None) == tool.is_open
         if back is not None:
             assert back.vertices == tool.vertices
-            assert back.continued == tool.continued
+            assert back.is_continued == tool.is_continued
             assert back.trace.id == tool.trace.id
             assert (back.trace.type_id, back.trace.set_name) == (
                 tool.trace.type_id,
@@ -400,7 +400,7 @@ def test_damaged_drafts_are_refused_politely(tool, context):
         *({k: v for k, v in good.items() if k != key} for key in good),
     ):
         assert not other.restore(broken), broken
-        assert not other.open
+        assert not other.is_open
 
 
 def test_a_draft_whose_type_is_gone_keeps_its_clicks(tool, context):
@@ -415,7 +415,7 @@ def test_a_draft_whose_type_is_gone_keeps_its_clicks(tool, context):
 def test_a_click_that_cannot_be_written_is_not_there(tool, context):
     context.journal.refuse = DocumentError(Finding("disk.full"))
     clicks(tool, ZIGZAG[:1])
-    assert not tool.open
+    assert not tool.is_open
     assert [each.code for each in context.said] == ["disk.full"]
     context.journal.refuse = None
     clicks(tool, ZIGZAG[:2])
@@ -443,9 +443,9 @@ def test_a_trace_that_cannot_be_finished_or_cancelled_on_disk_stays_open(tool, c
     clicks(tool)
     context.journal.refuse = DocumentError(Finding("disk.full"))
     assert tool.finish() is None
-    assert tool.open
+    assert tool.is_open
     tool.cancel()
-    assert tool.open
+    assert tool.is_open
     assert [each.code for each in context.said] == ["disk.full"] * 2
     context.journal.refuse = None
     assert tool.finish() is not None

@@ -32,7 +32,7 @@ def add_project(parser: Parser) -> None:
 def unknown_unit(model: WorldModel) -> list[Finding]:
     """Return ``frame.no-unit`` if the unit of lengths is unknown and none was assumed."""
     codes = {item.code for item in model.warnings}
-    return [] if model.metric or "frame.assumed" in codes else [Finding("frame.no-unit")]
+    return [] if model.is_metric or "frame.assumed" in codes else [Finding("frame.no-unit")]
 
 
 def frame_options(args: argparse.Namespace) -> FrameOptions:

@@ -269,10 +269,10 @@ class CloudNeighbours:
         return GrownPiece(mask, count, count == len(queue) < n)
 
     def wider(self, selection: BoolArray) -> BoolArray:
-        return self._ring(selection, gains=True)
+        return self._ring(selection, with_outer=True)
 
     def narrower(self, selection: BoolArray) -> BoolArray:
-        return self._ring(selection, gains=False)
+        return self._ring(selection, with_outer=False)
 
     def _sorted(self, selection: BoolArray) -> tuple[BoolArray, Int32Array]:
         """Sort a selection, and return the cells that contain selected points."""
@@ -291,7 +291,7 @@ class CloudNeighbours:
         np.not_equal(cells[1:], cells[:-1], out=is_first[1:])
         return sorted_selection, to_kernel_array(cells[is_first], np.int32)
 
-    def _ring(self, selection: BoolArray, *, gains: bool) -> BoolArray:
+    def _ring(self, selection: BoolArray, *, with_outer: bool) -> BoolArray:
         from vomstudio.extraction.selection.region_kernels import mark_ring
 
         sorted_selection, cells = self._sorted(selection)
@@ -314,7 +314,7 @@ class CloudNeighbours:
 
         run_in_blocks(work, len(cells), SilentProgress(), _BLOCK // 4)
         result = selection.copy()
-        result[self._rows[is_gained if gains else is_lost]] = gains
+        result[self._rows[is_gained if with_outer else is_lost]] = with_outer
         return result
 
 

@@ -128,7 +128,7 @@ class ViewSnapshot:
         to_world: FloatArray,
         shape: ByteArray,
         *,
-        through: bool,
+        is_through: bool,
         spacing: float = 0.0,
     ) -> BoolArray:
         """Select the faces (by centroid) or points inside a shape.
@@ -141,7 +141,7 @@ class ViewSnapshot:
             Similarity from the file frame to the World frame.
         shape : (height, width) uint8 array
             Non-zero inside the shape.
-        through : bool
+        is_through : bool
             Whether to include hidden elements.
         spacing : float
             Distance between the points of a cloud, m; points are drawn at this size.
@@ -151,7 +151,7 @@ class ViewSnapshot:
         (n,) bool array
         """
         matrix = to_kernel_array(self.to_eye(to_world), np.float64)
-        farthest_depths = np.zeros((0, 0), np.float32) if through else self.farthest()
+        farthest_depths = np.zeros((0, 0), np.float32) if is_through else self.farthest()
         view = (
             self.scale,
             self.parallel,

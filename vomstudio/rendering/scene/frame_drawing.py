@@ -311,7 +311,7 @@ class FramePicture:
         with_layer: bool,
         keep_picture: bool,
     ) -> None:
-        """Draw the models, or the features over their saved picture, and save it if required."""
+        """Draw the models, or the features over their saved picture; `keep_picture` saves it."""
         canvas = self._canvas
         if with_layer:
             canvas.are_features_saved = False

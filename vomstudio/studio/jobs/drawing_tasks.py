@@ -189,8 +189,8 @@ def collect_lines(
     )
 
 
-def _point(place: Sequence[float]) -> Point:
-    x, y, z = place
+def _point(position: Sequence[float]) -> Point:
+    x, y, z = position
     return x, y, z
 
 

@@ -68,12 +68,12 @@ class Fault:
     ----------
     job : int
         Number of the job that was running, or 0 if no job was running.
-    what : str
+    cause : str
         Short description, as in `Failure`.
     """
 
     job: int
-    what: str
+    cause: str
 
 
 Event = Stage | Step | Done | Failed

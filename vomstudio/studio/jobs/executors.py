@@ -42,15 +42,15 @@ class Threads:
         needed_count: int = 0,
     ) -> Iterator[tuple[int, Result]]:
         """See `Executor`."""
-        done = 0
+        done_count = 0
         progress.step(0)
         threads = workers_at_once(needed_count, self._count)
 
         def check() -> None:
-            progress.step(done)
+            progress.step(done_count)
 
         results = map_unordered(work, items, threads, check=check, wait=False)
-        for done, result in enumerate(results, 1):  # noqa: B007 - read by `check`
+        for done_count, result in enumerate(results, 1):  # noqa: B007 - read by `check`
             yield result
             check()
 
@@ -110,17 +110,17 @@ class Cluster:
         import distributed
 
         worker_errors = (distributed.KilledWorker, distributed.CancelledError)
-        done = 0
+        done_count = 0
         progress.step(0)
         running_futures: dict[Any, tuple[int, Item, int]] = {}
         numbered = enumerate(items)
         completed = threading.Event()
 
-        def submit(number: int, item: Item, tries: int = 1) -> None:
+        def submit(number: int, item: Item, attempt: int = 1) -> None:
             # Large items are sent as data, not inside the description of the task.
             sent = self._client.scatter(item, direct=False, hash=False)
             future = self._client.submit(work, sent, pure=False)
-            running_futures[future] = (number, item, tries)
+            running_futures[future] = (number, item, attempt)
             future.add_done_callback(lambda _: completed.set())
 
         try:
@@ -130,30 +130,32 @@ class Cluster:
                 # `distributed.wait` would raise for all futures if one was lost with its worker.
                 completed.wait(CHECK_PERIOD_S)
                 completed.clear()
-                progress.step(done)
+                progress.step(done_count)
                 finished_futures = [future for future in running_futures if future.done()]
                 if not finished_futures:
                     self._require_workers()
                 for future in finished_futures:
-                    number, item, tries = running_futures.pop(future)
+                    number, item, attempt_number = running_futures.pop(future)
                     try:
                         result = future.result()
                     except worker_errors as error:
                         # The item was lost with its worker, and is sent again.
                         self._require_workers()
-                        if tries == MAX_ATTEMPTS:
+                        if attempt_number == MAX_ATTEMPTS:
                             raise WorkerError(
                                 Finding(
-                                    "cluster.part-lost", tries=tries, error=type(error).__name__
+                                    "cluster.part-lost",
+                                    tries=attempt_number,
+                                    error=type(error).__name__,
                                 )
                             ) from error
-                        submit(number, item, tries + 1)
+                        submit(number, item, attempt_number + 1)
                         continue
                     for next_number, next_item in itertools.islice(numbered, 1):
                         submit(next_number, next_item)
-                    done += 1
+                    done_count += 1
                     yield number, result
-                    progress.step(done)
+                    progress.step(done_count)
         finally:
             self._client.cancel(list(running_futures))
 

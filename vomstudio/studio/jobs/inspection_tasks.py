@@ -13,7 +13,7 @@ from typing import Any
 
 from vomstudio.core.progress import Progress
 from vomstudio.studio.jobs import serialisation
-from vomstudio.studio.jobs.job import Job, Lane, Nothing
+from vomstudio.studio.jobs.job import Job, Lane, NoArguments
 
 
 @dataclass(frozen=True)
@@ -121,28 +121,28 @@ class PairRequest:
     """Request for the matches of the photos `a` and `b`."""
 
     out: Path
-    into: Path
+    folder: Path
     a: str
     b: str
 
 
-def _pair(request: PairRequest, progress: Progress) -> Nothing:
+def _pair(request: PairRequest, progress: Progress) -> NoArguments:
     import numpy as np
 
     from vomstudio.photogrammetry.inspect.inspection import pair
 
     matches = pair(request.out, request.a, request.b)
     np.savez(
-        request.into,
+        request.folder,
         left=matches.left,
         right=matches.right,
         matches=matches.matches,
         refused=matches.refused,
     )
-    return Nothing()
+    return NoArguments()
 
 
-INSPECT_PAIR = Job("inspect_pair", Lane.INSPECTION, PairRequest, Nothing, _pair)
+INSPECT_PAIR = Job("inspect_pair", Lane.INSPECTION, PairRequest, NoArguments, _pair)
 """Read the features and matches of two photos."""
 
 
@@ -151,21 +151,21 @@ class PhotoRequest:
     """Request for data of a photo."""
 
     out: Path
-    into: Path
+    folder: Path
     name: str
 
 
-def _residuals(request: PhotoRequest, progress: Progress) -> Nothing:
+def _residuals(request: PhotoRequest, progress: Progress) -> NoArguments:
     import numpy as np
 
     from vomstudio.photogrammetry.inspect.inspection import residual_vectors
 
     pixels, vectors = residual_vectors(request.out, request.name)
-    np.savez(request.into, pixels=pixels, vectors=vectors)
-    return Nothing()
+    np.savez(request.folder, pixels=pixels, vectors=vectors)
+    return NoArguments()
 
 
-INSPECT_RESIDUALS = Job("inspect_residuals", Lane.INSPECTION, PhotoRequest, Nothing, _residuals)
+INSPECT_RESIDUALS = Job("inspect_residuals", Lane.INSPECTION, PhotoRequest, NoArguments, _residuals)
 """Read the residual vectors of a photo."""
 
 
@@ -185,7 +185,7 @@ def _depths(request: PhotoRequest, progress: Progress) -> DepthFacts:
 
     depths = depth_pictures(request.out, request.name)
     np.savez(
-        request.into,
+        request.folder,
         photo=depths.photo,
         depth=depths.depth,
         colors=depths.colors,

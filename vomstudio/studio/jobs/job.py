@@ -30,7 +30,7 @@ class Lane(enum.Enum):
 
 
 @dataclass(frozen=True)
-class Nothing:
+class NoArguments:
     """Request without parameters, or result without values."""
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vomstudio.core.progress import Progress
-from vomstudio.studio.jobs.job import Job, Lane, Nothing
+from vomstudio.studio.jobs.job import Job, Lane, NoArguments
 
 
 @dataclass(frozen=True)
@@ -16,15 +16,15 @@ class LayersRequest:
     folder: Path
 
 
-def _write_layers(request: LayersRequest, progress: Progress) -> Nothing:
+def _write_layers(request: LayersRequest, progress: Progress) -> NoArguments:
     from vomstudio.project.exports.export import export_project
 
     export_project(
         request.folder, "gpkg", request.folder / "project.gpkg", writes_map=False, force=True
     )
-    return Nothing()
+    return NoArguments()
 
 
-WRITE_LAYERS = Job("write_layers", Lane.FILES, LayersRequest, Nothing, _write_layers)
+WRITE_LAYERS = Job("write_layers", Lane.FILES, LayersRequest, NoArguments, _write_layers)
 
 JOBS = (WRITE_LAYERS,)

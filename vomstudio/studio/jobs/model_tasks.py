@@ -11,7 +11,7 @@ from vomstudio.core.progress import Progress
 from vomstudio.core.words import to_translate
 from vomstudio.geometry.registrations import Registration
 from vomstudio.geometry.units import WORLD, Axes
-from vomstudio.studio.jobs.job import Job, Lane, Nothing
+from vomstudio.studio.jobs.job import Job, Lane, NoArguments
 
 MEMORY_ADVICE = to_translate("Divide the model into tiles, or close other programs.")
 
@@ -19,7 +19,7 @@ Matrix = tuple[tuple[float, ...], ...]
 """Rows of a 4 x 4 matrix, as stored in `to_world` of a model."""
 
 
-def _warm(request: Nothing, progress: Progress) -> Nothing:
+def _warm(request: NoArguments, progress: Progress) -> NoArguments:
     import laspy  # noqa: F401
     import lazrs  # noqa: F401
     import pyproj  # noqa: F401
@@ -28,17 +28,17 @@ def _warm(request: Nothing, progress: Progress) -> Nothing:
     from vomstudio.io.models.formats.obj import warm_up
 
     warm_up()
-    return Nothing()
+    return NoArguments()
 
 
-IMPORT_LIBRARIES = Job("warm", Lane.MODELS, Nothing, Nothing, _warm)
+IMPORT_LIBRARIES = Job("warm", Lane.MODELS, NoArguments, NoArguments, _warm)
 """Import the libraries for reading models, so that the first model opens without delay."""
 
 
 _PACKAGE = Path(__file__).resolve().parents[2]
 
 
-def _compile_kernels(request: Nothing, progress: Progress) -> Nothing:
+def _compile_kernels(request: NoArguments, progress: Progress) -> NoArguments:
     import importlib
     import os
     import pkgutil
@@ -53,10 +53,10 @@ def _compile_kernels(request: Nothing, progress: Progress) -> Nothing:
             progress.step(0)
             prepare_kernels(importlib.import_module(module.name))
     compilation_state.record_compilation()
-    return Nothing()
+    return NoArguments()
 
 
-COMPILE_KERNELS = Job("compile_kernels", Lane.PHOTOS, Nothing, Nothing, _compile_kernels)
+COMPILE_KERNELS = Job("compile_kernels", Lane.PHOTOS, NoArguments, NoArguments, _compile_kernels)
 """Prepare all kernels. Kernels that were never used on this machine are compiled, which takes
 seconds each, before the user has to wait for them."""
 
@@ -179,7 +179,7 @@ class CopiedModel:
 def _copy_model(request: ModelCopy, progress: Progress) -> CopiedModel:
     from vomstudio.io.models.model_copy import copy_model
 
-    copy = copy_model(
+    copied_model = copy_model(
         request.path,
         request.folder,
         progress,
@@ -187,7 +187,7 @@ def _copy_model(request: ModelCopy, progress: Progress) -> CopiedModel:
         photos=request.photos,
         registration=request.registration,
     )
-    return CopiedModel(copy)
+    return CopiedModel(copied_model)
 
 
 COPY_MODEL = Job("copy_model", Lane.FILES, ModelCopy, CopiedModel, _copy_model, MEMORY_ADVICE)
@@ -329,10 +329,10 @@ def _cut_model(request: ModelCut, progress: Progress) -> CutModel:
         request.path, model_cache.folder_of(request.path, request.cache), progress
     )
     with open_regular(request.bits) as file:
-        bits = np.load(file, allow_pickle=False)
+        packed_mask = np.load(file, allow_pickle=False)
     path, warnings = write_piece(
         loaded_model,
-        bits,
+        packed_mask,
         request.path,
         request.content_hash,
         request.crs,

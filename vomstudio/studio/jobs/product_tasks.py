@@ -83,13 +83,17 @@ class OrthophotoOutput:
 def _orthophoto(request: OrthophotoRequest, progress: Progress) -> OrthophotoOutput:
     from vomstudio.io.models import model_cache
 
-    features, only, items = None, None, tuple[interpretation.Item, ...]()
+    features, selected_drawing, items = None, None, tuple[interpretation.Item, ...]()
     if request.domain is not None:
         items = interpretation.read_items(request.domain[0])
-        only = domain_mask.territory(items, request.domain[1])
+        selected_drawing = domain_mask.territory(items, request.domain[1])
     if request.draw is not None:
-        shown = interpretation.read_items(request.draw) if only is None else only.features(items)
-        features = interpretation.select_items(shown, request.parts)
+        shown_items = (
+            interpretation.read_items(request.draw)
+            if selected_drawing is None
+            else selected_drawing.features(items)
+        )
+        features = interpretation.select_items(shown_items, request.parts)
     folder = model_cache.folder_of(request.path, request.cache)
     loaded_model = model_cache.load(request.path, folder, progress)
     plan = planning.plan(
@@ -111,7 +115,7 @@ def _orthophoto(request: OrthophotoRequest, progress: Progress) -> OrthophotoOut
         progress=progress,
         features=features,
         legend=interpretation.LEGEND in request.parts,
-        only=None if only is None else only.seen_in(items, plan),
+        only=None if selected_drawing is None else selected_drawing.seen_in(items, plan),
     )
     return OrthophotoOutput(
         image=Path(result.image),
@@ -139,7 +143,7 @@ class ElevationRequest:
     cache: Path
     to_world: Matrix
     crs: str | None
-    metric: bool
+    is_metric: bool
     north_known: bool
     options: DemOptions
     files: DemFiles
@@ -164,7 +168,7 @@ def _elevation(request: ElevationRequest, progress: Progress) -> WrittenElevatio
         reference_plane(options.plane),
         to_world=np.eye(4),
         gsd=options.gsd_m,
-        is_metric=request.metric,
+        is_metric=request.is_metric,
     )
     heights, limit = draw_heights(data, plan, options.limit_m, progress)
     progress.stage(tr("Writing the elevation model"))

@@ -28,11 +28,11 @@ MEMORY_ADVICE = to_translate("Use a smaller part of the model, or close other pr
 
 @dataclass(frozen=True)
 class HomologousPoint:
-    """Point on the model (file frame) and on the reference (`there`, World frame)."""
+    """Point on the model (file frame) and on the reference (`reference_point`, World frame)."""
 
     label: str
     model: Point
-    there: Point
+    reference_point: Point
 
 
 @dataclass(frozen=True)
@@ -157,7 +157,7 @@ def _pairs(points: tuple[HomologousPoint, ...]) -> Pairs:
     return Pairs(
         tuple(point.label for point in points),
         np.array([point.model for point in points], np.float64),
-        np.array([point.there for point in points], np.float64),
+        np.array([point.reference_point for point in points], np.float64),
         np.full((n, 3), np.nan),
         np.zeros(n, bool),
     )

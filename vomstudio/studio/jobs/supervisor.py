@@ -23,7 +23,7 @@ from vomstudio.core.words import tr
 from vomstudio.studio.jobs import serialisation
 from vomstudio.studio.jobs.events import Done, Event, Failed, Fault, from_line
 from vomstudio.studio.jobs.job import Job, Request, Result
-from vomstudio.studio.jobs.worker_exits import LastWords, ending, exit_error
+from vomstudio.studio.jobs.worker_exits import LastWords, exit_error, exit_text
 
 Listener = Callable[[Event], None]
 _log = logging.getLogger(__name__)
@@ -57,7 +57,7 @@ class Worker:
         self._owners: dict[int, subprocess.Popen[str]] = {}
         self._timers: dict[int, threading.Timer] = {}
         self._released: subprocess.Popen[str] | None = None
-        self._closed = False
+        self._is_closed = False
 
     def submit(self, job: Job[Request, Result], request: Request, listener: Listener) -> int:
         """Submit a job and return its number.
@@ -69,7 +69,7 @@ class Worker:
         """
         args = serialisation.encode(request)
         with self._lock:
-            if self._closed:
+            if self._is_closed:
                 raise WorkerError(Finding("job.closing"))
             number = next(self._numbers)
             command = {"job": number, "task": job.name, "args": args}
@@ -127,7 +127,7 @@ class Worker:
     def close(self) -> None:
         """End the process without further events for unfinished jobs."""
         with self._lock:
-            self._closed = True
+            self._is_closed = True
             self._listeners.clear()
             self._owners.clear()
             self._jobs.clear()
@@ -202,7 +202,7 @@ class Worker:
         assert process.stdin is not None
         with contextlib.suppress(OSError):
             process.stdin.close()
-        self._died(process, last_words.text())
+        self._handle_exit(process, last_words.text())
 
     def _deliver(self, event: Event) -> None:
         with self._lock:
@@ -219,16 +219,16 @@ class Worker:
             event = _decode_result(event, entry[0].result)
         listener(event)
 
-    def _died(self, process: subprocess.Popen[str], stderr_text: str) -> None:
+    def _handle_exit(self, process: subprocess.Popen[str], stderr_text: str) -> None:
         with self._lock:
             if self._process is process:
                 self._process = None
             # Jobs that were submitted after the process had died have another process.
             lost_jobs = [job for job, owner in self._owners.items() if owner is process]
             cancelled = set(self._timers)
-            is_expected = self._closed or process is self._released
+            is_expected = self._is_closed or process is self._released
         if not is_expected and not cancelled.intersection(lost_jobs):
-            ending_text = ending(process.returncode)
+            ending_text = exit_text(process.returncode)
             _log.error("the worker process %d ended (%s)", process.pid, ending_text)
             self._on_fault(
                 Fault(
@@ -247,7 +247,10 @@ class Worker:
             process = self._owners.get(job)
             if process is None:
                 return
-            if min(each for each, owner in self._owners.items() if owner is process) < job:
+            if (
+                min(job_number for job_number, owner in self._owners.items() if owner is process)
+                < job
+            ):
                 # The job is queued behind one that was not cancelled.
                 self._end_later(job)
                 return

@@ -42,9 +42,9 @@ class _Reporter:
         self._token.check()
         self._send(Stage(self._job, name, total))
 
-    def step(self, done: int) -> None:
+    def step(self, done_count: int) -> None:
         self._token.check()
-        self._send(Step(self._job, done))
+        self._send(Step(self._job, done_count))
 
 
 def main() -> int:
@@ -81,8 +81,8 @@ def main() -> int:
             if task is None:
                 raise WorkerError(Finding("job.unknown-task", task=name))
             with memory_limit.limit_to_free_memory():
-                done = task.run_plain(args, _Reporter(job, token, send))
-            send(Done(job, done))
+                result = task.run_plain(args, _Reporter(job, token, send))
+            send(Done(job, result))
         except VomError as error:
             send(Failed(job, error.to_dict(), error.exit_code))
         except BrokenPipeError:

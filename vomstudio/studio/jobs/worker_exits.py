@@ -70,7 +70,7 @@ def exit_error(code: int, stderr_text: str, job: Job[Any, Any], request: Any) ->
         remedy = job.memory_advice()
     elif code in _CRASHED and job.smaller:
         remedy = tr("This can be a lack of memory. {remedy}", remedy=job.memory_advice())
-    return WorkerError(Finding("job.worker-died", ending=ending(code), remedy=remedy))
+    return WorkerError(Finding("job.worker-died", ending=exit_text(code), remedy=remedy))
 
 
 def _last_word(stderr_text: str) -> str:
@@ -84,7 +84,7 @@ def out_of_memory_error(job: Job[Any, Any]) -> WorkerError:
     return WorkerError(Finding("job.out-of-memory", remedy=job.memory_advice()))
 
 
-def ending(code: int) -> str:
+def exit_text(code: int) -> str:
     """Describe an exit status."""
     if code == _KILLED:
         return tr("killed by the system, probably out of memory")

@@ -92,7 +92,7 @@ def place_by_known(
     compass: CompassTable | None = None,
     turned_deg: float = 0.0,
     *,
-    north_sigma_stated: bool = False,
+    is_north_sigma_stated: bool = False,
     photo_up: FloatArray | None = None,
     keep_scale: bool = False,
     click_sigma_m: float | None = None,
@@ -116,7 +116,7 @@ def place_by_known(
     compass : CompassTable, optional
     turned_deg : float
         Correction that is added to all azimuths, degrees.
-    north_sigma_stated : bool
+    is_north_sigma_stated : bool
         Whether `north_doubt_deg` was stated and is not a default.
     photo_up : (3,) float64, optional
         See `Evidence`.
@@ -133,7 +133,7 @@ def place_by_known(
     """
     evidence = build_evidence(pairs, lines, compass, turned_deg)
     evidence.compass_doubt_deg = north_doubt_deg
-    evidence.compass_doubt_stated = north_sigma_stated
+    evidence.compass_doubt_stated = is_north_sigma_stated
     evidence.photo_up = photo_up
     evidence.click_sigma_m, evidence.resolution = click_sigma_m, resolution
     evidence.up = up_direction(model)

@@ -75,9 +75,9 @@ def measure_directions(
     return directions
 
 
-def _direction(measurement: Measurement, plane: bool) -> FloatArray | None:
+def _direction(measurement: Measurement, is_plane: bool) -> FloatArray | None:
     """Return the direction (3,) in the World frame, or None if it is undefined."""
-    if not plane:
+    if not is_plane:
         return (
             None if measurement.line is None else np.asarray(measurement.line.vector(), np.float64)
         )
@@ -86,10 +86,10 @@ def _direction(measurement: Measurement, plane: bool) -> FloatArray | None:
     return None if measurement.plane is None else np.asarray(measurement.plane.normal(), np.float64)
 
 
-def _direction_sigma(measurement: Measurement, plane: bool) -> float | None:
+def _direction_sigma(measurement: Measurement, is_plane: bool) -> float | None:
     """Return the standard deviation of a direction in degrees, or None if unknown."""
     major_deg, minor_deg = measurement.max_confidence95_deg, measurement.min_confidence95_deg
-    if plane and measurement.fit is not None:
+    if is_plane and measurement.fit is not None:
         major_deg, minor_deg = governing_half_angles(
             measurement.fit,
             measurement.judged_as,

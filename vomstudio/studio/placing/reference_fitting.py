@@ -54,13 +54,13 @@ class InitialPlacement:
     """Placement of a model before the fit.
 
     `to_world` (4, 4) is the matrix from the file frame to the World frame, `crs` the CRS of the
-    World frame, and `metric` whether its unit is known. `scale_error` is the relative scale
+    World frame, and `is_metric` whether its unit is known. `scale_error` is the relative scale
     error (one sigma) of the registration, or None if unknown.
     """
 
     to_world: Any
     crs: str | None
-    metric: bool
+    is_metric: bool
     scale_error: float | None = None
 
 
@@ -115,7 +115,7 @@ def fit_model(
         findings += crs_findings(crs, target.crs, ("--crs", names[1]))
     initial = initial or _stated_placement(loaded_model)
     similarity = similarity_of(initial.to_world)
-    scale = not initial.metric
+    scale = not initial.is_metric
     points, spacing = points_and_spacing(loaded_model.data, loaded_model.path)
     if previous_placement is None:
         findings += crs_findings(initial.crs, target.crs, names)

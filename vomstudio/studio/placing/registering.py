@@ -147,7 +147,7 @@ def place_by_points(
     compass: CompassTable | None = None,
     turned_deg: float = 0.0,
     *,
-    north_sigma_stated: bool = False,
+    is_north_sigma_stated: bool = False,
     photo_up: FloatArray | None = None,
     keep_scale: bool = False,
     click_sigma_m: float | None = None,
@@ -173,7 +173,7 @@ def place_by_points(
         Correction that is added to all azimuths, degrees.
     north_doubt_deg : float
         Standard deviation of the common error of all azimuths, degrees.
-    north_sigma_stated : bool
+    is_north_sigma_stated : bool
         Whether `north_doubt_deg` was stated and is not a default.
     photo_up : (3,) float64, optional
         See `Evidence`.
@@ -212,7 +212,7 @@ def place_by_points(
             north_doubt_deg,
             compass,
             turned_deg,
-            north_sigma_stated=north_sigma_stated,
+            is_north_sigma_stated=is_north_sigma_stated,
             photo_up=photo_up,
             keep_scale=keep_scale,
             click_sigma_m=click_sigma_m,

@@ -41,12 +41,12 @@ def world_grid(grid: FaceGrid, model: Model | None) -> SquareGrid:
 
 
 def compute_exposed(
-    grid: FaceGrid, data: Mesh | PointCloud, resolution: float | None, *, pieces: bool
+    grid: FaceGrid, data: Mesh | PointCloud, resolution: float | None, *, with_pieces: bool
 ) -> ExposedArea:
     """Measure the exposed area in the cells of a grid, in squared file units."""
     if isinstance(data, Mesh) and len(data.faces):
         return measure_faces(
-            grid_in_file_frame(grid), data.vertices, data.faces, with_pieces=pieces
+            grid_in_file_frame(grid), data.vertices, data.faces, with_pieces=with_pieces
         )
     points = data.vertices if isinstance(data, Mesh) else data.points
     return measure_points(grid_in_file_frame(grid), points, resolution or 0.0)
@@ -129,7 +129,7 @@ class FaceGrids:
         self._background.cancel_all()
         self._exposed.clear()
 
-    def edited(self, edit: Edit) -> None:
+    def follow_edit(self, edit: Edit) -> None:
         for id_, record in edit.after.items():
             if isinstance(record, FaceGrid):
                 self._compute(record)
@@ -144,7 +144,7 @@ class FaceGrids:
                 self._compute(grid)
 
     def _compute(self, grid: FaceGrid) -> None:
-        geometry, open_model = _Geometry.of(grid), self._models.open.get(grid.model_id)
+        geometry, open_model = _Geometry.of(grid), self._models.open_models.get(grid.model_id)
         entry = self._exposed.get(grid.id)
         if open_model is None or (entry is not None and entry[0] == geometry):
             return
@@ -155,7 +155,7 @@ class FaceGrids:
             self.changed.emit(grid.id)
 
         self._background.run(
-            lambda: compute_exposed(grid, open_model.data, open_model.resolution, pieces=True),
+            lambda: compute_exposed(grid, open_model.data, open_model.resolution, with_pieces=True),
             store,
             lambda _: store(None),
             key=grid.id,

@@ -83,7 +83,7 @@ class Proposals:
         Facet of each point of the model, or -1.
     exposed_m2 : (facets,) float64
         Exposed area of each patch.
-    whole : bool
+    is_whole_model : bool
         Whether the whole model was searched.
     """
 
@@ -98,7 +98,7 @@ class Proposals:
     label: Int32Array
     covers: Int32Array
     exposed_m2: FloatArray
-    whole: bool
+    is_whole_model: bool
 
     def share(self, rows: Collection[int]) -> float | None:
         """Return the share of some facets in the exposed rock area, or None if it is unknown."""
@@ -140,13 +140,13 @@ class FacetProposals(ProposalQueue[Proposals]):
         jobs: Jobs,
         thresholds: Callable[[], Thresholds],
         background: Background,
-        foresee: Callable[[list[tuple[Feature, Measurement]], Thresholds], None],
+        store_expected: Callable[[list[tuple[Feature, Measurement]], Thresholds], None],
     ) -> None:
         super().__init__(projects, jobs, background)
-        self._models, self._editing, self._foresee = models, editing, foresee
+        self._models, self._editing, self._store_expected = models, editing, store_expected
         self._display, self._mode_before = display, ""
         self._thresholds = thresholds
-        self.open: set[int] = set()
+        self.open_rows: set[int] = set()
         self.accepted: set[int] = set()
         # Row of each accepted proposal, keyed by the id of its patch.
         self._accepted_rows: dict[str, int] = {}
@@ -158,11 +158,11 @@ class FacetProposals(ProposalQueue[Proposals]):
         model = self._model(model_id)
         if model is None:
             return
-        standing, record = model
+        placed_model, record = model
         name = "part" if sight is not None else "whole"
-        out = standing.cache / "facets" / f"{model_id}-{name}.npz"
+        out = placed_model.cache / "facets" / f"{model_id}-{name}.npz"
 
-        def judge(result: FoundFacets) -> None:
+        def handle_result(result: FoundFacets) -> None:
             # Processing thousands of facets takes too long for the main thread.
             records, thresholds = dict(self._projects.records), self._thresholds()
             is_whole_model = sight is None
@@ -173,15 +173,15 @@ class FacetProposals(ProposalQueue[Proposals]):
 
         self._submit(
             FIND_FACETS,
-            FacetsRequest(standing, options, sight, out),
+            FacetsRequest(placed_model, options, sight, out),
             tr("Facets of {model}", model=record.name),
-            judge,
+            handle_result,
             is_quiet=sight is not None,
         )
 
     def _show_proposals(self, proposals: Proposals) -> None:
         self.proposals, self.accepted = proposals, set()
-        self.open = set(range(len(proposals.patches)))
+        self.open_rows = set(range(len(proposals.patches)))
         self._accepted_rows = {}
         self._report()
 
@@ -193,14 +193,14 @@ class FacetProposals(ProposalQueue[Proposals]):
         been decided.
         """
         proposals = self.proposals
-        open_model = None if proposals is None else self._models.open.get(proposals.model_id)
+        open_model = None if proposals is None else self._models.open_models.get(proposals.model_id)
         if proposals is None or open_model is None:
             return
-        if not self.open and mode != "exposure":
+        if not self.open_rows and mode != "exposure":
             self.unpaint()
             return
         values = np.full(len(proposals.patches) + 1, np.nan, np.float32)
-        for row in self.open:
+        for row in self.open_rows:
             values[row] = _value(mode, row, proposals.measured[row])
         # The last value is that of the label -1.
         painted = values[proposals.label]
@@ -219,7 +219,7 @@ class FacetProposals(ProposalQueue[Proposals]):
             Share of each facet (0 to 1), keyed by its index.
         """
         proposals = self.proposals
-        if proposals is None or proposals.model_id not in self._models.open:
+        if proposals is None or proposals.model_id not in self._models.open_models:
             return
         values = np.full(len(proposals.patches) + 1, np.nan, np.float32)
         for row, share in shares.items():
@@ -238,14 +238,17 @@ class FacetProposals(ProposalQueue[Proposals]):
         self, model_id: str, painted_numbers: Float32Array, style: FieldStyle
     ) -> None:
         self._unpaint(model_id)
-        open_model = self._models.open[model_id]
+        open_model = self._models.open_models[model_id]
         if open_model.give_fields({style.name: painted_numbers}):
             if not self._mode_before:
                 self._mode_before = self._display.mode
             self._display.show_field(model_id, style)
 
     def _unpaint(self, model_id: str) -> None:
-        style, open_model = self._display.styles.get(model_id), self._models.open.get(model_id)
+        style, open_model = (
+            self._display.styles.get(model_id),
+            self._models.open_models.get(model_id),
+        )
         if style is not None and style.name in _NAMES:
             self._display.show_no_field(model_id)
         if open_model is not None:
@@ -267,7 +270,7 @@ class FacetProposals(ProposalQueue[Proposals]):
         The list is empty if the edit was rejected.
         """
         proposals = self.proposals
-        open_indices = [row for row in rows if row in self.open]
+        open_indices = [row for row in rows if row in self.open_rows]
         if proposals is None or not open_indices:
             return []
         note = proposals.provenance
@@ -282,7 +285,7 @@ class FacetProposals(ProposalQueue[Proposals]):
             for row in open_indices
         ]
         # The edit must not discard the other proposals.
-        self.open -= set(open_indices)
+        self.open_rows -= set(open_indices)
         measurements = [proposals.measured[row] for row in open_indices]
 
         def added(records: Mapping[str, Record], features: Sequence[Patch]) -> Edit:
@@ -290,13 +293,13 @@ class FacetProposals(ProposalQueue[Proposals]):
             if records.get(proposals.model_id) is proposals.model:
                 # Avoids measuring hundreds of patches again while the window waits.
                 new_features = [f for f in edit.after.values() if isinstance(f, Feature)]
-                self._foresee(
+                self._store_expected(
                     list(zip(new_features, measurements, strict=True)), proposals.judged_by
                 )
             return edit
 
         if not self._editing.attempt(added, patches):
-            self.open |= set(open_indices)
+            self.open_rows |= set(open_indices)
             return []
         self.accepted |= set(open_indices)
         self._accepted_rows |= {
@@ -307,12 +310,12 @@ class FacetProposals(ProposalQueue[Proposals]):
 
     def reject(self, rows: Collection[int]) -> None:
         """Reject proposals; the project does not change."""
-        self.open -= set(rows)
+        self.open_rows -= set(rows)
         self.changed.emit()
 
     def _forget(self) -> None:
         self.unpaint()
-        self.open, self.accepted, self._accepted_rows = set(), set(), {}
+        self.open_rows, self.accepted, self._accepted_rows = set(), set(), {}
 
     def _update_open(self, edit: Edit) -> None:
         """Reopen facets whose patch an edit removed, and close those whose patch it restored."""
@@ -328,9 +331,9 @@ class FacetProposals(ProposalQueue[Proposals]):
             for id_, record in edit.after.items()
             if id_ in self._accepted_rows and record is not None
         }
-        if removed_rows <= self.open and restored <= self.accepted:
+        if removed_rows <= self.open_rows and restored <= self.accepted:
             return
-        self.open = (self.open | removed_rows) - restored
+        self.open_rows = (self.open_rows | removed_rows) - restored
         self.accepted = (self.accepted | restored) - removed_rows
         self.changed.emit()
 

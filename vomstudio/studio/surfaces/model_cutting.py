@@ -34,7 +34,7 @@ class ModelCutting:
         The new model is stored in the project folder and has the placement of the original.
         """
         model = get(self._projects.records, model_id, Model)
-        open_model = self._models.open.get(model_id)
+        open_model = self._models.open_models.get(model_id)
         project = self._projects.project
         path = None if model is None else project.find_model(model)
         if model is None or open_model is None or path is None:
@@ -48,13 +48,13 @@ class ModelCutting:
         name = next(item for item in names if item not in used_names)
         with tempfile.NamedTemporaryFile(prefix="vomstudio-", suffix=".npy", delete=False) as file:
             np.save(file, np.packbits(mask))
-        bits = Path(file.name)
+        mask_file = Path(file.name)
         folder = project.folder / "models"
         order = ModelCut(
             path,
             project.cache,
             model.content_hash,
-            bits,
+            mask_file,
             open_model.crs,
             folder,
             name,
@@ -62,23 +62,23 @@ class ModelCutting:
         )
 
         def done(cut_model: CutModel) -> None:
-            bits.unlink(missing_ok=True)
+            mask_file.unlink(missing_ok=True)
             if self._projects.project is not project:
                 return
             for warning in cut_model.warnings:
                 self._notices.warn(warning)
             label = f"Cut {name} out of {model.name}"
-            self._models.open_model(cut_model.path, name, like=model_id, label=label)
+            self._models.open_model(cut_model.path, name, reference_id=model_id, label=label)
 
         self._jobs.submit(
             CUT_MODEL,
             order,
             title=tr("Cutting {name} out", name=name),
             on_done=done,
-            on_failed=lambda event: self._failed(bits, event),
+            on_failed=lambda event: self._failed(mask_file, event),
         )
 
-    def _failed(self, bits: Path, event: Failed) -> None:
-        bits.unlink(missing_ok=True)
+    def _failed(self, mask_file: Path, event: Failed) -> None:
+        mask_file.unlink(missing_ok=True)
         if not event.cancelled:
             self._notices.warn(event.to_error(), "error")

@@ -64,13 +64,13 @@ class ModelWork:
 
         If the file is missing, a message is set and None is returned.
         """
-        standing, record = find_placed_model(self._projects, model_id), None
-        if standing is not None:
+        placed_model, record = find_placed_model(self._projects, model_id), None
+        if placed_model is not None:
             record = self._projects.records.get(model_id)
-        if standing is None or not isinstance(record, Model):
+        if placed_model is None or not isinstance(record, Model):
             self._report(Finding("model.file-missing", model=self._projects.name_of(model_id)))
             return None
-        return standing, record
+        return placed_model, record
 
     def _submit(
         self,
@@ -154,7 +154,7 @@ class ProposalQueue(ModelWork, Generic[ProposalsT]):
         """Clear the decisions about the proposals."""
         raise NotImplementedError
 
-    def edited(self, edit: Edit) -> None:
+    def follow_edit(self, edit: Edit) -> None:
         """Discard the proposals if an edit removed the model or changed its registration."""
         proposals = self.proposals
         if proposals is None:

@@ -46,7 +46,7 @@ class ModelElements:
         self.look: Callable[[], ViewSnapshot | None] = lambda: None
         self.hidden_changed: Signal[str] = Signal()
         self._projects, self._models, self._visibility = projects, models, visibility
-        self._background, self._cutting = background, cutting
+        self._background, self._model_cutting = background, cutting
         self._hidden: dict[str, BoolArray] = {}
         self._neighbours: tuple[OpenModel, Neighbours | Finding] | None = None
         self._pending_request: tuple[OpenModel, list[Callable[[], None]]] | None = None
@@ -59,21 +59,21 @@ class ModelElements:
         if not visible("models"):
             return []
         ids = [model.id for model in self._projects.of(Model)]
-        return [id_ for id_ in ids if id_ in self._models.open and visible(id_)]
+        return [id_ for id_ in ids if id_ in self._models.open_models and visible(id_)]
 
     def data(self, model_id: str) -> Mesh | PointCloud | None:
-        open_model = self._models.open.get(model_id)
+        open_model = self._models.open_models.get(model_id)
         return None if open_model is None else open_model.data
 
     def spacing(self, model_id: str) -> float:
-        open_model = self._models.open.get(model_id)
+        open_model = self._models.open_models.get(model_id)
         return 0.0 if open_model is None else open_model.resolution or 0.0
 
     # --- neighbours ---------------------------------------------------------------------------
     def neighbours(
         self, model_id: str, on_finished: Callable[[], None]
     ) -> Neighbours | Finding | None:
-        open_model = self._models.open.get(model_id)
+        open_model = self._models.open_models.get(model_id)
         if open_model is None:
             return Finding("model.not-open", model=model_id)
         if self._neighbours is not None and self._neighbours[0] is open_model:
@@ -93,7 +93,7 @@ class ModelElements:
 
     def _store(self, opened_model: OpenModel, result: Neighbours | Finding) -> None:
         pending_request, self._pending_request = self._pending_request, None
-        if any(item is opened_model for item in self._models.open.values()):
+        if any(item is opened_model for item in self._models.open_models.values()):
             self._neighbours = (opened_model, result)
             for callback in () if pending_request is None else pending_request[1]:
                 callback()
@@ -152,7 +152,7 @@ class ModelElements:
 
     # --- cutting ------------------------------------------------------------------------------
     def cut_out(self, model_id: str, mask: BoolArray) -> None:
-        self._cutting.cut(model_id, mask)
+        self._model_cutting.cut(model_id, mask)
 
     def forget(self) -> None:
         """Reset because another project is opened."""

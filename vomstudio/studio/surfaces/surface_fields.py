@@ -100,19 +100,19 @@ class ShownField:
 
     Parameters
     ----------
-    wanted : FieldRequest
+    request : FieldRequest
     name : str
         Name of the field in the model.
-    rests_on : object
+    inputs : object
         Inputs on which the values depend.
     palette : str or None
         Colour map selected by the user.
     findings : tuple of Finding
     """
 
-    wanted: FieldRequest
+    request: FieldRequest
     name: str
-    rests_on: object
+    inputs: object
     palette: str | None = None
     findings: tuple[Finding, ...] = ()
 
@@ -144,7 +144,7 @@ class ModelFields(ModelWork):
     # --- availability -------------------------------------------------------------------------
     def why_not(self, model_id: str) -> Finding | None:
         """Return why no field can be computed for a model, or None if one can."""
-        open_model = self._models.open.get(model_id)
+        open_model = self._models.open_models.get(model_id)
         if open_model is None:
             return Finding("model.not-open")
         count = (
@@ -163,7 +163,10 @@ class ModelFields(ModelWork):
 
     def likely_radius(self, model_id: str) -> float:
         """Return five times the resolution of a model in metres, with two digits."""
-        open_model, record = self._models.open.get(model_id), self._projects.records.get(model_id)
+        open_model, record = (
+            self._models.open_models.get(model_id),
+            self._projects.records.get(model_id),
+        )
         if open_model is None or not isinstance(record, Model) or not open_model.resolution:
             return 0.5
         radius = (
@@ -207,7 +210,9 @@ class ModelFields(ModelWork):
         return f"distance to {subject}{source.name} [{unit}]"
 
     # --- requests -----------------------------------------------------------------------------
-    def ask(self, model_id: str, request: FieldRequest, palette: str | None = None) -> None:
+    def request_field(
+        self, model_id: str, request: FieldRequest, palette: str | None = None
+    ) -> None:
         """Compute a field and show it, cancelling a running computation."""
         self.stop()
         self.findings = ()
@@ -235,8 +240,8 @@ class ModelFields(ModelWork):
         model = self._model(model_id)
         if model is None:
             return
-        (standing, record), radius = model, shown_field.wanted.radius_m
-        data = self._models.open[model_id].data
+        (placed_model, record), radius = model, shown_field.request.radius_m
+        data = self._models.open_models[model_id].data
         if shown_field.name in data.fields and shown_field.name in self._computed_names.get(
             model_id, ()
         ):
@@ -244,7 +249,7 @@ class ModelFields(ModelWork):
             return
         is_metric = record.frame.has_metres
         key = sha256(repr((record.content_hash, record.to_world)).encode()).hexdigest()
-        out = standing.cache / "fields" / f"{record.content_hash[:16]}.npz"
+        out = placed_model.cache / "fields" / f"{record.content_hash[:16]}.npz"
 
         def read() -> Arrays:
             with open_arrays(out) as arrays:
@@ -255,18 +260,18 @@ class ModelFields(ModelWork):
 
         self._submit(
             COMPUTE_FIELDS,
-            FieldsRequest(standing, radius, key, out),
+            FieldsRequest(placed_model, radius, key, out),
             tr("Fields of {model} within {radius:g} m", model=record.name, radius=radius),
             computed,
         )
 
     def _request_measurable(self, model_id: str, shown_field: ShownField) -> None:
         # Both fields are computed together.
-        model, plane = self._model(model_id), self.resolve_plane(shown_field.wanted)
+        model, plane = self._model(model_id), self.resolve_plane(shown_field.request)
         if model is None or plane is None:
             return
-        standing, record = model
-        data, length = self._models.open[model_id].data, shown_field.wanted.radius_m
+        placed_model, record = model
+        data, length = self._models.open_models[model_id].data, shown_field.request.radius_m
         if shown_field.name in data.fields and shown_field.name in self._computed_names.get(
             model_id, ()
         ):
@@ -274,7 +279,7 @@ class ModelFields(ModelWork):
             return
         names = map_names(plane, length, is_metric=record.frame.has_metres)
         x, y, z = (float(v) for v in plane.normal())
-        out = standing.cache / "fields" / f"{model_id}-measurable.npz"
+        out = placed_model.cache / "fields" / f"{model_id}-measurable.npz"
         tilt = ToWorld.from_model(record).tilt_deg(plane.normal()) or 0.0
         options = MeasurableOptions(length_m=length, registration_error_deg=tilt)
 
@@ -286,7 +291,7 @@ class ModelFields(ModelWork):
 
         self._submit(
             MAP_MEASURABLE,
-            MeasurableRequest(standing, (x, y, z), options, out),
+            MeasurableRequest(placed_model, (x, y, z), options, out),
             tr(
                 "Measurability of planes {plane} on {model}",
                 model=record.name,
@@ -296,13 +301,13 @@ class ModelFields(ModelWork):
         )
 
     def _request_distances(self, model_id: str, shown_field: ShownField) -> None:
-        model, other_model = self._model(model_id), self._model(shown_field.wanted.of)
+        model, other_model = self._model(model_id), self._model(shown_field.request.of)
         if model is None or other_model is None:
             return
-        standing, other_placed = model[0], other_model[0]
+        placed_model, other_placed = model[0], other_model[0]
         from vomstudio.studio.jobs.registration_tasks import COMPARE_MODELS, ComparisonRequest
 
-        out = standing.cache / "fields" / f"{model_id}-distance.npz"
+        out = placed_model.cache / "fields" / f"{model_id}-distance.npz"
 
         def read() -> FieldsResult:
             with open_arrays(out) as arrays:
@@ -310,19 +315,23 @@ class ModelFields(ModelWork):
 
         self._submit(
             COMPARE_MODELS,
-            ComparisonRequest(standing, other_placed, CompareOptions(), out),
-            tr("Distances from {model} to {other}", model=standing.name, other=other_placed.name),
+            ComparisonRequest(placed_model, other_placed, CompareOptions(), out),
+            tr(
+                "Distances from {model} to {other}",
+                model=placed_model.name,
+                other=other_placed.name,
+            ),
             lambda _: self._deliver(model_id, shown_field, read),
         )
 
     def _request_plane(self, model_id: str, shown_field: ShownField) -> None:
-        plane, record = shown_field.rests_on, self._projects.records[model_id]
+        plane, record = shown_field.inputs, self._projects.records[model_id]
         assert isinstance(record, Model)
         if not isinstance(plane, tuple) or plane[1] is None:
             self._report(Finding("field.no-plane"))
             return
         centre, normal = np.array(plane[1]), np.array(plane[2])
-        data, rows = self._models.open[model_id].data, record.to_world
+        data, rows = self._models.open_models[model_id].data, record.to_world
 
         def work() -> FieldsResult:
             positions = data.vertices if isinstance(data, Mesh) else data.points
@@ -341,7 +350,7 @@ class ModelFields(ModelWork):
     def _show(
         self, model_id: str, shown_field: ShownField, arrays: Arrays, findings: tuple[Finding, ...]
     ) -> None:
-        open_model = self._models.open.get(model_id)
+        open_model = self._models.open_models.get(model_id)
         if open_model is None:
             return
         current_style = self._display.styles.get(model_id)
@@ -363,9 +372,9 @@ class ModelFields(ModelWork):
                 return
             self._computed_names[model_id] = set(arrays)
         self.shown[model_id] = replace(shown_field, findings=findings)
-        self._display.computed[model_id] = asdict(shown_field.wanted)
+        self._display.computed[model_id] = asdict(shown_field.request)
         style = same_style or FieldStyle(
-            shown_field.name, **_STYLES.get(shown_field.wanted.kind, {})
+            shown_field.name, **_STYLES.get(shown_field.request.kind, {})
         )
         if shown_field.palette is not None:
             style = replace(style, palette=shown_field.palette)
@@ -381,13 +390,13 @@ class ModelFields(ModelWork):
         self._computed_names.clear()
         self.changed.emit()
 
-    def edited(self, edit: Edit) -> None:
+    def follow_edit(self, edit: Edit) -> None:
         """Update fields if a model was moved or a feature whose plane is used has changed."""
         for model_id, shown_field in list(self.shown.items()):
-            inputs = self._inputs(model_id, shown_field.wanted)
-            if inputs == shown_field.rests_on:
+            inputs = self._inputs(model_id, shown_field.request)
+            if inputs == shown_field.inputs:
                 continue
-            open_model = self._models.open.get(model_id)
+            open_model = self._models.open_models.get(model_id)
             style = self._display.styles.get(model_id)
             is_visible = style is not None and style.name in self._computed_names.get(model_id, ())
             del self.shown[model_id]
@@ -395,8 +404,12 @@ class ModelFields(ModelWork):
                 if is_visible:
                     self._display.show_no_field(model_id)
                 open_model.drop_fields(self._computed_names.pop(model_id, ()))
-            if open_model is not None and is_visible and self.name_of(model_id, shown_field.wanted):
-                self.ask(model_id, shown_field.wanted)
+            if (
+                open_model is not None
+                and is_visible
+                and self.name_of(model_id, shown_field.request)
+            ):
+                self.request_field(model_id, shown_field.request)
 
     def _loaded(self, model_id: str) -> None:
         """Request the field that was shown when the project was closed."""
@@ -405,7 +418,7 @@ class ModelFields(ModelWork):
         if request is None or style is None or style.name != self.name_of(model_id, request):
             return
         if self.running is None:
-            self.ask(model_id, request)
+            self.request_field(model_id, request)
 
     def _inputs(self, model_id: str, request: FieldRequest) -> object:
         """Return the inputs on which the values depend, such as placements or a plane."""

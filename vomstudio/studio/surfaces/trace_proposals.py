@@ -107,7 +107,7 @@ class Tools(Protocol):
 
 
 class TraceProposals(ProposalQueue[ProposedLines]):
-    """Traces proposed on a model. `changed` is also emitted when `open` changes."""
+    """Traces proposed on a model. `changed` is also emitted when `open_rows` changes."""
 
     def __init__(
         self,
@@ -128,7 +128,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         tools.changed.connect(self._look)
 
     @property
-    def open(self) -> frozenset[int]:
+    def open_rows(self) -> frozenset[int]:
         """Indices of the undecided proposals.
 
         A proposal is decided while the trace tool or the project contains its trace.
@@ -151,10 +151,10 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         model = self._model(model_id)
         if model is None:
             return
-        standing, record = model
+        placed_model, record = model
         known_lines = self._known_lines(model_id)
 
-        def judge(result: FoundTraces) -> None:
+        def handle_result(result: FoundTraces) -> None:
             records, thresholds = dict(self._projects.records), self._thresholds()
             self._read(
                 lambda: assess_lines(record, options, result, known_lines, records, thresholds),
@@ -162,12 +162,14 @@ class TraceProposals(ProposalQueue[ProposedLines]):
             )
 
         order = TracesRequest(
-            standing,
+            placed_model,
             # Lines that are already traces are ignored.
             replace(options, max_lines=options.max_lines + len(known_lines)),
-            standing.cache / "proposed_traces" / f"{model_id}.npz",
+            placed_model.cache / "proposed_traces" / f"{model_id}.npz",
         )
-        self._submit(PROPOSE_TRACES, order, tr("Traces of {model}", model=record.name), judge)
+        self._submit(
+            PROPOSE_TRACES, order, tr("Traces of {model}", model=record.name), handle_result
+        )
 
     def _known_lines(self, model_id: str) -> list[FloatArray]:
         """Return lines that need not be proposed again, in the file frame of the model."""
@@ -183,7 +185,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
 
         The list is empty if the edit was rejected.
         """
-        proposals, open_indices = self.proposals, self.open
+        proposals, open_indices = self.proposals, self.open_rows
         accepted_rows = [row for row in rows if row in open_indices]
         if proposals is None or not accepted_rows:
             return []
@@ -214,11 +216,11 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         """
         proposals = self.proposals
         model = None if proposals is None else self._projects.records.get(proposals.model_id)
-        if proposals is None or row not in self.open or not isinstance(model, Model):
+        if proposals is None or row not in self.open_rows or not isinstance(model, Model):
             return False
         tool = self._tools.of(TraceTool)
         self._tools.activate(tool.name)
-        if self._tools.active is not tool or tool.open:
+        if self._tools.active is not tool or tool.is_open:
             self._tools.hint(Finding("feature.open"))
             return False
         line = proposals.lines[row]
@@ -239,7 +241,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         proposals = self.proposals
         if proposals is None:
             return
-        for row in sorted(self.open & set(rows)):
+        for row in sorted(self.open_rows & set(rows)):
             line = np.asarray(proposals.lines[row].trace.vertices, np.float64)
             self._never.setdefault(proposals.model_id, []).append(line)
             self._rejected.add(row)
@@ -260,7 +262,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         self._look()
 
     def _look(self) -> None:
-        if self._open_before != self.open:
+        if self._open_before != self.open_rows:
             self._changed()
 
     def _report(self, *findings: Finding) -> None:
@@ -268,7 +270,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         self._changed()
 
     def _changed(self) -> None:
-        self._open_before = self.open
+        self._open_before = self.open_rows
         self.changed.emit()
 
 

@@ -32,56 +32,62 @@ class Stroke:
 
     Parameters
     ----------
-    selected : (n,) bool
+    is_selected : (n,) bool
         Faces or points of the model that are selected.
     touched : list of float32 arrays
         Corners of the added or erased faces, or every `stride`-th added or erased point.
-    quick : bool
+    is_quick : bool
         Whether the search tree of the surface exists, so that the resolution is available
         immediately.
     """
 
     model: Model
     surface: PaintSurface
-    removes: bool
-    selected: BoolArray
+    is_removing: bool
+    is_selected: BoolArray
     scale: float
     origin: FloatArray
     resolution: float | None
-    quick: bool
+    is_quick: bool
     touched: list[Float32Array] = field(default_factory=list)
     stride: int = 1
     count: int = 0
-    measured: int = 0
+    measured_count: int = 0
     measured_until: float = 0.0
 
     @classmethod
     def begin(
-        cls, hit: Hit, model: Model, surface: PaintSurface, is_selected: BoolArray, *, removes: bool
+        cls,
+        hit: Hit,
+        model: Model,
+        surface: PaintSurface,
+        is_selected: BoolArray,
+        *,
+        is_removing: bool,
     ) -> Stroke:
         """Start a stroke that changes a copy of `is_selected` (n,) under the brush."""
-        started = time.perf_counter()
+        start_time = time.perf_counter()
         spacing = surface.resolution_near(np.array([hit.position]))
         # Until the search tree exists, live measurements use a single point.
-        quick = time.perf_counter() - started < QUICK_FIT_S
+        is_quick = time.perf_counter() - start_time < QUICK_FIT_S
         return cls(
             model,
             surface,
-            removes,
+            is_removing,
             is_selected.copy(),
             transform.scale_factor(model.to_world),
             transform.apply(model.to_world, [hit.position])[0],
             spacing,
-            quick,
+            is_quick,
         )
 
     def paint(self, hit: Hit, radius: float) -> None:
         """Add or erase everything within `radius`, in metres, of a hit."""
         ids = self.surface.within(hit.index, hit.position, radius / self.scale)
-        ids = ids[self.selected[ids] == self.removes]
+        ids = ids[self.is_selected[ids] == self.is_removing]
         if not len(ids):
             return
-        self.selected[ids] = not self.removes
+        self.is_selected[ids] = not self.is_removing
         self.count += len(ids)
         self.touched.append(
             local_corners(self.surface.corners(ids[:: self.stride]), self.model, self.origin)
@@ -89,7 +95,7 @@ class Stroke:
 
     def ids(self) -> IntArray:
         """Return the indices (k,) of the selected faces or points."""
-        return np.flatnonzero(self.selected)
+        return np.flatnonzero(self.is_selected)
 
     def figures(self, ids: IntArray, *, is_whole: bool) -> dict[str, Any]:
         """Return the patch fields derived from its ids; `is_whole` includes those of a record."""
@@ -97,17 +103,17 @@ class Stroke:
             return record_figures(self.surface, ids)
         points, weights = self.surface.weighted(ids)
         figures = _moments_and_area(self.surface, ids, points, moments(points, weights))
-        spacing = self.surface.resolution_near(points) if self.quick else self.resolution
+        spacing = self.surface.resolution_near(points) if self.is_quick else self.resolution
         return {**figures, "resolution": spacing}
 
     # --- live measurement ---------------------------------------------------------------------
-    def due(self, now: float) -> bool:
+    def is_due(self, now: float) -> bool:
         """Return whether a live measurement is due because the selection has changed."""
-        return self.count != self.measured and now >= self.measured_until
+        return self.count != self.measured_count and now >= self.measured_until
 
     def note_measured(self, started_value: float) -> None:
         """Schedule the next live measurement; slow measurements are made less often."""
-        current_time, self.measured = time.perf_counter(), self.count
+        current_time, self.measured_count = time.perf_counter(), self.count
         self.measured_until = current_time + (current_time - started_value) * (
             1.0 / MAX_LIVE_SHARE - 1.0
         )

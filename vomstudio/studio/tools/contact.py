@@ -115,7 +115,7 @@ class ContactTool(FollowingTool[Contact]):
         records = self._context.session.records
         if self._continued:
             return edits.set_line(records, feature.id, feature.vertices)
-        if self.followed:
+        if self.is_path:
             feature = replace(self._whole(feature), notes=self._followed_words(feature))
         return edits.add_features(records, [feature])
 
@@ -140,7 +140,7 @@ class ContactTool(FollowingTool[Contact]):
     # --- preview ------------------------------------------------------------------------------
     def _reading(self) -> tuple[str, ...]:
         count, measurement = len(self.vertices), self.measurement
-        if self.searching:
+        if self.is_searching:
             return self._searching_words()
         if measurement is None or not measurement.dimension:
             return (points_text(count),)

@@ -48,7 +48,7 @@ class ControlTool(StatelessTool):
 
     # --- state -------------------------------------------------------------------------------
     @property
-    def open(self) -> bool:
+    def is_open(self) -> bool:
         return False
 
     @property

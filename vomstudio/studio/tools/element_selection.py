@@ -108,8 +108,8 @@ class ElementSelection:
     def _take(self, mask: BoolArray) -> None:
         self.mask, self.count = mask, int(np.count_nonzero(mask))
 
-    def _unpacked(self, bits: ByteArray) -> BoolArray:
-        return np.unpackbits(bits, count=len(self.mask)).view(np.bool_)
+    def _unpacked(self, packed_mask: ByteArray) -> BoolArray:
+        return np.unpackbits(packed_mask, count=len(self.mask)).view(np.bool_)
 
     # --- drafts -------------------------------------------------------------------------------
     def to_dict(self) -> dict[str, Any] | None:
@@ -128,8 +128,10 @@ class ElementSelection:
 
 def mask_to_dict(mask: BoolArray) -> dict[str, Any] | None:
     """Return plain data for `mask_from_dict`, or None if they would be too long."""
-    bits = base64.b64encode(zlib.compress(np.packbits(mask).tobytes(), 1)).decode()
-    return None if len(bits) > MAX_DRAFT_LENGTH else {"size": len(mask), "bits": bits}
+    encoded_mask = base64.b64encode(zlib.compress(np.packbits(mask).tobytes(), 1)).decode()
+    return (
+        None if len(encoded_mask) > MAX_DRAFT_LENGTH else {"size": len(mask), "bits": encoded_mask}
+    )
 
 
 def mask_from_dict(values: Mapping[str, Any]) -> BoolArray:

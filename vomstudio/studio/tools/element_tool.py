@@ -56,7 +56,7 @@ class ElementTool:
         self._context = context
         self.mode: ElementMode = "rectangle"
         self.combine: Combine = "new"
-        self.through = False
+        self.is_through = False
         self._selection: ElementSelection | None = None
         self.changes = ElementChanges(self, context)
         self._shape: DrawnShape | None = None
@@ -73,12 +73,12 @@ class ElementTool:
 
     # --- state -------------------------------------------------------------------------------
     @property
-    def open(self) -> bool:
+    def is_open(self) -> bool:
         """Whether a selection exists or a shape is being drawn."""
         return self._shape is not None or self.count > 0
 
     @property
-    def finishing(self) -> bool:
+    def is_finishing(self) -> bool:
         """Whether the elements are used as soon as work in the background is done."""
         return False
 
@@ -109,7 +109,7 @@ class ElementTool:
         return None if selection is None else selection.next_step
 
     def why_not_cancel(self) -> Finding | None:
-        return None if self.open else Finding("selection.empty")
+        return None if self.is_open else Finding("selection.empty")
 
     # --- settings ----------------------------------------------------------------------------
     def set_mode(self, mode: ElementMode) -> None:
@@ -125,7 +125,7 @@ class ElementTool:
 
     def set_through(self, is_through: bool) -> None:
         """Set whether shapes select hidden elements too."""
-        self.through = is_through
+        self.is_through = is_through
         self._changed()
 
     # --- shapes ------------------------------------------------------------------------------
@@ -186,18 +186,18 @@ class ElementTool:
             self._apply_shape(shape, snapshot)
         self._changed()
 
-    def _apply_shape(self, shape: DrawnShape, looking: ViewSnapshot) -> None:
+    def _apply_shape(self, shape: DrawnShape, snapshot: ViewSnapshot) -> None:
         """Select the elements inside a shape."""
         selection_before, combination_mode = self._selection, shape.combine
         ids = self._models(combination_mode)
-        masks = inside(self._context, looking, shape, ids, through=self.through)
+        masks = inside(self._context, snapshot, shape, ids, is_through=self.is_through)
         best_model_id = max(masks, key=lambda id_: int(np.count_nonzero(masks[id_])), default=None)
         if best_model_id is None:
             self._context.hint(Finding("selection.no-model"))
         elif not masks[best_model_id].any() and (
             selection_before is None or combination_mode in ("new", "add")
         ):
-            self._context.hint(Finding("selection.nothing-inside", through=self.through))
+            self._context.hint(Finding("selection.nothing-inside", through=self.is_through))
         else:
             self.take(best_model_id, masks[best_model_id], combination_mode, tr(MODES[shape.mode]))
 
@@ -272,7 +272,7 @@ class ElementTool:
         selection: ElementSelection,
         label: str,
         back: Callable[[], None],
-        after: int | None = None,
+        sequence: int | None = None,
     ) -> None:
         self._drop()
         self._keep_draft()
@@ -292,7 +292,7 @@ class ElementTool:
                 lambda: (
                     self._selection is selection and np.array_equal(selection.mask, untouched_mask)
                 ),
-                after,
+                sequence,
             )
         )
 
@@ -359,7 +359,7 @@ def inside(
     shape: DrawnShape,
     model_ids: list[str],
     *,
-    through: bool,
+    is_through: bool,
 ) -> dict[str, BoolArray]:
     """Return the elements (n,) of each model that are inside a shape.
 
@@ -369,7 +369,7 @@ def inside(
     snapshot : ViewSnapshot
     shape : DrawnShape
     model_ids : list of str
-    through : bool
+    is_through : bool
 
     Returns
     -------
@@ -385,7 +385,7 @@ def inside(
                 data,
                 transform.matrix(model.to_world),
                 filled_ring,
-                through=through,
+                is_through=is_through,
                 spacing=elements.spacing(model_id) * transform.scale_factor(model.to_world),
             )
     return masks
@@ -403,9 +403,9 @@ def combination(event: PointerEvent, default: Combine) -> Combine:
     -------
     Combine
     """
-    removes = event.alt or event.ctrl
-    if event.shift and removes:
+    is_removing = event.alt or event.ctrl
+    if event.shift and is_removing:
         return "intersect"
     if event.shift:
         return "add"
-    return "subtract" if removes else default
+    return "subtract" if is_removing else default

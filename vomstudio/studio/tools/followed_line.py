@@ -37,7 +37,7 @@ class FollowedPath:
         at least half of the photos.
     warnings : tuple of Finding
         Findings about the path and the photos that were used to check it.
-    final : bool
+    is_final : bool
         Whether the path was compared with other photos; False for a path to the cursor.
     costs : (n,) float64 or None
         Cost per metre at each point relative to the median of its surroundings, or None if
@@ -50,7 +50,7 @@ class FollowedPath:
     judged: int = 0
     confirmed: int = 0
     warnings: tuple[Finding, ...] = ()
-    final: bool = True
+    is_final: bool = True
     costs: FloatArray | None = None
 
 
@@ -291,9 +291,9 @@ class FollowedLine:
     def _has(self, key: Key) -> bool:
         """Return whether a leg is final."""
         leg = self._legs.get(key)
-        return key in self._legs if leg is None else leg.final
+        return key in self._legs if leg is None else leg.is_final
 
-    def searching(self, model_id: str, way_points: Sequence[Point]) -> bool:
+    def is_searching(self, model_id: str, way_points: Sequence[Point]) -> bool:
         """Return whether any leg between way-points is pending."""
         if self.cost is None:
             return False
@@ -325,7 +325,7 @@ class FollowedLine:
                 if self._reports(key):
                     self._on_finding(result)
         else:
-            if result.final or not self._has(key):
+            if result.is_final or not self._has(key):
                 self._legs[key] = result
             if is_awaited and self._reports(key):
                 for warning in result.warnings:
@@ -363,7 +363,7 @@ def photo_votes(legs: Sequence[FollowedPath]) -> str | None:
     )
     judged_count = sum(leg.judged for leg in legs)
     if not judged_count:
-        if not all(leg.final for leg in legs):
+        if not all(leg.is_final for leg in legs):
             return text
         return f"{text} {tr('No other photo could confirm it.')}"
     voters = {voter for leg in legs for voter in leg.voters}

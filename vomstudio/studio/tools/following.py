@@ -35,12 +35,12 @@ class FollowingTool(PolylineTool[F]):
     def __init__(self, context: ToolContext) -> None:
         super().__init__(context)
         self._line = FollowedLine(context.paths, self._leg_came, context.report, self._rank)
-        self._finish_when_found = False
+        self._is_finish_waiting = False
         # Pending clicks for the next feature; None marks its end.
-        self._later: list[PointerEvent | None] = []
+        self._later_calls: list[PointerEvent | None] = []
         # Type and set of pending clicks after the tool was left.
         self._type_of_later: tuple[str, str] | None = None
-        self._is_going_on = False
+        self._is_running_later = False
 
     def why_not_finish(self) -> Finding | None:
         if self._feature is None:
@@ -71,7 +71,7 @@ class FollowingTool(PolylineTool[F]):
     @property
     def followed_by(self) -> str | None:
         """Cost by which the open feature is followed (for AUTO, the best so far), or None."""
-        if self._feature is None or not self.followed:
+        if self._feature is None or not self.is_path:
             return None
         return self._line.by(self._feature.model_id)
 
@@ -126,13 +126,13 @@ class FollowingTool(PolylineTool[F]):
         Clicks that are made while the path of the open feature is pending belong to the next
         feature.
         """
-        if self._finish_when_found and event.button is Button.LEFT:
+        if self._is_finish_waiting and event.button is Button.LEFT:
             if event.kind is Pointer.DOUBLE_CLICK:
                 self.finish()
                 return
             if event.kind is Pointer.CLICK and event.hit is not None:
                 self._type_of_later = None
-                self._later.append(replace(event, handle=None, ctrl=False))
+                self._later_calls.append(replace(event, handle=None, ctrl=False))
                 self._show_waiting()
                 return
         if event.hit is not None and event.kind is not Pointer.DOUBLE_CLICK:
@@ -145,39 +145,39 @@ class FollowingTool(PolylineTool[F]):
 
         Returns None if the feature is not followed in a photo.
         """
-        if self._feature is None or not self.followed:
+        if self._feature is None or not self.is_path:
             return None
         legs = self._line.ways(self._feature.model_id, self._way(self.vertices))
         return photo_votes([leg for leg in legs if leg.photo])
 
     @property
-    def followed(self) -> bool:
+    def is_path(self) -> bool:
         """Whether the open feature is a path between its way-points."""
-        return self._line.cost is not None and not self._continued and self.open
+        return self._line.cost is not None and not self._continued and self.is_open
 
     @property
-    def searching(self) -> bool:
+    def is_searching(self) -> bool:
         """Whether a piece of the open feature is pending."""
         return (
             self._feature is not None
-            and self.followed
-            and self._line.searching(self._feature.model_id, self._way(self.vertices))
+            and self.is_path
+            and self._line.is_searching(self._feature.model_id, self._way(self.vertices))
         )
 
     def _verdict(self) -> str | None:
         """Assess only complete paths, because straight pieces are provisional."""
-        return None if self.searching else super()._verdict()
+        return None if self.is_searching else super()._verdict()
 
     @property
-    def finishing(self) -> bool:
+    def is_finishing(self) -> bool:
         """Whether the open feature is kept as soon as its path is found."""
-        return self._finish_when_found
+        return self._is_finish_waiting
 
     def leave(self) -> None:
         """Drop the waiting clicks of a feature that was not finished yet."""
         dropped_count = 0
-        while self._later and self._later[-1] is not None:
-            self._later.pop()
+        while self._later_calls and self._later_calls[-1] is not None:
+            self._later_calls.pop()
             dropped_count += 1
         self._type_of_later = (self._context.next_type_id, self._context.next_set)
         if dropped_count:
@@ -188,42 +188,44 @@ class FollowingTool(PolylineTool[F]):
     @property
     def _next_type(self) -> tuple[str, str]:
         """Return type and set of the next feature; queued clicks use those of their time."""
-        if self._is_going_on and self._type_of_later is not None:
+        if self._is_running_later and self._type_of_later is not None:
             return self._type_of_later
         return self._context.next_type_id, self._context.next_set
 
     def _pending_places(self) -> FloatArray | None:
-        hits = [event.hit for event in self._later if event is not None and event.hit is not None]
+        hits = [
+            event.hit for event in self._later_calls if event is not None and event.hit is not None
+        ]
         return self._context.world_places(hits) if hits else None
 
     def finish(self) -> str | None:
         """Finish the feature as soon as pending pieces are available."""
-        if self._later and self.searching:
-            if self._later[-1] is not None:
-                self._later.append(None)
+        if self._later_calls and self.is_searching:
+            if self._later_calls[-1] is not None:
+                self._later_calls.append(None)
             return None
-        self._finish_when_found = self.searching
-        if self._finish_when_found:
+        self._is_finish_waiting = self.is_searching
+        if self._is_finish_waiting:
             self._show_waiting()
             return None
         return super().finish()
 
     def _go_on(self) -> None:
         """Handle the clicks made while the path of the previous feature was pending."""
-        later_calls, self._later = self._later, []
-        if self.open:
+        later_calls, self._later_calls = self._later_calls, []
+        if self.is_open:
             # The feature could not be finished and has shown the reason; the clicks do not
             # belong to it.
             return
-        self._is_going_on = True
-        while later_calls and not self._finish_when_found:
+        self._is_running_later = True
+        while later_calls and not self._is_finish_waiting:
             event, *later_calls = later_calls
             if event is None:
                 self.finish()
             else:
                 self.pointer(event)
-        self._is_going_on = False
-        self._later = later_calls
+        self._is_running_later = False
+        self._later_calls = later_calls
         if later_calls:
             self._show_waiting()
 
@@ -234,9 +236,9 @@ class FollowingTool(PolylineTool[F]):
     def _searching_words(self) -> tuple[str, ...]:
         """Return the text beside the cursor while a piece is pending."""
         count = points_text(len(self.vertices))
-        if not self._finish_when_found:
+        if not self._is_finish_waiting:
             return (count, Finding("follow.searching").message)
-        waiting_count = sum(event is not None for event in self._later)
+        waiting_count = sum(event is not None for event in self._later_calls)
         if not waiting_count:
             return (count, Finding("follow.finishing").message)
         clicks = Finding("follow.clicks-waiting", count=waiting_count)
@@ -245,16 +247,16 @@ class FollowingTool(PolylineTool[F]):
     # --- undo of pending clicks ---------------------------------------------------------------
     @property
     def undo_label(self) -> str | None:
-        if self._later:
-            return tr(UNDO_LABELS["finish-next" if self._later[-1] is None else "click-next"])
-        return tr(UNDO_LABELS["finish"]) if self._finish_when_found else super().undo_label
+        if self._later_calls:
+            return tr(UNDO_LABELS["finish-next" if self._later_calls[-1] is None else "click-next"])
+        return tr(UNDO_LABELS["finish"]) if self._is_finish_waiting else super().undo_label
 
     def undo(self) -> bool:
         """Undo the last step, starting with pending clicks."""
-        if self._later:
-            self._later.pop()
-        elif self._finish_when_found:
-            self._finish_when_found = False
+        if self._later_calls:
+            self._later_calls.pop()
+        elif self._is_finish_waiting:
+            self._is_finish_waiting = False
         else:
             return super().undo()
         self._show_waiting()
@@ -262,23 +264,23 @@ class FollowingTool(PolylineTool[F]):
 
     def cancel(self) -> None:
         """Discard pending clicks, or else the open feature."""
-        if self._later:
-            self._later = []
+        if self._later_calls:
+            self._later_calls = []
             self._show_waiting()
         else:
             super().cancel()
 
     def forget(self) -> None:
-        self._later = []
+        self._later_calls = []
         super().forget()
 
     def _hovered(self) -> Point | None:
         """Return the position of the cursor, or None while the feature is being finished."""
-        return None if self._finish_when_found else super()._hovered()
+        return None if self._is_finish_waiting else super()._hovered()
 
     def _reset(self) -> None:
         self._line.forget()
-        self._finish_when_found = False
+        self._is_finish_waiting = False
         super()._reset()
 
     def _leg_came(self) -> None:
@@ -287,18 +289,18 @@ class FollowingTool(PolylineTool[F]):
         self._look()
         self._show()
         self._context.tool_changed()
-        if self._finish_when_found and not self.searching:
-            self._finish_when_found = False
+        if self._is_finish_waiting and not self.is_searching:
+            self._is_finish_waiting = False
             super().finish()
             self._go_on()
 
-    def _whole(self, feature: F) -> F:
+    def _whole_path(self, feature: F) -> F:
         """Return the feature with all vertices of its path."""
-        if not self.followed:
+        if not self.is_path:
             return feature
-        dragged = self._drag_from is not None
+        is_dragged = self._drag_start is not None
         way_points = self._way(feature.vertices)
-        path = self._line.path(feature.model_id, way_points, is_live=dragged)
+        path = self._line.path(feature.model_id, way_points, is_live=is_dragged)
         vertices = tuple((x, y, z) for x, y, z in path.tolist())
         is_ring = len(way_points) > len(feature.vertices) and len(vertices) > 1
         return feature.but(vertices=vertices[:-1] if is_ring else vertices)
@@ -318,7 +320,7 @@ class FollowingTool(PolylineTool[F]):
     # --- drafts ------------------------------------------------------------------------------
     def _cost_state(self) -> dict[str, Any]:
         """Return the entries of a draft about the cost; they are empty if no cost is followed."""
-        return {"cost": self._line.cost} if self.followed or self._line.cost else {}
+        return {"cost": self._line.cost} if self.is_path or self._line.cost else {}
 
     def _state(self, feature: F) -> dict[str, Any]:
         state = super()._state(feature)
@@ -345,12 +347,12 @@ class FollowingTool(PolylineTool[F]):
     # --- preview ------------------------------------------------------------------------------
     def _drawn(self) -> tuple[FloatArray | None, FloatArray | None]:
         feature, model = self._feature, self._model()
-        if feature is None or model is None or not self.followed:
+        if feature is None or model is None or not self.is_path:
             return None, None
-        outline = self._way(self._whole(feature).vertices)
+        outline = self._way(self._whole_path(feature).vertices)
         path = np.asarray(outline, np.float64)
         position, next_leg = self._hovered(), None
-        if position is not None and feature.vertices and self._drag_from is None:
+        if position is not None and feature.vertices and self._drag_start is None:
             next_leg = self._line.leg(
                 feature.model_id, feature.vertices[-1], position, is_live=True
             )

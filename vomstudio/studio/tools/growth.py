@@ -61,12 +61,12 @@ class Growth:
         """Set the maximum distance, limited to the permitted range."""
         self.distance = min(max(float(metres), MIN_DISTANCE_M), MAX_DISTANCE_M)
 
-    def turn(self, turns: float, *, distance: bool) -> None:
+    def change_tolerance(self, step_count: float, *, with_distance: bool) -> None:
         """Change a tolerance by a number of wheel notches."""
-        if distance:
-            self.set_distance(float(f"{(self.distance or 0.1) * DISTANCE_FACTOR**turns:.2g}"))
+        if with_distance:
+            self.set_distance(float(f"{(self.distance or 0.1) * DISTANCE_FACTOR**step_count:.2g}"))
         else:
-            self.set_angle(self.angle_deg + ANGLE_STEP_DEG * turns)
+            self.set_angle(self.angle_deg + ANGLE_STEP_DEG * step_count)
 
     def piece(self, hit: Hit, on_finished: Callable[[], None]) -> GrownPiece | None:
         """Grow a piece from a hit.

@@ -49,9 +49,9 @@ class LithologyTool(FollowingTool[Lithology]):
         self._measured_now: _Outline | None = None
 
     @property
-    def searching(self) -> bool:
+    def is_searching(self) -> bool:
         """Whether a piece of the path or the area is pending."""
-        return super().searching or self._next_outline is not None
+        return super().is_searching or self._next_outline is not None
 
     def _reset(self) -> None:
         self._next_outline = None
@@ -84,8 +84,8 @@ class LithologyTool(FollowingTool[Lithology]):
         self._keep(changed_feature, self._steps, self.current_vertex)
 
     @property
-    def _closed(self) -> bool:
-        return len(self.vertices) > 2 or (self.followed and len(self.vertices) > 1)
+    def _is_closed(self) -> bool:
+        return len(self.vertices) > 2 or (self.is_path and len(self.vertices) > 1)
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Lithology:
         return Lithology(
@@ -102,7 +102,7 @@ class LithologyTool(FollowingTool[Lithology]):
         assert self._feature is not None
         complete_feature = self._whole(self._feature)
         area, self._next_outline = None, None
-        if self._drag_from is None and not super().searching:
+        if self._drag_start is None and not super().is_searching:
             area = self._area((complete_feature.model_id, complete_feature.vertices))
         self._feature = replace(self._feature, area=area)
         complete_feature = replace(complete_feature, area=area)
@@ -157,7 +157,7 @@ class LithologyTool(FollowingTool[Lithology]):
         records = self._context.session.records
         if self._continued:
             return edits.change_feature(records, feature)
-        if self.followed:
+        if self.is_path:
             feature = replace(self._whole(feature), notes=self._followed_words(feature))
         return edits.add_features(records, [feature])
 
@@ -183,7 +183,7 @@ class LithologyTool(FollowingTool[Lithology]):
     def _reading(self) -> tuple[str, ...]:
         count, measurement = len(self.vertices), self.measurement
         name = (self.lithology,) if self.lithology else ()
-        if super().searching:
+        if super().is_searching:
             return (*name, *self._searching_words())
         if measurement is None or not measurement.dimension:
             return (*name, points_text(count))

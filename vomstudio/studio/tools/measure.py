@@ -184,7 +184,7 @@ class MeasureTool(PolylineTool[Dimension]):
         return KIND.color
 
     @property
-    def _closed(self) -> bool:
+    def _is_closed(self) -> bool:
         return self.kind == "area" and len(self.vertices) > 2
 
     def _patch(self) -> FloatArray | None:

@@ -37,7 +37,7 @@ class SteppedFeature(Generic[F]):
         self._steps: list[tuple[Point, ...]] = []
         self._undone_steps: list[tuple[F, list[tuple[Point, ...]]]] = []
         self._hover_hit: Hit | None = None
-        self._drag_from: tuple[Point, ...] | None = None
+        self._drag_start: tuple[Point, ...] | None = None
         self.current_vertex: int | None = None
         self.measurement: Measurement | None = None
 
@@ -64,12 +64,12 @@ class SteppedFeature(Generic[F]):
 
     # --- state -------------------------------------------------------------------------------
     @property
-    def open(self) -> bool:
+    def is_open(self) -> bool:
         """Whether a feature is being picked."""
         return self._feature is not None
 
     @property
-    def finishing(self) -> bool:
+    def is_finishing(self) -> bool:
         """Whether the open feature is kept as soon as work in the background is done."""
         return False
 
@@ -79,7 +79,7 @@ class SteppedFeature(Generic[F]):
         return self._feature
 
     @property
-    def continued(self) -> bool:
+    def is_continued(self) -> bool:
         """Whether the open feature is a feature of the document that is being continued."""
         return self._continued
 
@@ -166,8 +166,8 @@ class SteppedFeature(Generic[F]):
         stored_record = self._context.session.records.get(feature.id)
         self._continued = isinstance(stored_record, self.record)
         self._keep(feature, steps, None)
-        self._continued = self._continued and self.open
-        if not self.open:
+        self._continued = self._continued and self.is_open
+        if not self.is_open:
             return False
         self._undone_steps = remaining
         self._context.tool_changed()

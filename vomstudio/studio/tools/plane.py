@@ -87,34 +87,34 @@ class PlaneTool(ElementTool):
         self._waiting: list[Seed | None] = []
         self._stroke: Stroke | None = None
         self._stroke_how: Combine = "new"
-        self._down = False
-        self._removes = False
+        self._is_pressed = False
+        self._is_removing = False
         self._hover_hit: Hit | None = None
         self._live_measurement: Measurement | None = None
 
     # --- state -------------------------------------------------------------------------------
     @property
-    def open(self) -> bool:
+    def is_open(self) -> bool:
         """Whether a plane has been begun."""
-        return super().open or self._down or bool(self._waiting)
+        return super().is_open or self._is_pressed or bool(self._waiting)
 
     @property
-    def painting(self) -> bool:
+    def is_painting(self) -> bool:
         """Whether a stroke is being painted."""
-        return self._down
+        return self._is_pressed
 
     @property
-    def continued(self) -> bool:
+    def is_continued(self) -> bool:
         """Whether a plane of the document is being changed."""
-        return self._continued is not None and self.open
+        return self._continued is not None and self.is_open
 
     @property
     def continued_plane(self) -> Patch | None:
         """Plane of the document that is being changed, or None."""
-        return self._continued if self.open else None
+        return self._continued if self.is_open else None
 
     @property
-    def finishing(self) -> bool:
+    def is_finishing(self) -> bool:
         """Whether the plane is kept as soon as the neighbour graph is built."""
         return None in self._waiting
 
@@ -126,13 +126,13 @@ class PlaneTool(ElementTool):
     @property
     def measurement(self) -> Measurement | None:
         """Measurement of the plane, or None if it has none yet or too many elements."""
-        if self._down:
+        if self._is_pressed:
             return self._live_measurement
         return self._preview.measurement(self.selection)
 
     @property
     def undo_label(self) -> str | None:
-        if self._down:
+        if self._is_pressed:
             return None
         if self._waiting:
             return tr("Finish") if self._waiting[-1] is None else tr("Click")
@@ -140,10 +140,10 @@ class PlaneTool(ElementTool):
 
     @property
     def redo_label(self) -> str | None:
-        return None if self._down or self._waiting else super().redo_label
+        return None if self._is_pressed or self._waiting else super().redo_label
 
     def hint(self) -> str:
-        if self._down:
+        if self._is_pressed:
             return tr("Plane: release the button to end the stroke; Esc discards it.")
         if self._shape is not None:
             return self._shape.hint()
@@ -155,10 +155,10 @@ class PlaneTool(ElementTool):
     def why_not_finish(self) -> Finding | None:
         if self._shape is not None:
             return self._shape.why_not_close()
-        return None if self.open else Finding("plane.nothing-chosen")
+        return None if self.is_open else Finding("plane.nothing-chosen")
 
     def why_not_cancel(self) -> Finding | None:
-        return None if self.open else Finding("tool.nothing-open")
+        return None if self.is_open else Finding("tool.nothing-open")
 
     # --- settings ----------------------------------------------------------------------------
     def set_radius(self, metres: float) -> None:
@@ -191,18 +191,18 @@ class PlaneTool(ElementTool):
         self._preview.forget_measurement()
         if self.count:
             self._keep_draft()
-        if self.open or self._hover_hit is not None:
+        if self.is_open or self._hover_hit is not None:
             self._show()
 
     # --- gestures ----------------------------------------------------------------------------
     def pointer(self, event: PointerEvent) -> None:
         """Grow, paint or draw a shape with the left button; see `Tool`."""
         if event.kind is Pointer.WHEEL:
-            self.growth.turn(event.turns, distance=event.shift)
+            self.growth.change_tolerance(event.turns, with_distance=event.shift)
             self.regrow()
             return
         if event.kind is Pointer.MOVE:
-            self._hover_hit, self._removes = event.hit, self._erases(event)
+            self._hover_hit, self._is_removing = event.hit, self._erases(event)
             if self._shape is None:
                 self._show()
         if self.mode != "pick":
@@ -218,12 +218,12 @@ class PlaneTool(ElementTool):
             self._grow(event)
         elif event.kind is Pointer.DRAG_START:
             self._press(event)
-        elif event.kind is Pointer.DRAG_MOVE and self._down:
+        elif event.kind is Pointer.DRAG_MOVE and self._is_pressed:
             self._paint(event.hit)
             if not event.more:
                 self._measure_live()
                 self._show()
-        elif event.kind is Pointer.DRAG_END and self._down:
+        elif event.kind is Pointer.DRAG_END and self._is_pressed:
             self._paint(event.hit)
             self._release()
 
@@ -277,9 +277,9 @@ class PlaneTool(ElementTool):
 
     # --- painting ----------------------------------------------------------------------------
     def _press(self, event: PointerEvent) -> None:
-        self._down, self._stroke, self._live_measurement = True, None, None
+        self._is_pressed, self._stroke, self._live_measurement = True, None, None
         self._stroke_how = combination(event, self.combine)
-        self._removes = self._stroke_how == "subtract"
+        self._is_removing = self._stroke_how == "subtract"
         self._paint(event.hit)
         self._measure_live()
         self._changed()
@@ -288,7 +288,7 @@ class PlaneTool(ElementTool):
         """Start a stroke where the brush first meets a surface."""
         model = get(self._context.session.records, hit.model_id, Model)
         surface, selection = self._context.surface(hit.model_id), self.selection
-        starts_empty = self._stroke_how in ("new", "intersect") or selection is None
+        was_empty = self._stroke_how in ("new", "intersect") or selection is None
         problem: Finding | None = None
         if model is None or surface is None:
             problem = Finding("model.removed")
@@ -297,16 +297,16 @@ class PlaneTool(ElementTool):
         elif self._stroke_how in ("subtract", "intersect") and selection is None:
             problem = Finding("selection.empty")
         if problem is not None or model is None or surface is None:
-            self._down = False
+            self._is_pressed = False
             if problem is not None:
                 self._context.hint(problem)
             self._context.tool_changed()
             return None
         self._suggest_radius(model, surface)
         previous_mask = np.zeros(surface.count, np.bool_)
-        if not starts_empty and selection is not None and len(selection.mask) == surface.count:
+        if not was_empty and selection is not None and len(selection.mask) == surface.count:
             previous_mask = selection.mask
-        return Stroke.begin(hit, model, surface, previous_mask, removes=self._removes)
+        return Stroke.begin(hit, model, surface, previous_mask, is_removing=self._is_removing)
 
     def _paint(self, hit: Hit | None) -> None:
         self._hover_hit = hit
@@ -323,28 +323,33 @@ class PlaneTool(ElementTool):
         self._stop_stroke()
         if stroke is not None and stroke.count:
             # The stroke already contains the previous selection.
-            step_name = ERASED if stroke.removes else PAINTED
+            step_name = ERASED if stroke.is_removing else PAINTED
             next_combine: Combine = "intersect" if combination_mode == "intersect" else "new"
-            self.take(stroke.model.id, stroke.selected, next_combine, tr(step_name))
+            self.take(stroke.model.id, stroke.is_selected, next_combine, tr(step_name))
         self._changed()
 
     def _stop_stroke(self) -> None:
-        self._down, self._stroke, self._live_measurement, self._removes = False, None, None, False
+        self._is_pressed, self._stroke, self._live_measurement, self._is_removing = (
+            False,
+            None,
+            None,
+            False,
+        )
 
     def _measure_live(self) -> None:
         """Fit a plane to the painted area, unless a slow fit was made just before."""
-        stroke, started = self._stroke, time.perf_counter()
-        if stroke is None or not stroke.due(started):
+        stroke, start_time = self._stroke, time.perf_counter()
+        if stroke is None or not stroke.is_due(start_time):
             return
         ids = stroke.ids()
         if not len(ids):
-            self._live_measurement, stroke.measured = None, stroke.count
+            self._live_measurement, stroke.measured_count = None, stroke.count
             return
         patch = self._continued or new_patch(self._context, stroke.model, stroke.surface.element)
         self._live_measurement = self._context.measure(
             patch.but(**stroke.figures(ids, is_whole=False))
         )
-        stroke.note_measured(started)
+        stroke.note_measured(start_time)
 
     def take(self, model_id: str, mask: BoolArray, combination: Combine, step: str) -> None:
         self.growth.seed = None
@@ -356,7 +361,7 @@ class PlaneTool(ElementTool):
     # --- start and end ------------------------------------------------------------------------
     def continue_feature(self, feature_id: str) -> None:
         """Change a plane of the document. Raises DocumentError."""
-        if self.open:
+        if self.is_open:
             raise DocumentError(Finding("feature.open"))
         patch = get(self._context.session.records, feature_id, Patch)
         if patch is None:
@@ -373,7 +378,7 @@ class PlaneTool(ElementTool):
         self.adopt(selection)
 
     def undo(self) -> bool:
-        if self._down:
+        if self._is_pressed:
             return False
         self.growth.seed = None
         if self._waiting:
@@ -388,7 +393,7 @@ class PlaneTool(ElementTool):
 
     def finish(self) -> str | None:
         """Close the unfinished shape, or else keep the plane and return its id."""
-        if self._down:
+        if self._is_pressed:
             self._release()
         if self._shape is not None:
             self._close_shape()
@@ -443,7 +448,7 @@ class PlaneTool(ElementTool):
 
     def cancel(self) -> None:
         """Discard the stroke, shape or waiting clicks, or else the plane; undo restores it."""
-        if self._down:
+        if self._is_pressed:
             self._cancel_stroke()
         elif self._waiting:
             self._waiting.clear()
@@ -462,13 +467,13 @@ class PlaneTool(ElementTool):
 
     def _cancel_stroke(self) -> None:
         """Discard the unfinished stroke, which redo repeats, or undo if it was the first."""
-        stroke, existed = self._stroke, self.count > 0
+        stroke, had_stroke = self._stroke, self.count > 0
         if stroke is None or not stroke.count:
             self._stop_stroke()
             self._changed()
             return
         self._release()
-        if existed:
+        if had_stroke:
             self.undo()
         elif (selection := self.selection) is not None:
             self._discard(selection, "Discard the stroke", lambda: None)
@@ -484,10 +489,10 @@ class PlaneTool(ElementTool):
 
     def leave(self) -> None:
         """End an unfinished stroke and discard an unfinished shape; the plane remains."""
-        if self._down:
+        if self._is_pressed:
             self._release()
         self._hover_hit = None
-        if not self.open:
+        if not self.is_open:
             self._continued = None
         super().leave()
 
@@ -503,7 +508,7 @@ class PlaneTool(ElementTool):
         if any(seed is not None and seed.hit.model_id not in records for seed in self._waiting):
             self._waiting.clear()
             self._changed()
-        if self._hover_hit is not None and not self._down:
+        if self._hover_hit is not None and not self._is_pressed:
             self._show()
 
     # --- drafts ------------------------------------------------------------------------------
@@ -534,14 +539,14 @@ class PlaneTool(ElementTool):
 
     def _show(self) -> None:
         brush, pending_places = self._brush(), self._pending_places()
-        if brush is None and not self.open:
+        if brush is None and not self.is_open:
             self._context.show(None)
             return
         measurement = None if self._shape is not None else self.measurement
         type_id = self._continued.type_id if self._continued else self._context.next_type_id
         feature_type = get(self._context.session.records, type_id, FeatureType)
         verdict = measurement.verdict if measurement else None
-        is_replaced = self._down and self._stroke_how == "new"
+        is_replaced = self._is_pressed and self._stroke_how == "new"
         self._context.show(
             Preview(
                 line=np.zeros((0, 3)),
@@ -551,7 +556,7 @@ class PlaneTool(ElementTool):
                 brush=brush,
                 area=None if is_replaced else self._preview.area(self.selection),
                 stroke=None if self._stroke is None else self._stroke.area(),
-                erases=self._removes,
+                erases=self._is_removing,
                 outline=None if self._shape is None else self._shape.outline(),
                 pending_places=pending_places,
             )
@@ -560,9 +565,9 @@ class PlaneTool(ElementTool):
     def _reading(self, measurement: Measurement | None) -> tuple[str, ...]:
         if self._waiting:
             return (tr("Waiting for the neighbour graph"),)
-        if measurement is None and self.count and self._shape is None and not self._down:
+        if measurement is None and self.count and self._shape is None and not self._is_pressed:
             return (tr("The plane is measured after Enter"),)
-        return plane_reading(self._context, measurement, painting=self._down)
+        return plane_reading(self._context, measurement, is_painting=self._is_pressed)
 
     def _pending_places(self) -> FloatArray | None:
         hits = [seed.hit for seed in self._waiting if seed is not None]
@@ -581,7 +586,7 @@ class PlaneTool(ElementTool):
             transform.apply(model.to_world, [hit.position])[0],
             self.radius,
             None if normal is None else transform.rotate(model.to_world, [normal])[0],
-            self._removes,
+            self._is_removing,
         )
 
 

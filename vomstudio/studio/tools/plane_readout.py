@@ -11,15 +11,15 @@ from vomstudio.studio.tools.tool_context import ToolContext
 
 
 def plane_reading(
-    context: ToolContext, measurement: Measurement | None, *, painting: bool
+    context: ToolContext, measurement: Measurement | None, *, is_painting: bool
 ) -> tuple[str, ...]:
-    """Return the lines of text, which are abbreviated while `painting`.
+    """Return the lines of text, which are abbreviated while `is_painting`.
 
     Parameters
     ----------
     context : ToolContext
     measurement : Measurement or None
-    painting : bool
+    is_painting : bool
 
     Returns
     -------
@@ -33,4 +33,4 @@ def plane_reading(
         return tuple(wrap(problem, WIDTH))
     attitude = context.format_attitude(measurement)
     # The text must not cover the surface that is painted next; the panel shows the reason.
-    return (attitude,) if painting else (attitude, *first_reason(verdict))
+    return (attitude,) if is_painting else (attitude, *first_reason(verdict))

@@ -100,7 +100,7 @@ class PolylineTool(SteppedFeature[F]):
         return feature_type.color if isinstance(feature_type, FeatureType) else BLANK_COLOR
 
     @property
-    def _closed(self) -> bool:
+    def _is_closed(self) -> bool:
         """Whether the line is drawn as a ring."""
         return False
 
@@ -114,37 +114,37 @@ class PolylineTool(SteppedFeature[F]):
         """Do nothing, because an unfinished feature is not part of the document."""
 
     def why_not_cancel(self) -> Finding | None:
-        return None if self.open else Finding("tool.nothing-open")
+        return None if self.is_open else Finding("tool.nothing-open")
 
     # --- gestures ----------------------------------------------------------------------------
     def pointer(self, event: PointerEvent) -> None:
         """Add, insert, mark or move vertices; a double click finishes the feature."""
         if event.handle is not None and self.vertices:
-            handle = event.handle - (1 if self._closed else 0)
+            handle = event.handle - (1 if self._is_closed else 0)
             event = replace(event, handle=handle % len(self.vertices))
         if event.kind is Pointer.MOVE:
             self._move(event)
         elif event.kind is Pointer.CLICK and event.button is Button.LEFT:
             self._click(event)
         elif event.kind is Pointer.DOUBLE_CLICK and event.button is Button.LEFT:
-            if self.open:
+            if self.is_open:
                 self.finish()
         elif event.kind is Pointer.DRAG_START and event.handle is not None:
-            self._drag_from = self.vertices
+            self._drag_start = self.vertices
             self.current_vertex = event.handle
-        elif event.kind is Pointer.DRAG_MOVE and self._drag_from is not None:
+        elif event.kind is Pointer.DRAG_MOVE and self._drag_start is not None:
             self._drag(event.hit)
-        elif event.kind is Pointer.DRAG_END and self._drag_from is not None:
+        elif event.kind is Pointer.DRAG_END and self._drag_start is not None:
             self._drag(event.hit)
             self._end_drag()
 
     def _move(self, event: PointerEvent) -> None:
         self._hover_hit = event.hit
-        if self.open:
+        if self.is_open:
             self._show()
 
     def _click(self, event: PointerEvent) -> None:
-        if event.handle is not None and self.open:
+        if event.handle is not None and self.is_open:
             self.mark(None if self.current_vertex == event.handle else event.handle)
             return
         hit = event.hit
@@ -186,9 +186,9 @@ class PolylineTool(SteppedFeature[F]):
         self._show()
 
     def _end_drag(self) -> None:
-        assert self._drag_from is not None
+        assert self._drag_start is not None
         assert self._feature is not None
-        vertices_before, vertices_after, self._drag_from = self._drag_from, self.vertices, None
+        vertices_before, vertices_after, self._drag_start = self._drag_start, self.vertices, None
         if vertices_before != vertices_after:
             self._feature = self._feature.but(vertices=vertices_before)
             self._set_vertices(vertices_after, self.current_vertex)
@@ -196,7 +196,7 @@ class PolylineTool(SteppedFeature[F]):
     # --- start and end ------------------------------------------------------------------------
     def continue_feature(self, feature_id: str) -> None:
         """Continue a feature of the document. Raises DocumentError."""
-        if self.open:
+        if self.is_open:
             raise DocumentError(Finding("feature.open"))
         feature = self._context.session.records.get(feature_id)
         if not isinstance(feature, self.record):
@@ -237,11 +237,11 @@ class PolylineTool(SteppedFeature[F]):
         def bring_back() -> bool:
             self._continued = continued
             self._keep(feature, steps, None)
-            self._continued = continued and self.open
-            return self.open
+            self._continued = continued and self.is_open
+            return self.is_open
 
         def untouched() -> bool:
-            return self.open and (self._steps, self.vertices) == (steps, feature.vertices)
+            return self.is_open and (self._steps, self.vertices) == (steps, feature.vertices)
 
         subject = f"Discard the open {self.noun or self.name}"
         self._context.discarded(Discarded(self.name, subject, bring_back, untouched))
@@ -263,7 +263,7 @@ class PolylineTool(SteppedFeature[F]):
 
     def _reset(self) -> None:
         self._feature, self._continued, self._steps, self._undone_steps = None, False, [], []
-        self._drag_from, self.current_vertex, self.measurement = None, None, None
+        self._drag_start, self.current_vertex, self.measurement = None, None, None
         # The cursor may be anywhere when the next feature starts.
         self._hover_hit = None
         self._context.show(None)
@@ -289,15 +289,15 @@ class PolylineTool(SteppedFeature[F]):
                 return False
             vertices = tuple((float(x), float(y), float(z)) for x, y, z in state["vertices"])
             stored_record: Any = records.get(state[f"{self.name}_id"])
-            continued = bool(state["continued"]) and isinstance(stored_record, self.record)
+            is_continued = bool(state["continued"]) and isinstance(stored_record, self.record)
             feature = self._read(state, vertices)
         except (KeyError, TypeError, ValueError):
             return False
-        if not np.isfinite(np.asarray(vertices)).all() or not (vertices or continued):
+        if not np.isfinite(np.asarray(vertices)).all() or not (vertices or is_continued):
             return False
-        if continued:
+        if is_continued:
             feature = replace(stored_record, vertices=vertices)
-        self._feature, self._continued, self.current_vertex = feature, continued, None
+        self._feature, self._continued, self.current_vertex = feature, is_continued, None
         self._steps = [vertices[:count] for count in range(len(vertices))]
         if self._continued:
             self._steps = []
@@ -328,7 +328,7 @@ class PolylineTool(SteppedFeature[F]):
         rubber = None if cursor is None else transform.apply(*cursor)[0]
         line, marked_current_vertex = world_points(self._feature, model), self.current_vertex
         path, ahead = self._drawn()
-        if self._closed:
+        if self._is_closed:
             # Close the ring at the last vertex, where the rubber band starts.
             line = np.vstack([line[-1:], line])
             marked_current_vertex = (

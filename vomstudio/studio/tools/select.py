@@ -71,14 +71,14 @@ class SelectTool(ElementTool):
         """Draw a shape with the left button; see `Tool`."""
         self._draw(event)
 
-    def _apply_shape(self, shape: DrawnShape, looking: ViewSnapshot) -> None:
+    def _apply_shape(self, shape: DrawnShape, snapshot: ViewSnapshot) -> None:
         if self.target == "surface":
-            super()._apply_shape(shape, looking)
+            super()._apply_shape(shape, snapshot)
             return
         positions = self._context.feature_places()
         ids = list(positions)
-        pixels = looking.pixels(np.array([positions[id_] for id_ in ids]).reshape(-1, 3))
-        filled_ring = looking.filled(shape.ring())
+        pixels = snapshot.pixels(np.array([positions[id_] for id_ in ids]).reshape(-1, 3))
+        filled_ring = snapshot.filled(shape.ring())
         height, width = filled_ring.shape
         with np.errstate(invalid="ignore"):
             is_in_picture = (pixels >= 0.0) & (pixels < [width, height])

@@ -41,7 +41,7 @@ class StationTool(PolylineTool[Station]):
         self.next_station = NextStation()
 
     def hint(self) -> str:
-        if self.continued:
+        if self.is_continued:
             return tr("Field station: click its new position; Enter finishes; Esc cancels.")
         return tr("Field station: click the position of a station or sample on the outcrop.")
 

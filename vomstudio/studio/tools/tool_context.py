@@ -32,7 +32,7 @@ class Tool(Protocol):
         Name of the tool in drafts, and of its command and panel.
     paints : bool
         Whether the tool draws with the left button, so that the right button orbits.
-    finishing : bool
+    is_finishing : bool
         Whether the open feature is kept as soon as work in the background is done.
     """
 
@@ -40,10 +40,10 @@ class Tool(Protocol):
     paints: ClassVar[bool]
 
     @property
-    def finishing(self) -> bool: ...
+    def is_finishing(self) -> bool: ...
 
     @property
-    def open(self) -> bool: ...
+    def is_open(self) -> bool: ...
 
     @property
     def undo_label(self) -> str | None:

@@ -54,7 +54,7 @@ class NoSteps:
     """Base class of tools whose steps are edits, which are undone in the document."""
 
     @property
-    def finishing(self) -> bool:
+    def is_finishing(self) -> bool:
         return False
 
     @property

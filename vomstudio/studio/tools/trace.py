@@ -46,7 +46,7 @@ class TraceTool(FollowingTool[Trace]):
         if self._feature is None:
             return tr("Trace: click along a bed, fault or fracture on the outcrop.")
         count = len(self.vertices)
-        if self.followed:
+        if self.is_path:
             return tr_n(
                 "Trace: {count} way-point. Click the next one on the contact; drag one to move "
                 "it; Ctrl+click inserts one; Enter or double click finishes; Esc cancels.",
@@ -100,7 +100,7 @@ class TraceTool(FollowingTool[Trace]):
     def _edit(self, feature: Trace) -> Edit:
         records = self._context.session.records
         if not self._continued:
-            if self.followed:
+            if self.is_path:
                 notes = f"{feature.notes} {self._followed_words(feature)}".strip()
                 feature = replace(self._whole(feature), notes=notes, doubtful=self._stretches)
             return edits.add_trace(records, feature)
@@ -157,7 +157,7 @@ class TraceTool(FollowingTool[Trace]):
         self._stretches = ()
         if surface is not None and self.vertices:
             resolution, normal = measure_surroundings(surface, complete_feature.vertices)
-            if self.followed and resolution is not None and self._drag_from is None:
+            if self.is_path and resolution is not None and self._drag_start is None:
                 self._stretches = self._doubtful(self._feature, resolution)
             self._feature = replace(
                 self._feature, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE
@@ -169,7 +169,7 @@ class TraceTool(FollowingTool[Trace]):
                 rule=SURROUNDINGS_RULE,
                 doubtful=self._stretches,
             )
-        if not self.followed:
+        if not self.is_path:
             super()._look()
             return
         self.measurement = (
@@ -193,7 +193,7 @@ class TraceTool(FollowingTool[Trace]):
 
     def _reading(self) -> tuple[str, ...]:
         count, measurement = len(self.vertices), self.measurement
-        if self.searching:
+        if self.is_searching:
             return self._searching_words()
         if measurement is None or measurement.fit is None or measurement.verdict is None:
             if count < 3 or measurement is None or not measurement.problem:

@@ -47,7 +47,7 @@ class QtTimer:
         self._timer.stop()
 
     @property
-    def active(self) -> bool:
+    def is_active(self) -> bool:
         return self._timer.isActive()
 
 

@@ -86,7 +86,7 @@ class Studio(QObject):
         self.display, self.photo_links = w.display, w.photos
         self.fields, self.facets = w.fields, w.facets
         self.proposed_traces, self.fold = w.proposed_traces, w.fold
-        self.models, self.tools = w.models.open, w.tools.tools
+        self.models, self.tools = w.models.open_models, w.tools.tools
         self.tool_of = w.tools.of
 
         self.new_project, self.open_project = w.projects.new, w.projects.open
@@ -107,7 +107,7 @@ class Studio(QObject):
         self.show_only, self.show_all = w.visibility.show_only, w.visibility.show_all
 
         self.measured, self.measure = w.derived.measured, w.derived.measure
-        self.affected, self.subject = w.derived.affected, w.derived.subject
+        self.affected_ids, self.subject = w.derived.affected_ids, w.derived.subject
         self.nearest_pick = w.derived.nearest_pick
         self.north_known, self.metres_known = w.derived.north_known, w.derived.metres_known
         self.turn_findings = w.derived.turn_findings

@@ -120,6 +120,6 @@ def _show_tie_points(studio: Studio, out: Path) -> None:
     studio.open_model(
         out / TIE_POINT_FILE,
         tr("Tie points of {model}", model=name),
-        like=sibling_id,
+        reference_id=sibling_id,
         on_finished=show_errors,
     )

@@ -123,7 +123,7 @@ class _ContactFollowing:
         )
 
     def why_not(self) -> Finding | None:
-        if self.tool.continued:
+        if self.tool.is_continued:
             return Finding("follow.continued")
         return why_no_model(self._studio)
 

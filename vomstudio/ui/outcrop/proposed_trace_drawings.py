@@ -61,7 +61,7 @@ class ProposedTraceDrawings(LineDrawings):
 
     def _drawings(self) -> Iterator[FeatureDrawing]:
         traces = self._studio.proposed_traces
-        proposals, open_indices = traces.proposals, sorted(traces.open)
+        proposals, open_indices = traces.proposals, sorted(traces.open_rows)
         if proposals is None or not isinstance(self._studio.records.get(proposals.model_id), Model):
             return
         for key, color in _COLORS.items():

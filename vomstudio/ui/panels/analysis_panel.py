@@ -65,7 +65,7 @@ class LazyPanel(QWidget):
     def _edited(self, edit: Edit) -> None:
         # A model may be the source of the panel although no feature depends on it.
         records = (*edit.before.values(), *edit.after.values())
-        if self._studio.affected(edit) or any(isinstance(record, Model) for record in records):
+        if self._studio.affected_ids(edit) or any(isinstance(record, Model) for record in records):
             self._soon()
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name

@@ -93,8 +93,8 @@ class JobsPanel(QTableWidget):
             bar.setFixedWidth(160)
             self.setCellWidget(row, 2, bar)
             stop_button = QToolButton()
-            stop_button.setText(tr("Pause") if job.resumable else tr("Stop"))
-            stop_button.setIcon(theme.icon("pause" if job.resumable else "stop"))
+            stop_button.setText(tr("Pause") if job.is_resumable else tr("Stop"))
+            stop_button.setIcon(theme.icon("pause" if job.is_resumable else "stop"))
             stop_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             stop_button.clicked.connect(lambda _=False, j=job: self._jobs.cancel(j))
             self.setCellWidget(row, 4, stop_button)
@@ -120,7 +120,7 @@ class JobsPanel(QTableWidget):
 def _end_text(job: RunningJob) -> str:
     """Return how and when a job ended."""
     current_time = datetime.now()
-    if job.outcome == "stopped" and job.resumable:
+    if job.outcome == "stopped" and job.is_resumable:
         return tr("Paused at {time:%H:%M}", time=current_time)
     if job.outcome == "stopped":
         return tr("Stopped at {time:%H:%M}", time=current_time)

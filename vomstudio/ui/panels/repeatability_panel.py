@@ -122,12 +122,12 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
             type_ = (
                 get(records, feature.type_id, FeatureType) if isinstance(feature, Typed) else None
             )
-            done_count = len(self._round.chosen) - len(self._round.waiting)
+            done_count = len(self._round.selected_ids) - len(self._round.waiting_ids)
             self.prompt.setText(
                 tr(
                     "{number} of {all}: pick the {type} in the ring again ({kind}).",
                     number=done_count + 1,
-                    all=len(self._round.chosen),
+                    all=len(self._round.selected_ids),
                     type="" if type_ is None else type_.name.lower(),
                     kind=tr(kind_of(feature).title).lower(),
                 )

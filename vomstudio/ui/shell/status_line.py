@@ -197,7 +197,7 @@ class StatusLine(QStatusBar):
         if jobs:
             # The newest job is shown, because the user waits for the last request.
             self._job.setText(jobs[-1].text())
-            self._stop.setText(tr("Pause") if jobs[-1].resumable else tr("Stop"))
+            self._stop.setText(tr("Pause") if jobs[-1].is_resumable else tr("Stop"))
             self._bar.setRange(0, jobs[-1].total or 0)
             self._bar.setValue(jobs[-1].done)
 

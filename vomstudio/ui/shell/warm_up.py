@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from vomstudio.core.words import tr
 
 if TYPE_CHECKING:
-    from vomstudio.studio.jobs.job import Job, Nothing
+    from vomstudio.studio.jobs.job import Job, NoArguments
     from vomstudio.ui.base.studio import Studio
 
 
@@ -32,16 +32,18 @@ def all_workers(studio: Studio) -> None:
 
 
 def _ask(
-    studio: Studio, job: Job[Nothing, Nothing], finished: Callable[[], object] = lambda: None
+    studio: Studio,
+    job: Job[NoArguments, NoArguments],
+    finished: Callable[[], object] = lambda: None,
 ) -> None:
-    from vomstudio.studio.jobs.job import Nothing
+    from vomstudio.studio.jobs.job import NoArguments
 
-    def finish(_: Nothing) -> None:
+    def finish(_: NoArguments) -> None:
         finished()
 
     studio.jobs.submit(
         job,
-        Nothing(),
+        NoArguments(),
         title=tr("Warming up"),
         on_done=finish,
         on_failed=lambda _: None,

@@ -45,7 +45,7 @@ class FoldBox(QWidget):
         """Show the current filter and the existing sets."""
         fold = self._studio.fold
         names = fold.sets() if self._studio.has_project else []
-        set_name = fold.which.set_name
+        set_name = fold.fold_filter.set_name
         if set_name is not None and set_name not in names:
             names.append(set_name)
         with QSignalBlocker(self.set):
@@ -54,7 +54,7 @@ class FoldBox(QWidget):
             for name in names:
                 self.set.addItem(name, name)
             self.set.setCurrentIndex(self.set.findData(set_name) if set_name is not None else 0)
-        self.options.show_value("quality", fold.which.min_quality)
+        self.options.show_value("quality", fold.fold_filter.min_quality)
 
     def _apply(self, *_: object) -> None:
         fold = self._studio.fold

@@ -73,17 +73,17 @@ class VertexTable(QTableWidget):
             else:
                 self.clearSelection()
                 self.scrollToBottom()
-        self.setVisible(tool.open)
+        self.setVisible(tool.is_open)
 
     def _marked(self) -> None:
         rows = {index.row() for index in self.selectedIndexes()}
-        if rows and self._tool.open:
+        if rows and self._tool.is_open:
             self._tool.mark(rows.pop())
 
     def _cell_edited(self, item: QTableWidgetItem) -> None:
         """Move a vertex to a typed coordinate, which may have either decimal mark."""
         tool = self._tool
-        if not tool.open:
+        if not tool.is_open:
             return
         rows = self._to_world()
         value = parse_number(item.text())

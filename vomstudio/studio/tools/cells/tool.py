@@ -31,7 +31,7 @@ class CellsTool(StatelessTool):
     ----------
     mark : str
         Mark that the next click sets.
-    under : (str, int) or None
+    hovered_cell : (str, int) or None
         Grid and cell under the cursor.
     """
 
@@ -41,10 +41,10 @@ class CellsTool(StatelessTool):
     def __init__(self, context: ToolContext) -> None:
         self._context = context
         self.mark = INSPECTED_MARK
-        self.under: tuple[str, int] | None = None
+        self.hovered_cell: tuple[str, int] | None = None
 
     @property
-    def open(self) -> bool:
+    def is_open(self) -> bool:
         return False
 
     def hint(self) -> str:
@@ -66,8 +66,8 @@ class CellsTool(StatelessTool):
     def mark_here(self, mark: str) -> None:
         """Mark the cell under the cursor, and use the same mark for subsequent clicks."""
         self.mark = mark
-        if self.under is not None:
-            self._apply(*self.under, mark)
+        if self.hovered_cell is not None:
+            self._apply(*self.hovered_cell, mark)
         self._context.tool_changed()
 
     def pointer(self, event: PointerEvent) -> None:
@@ -76,10 +76,10 @@ class CellsTool(StatelessTool):
         elif event.kind is Pointer.CLICK and event.button is Button.LEFT:
             # The second click of a double click would remove the mark.
             self._move(event.hit)
-            if self.under is None:
+            if self.hovered_cell is None:
                 self._context.hint(Finding("grid.no-cell"))
                 return
-            grid_id, cell = self.under
+            grid_id, cell = self.hovered_cell
             current_mark = self._marks(grid_id)[cell]
             self._apply(grid_id, cell, UNINSPECTED_MARK if current_mark == self.mark else self.mark)
 
@@ -99,8 +99,8 @@ class CellsTool(StatelessTool):
 
     def _move(self, hit: Hit | None) -> None:
         cell = None if hit is None else self._cell(hit)
-        if cell != self.under:
-            self.under = cell
+        if cell != self.hovered_cell:
+            self.hovered_cell = cell
             self._show()
 
     def _cell(self, hit: Hit) -> tuple[str, int] | None:
@@ -116,12 +116,12 @@ class CellsTool(StatelessTool):
     # --- preview ------------------------------------------------------------------------------
     def _show(self) -> None:
         records = self._context.session.records
-        grid = None if self.under is None else get(records, self.under[0], FaceGrid)
+        grid = None if self.hovered_cell is None else get(records, self.hovered_cell[0], FaceGrid)
         model = None if grid is None else get(records, grid.model_id, Model)
-        if grid is None or model is None or self.under is None:
+        if grid is None or model is None or self.hovered_cell is None:
             self._context.show(None)
             return
-        cells, cell = _file_grid(grid), self.under[1]
+        cells, cell = _file_grid(grid), self.hovered_cell[1]
         corners = transform.apply(model.to_world, cells.corners(np.array([cell]))[0])
         title = tr(MARK_TITLES[grid_edits.marks_of(grid)[cell]])
         text = tr(
@@ -131,13 +131,13 @@ class CellsTool(StatelessTool):
 
     # --- protocol of tools --------------------------------------------------------------------
     def leave(self) -> None:
-        self.under = None
+        self.hovered_cell = None
         self._context.show(None)
 
     def document_changed(self) -> None:
-        if self.under is not None:
-            if self.under[0] not in self._context.session.records:
-                self.under = None
+        if self.hovered_cell is not None:
+            if self.hovered_cell[0] not in self._context.session.records:
+                self.hovered_cell = None
             self._show()
 
     def forget(self) -> None:

@@ -422,7 +422,7 @@ class ProjectTree(QWidget):
         unsorted: dict[int, tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = {}
         with QSignalBlocker(self.tree):
             self.tree.setUpdatesEnabled(False)
-            ids = list(dict.fromkeys((*edit.ids, *self._studio.affected(edit))))
+            ids = list(dict.fromkeys((*edit.ids, *self._studio.affected_ids(edit))))
             records = self._studio.records
             unsorted_nodes: list[QTreeWidgetItem] = []
             is_shorter = False

@@ -249,7 +249,7 @@ class TablePanel(QWidget):
         self._show_selection(self._studio.selection.ids)
 
     def _apply_edit(self, edit: Edit) -> None:
-        ids = self._studio.affected(edit)
+        ids = self._studio.affected_ids(edit)
         if not ids:
             return
         self._portions.finish()

@@ -96,7 +96,7 @@ class FractureQuestion:
     region_kind: str
     region_numbers: tuple[float, ...]
     options: FractureOptions
-    metric: bool
+    is_metric: bool
     north_known: bool
     cells: GridCells | None = None
     crs: str | None = None
@@ -296,7 +296,7 @@ def _drawing(
     points = np.concatenate([*lines, cells.reshape(-1, 2)])
     low, high = points.min(axis=0), points.max(axis=0)
     margin = max(0.05 * float((high - low).max()), 1e-3)
-    unit = "m" if q.metric else tr("units")
+    unit = "m" if q.is_metric else tr("units")
     up = tr("Z ({unit})", unit=unit) if face.vertical else tr("up the face ({unit})", unit=unit)
     shapes = (
         *(DrawingShape("cells", cell, _CELL_COLOR, is_closed=True) for cell in cells),
@@ -310,7 +310,7 @@ def _drawing(
         np.stack([low - margin, high + margin]),
         end_names(face, q.north_known),
         (tr("along the face ({unit})", unit=unit), up),
-        is_metric=q.metric,
+        is_metric=q.is_metric,
     )
 
 

@@ -280,7 +280,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
             region_kind=self._region_kind(),
             region_numbers=tuple(numbers),
             options=self.options.options(),
-            metric=all(m is None or m.frame.has_metres for m in models),
+            is_metric=all(m is None or m.frame.has_metres for m in models),
             north_known=all(m is None or m.frame.has_north for m in models),
             cells=self.region_box.cells(),
             crs=_crs_of(models),
@@ -389,7 +389,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
                 [t.set for t in traces],
                 result.region,
                 result.face,
-                crs=q.crs or Axes(q.metric, q.north_known).wkt,
+                crs=q.crs or Axes(q.is_metric, q.north_known).wkt,
                 force=True,
             )
 

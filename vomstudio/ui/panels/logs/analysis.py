@@ -33,8 +33,8 @@ def write(result: LogAnswer, path: Path) -> None:
     suffix = path.suffix.lower().removeprefix(".")
     if suffix == "csv":
         description = about_log(result.bed, result.bed95_deg)
-        metric = result.question.is_metric
-        write_log(path, result.log, description=description, is_metric=metric, force=True)
+        is_metric = result.question.is_metric
+        write_log(path, result.log, description=description, is_metric=is_metric, force=True)
     else:
         with atomic_write(path, True) as temporary:
             _write_figure(result, temporary, suffix, 300.0)

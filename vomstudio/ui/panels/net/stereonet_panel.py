@@ -251,7 +251,7 @@ class StereonetPanel(QWidget):
             self._follow_selection()
 
     def _follow_edit(self, edit: Edit) -> None:
-        if self._studio.affected(edit):
+        if self._studio.affected_ids(edit):
             self._schedule_redraw()
 
     def changeEvent(self, event: QEvent) -> None:  # noqa: N802
@@ -375,7 +375,7 @@ class StereonetPanel(QWidget):
         choice = self._studio.fold
         # A command cannot select planes in a table.
         is_shown = self.contents().fold is not None and not choice.selected
-        fold = choice.which if is_shown else None
+        fold = choice.fold_filter if is_shown else None
         copy_with_table(
             self,
             self._studio,

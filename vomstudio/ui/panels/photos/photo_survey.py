@@ -510,7 +510,7 @@ class PhotoSurvey(QObject):
             title=tr("Reconstructing {name}", name=name),
             on_done=done,
             on_failed=failed,
-            resumable=True,
+            is_resumable=True,
         )
         self.changed.emit()
 

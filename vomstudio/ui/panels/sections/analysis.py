@@ -46,7 +46,7 @@ class SectionQuestion:
     to_world: Matrix
     path: Path
     crs: str | None
-    metric: bool
+    is_metric: bool
     north_known: bool
     curtain: Curtain
     options: SectionOptions
@@ -93,7 +93,7 @@ def answer(question: SectionQuestion) -> SectionAnswer:
         cut,
         q.curtain,
         projected_features,
-        is_metric=q.metric,
+        is_metric=q.is_metric,
         is_north_known=q.north_known,
         model=str(q.path),
         figures=figures,
@@ -124,7 +124,7 @@ def write(result: SectionAnswer, path: Path) -> None:
         result.projected_items,
         crs=q.crs,
         model=str(q.path),
-        is_metric=q.metric,
+        is_metric=q.is_metric,
         is_north_known=q.north_known,
         force=True,
     )

@@ -189,7 +189,7 @@ class ElevationPanel(QWidget):
             cache=self._studio.project.cache,
             to_world=model.to_world,
             crs=world_crs(frame.crs, frame.unit_m),
-            metric=frame.has_metres,
+            is_metric=frame.has_metres,
             north_known=frame.has_north,
             options=self.grid.options(**overrides),
             files=self.file_options.options(),

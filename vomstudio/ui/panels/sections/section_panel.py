@@ -282,7 +282,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             to_world=model.to_world,
             path=path,
             crs=world_crs(frame.crs, frame.unit_m),
-            metric=frame.has_metres,
+            is_metric=frame.has_metres,
             north_known=frame.has_north,
             curtain=curtain,
             options=options,
@@ -302,7 +302,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
     # --- result ---------------------------------------------------------------------------------
     def _result_text(self, result: SectionAnswer) -> str:
         f = result.figures
-        unit = "m" if result.question.metric else tr("units")
+        unit = "m" if result.question.is_metric else tr("units")
         texts = [
             tr_n(
                 "{count} line, {length:.3f} {unit} in total",

@@ -251,7 +251,7 @@ class SetsPanel(QWidget):
 
     # --- changes of the project ----------------------------------------------------------------
     def _follow_edit(self, edit: Edit) -> None:
-        affected_ids = set(self._studio.affected(edit))
+        affected_ids = set(self._studio.affected_ids(edit))
         if self.result is not None and not affected_ids.isdisjoint(self.result.candidates.ids):
             self.drop(Finding("sets.planes-changed"))
         elif self._newest.is_waiting and affected_ids:

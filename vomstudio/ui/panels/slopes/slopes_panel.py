@@ -212,7 +212,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         model = None if proposals is None else studio.records.get(proposals.model_id)
         if proposals is None or loaded_model is None or not isinstance(model, Model):
             raise InputError(Finding("action.no-proposals"))
-        rows = sorted(studio.facets.open | studio.facets.accepted)
+        rows = sorted(studio.facets.open_rows | studio.facets.accepted)
         return FacetsQuestion(
             records=dict(studio.records),
             features=features,

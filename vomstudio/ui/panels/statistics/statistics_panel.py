@@ -146,7 +146,7 @@ class StatisticsPanel(LazyPanel):
         """Return the titles and rows for the fold axis of planes of one type and of its domains."""
         from vomstudio.project.fold_planes import fold_planes
 
-        fold, fold_filter = self._studio.fold, self._studio.fold.which
+        fold, fold_filter = self._studio.fold, self._studio.fold.fold_filter
         if self.group_box.choice() == ("type", FOLD_TYPE, "") and fold.features():
             planes = fold.planes()
         else:

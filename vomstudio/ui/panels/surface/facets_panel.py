@@ -235,21 +235,21 @@ class FacetsPanel(ProposalsPanel):
         parts = (self.table, self.filter, self._decision_row, self._options_row, self.summary)
         for part in parts:
             part.setVisible(proposals is not None)
-        state = (proposals, len(facets.open))
+        state = (proposals, len(facets.open_rows))
         if state != self._table_state:
             self._table_state = state
             self._fill(proposals)
             if proposals is not None:
                 self._paint()
         if proposals is not None:
-            self.summary.setText(summary_text(proposals, facets.open, facets.accepted))
+            self.summary.setText(summary_text(proposals, facets.open_rows, facets.accepted))
         self.message.setText(self._summary_text(proposals))
         self._refresh_buttons()
 
     def _fill(self, proposals: Proposals | None) -> None:
         notation = self._studio.settings.notation
         rows = []
-        for row in sorted(self._facets.open) if proposals is not None else ():
+        for row in sorted(self._facets.open_rows) if proposals is not None else ():
             assert proposals is not None
             measurement = proposals.measured[row]
             if measurement.plane is None or measurement.verdict is None:
@@ -273,7 +273,7 @@ class FacetsPanel(ProposalsPanel):
         if proposals is None or self._facets.findings:
             return " ".join(map(str, self._facets.findings))
         studio = self._studio
-        lines = [share_text(proposals, self._facets.open, self._facets.accepted)]
+        lines = [share_text(proposals, self._facets.open_rows, self._facets.accepted)]
         lines += map(str, proposals.result.warnings)
         proposed_runs = {patch.runs for patch in proposals.patches}
         picks = [
@@ -283,7 +283,7 @@ class FacetsPanel(ProposalsPanel):
             and getattr(f, "runs", None) not in proposed_runs
         ]
         open_facets = [
-            (proposals.patches[i], proposals.measured[i]) for i in sorted(self._facets.open)
+            (proposals.patches[i], proposals.measured[i]) for i in sorted(self._facets.open_rows)
         ]
         agreement = compare_proposals(
             measured_planes(studio, picks), oriented_planes(studio, open_facets)
@@ -318,7 +318,9 @@ class FacetsPanel(ProposalsPanel):
     def _index_at(self, hit: Hit) -> int | None:
         proposals = self._facets.proposals
         assert proposals is not None
-        matches = (i for i in self._facets.open if has_id(proposals.patches[i].runs, hit.index))
+        matches = (
+            i for i in self._facets.open_rows if has_id(proposals.patches[i].runs, hit.index)
+        )
         return next(matches, None)
 
     def _accept(self, indices: list[int]) -> bool:

@@ -341,7 +341,9 @@ class FieldsPanel(ModelPanel):
 
     def _show(self, model: Model, request: FieldRequest) -> None:
         palette = _COLOUR_BLIND_MAP if self.colour_blind.isChecked() else _HUE_MAP
-        self._fields.ask(model.id, request, palette if request.kind == "dip_direction" else None)
+        self._fields.request_field(
+            model.id, request, palette if request.kind == "dip_direction" else None
+        )
 
     def _recolour(self) -> None:
         """Show the current field with different colours."""

@@ -244,7 +244,7 @@ class TracesPanel(ProposalsPanel):
 
     # --- proposals ---------------------------------------------------------------------------
     def _show_proposals(self) -> None:
-        proposals, open_indices = self._traces.proposals, self._traces.open
+        proposals, open_indices = self._traces.proposals, self._traces.open_rows
         for part in (self.table, self._decision_row, self._type_row, self.filter):
             part.setVisible(proposals is not None)
         if (proposals, open_indices) != self._table_state:
@@ -293,7 +293,7 @@ class TracesPanel(ProposalsPanel):
         point = transform.apply(model.to_world, [hit.position])[0]
         distances = {
             row: float(np.linalg.norm(proposals.lines[row].points - point, axis=1).min())
-            for row in self._traces.open
+            for row in self._traces.open_rows
         }
         nearest_row = min(distances, key=lambda row: distances[row], default=None)
         if nearest_row is None:

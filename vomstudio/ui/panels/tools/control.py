@@ -253,7 +253,7 @@ class ControlPanel(QWidget):
                 north_doubt_deg=north.doubt_deg,
                 compass=table,
                 turned_deg=north.turned_deg,
-                north_sigma_stated=is_sigma_stated,
+                is_north_sigma_stated=is_sigma_stated,
                 photo_up=photo_up,
                 keep_scale=options.keep_scale,
                 click_sigma_m=options.click_sigma_m,

@@ -38,7 +38,7 @@ class PhotoFollowBox(QWidget):
     def why_not(self) -> Finding | None:
         """Return why paths cannot be followed in photos, or None if they can."""
         cost, links = self._tool.cost, self._studio.photo_links
-        if self._tool.continued:
+        if self._tool.is_continued:
             return Finding("follow.continued")
         if cost is None:
             return Finding("follow.no-cost")

@@ -152,7 +152,7 @@ class PlanePanel(QWidget):
         self._show_fit()
 
     def _follow_preview(self, preview: object) -> None:
-        if self._tool.painting and self._tool.measurement is not self._measurement:
+        if self._tool.is_painting and self._tool.measurement is not self._measurement:
             self._show_fit()
 
     def _show_fit(self) -> None:

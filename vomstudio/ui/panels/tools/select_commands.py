@@ -203,13 +203,13 @@ def commands(studio: Studio) -> list[Command]:
         Command(
             "select_through",
             tr("Through the surface"),
-            lambda: factory.tool.set_through(not factory.tool.through),
+            lambda: factory.tool.set_through(not factory.tool.is_through),
             icon="layers-outline",
             shortcut="V",
             tip=tr("Shapes also select hidden elements."),
             why_not=factory.why_not_choosing,
             is_viewport_key=True,
-            is_checked=lambda: factory.tool.through,
+            is_checked=lambda: factory.tool.is_through,
         ),
         create_command(
             "select_wider",

@@ -39,12 +39,12 @@ class TracePanel(FollowingPanel[TraceTool]):
     def refresh(self, *_: object) -> None:
         """Show the current state of the tool."""
         tool = self._tool
-        has_fit = tool.followed or len(tool.vertices) > 2
-        measurement = tool.measurement if has_fit and not tool.searching else None
+        has_fit = tool.is_path or len(tool.vertices) > 2
+        measurement = tool.measurement if has_fit and not tool.is_searching else None
         self.fit_view.show_measurement(
             measurement, self._studio.settings.notation, local=not self._studio.north_known()
         )
-        self.fit_view.setVisible(tool.open)
+        self.fit_view.setVisible(tool.is_open)
         self._show_kind()
         self._refresh_picking(
             tr(

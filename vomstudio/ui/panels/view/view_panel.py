@@ -126,7 +126,7 @@ class ViewPanel(QWidget):
         self._cost.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.only_selected = QCheckBox(tr("Selected bedding only"))
         self.only_selected.toggled.connect(
-            lambda on: studio.fold.choose(studio.fold.which, is_selected=on)
+            lambda on: studio.fold.choose(studio.fold.fold_filter, is_selected=on)
         )
         self.fold_box = FoldBox(studio)
         studio.fold.changed.connect(self._follow_fold_choice)
@@ -329,7 +329,7 @@ class ViewPanel(QWidget):
         return self._studio.measured([current])[current].line
 
     def _follow_edit(self, edit: Edit) -> None:
-        self._bedding.follow_edit(self._studio.affected(edit))
+        self._bedding.follow_edit(self._studio.affected_ids(edit))
         self.refresh()
 
     def _follow_selection(self, *_: object) -> None:
