@@ -127,6 +127,7 @@ class OptionFields(QObject, Generic[Options]):
             self.labels[name].setBuddy(self.fields[name])
             if k:
                 row.addWidget(self.labels[name])
+            self.fields[name].setMinimumWidth(_MIN_CELL_WIDTH_PX)
             row.addWidget(self.fields[name], 1)
         self._placed.update(names)
         return self.labels[names[0]], row
