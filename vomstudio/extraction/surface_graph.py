@@ -172,18 +172,10 @@ class SurfaceGraph:
         """
         if not self.refines:
             return self.whole
-        assert isinstance(self.data, Mesh)
         assert self.textures is not None
         faces = np.flatnonzero(self._sound_faces)
-        used_vertices, triangles = _used_vertices(self.data.faces[faces], len(self.data.vertices))
-        places = np.asarray(self.data.vertices[used_vertices], np.float64) - self.origin
-        rough = self._vertex_roughness[self._node[used_vertices]]
-        vertex_fields = np.column_stack(
-            [self.textures.uv[used_vertices], rough, *self._fields_of(used_vertices).values()]
-        )
-        material = self.textures.material_of(faces)
+        row, places, triangles, vertex_fields, material = self._textured_part(faces)
         longest = self._longest_edge(places, vertex_fields[:, :2], triangles, material)
-        row = used_vertices
         for _ in range(_MAX_LEVEL):
             previous = len(places)
             places, vertex_fields, triangles, parent = _divide_long_edges(
@@ -366,7 +358,6 @@ class SurfaceGraph:
 
     def _refined(self, rows: IntArray) -> Graph:
         """Build the graph of the faces at given nodes, subdivided to a few pixels."""
-        assert isinstance(self.data, Mesh)
         assert self.textures is not None
         node_faces, starts = self._faces_of
         first, count = starts[rows], starts[rows + 1] - starts[rows]
@@ -376,15 +367,8 @@ class SurfaceGraph:
         is_selected = np.zeros(len(self._faces), np.bool_)
         is_selected[node_faces[edge_rows]] = True
         faces = np.flatnonzero(is_selected)
-        used_vertices, triangles = _used_vertices(self.data.faces[faces], len(self.data.vertices))
-        places = np.asarray(self.data.vertices[used_vertices], np.float64) - self.origin
-        rough = self._vertex_roughness[self._node[used_vertices]]
-        vertex_fields = np.column_stack(
-            [self.textures.uv[used_vertices], rough, *self._fields_of(used_vertices).values()]
-        )
-        material = self.textures.material_of(faces)
+        row, places, triangles, vertex_fields, material = self._textured_part(faces)
         level = self._level(places, vertex_fields[:, :2], triangles, material)
-        row = used_vertices
         for _ in range(level):
             places, vertex_fields, triangles, added_vertices = _divide_all(
                 places, vertex_fields, triangles
@@ -393,6 +377,24 @@ class SurfaceGraph:
             material = np.tile(material, 4)
         colours = self.textures.at(vertex_fields[:, :2], triangles, material, level)
         return self._welded_graph(places, triangles, colours, vertex_fields[:, 2:], row)
+
+    def _textured_part(
+        self, faces: IntArray
+    ) -> tuple[IntArray, FloatArray, IntArray, FloatArray, IntArray]:
+        """Return vertices, places, triangles, vertex fields and materials of some faces.
+
+        The vertex fields are the texture coordinates, the roughness and the fields of the model.
+        """
+        assert isinstance(self.data, Mesh)
+        assert self.textures is not None
+        used_vertices, triangles = _used_vertices(self.data.faces[faces], len(self.data.vertices))
+        places = np.asarray(self.data.vertices[used_vertices], np.float64) - self.origin
+        rough = self._vertex_roughness[self._node[used_vertices]]
+        vertex_fields = np.column_stack(
+            [self.textures.uv[used_vertices], rough, *self._fields_of(used_vertices).values()]
+        )
+        material = self.textures.material_of(faces)
+        return used_vertices, places, triangles, vertex_fields, material
 
     def _welded_graph(
         self,

@@ -109,22 +109,37 @@ def _cut_mesh(mesh: Mesh, panel: Panel) -> FloatArray:
     consistently with its neighbours.
     """
     # Far from the origin, only differences of coordinates are precise.
-    is_front = (mesh.vertices - panel.origin) @ panel.normal >= 0
-    corners = is_front[mesh.faces]
+    side = (mesh.vertices - panel.origin) @ panel.normal >= 0
+    tip, *others = crossed_edges(mesh, side)
+    ends = [_crossing(mesh.vertices, tip, other, side, panel) for other in others]
+    return _clip(np.stack(ends, axis=1), panel)
+
+
+def crossed_edges(mesh: Mesh, side: BoolArray) -> tuple[Int32Array, Int32Array, Int32Array]:
+    """Return the corners of the triangles that have corners on both sides of a surface.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    side : (vertices,) array
+        Side of each vertex.
+
+    Returns
+    -------
+    tip : (n,) array
+        Vertex that is alone on its side.
+    first, second : (n,) array
+        The other vertices.
+    """
+    corners = side[mesh.faces]
     intersected_rows = np.flatnonzero(corners.any(axis=1) & ~corners.all(axis=1))
     faces, corners = mesh.faces[intersected_rows], corners[intersected_rows]
-    # The first corner is the one that is alone on its side.
     single_corner = np.where(
         corners[:, 0] == corners[:, 1], 2, np.where(corners[:, 0] == corners[:, 2], 1, 0)
     )
     rows = np.arange(len(faces))
-    apex = faces[rows, single_corner]
-    ends = [
-        _crossing(mesh.vertices, apex, faces[rows, (single_corner + k) % 3], is_front, panel)
-        for k in (1, 2)
-    ]
-    pieces = np.stack(ends, axis=1)
-    return _clip(pieces, panel)
+    tip, first, second = (faces[rows, (single_corner + k) % 3] for k in range(3))
+    return tip, first, second
 
 
 def _crossing(

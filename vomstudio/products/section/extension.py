@@ -30,7 +30,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.units import WORLD, Axes, table_columns
 from vomstudio.io.models.opening import point_spacing
-from vomstudio.products.section.cutting import SLAB_SPACINGS, Cut, cut_model
+from vomstudio.products.section.cutting import SLAB_SPACINGS, Cut, crossed_edges, cut_model
 from vomstudio.products.section.extend_options import ExtendOptions
 from vomstudio.products.section.section_lines import Curtain, curtain_of_plane
 
@@ -231,20 +231,11 @@ def band_edges(
 
 def _level_pieces(mesh: Mesh, values: FloatArray) -> FloatArray:
     """Return the segments (k, 2, 3) along which the vertex values are 0."""
-    is_above = values >= 0.0
-    corners = is_above[mesh.faces]
-    intersected_rows = np.flatnonzero(corners.any(axis=1) & ~corners.all(axis=1))
-    faces, corners = mesh.faces[intersected_rows], corners[intersected_rows]
-    single_corner = np.where(
-        corners[:, 0] == corners[:, 1], 2, np.where(corners[:, 0] == corners[:, 2], 1, 0)
-    )
-    rows = np.arange(len(faces))
-    apex = faces[rows, single_corner]
+    tip, *others = crossed_edges(mesh, values >= 0.0)
     ends = []
-    for k in (1, 2):
-        other_corner = faces[rows, (single_corner + k) % 3]
-        fraction = values[apex] / (values[apex] - values[other_corner])
-        a, b = mesh.vertices[apex], mesh.vertices[other_corner]
+    for other in others:
+        fraction = values[tip] / (values[tip] - values[other])
+        a, b = mesh.vertices[tip], mesh.vertices[other]
         ends.append(a + fraction[:, None] * (b - a))
     return np.stack(ends, axis=1)
 

@@ -18,6 +18,7 @@ from vomstudio.project.kinds import KINDS, kind_of
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Feature, Record
 from vomstudio.project.tables.orientation_table import csv_cell
+from vomstudio.project.tables.project_layers import subjects_by_kind
 from vomstudio.project.tables.project_table import ProjectTable
 
 _FORMS = {"point": "POINT Z", "line": "LINESTRING Z", "ring": "POLYGON Z"}
@@ -28,21 +29,12 @@ def listed_tables(
     records: Mapping[str, Record], table: ProjectTable, measurements: Measurements
 ) -> dict[str, str]:
     """Return the CSV text of each such kind that has features, by layer name, in World."""
-    features = [
-        record
-        for record in records.values()
-        if isinstance(record, Feature) and kind_of(record).listed
-    ]
-    measurements_by_id = measurements.of(records, [feature.id for feature in features])
-    subjects_by_kind: dict[Kind, list[Subject]] = {}
-    for feature in features:
-        subjects_by_kind.setdefault(kind_of(feature), []).append(
-            Subject(feature, measurements_by_id[feature.id], records)
-        )
+    features = [r for r in records.values() if isinstance(r, Feature) and kind_of(r).listed]
+    subjects = subjects_by_kind(records, features, measurements)
     return {
-        kind.layer.name: _text(kind, subjects_by_kind[kind], table)
+        kind.layer.name: _text(kind, subjects[kind], table)
         for kind in KINDS
-        if kind in subjects_by_kind and kind.layer is not None
+        if kind in subjects and kind.layer is not None
     }
 
 

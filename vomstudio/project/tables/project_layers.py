@@ -28,6 +28,17 @@ _POINT_LAYERS = {"plane": "planes", "line": "lines"}
 """Layers of points, one per type of orientation."""
 
 
+def subjects_by_kind(
+    records: Mapping[str, Record], features: Sequence[Feature], measurements: Measurements
+) -> dict[Kind, list[Subject]]:
+    """Return the measured features by kind."""
+    measurements_by_id = measurements.of(records, [f.id for f in features])
+    subjects: dict[Kind, list[Subject]] = {}
+    for f in features:
+        subjects.setdefault(kind_of(f), []).append(Subject(f, measurements_by_id[f.id], records))
+    return subjects
+
+
 def project_layers(
     records: Mapping[str, Record], table: ProjectTable, measurements: Measurements
 ) -> list[Layer]:
@@ -36,22 +47,15 @@ def project_layers(
     Each layer follows the points of its orientations. Empty layers are omitted, except `planes` and
     `traces`. A compass reading without a position is included only in the table.
     """
-    features = first_picks(
-        (record for record in records.values() if isinstance(record, Feature)), records
-    )
-    measurements_by_id = measurements.of(records, [feature.id for feature in features])
-    subjects_by_kind: dict[Kind, list[Subject]] = {}
-    for feature in features:
-        subjects_by_kind.setdefault(kind_of(feature), []).append(
-            Subject(feature, measurements_by_id[feature.id], records)
-        )
+    features = first_picks((r for r in records.values() if isinstance(r, Feature)), records)
+    subjects = subjects_by_kind(records, features, measurements)
     layers: dict[str, Layer] = {}
     for kind in KINDS:
         for nature in kind.orientations:
             if (name := _POINT_LAYERS[nature]) not in layers:
                 layers[name] = _points(name, nature, table)
         if kind.layer is not None:
-            layers[kind.layer.name] = _layer(kind.layer, subjects_by_kind.get(kind, []))
+            layers[kind.layer.name] = _layer(kind.layer, subjects.get(kind, []))
     shapes, columns, colors = grid_cells(records)
     layers[GRIDS] = Layer(GRIDS, "ring", shapes, columns, by="found", colors=colors)
     return [

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.words import to_translate, tr, tr_n
@@ -106,12 +105,7 @@ class ContactTool(FollowingTool[Contact]):
         )
 
     def _edit(self, feature: Contact) -> Edit:
-        measurement = self.measurement
-        if measurement is None or measurement.problem:
-            problem = None if measurement is None else measurement.problem
-            raise GeometryError(problem or Finding("tool.no-points"))
-        if not (measurement.dimension or {}).get("length_m"):
-            raise GeometryError(Finding("points.coincident"))
+        self._check_dimension("length_m", Finding("points.coincident"))
         records = self._context.session.records
         if self._continued:
             return edits.set_line(records, feature.id, feature.vertices)

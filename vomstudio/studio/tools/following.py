@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry import transform
@@ -49,6 +50,15 @@ class FollowingTool(PolylineTool[F]):
         if n_missing <= 0 or (self.followed and len(self.vertices) > 1):
             return None
         return Finding("feature.too-few-points", count=n_missing, minimum=3)
+
+    def _check_dimension(self, name: str, problem: Finding) -> None:
+        """Raise GeometryError if the feature has no points, or if a dimension is 0."""
+        measurement = self.measurement
+        if measurement is None or measurement.problem:
+            measured_problem = None if measurement is None else measurement.problem
+            raise GeometryError(measured_problem or Finding("tool.no-points"))
+        if not (measurement.dimension or {}).get(name):
+            raise GeometryError(problem)
 
     @property
     def cost(self) -> str | None:

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.words import to_translate, tr, tr_n
@@ -148,12 +147,7 @@ class LithologyTool(FollowingTool[Lithology]):
             self._work_out()
 
     def _edit(self, feature: Lithology) -> Edit:
-        measurement = self.measurement
-        if measurement is None or measurement.problem:
-            problem = None if measurement is None else measurement.problem
-            raise GeometryError(problem or Finding("tool.no-points"))
-        if not (measurement.dimension or {}).get("outline_m2"):
-            raise GeometryError(Finding("tool.no-area"))
+        self._check_dimension("outline_m2", Finding("tool.no-area"))
         records = self._context.session.records
         if self._continued:
             return edits.change_feature(records, feature)
