@@ -136,6 +136,6 @@ def test_of_a_few_places_each_is_asked_once_where_it_faces(side: int) -> None:
     away = np.repeat(np.arange(side**2) % 2 == 0, 25)
     normals = np.column_stack([np.zeros((len(view), 2)), np.where(away, 0.3, -0.3)])
     up = np.array([0.0, -1.0, 0.0])
-    share, guessed = share_facing_away(PointCloud(view), view, normals, up)
+    share, guessed = share_facing_away(view, normals, up)
     assert share == pytest.approx(np.ceil(side**2 / 2) / side**2)
     assert not guessed

@@ -48,19 +48,19 @@ def layers(seed: int, n: int = 4000) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("n", [400, 4000, 40_000, 300_000])
 def test_of_a_cloud_only_what_is_in_front_is_asked_where_it_faces(n: int) -> None:
     points, normals = layers(n, n)
-    result, guessed = cloud_picture.share_facing_away(PointCloud(points), points, normals, UP)
+    result, guessed = cloud_picture.share_facing_away(points, normals, UP)
     # Columns hold four points, or are a 256th of the extent wide: some have none of the near sheet.
     none = np.exp(-n / min(2 * n / 4, 256**2))
     assert result == pytest.approx(0.3 + 0.7 * none / (1.0 + none), abs=0.1 if n == 400 else 0.03)
     assert not guessed
     moved = points + [-7.0, 3.0, 9.0]
-    again, _ = cloud_picture.share_facing_away(PointCloud(moved), moved, normals, UP)
+    again, _ = cloud_picture.share_facing_away(moved, normals, UP)
     assert again == pytest.approx(result, abs=0.05)
     # Normals that are none say nothing.
     unknown = normals.copy()
     unknown[points[:, 0] < 0.3] = 0.0
     unknown[points[:, 0] < 0.15] = np.nan
-    share, _ = cloud_picture.share_facing_away(PointCloud(points), points, unknown, UP)
+    share, _ = cloud_picture.share_facing_away(points, unknown, UP)
     assert share < 1.05 * np.exp(-2.0) + 0.05
 
 
@@ -76,12 +76,10 @@ def test_surfaces_without_normals_are_taken_to_face_up(
     # x to the right, y down, z away from the viewer: the upper 40 % hang over.
     back = np.where(rise < 0.6, rise, 1.2 - rise)
     view = np.column_stack([across, -rise, back])
-    result, guessed = cloud_picture.share_facing_away(
-        PointCloud(view), view, None, np.array([0.0, -1.0, 0.0])
-    )
+    result, guessed = cloud_picture.share_facing_away(view, None, np.array([0.0, -1.0, 0.0]))
     assert guessed
     assert result == pytest.approx(0.4, abs=0.05)
-    two, guessed = cloud_picture.share_facing_away(PointCloud(view[:2]), view[:2], None, UP)
+    two, guessed = cloud_picture.share_facing_away(view[:2], None, UP)
     assert np.isnan(two)
     assert guessed
 

@@ -428,7 +428,7 @@ def _judge_by_error(
     )
     if fit.long_roughness:
         reasons.append(Finding("plane.long-roughness"))
-    notes = _shape_findings(fit, kind, thresholds)
+    notes = _shape_findings(fit, thresholds)
     extent = feature_extent_m(fit, kind)
     if resolution_m is not None and resolution_m > 0.0 and extent is not None:
         ratio = extent / resolution_m
@@ -584,7 +584,7 @@ def _is_straight(fit: FittedPlane, thresholds: Thresholds) -> bool:
     return fit.K is None or thresholds.good_K <= fit.K
 
 
-def _shape_findings(fit: FittedPlane, kind: Kind, thresholds: Thresholds) -> list[Finding]:
+def _shape_findings(fit: FittedPlane, thresholds: Thresholds) -> list[Finding]:
     """Compare the scatter of the points with the recommended values."""
     notes = list[Finding]()
     # None means infinite: the points lie exactly in one plane.

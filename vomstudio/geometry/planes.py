@@ -280,7 +280,7 @@ def fit_planes(
     if method == "regression" and axis == "auto":
         return _along_nearest_axes(xyz, cuts, is_ordered)
     reasons, is_valid_group = _valid_groups(xyz, cuts, counts)
-    result = _blank_figures(counts, method, is_ordered)
+    result = _blank_figures(counts)
     if is_valid_group.any():
         if is_valid_group.all():
             points_used = xyz[cuts[0] : cuts[-1]]
@@ -310,7 +310,7 @@ def _along_nearest_axes(xyz: FloatArray, cuts: IntArray, is_ordered: bool) -> Pl
     pca_fits = fit_planes(xyz, cuts, is_ordered=is_ordered)
     steepest_axes = np.abs(np.nan_to_num(pca_fits.normal)).argmax(axis=1)
     counts = np.diff(cuts)
-    result = _blank_figures(counts, "regression", is_ordered)
+    result = _blank_figures(counts)
     reasons: list[Finding | None] = [None] * len(counts)
     for k, axis in enumerate(_AXES):
         rows = np.flatnonzero(steepest_axes == k)
@@ -330,7 +330,7 @@ def _along_nearest_axes(xyz: FloatArray, cuts: IntArray, is_ordered: bool) -> Pl
     )
 
 
-def _blank_figures(counts: IntArray, method: str, is_ordered: bool) -> dict[str, AnyArray]:
+def _blank_figures(counts: IntArray) -> dict[str, AnyArray]:
     shapes = {"centroid": (3,), "normal": (3,), "eigenvalues": (3,), "axes": (3, 3)}
     flags = ("hyperbolic_overflow", "long_roughness", "undefined")
     m = len(counts)

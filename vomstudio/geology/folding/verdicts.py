@@ -179,9 +179,7 @@ def _assess_cylinder(
         conditions.append(Finding("fold.short-arc", arc_deg=shape.arc_deg, limit_deg=MIN_ARC_DEG))
     if conditions:
         return FoldVerdict("undetermined", "conditional", tuple(conditions), is_untested)
-    return _cylindrical_verdict(
-        shape, error95_deg or 0.0, width, cylindrical_limit_deg, scatter_limit_deg
-    )
+    return _cylindrical_verdict(shape, error95_deg or 0.0, width, cylindrical_limit_deg)
 
 
 def _cylindrical_verdict(
@@ -189,7 +187,6 @@ def _cylindrical_verdict(
     error95_deg: float,
     width: float,
     cylindrical_limit_deg: float,
-    scatter_limit_deg: float,
 ) -> FoldVerdict:
     reasons: list[Finding] = []
     conditions: list[Finding] = []

@@ -142,7 +142,7 @@ def find_nodes(pieces: TracePieces, snap_m: float = 0.0, area: object = None) ->
         L=int(np.sum(degree[is_inner] == 2)),
         other=int(np.sum(degree[is_inner] > 4)),
     )
-    snapped = _snapped_ends(pieces, ends, piece, free_rows, touches, pair) + _snapped_edges(
+    snapped = _snapped_ends(pieces, ends, piece, touches, pair) + _snapped_edges(
         pieces, ends, piece, cut, area
     )
     return Nodes(counts, tuple(snapped), positions[is_inner], degree[is_inner], overlaps)
@@ -278,7 +278,6 @@ def _snapped_ends(
     pieces: TracePieces,
     ends: FloatArray,
     piece: IntArray,
-    free_indices: IntArray,
     touches: _Touches,
     pair: IntArray,
 ) -> list[SnappedEnd]:

@@ -216,7 +216,7 @@ def set_statistics(
     v = unit_vectors(vectors)
     weights, weight_figures = (None, None) if errors is None else weights_by_error(v, errors)
     values, axes = orientation_tensor(v, weights)
-    fisher_figures, reason = _fisher_figures(v, of, is_directed, turns, weights)
+    fisher_figures, reason = _fisher_figures(v, is_directed, turns, weights)
     bingham_figures, bingham_reason = fit_bingham(v, values, axes, weights)
     kent_figures, kent_reason = None, reason
     if fisher_figures is not None and fisher_figures.kappa is not None:
@@ -247,7 +247,7 @@ def set_statistics(
 
 
 def _fisher_figures(
-    v: FloatArray, of: str, is_directed: bool, turns: Turns | None, weights: FloatArray | None
+    v: FloatArray, is_directed: bool, turns: Turns | None, weights: FloatArray | None
 ) -> tuple[FisherFigures | None, Finding | None]:
     """Return Fisher's statistics, and the reason for missing values."""
     reason = no_fisher_reason(v, is_directed)

@@ -93,9 +93,7 @@ def rectify(
         if box is None:
             return None
         left, top, right, bottom = box
-        plane, low, high = _search(
-            (points - first.centre) @ rotation.T, focal, length, near, far, (left, right)
-        )
+        plane, low, high = _search((points - first.centre) @ rotation.T, focal, length, near, far)
         count = int(np.ceil((high - low + 1) / 16)) * 16
         if count <= _MAX_DISPARITIES:
             break
@@ -228,7 +226,6 @@ def _search(
     baseline: float,
     near: float,
     far: float,
-    across_component: tuple[int, int],
 ) -> tuple[tuple[float, float, float], float, float]:
     """Return the disparity plane through tie points, and the range of differences from it."""
     xyz = xyz[(xyz[:, 2] > 0.7 * near) & (xyz[:, 2] < 1.4 * far)]

@@ -157,7 +157,7 @@ class _Run:
         undistorted, flat = self._undistort(placed_scene, photos)
         pairs, maps, depth_stage = self._depths(placed_scene.scene, undistorted, flat)
         cloud, fused = self._fuse(placed_scene.scene, pairs, undistorted, maps, depth_stage)
-        mesh, surfaced = self._surface(cloud, placed_scene, fused)
+        mesh, surfaced = self._surface(cloud, fused)
         textured, dressed = self._texture(mesh, placed_scene, photos, surfaced)
         write_models(self.outputs, placed_scene.scene, cloud, textured, self.log)
         return self._finish(photos, alignment, placed_scene, cloud, textured, dressed)
@@ -376,7 +376,7 @@ class _Run:
         return load_result(load_cloud, stage.folder / _CLOUD), stage
 
     def _surface(
-        self, cloud: PointCloud, placed_registered: _Registered, fused_stage_folder: StageFolder
+        self, cloud: PointCloud, fused_stage_folder: StageFolder
     ) -> tuple[Mesh, StageFolder]:
         from vomstudio.photogrammetry.surface.meshing import (
             MeshingOptions,

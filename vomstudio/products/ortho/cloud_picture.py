@@ -160,7 +160,6 @@ def local_spacing(points: FloatArray, spacing: float) -> FloatArray:
 
 
 def share_facing_away(
-    cloud: PointCloud,
     view: FloatArray,
     normals: FloatArray | None,
     up: FloatArray,
@@ -170,7 +169,6 @@ def share_facing_away(
 
     Parameters
     ----------
-    cloud : PointCloud
     view : (n, 3) array
         Points in the axes of the view, seen along +z.
     normals : (n, 3) array or None

@@ -195,7 +195,7 @@ def _facing_away(
     if data.normals is not None:
         normals = rotate(np.asarray(to_world, np.float64), data.normals) @ frame.axes
     up = np.array([0.0, 0.0, 1.0]) @ frame.axes
-    return cloud_picture.share_facing_away(data, frame.to_view(world, world[0]), normals, up)
+    return cloud_picture.share_facing_away(frame.to_view(world, world[0]), normals, up)
 
 
 def _along(direction: FloatArray, sense: str, reason: Finding) -> ViewDirection:
