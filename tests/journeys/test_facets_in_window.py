@@ -88,7 +88,7 @@ def test_facets_are_found_looked_at_accepted_and_taken_back(window, panel) -> No
     (patch,) = patches(window)
     found = panel._facets.proposals
     assert patch.runs == found.patches[number - 1].runs
-    assert "angle 20°" in patch.notes
+    assert "Angle 20°" in patch.notes
     assert "Proposed" in patch.notes
     measured = studio.measured([patch.id])[patch.id]
     assert measured.verdict.quality == "good"
