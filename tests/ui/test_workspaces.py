@@ -174,12 +174,17 @@ def test_tools_of_a_task_are_in_the_rail_only_then(window, studio):
 @pytest.mark.parametrize("height", [540, 720])
 def test_the_rail_shows_all_tools_of_a_task_in_a_low_window(window, studio, height):
     add_cliff(studio)
-    resize(window, 960, height)
     press(window, 1)
+    buttons = window.tool_rail.buttons.values()
+    resize(window, 960, 1000)
+    (below_icon,) = {button.height() - button.iconSize().height() for button in buttons}
+    resize(window, 960, height)
     assert offered_tools(window) == {*GENERAL_TOOLS, "control", "known_line"}
-    for button in window.tool_rail.buttons.values():
+    for button in buttons:
         if button.isVisible():
             assert button.visibleRegion().boundingRect().size() == button.size()
+            # The text has as much room as in a high window.
+            assert button.height() - button.iconSize().height() >= below_icon
 
 
 # --- inspector ------------------------------------------------------------------------------

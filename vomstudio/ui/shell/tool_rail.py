@@ -16,8 +16,8 @@ from vomstudio.ui.shell.docks import WindowDocks
 from vomstudio.ui.shell.layout import GENERAL_TOOLS, PAGE_TOOLS
 from vomstudio.ui.shell.workspaces import Workspaces
 
-_ICON_PX, _LOW_ICON_PX = 22, 16
-_MARGIN_PX, _LOW_MARGIN_PX = 17, 12
+_ICON_PX, _MIN_ICON_PX = 22, 12
+_MARGIN_PX = 17
 """Height of a button beyond its icon and text."""
 _PADDING_PX = 7
 _NAVIGATE = "navigate"
@@ -92,11 +92,13 @@ class ToolRail(QToolBar):
         self._fit()
 
     def _fit(self) -> None:
-        """Use low buttons if the rail has no room for all offered tools."""
-        text, count = self.fontMetrics().height(), 1 + len(self.offered())
-        icon, height = _ICON_PX, text + _ICON_PX + _MARGIN_PX
-        if count * height > self.height():
-            icon, height = _LOW_ICON_PX, text + _LOW_ICON_PX + _LOW_MARGIN_PX
+        """Use smaller icons if the rail has no room for all offered tools."""
+        other = self.fontMetrics().height() + _MARGIN_PX
+        layout = self.layout()
+        spacing = 0 if layout is None else layout.spacing()
+        room = (self.height() + spacing) // (1 + len(self.offered())) - spacing
+        icon = max(_MIN_ICON_PX, min(room - other, _ICON_PX))
+        height = other + icon
         for button in self.buttons.values():
             button.setIconSize(QSize(icon, icon))
             button.setFixedHeight(height)
