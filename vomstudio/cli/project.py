@@ -281,7 +281,7 @@ def _add_model(args: argparse.Namespace, out: Output) -> None:
     out.warn(added_model.warnings)
     summary = {
         "model": added_model.model.id,
-        "added": added_model.new,
+        "added": added_model.is_new,
         "warnings": list(added_model.warnings),
     }
     _report(args, out, summary, f"{added_model.model.name}: {added_model.model.frame.name()}")

@@ -205,4 +205,4 @@ class Jobs:
 
 
 def _report(title: str, fault: Fault) -> None:
-    ERRORS.report_finding(Finding("job.internal-error", job=title, error=fault.what), fault.what)
+    ERRORS.report_finding(Finding("job.internal-error", job=title, error=fault.cause), fault.cause)

@@ -99,7 +99,7 @@ class ContactTool(FollowingTool[Contact]):
 
     def _look(self) -> None:
         assert self._feature is not None
-        complete_feature = self._whole(self._feature)
+        complete_feature = self._whole_path(self._feature)
         self.measurement = (
             self._context.measure(complete_feature) if complete_feature.vertices else None
         )
@@ -110,7 +110,7 @@ class ContactTool(FollowingTool[Contact]):
         if self._continued:
             return edits.set_line(records, feature.id, feature.vertices)
         if self.is_path:
-            feature = replace(self._whole(feature), notes=self._followed_words(feature))
+            feature = replace(self._whole_path(feature), notes=self._followed_words(feature))
         return edits.add_features(records, [feature])
 
     # --- drafts ------------------------------------------------------------------------------

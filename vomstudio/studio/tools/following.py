@@ -47,7 +47,7 @@ class FollowingTool(PolylineTool[F]):
         if self._feature is None:
             return Finding("tool.nothing-open")
         n_missing = 3 - len(self.vertices)
-        if n_missing <= 0 or (self.followed and len(self.vertices) > 1):
+        if n_missing <= 0 or (self.is_path and len(self.vertices) > 1):
             return None
         return Finding("feature.too-few-points", count=n_missing, minimum=3)
 
@@ -317,7 +317,7 @@ class FollowingTool(PolylineTool[F]):
 
     def _way(self, vertices: Sequence[Point]) -> Sequence[Point]:
         """Return the way-points; a ring is closed by its first way-point."""
-        return (*vertices, vertices[0]) if self._closed else vertices
+        return (*vertices, vertices[0]) if self._is_closed else vertices
 
     def _followed_words(self, feature: F) -> str:
         """Return the notes for a followed feature."""

@@ -99,7 +99,7 @@ class LithologyTool(FollowingTool[Lithology]):
     def _look(self) -> None:
         """Measure the outline, and request its area unless a corner is being dragged."""
         assert self._feature is not None
-        complete_feature = self._whole(self._feature)
+        complete_feature = self._whole_path(self._feature)
         area, self._next_outline = None, None
         if self._drag_start is None and not super().is_searching:
             area = self._area((complete_feature.model_id, complete_feature.vertices))
@@ -152,7 +152,7 @@ class LithologyTool(FollowingTool[Lithology]):
         if self._continued:
             return edits.change_feature(records, feature)
         if self.is_path:
-            feature = replace(self._whole(feature), notes=self._followed_words(feature))
+            feature = replace(self._whole_path(feature), notes=self._followed_words(feature))
         return edits.add_features(records, [feature])
 
     # --- drafts ------------------------------------------------------------------------------

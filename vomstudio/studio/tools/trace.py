@@ -102,7 +102,7 @@ class TraceTool(FollowingTool[Trace]):
         if not self._continued:
             if self.is_path:
                 notes = f"{feature.notes} {self._followed_words(feature)}".strip()
-                feature = replace(self._whole(feature), notes=notes, doubtful=self._stretches)
+                feature = replace(self._whole_path(feature), notes=notes, doubtful=self._stretches)
             return edits.add_trace(records, feature)
         return edits.set_vertices(
             records,
@@ -153,7 +153,7 @@ class TraceTool(FollowingTool[Trace]):
         """Query the surface and fit the plane."""
         assert self._feature is not None
         surface = self._context.surface(self._feature.model_id)
-        complete_feature = self._whole(self._feature)
+        complete_feature = self._whole_path(self._feature)
         self._stretches = ()
         if surface is not None and self.vertices:
             resolution, normal = measure_surroundings(surface, complete_feature.vertices)

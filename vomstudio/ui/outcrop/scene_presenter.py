@@ -317,7 +317,7 @@ class ScenePresenter:
             self._all_features()
             return
         records = self._studio.records
-        ids = [i for i in self._studio.affected(edit) if not self._is_drawn_alike(edit, i)]
+        ids = [i for i in self._studio.affected_ids(edit) if not self._is_drawn_alike(edit, i)]
         is_large_edit = len(ids) > _STEP_FEATURES or _count_painted(records, ids) > _LARGE_POINTS
         if len(ids) > 1 and is_large_edit:
             self._drawing_work.finish()

@@ -59,4 +59,4 @@ class FoldBox(QWidget):
     def _apply(self, *_: object) -> None:
         fold = self._studio.fold
         fold_filter = FoldFilter(self.options.options().quality, self.set.currentData())
-        fold.choose(fold_filter, is_selected=fold.selected)
+        fold.choose(fold_filter, is_selected=fold.is_selected)

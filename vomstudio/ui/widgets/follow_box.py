@@ -51,4 +51,4 @@ class FollowBox(ComboBox):
                 best_cost_name = tr("automatic: {cost}", cost=tr(COST_TITLES[cost_in_use]))
             self.setItemText(self.findData(AUTO), best_cost_name)
             self.setCurrentIndex(max(0, self.findData(self._tool.cost)))
-        allow(self, Finding("follow.continued") if self._tool.continued else None)
+        allow(self, Finding("follow.continued") if self._tool.is_continued else None)

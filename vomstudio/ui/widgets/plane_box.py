@@ -157,7 +157,7 @@ class PlaneBox(ComboBox):
         self.show_plane(self._plane_id)
 
     def _edited(self, edit: Edit) -> None:
-        if not {self._last_plane_id, self._plane_id} & set(self._studio.affected(edit)):
+        if not {self._last_plane_id, self._plane_id} & set(self._studio.affected_ids(edit)):
             return
         if self._last_plane_id and not has_plane(self._studio.records.get(self._last_plane_id)):
             self._last_plane_id = ""

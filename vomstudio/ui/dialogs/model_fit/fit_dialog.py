@@ -325,7 +325,8 @@ class FitDialog(QDialog):
             return None if point is None else transform.apply(reference_matrix, point[None])[0]
 
         marks = {
-            p.label: transform.apply(reference_matrix, np.array([p.there]))[0] for p in points.pairs
+            p.label: transform.apply(reference_matrix, np.array([p.reference_point]))[0]
+            for p in points.pairs
         }
         self.reference_view.show_marks(
             marks, to_reference(reference_point), to_reference(expected_reference_point)

@@ -101,7 +101,7 @@ class PointPairs:
         return Pairs(
             tuple(pair.label for pair in self.pairs),
             np.array([pair.model for pair in self.pairs], np.float64).reshape(-1, 3),
-            np.array([pair.there for pair in self.pairs], np.float64).reshape(-1, 3),
+            np.array([pair.reference_point for pair in self.pairs], np.float64).reshape(-1, 3),
             np.full((n, 3), np.nan),
             np.zeros(n, bool),
         )

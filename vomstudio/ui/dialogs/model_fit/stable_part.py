@@ -96,7 +96,9 @@ class StablePartBox(QWidget):
         """Return the selected part, or None for the whole reference."""
         index, box = self.part_box.currentIndex(), self._studio.display.box
         if index == _NEAR:
-            return StablePart(self.distance_box.value(), tuple(pair.there for pair in pairs))
+            return StablePart(
+                self.distance_box.value(), tuple(pair.reference_point for pair in pairs)
+            )
         if index == _BOX and box is not None:
             return StablePart(box=(box.low, box.high))
         mask = self.stable_model.current()

@@ -374,7 +374,7 @@ class StereonetPanel(QWidget):
         style = load_figure_style(self._studio)
         choice = self._studio.fold
         # A command cannot select planes in a table.
-        is_shown = self.contents().fold is not None and not choice.selected
+        is_shown = self.contents().fold is not None and not choice.is_selected
         fold = choice.fold_filter if is_shown else None
         copy_with_table(
             self,
@@ -504,7 +504,7 @@ class StereonetPanel(QWidget):
         self._name_selection()
 
     def _follow_selection(self) -> None:
-        if self._studio.fold.selected:
+        if self._studio.fold.is_selected:
             self._schedule_redraw()
         if self._net is not None and _is_large(self._net.artists.contents):
             # The table and the outcrop are updated first.

@@ -83,7 +83,7 @@ class StatisticsPanel(LazyPanel):
         self._soon()
 
     def _follow_selection(self) -> None:
-        if self.group_box.choice() == SELECTED or self._studio.fold.selected:
+        if self.group_box.choice() == SELECTED or self._studio.fold.is_selected:
             self._soon()
 
     def show_now(self) -> None:

@@ -15,7 +15,7 @@ def summary_text(
 ) -> str:
     """Return the number of undecided facets and the facets' share of the exposed rock."""
     count = tr_n("{count:,} proposed facet", "{count:,} proposed facets", len(open_rows))
-    share = proposals.share({*open_rows, *accepted_rows}) if proposals.whole else None
+    share = proposals.share({*open_rows, *accepted_rows}) if proposals.is_whole_model else None
     if share is None:
         return f"{count}."
     if share < NEAR_PLANAR_SHARE:
@@ -33,7 +33,7 @@ def share_text(
     proposals: Proposals, open_rows: Collection[int], accepted_rows: Collection[int]
 ) -> str:
     """Return the shares of the exposed rock in proposed and accepted facets, as text."""
-    if not proposals.whole:
+    if not proposals.is_whole_model:
         return tr(
             "This is a part of the model. The near-planar share of the rock is computed for the"
             " whole model."

@@ -212,7 +212,7 @@ class FacetsPanel(ProposalsPanel):
         ):
             button.setEnabled(is_enabled)
             button.setToolTip(tooltip if is_enabled else str(reason))
-        if proposals is not None and not proposals.whole:
+        if proposals is not None and not proposals.is_whole_model:
             self.accept_all.setToolTip(tr("Accept all listed facets of the part in view."))
 
     # --- state -------------------------------------------------------------------------------

@@ -167,17 +167,17 @@ class FieldsPanel(ModelPanel):
         """Show the field of a model, or the default radius and length for that model."""
         self._form_model_id = model.id
         self._form_field = field = self._fields.shown.get(model.id)
-        radius = 0.0 if field is None else field.wanted.radius_m
-        is_plane_field = field is not None and field.wanted.kind in (MEASURABLE, EXPECTED)
+        radius = 0.0 if field is None else field.request.radius_m
+        is_plane_field = field is not None and field.request.kind in (MEASURABLE, EXPECTED)
         with QSignalBlocker(self.radius):
             self.radius.setValue(
                 radius if radius and not is_plane_field else self._fields.likely_radius(model.id)
             )
         self.measurable.show_request("", self._fields.likely_length(model.id))
         if field is not None and is_plane_field:
-            self.measurable.show_request(field.wanted.of, radius)
+            self.measurable.show_request(field.request.of, radius)
         if field is not None:
-            self.kind.setCurrentIndex(self.kind.findData(field.wanted.kind))
+            self.kind.setCurrentIndex(self.kind.findData(field.request.kind))
 
     def _list_others(self) -> None:
         model_id = "" if self._model is None else self._model.id
@@ -292,7 +292,7 @@ class FieldsPanel(ModelPanel):
         if (
             values is not None
             and field is not None
-            and field.wanted.kind
+            and field.request.kind
             not in (
                 "dip_direction",
                 MEASURABLE,
@@ -350,7 +350,7 @@ class FieldsPanel(ModelPanel):
         self._show_rows()
         model = self._model
         field = None if model is None else self._fields.shown.get(model.id)
-        if model is None or field is None or field.wanted.kind != "dip_direction":
+        if model is None or field is None or field.request.kind != "dip_direction":
             return
         style = self._studio.display.styles.get(model.id)
         if style is not None and style.name == field.name:

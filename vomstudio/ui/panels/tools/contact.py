@@ -51,7 +51,7 @@ class ContactPanel(FollowingPanel[ContactTool]):
         if not self.set_edit.isModified():
             self.set_edit.setText(attributes.set_name)
         for field in (self.type_box, self.set_edit):
-            allow(field, Finding("feature.continued") if tool.continued else None)
+            allow(field, Finding("feature.continued") if tool.is_continued else None)
         self._refresh_picking(
             tr(
                 "Click along a contact or fault, then press Enter. The line has a length, but no"

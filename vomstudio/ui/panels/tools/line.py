@@ -71,7 +71,7 @@ class LinePanel(PickingPanel[LineTool]):
             self.set_edit.setText(attributes.set_name)
         self.plane_box.show_plane(attributes.plane_id)
         self.slip_box.setCurrentIndex(self.slip_box.findData(attributes.slip))
-        reason = Finding("feature.continued") if tool.continued else None
+        reason = Finding("feature.continued") if tool.is_continued else None
         for field in (self.type_box, self.set_edit, self.plane_box):
             allow(field, reason)
         if reason is None and not attributes.plane_id:

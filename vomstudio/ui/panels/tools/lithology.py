@@ -40,7 +40,7 @@ class LithologyPanel(FollowingPanel[LithologyTool]):
         self.lithology_box.setCurrentIndex(self.lithology_box.findData(tool.lithology))
         if self.lithology_box.currentIndex() < 0:
             self.lithology_box.show_text(tool.lithology)
-        allow(self.lithology_box, Finding("feature.continued") if tool.continued else None)
+        allow(self.lithology_box, Finding("feature.continued") if tool.is_continued else None)
         measurement = tool.measurement
         lines = words(measurement) if measurement and measurement.dimension else []
         self._show_lines(self.figures, lines)

@@ -67,7 +67,7 @@ class MeasurePanel(PickingPanel[MeasureTool]):
         self.form.setRowVisible(self.plane_box, is_thickness)
         if is_thickness:
             self.plane_box.show_plane(tool.plane_id)
-        reason = Finding("measurement.continued") if tool.continued else None
+        reason = Finding("measurement.continued") if tool.is_continued else None
         for field in (self.kind_box, self.plane_box):
             allow(field, reason)
         measurement = tool.measurement

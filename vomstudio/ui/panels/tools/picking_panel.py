@@ -81,7 +81,7 @@ class PickingPanel(QWidget, Generic[Tool]):
     def _refresh_picking(self, hint: str) -> None:
         """Show the vertices, and the hint while no feature is open."""
         self._hint.setText(hint)
-        self._hint.setVisible(not self._tool.open)
+        self._hint.setVisible(not self._tool.is_open)
         self.table.refresh()
 
     def _show_lines(self, figures: Label, lines: Sequence[str]) -> None:

@@ -146,7 +146,7 @@ class PlanePanel(QWidget):
         if not self.set_edit.isModified():
             self.set_edit.setText(plane.set_name if plane else studio.next_set)
         for widget in (self.type_box, self.set_edit):
-            allow(widget, Finding("feature.continued") if tool.continued else None)
+            allow(widget, Finding("feature.continued") if tool.is_continued else None)
         self._name.setText(rich_lines([plane.name], [plane.name]) if plane else "")
         self._name.setVisible(plane is not None)
         self._show_fit()

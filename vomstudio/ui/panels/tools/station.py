@@ -75,7 +75,7 @@ class StationPanel(PickingPanel[StationTool]):
         for edit, text in ((self.number_edit, station.number), (self.photo_edit, station.photo)):
             if edit.text() != text and not (edit.hasFocus() and edit.isModified()):
                 edit.setText(text)
-        reason = Finding("feature.continued") if tool.continued else None
+        reason = Finding("feature.continued") if tool.is_continued else None
         for field in (self.kind_box, self.number_edit, self.photo_edit, self.browse):
             allow(field, reason)
         self._refresh_picking(

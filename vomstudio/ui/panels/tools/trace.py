@@ -65,7 +65,7 @@ class TracePanel(FollowingPanel[TraceTool]):
         if not self.set_edit.isModified():
             self.set_edit.setText(set_name)
         for field in (self.type_box, self.set_edit):
-            allow(field, Finding("feature.continued") if self._tool.continued else None)
+            allow(field, Finding("feature.continued") if self._tool.is_continued else None)
 
 
 PANEL = TracePanel

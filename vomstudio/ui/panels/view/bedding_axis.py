@@ -100,7 +100,7 @@ class BeddingAxis:
         return find
 
     def _too_few_planes(self, count: int) -> Finding:
-        is_selection = self._studio.fold.selected
+        is_selection = self._studio.fold.is_selected
         code = "fold.needs-selected-planes" if is_selection else "fold.needs-planes"
         return Finding(code, count=count, minimum=2)
 

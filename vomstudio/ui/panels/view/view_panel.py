@@ -333,13 +333,13 @@ class ViewPanel(QWidget):
         self.refresh()
 
     def _follow_selection(self, *_: object) -> None:
-        if self._studio.fold.selected:
+        if self._studio.fold.is_selected:
             self._bedding.update_bedding()
         self.refresh()
 
     def _follow_fold_choice(self) -> None:
         with QSignalBlocker(self.only_selected):
-            self.only_selected.setChecked(self._studio.fold.selected)
+            self.only_selected.setChecked(self._studio.fold.is_selected)
         self._bedding.update_bedding()
         self.refresh()
 
