@@ -43,7 +43,7 @@ def found(points: np.ndarray) -> ProgressiveOrder:
 
 def test_every_point_is_in_one_node(found: ProgressiveOrder, points: np.ndarray) -> None:
     assert np.array_equal(np.sort(found.rows), np.arange(len(points)))
-    assert found.is_sound(len(points))
+    assert found.is_valid(len(points))
     assert np.diff(found.starts).max() <= POINTS_PER_NODE
     # The coarsest is one, so that a picture of the whole is there at once.
     assert np.flatnonzero(found.parents < 0).tolist() == [0]
@@ -154,10 +154,10 @@ def test_small_odd_and_unsound_clouds_have_an_order_too() -> None:
         some = arrange(face(n))
         assert np.array_equal(np.sort(some.rows), np.arange(n))
         assert len(some) == (n > 0)
-        assert some.is_sound(n)
+        assert some.is_valid(n)
     alike = arrange(np.repeat(UTM[None], 120_000, axis=0))
     assert len(alike.rows) == 120_000
-    assert alike.is_sound(120_000)
+    assert alike.is_valid(120_000)
     holed = face(1000)
     holed[17, 1], holed[400] = np.nan, np.inf
     some = arrange(holed)
@@ -178,11 +178,11 @@ def test_it_can_be_stopped() -> None:
 
 def test_an_order_of_other_points_is_not_sound(found: ProgressiveOrder) -> None:
     n = len(found.rows)
-    assert not found.is_sound(n - 1)
-    assert not replace(found, starts=found.starts[:-1]).is_sound(n)
-    assert not replace(found, parents=found.parents[::-1]).is_sound(n)
-    assert not replace(found, rows=found.rows - 1).is_sound(n)
-    assert not replace(found, bounds=found.bounds * np.nan).is_sound(n)
+    assert not found.is_valid(n - 1)
+    assert not replace(found, starts=found.starts[:-1]).is_valid(n)
+    assert not replace(found, parents=found.parents[::-1]).is_valid(n)
+    assert not replace(found, rows=found.rows - 1).is_valid(n)
+    assert not replace(found, bounds=found.bounds * np.nan).is_valid(n)
 
 
 def test_rows_of_clouds_of_billions_of_points_have_room_beside_their_places() -> None:
@@ -196,10 +196,10 @@ def test_an_order_with_any_one_thing_wrong_is_not_sound(monkeypatch: pytest.Monk
     monkeypatch.setattr("vomstudio.geometry.progressive_order.POINTS_PER_NODE", 40)
     found = arrange(face(500))
     k, n = len(found), 500
-    assert found.is_sound(n)
-    assert found.is_sound(n + 1)
+    assert found.is_valid(n)
+    assert found.is_valid(n + 1)
     nothing = arrange(np.zeros((0, 3)))
-    assert nothing.is_sound(0)
+    assert nothing.is_valid(0)
     one_wrong = [
         ("starts", 0, 1),
         ("starts", 3, found.starts[2]),
@@ -218,8 +218,8 @@ def test_an_order_with_any_one_thing_wrong_is_not_sound(monkeypatch: pytest.Monk
     for name, place, value in one_wrong:
         array = getattr(found, name).copy()
         array[place] = value
-        assert not replace(found, **{name: array}).is_sound(n), (name, place, value)
+        assert not replace(found, **{name: array}).is_valid(n), (name, place, value)
     for name in ("starts", "bounds", "spacing", "parents", "rows"):
-        assert not replace(found, **{name: getattr(found, name)[:-1]}).is_sound(n), name
-    assert not replace(found, bounds=found.bounds[:, :, :2]).is_sound(n)
-    assert not replace(found, bounds=found.bounds[:, :1]).is_sound(n)
+        assert not replace(found, **{name: getattr(found, name)[:-1]}).is_valid(n), name
+    assert not replace(found, bounds=found.bounds[:, :, :2]).is_valid(n)
+    assert not replace(found, bounds=found.bounds[:, :1]).is_valid(n)

@@ -189,7 +189,7 @@ def wall() -> Mesh:
 def drawn(tmp_path: Path, items: tuple[Item, ...], name: str) -> tuple[Any, Any, list[str]]:
     planned = plan(wall(), view_along_line(0.0, 0.0), to_world=np.eye(4), gsd=0.1)
     output = write_orthophoto(
-        wall(), planned, tmp_path / "o.tif", only=territory(items, name), force=True
+        wall(), planned, tmp_path / "o.tif", territory=territory(items, name), force=True
     )
     facts = json.loads(output.sidecar.read_text("utf-8"))
     with rasterio.open(output.image) as file:

@@ -128,7 +128,7 @@ def test_only_the_named_group_of_sets_is_counted() -> None:
     """Two sets of joints and the beds: what is far from all joints has no density."""
     far = make_sets({"J2": cluster(20, 80, 30, 5)})[0]
     sets = (SETS[0], replace(SETS[1], group="Joint"), replace(far, group="Joint"))
-    net = NetContents(sets, contour="schmidt", contouring=Contouring(only="Joint"))
+    net = NetContents(sets, contour="schmidt", contouring=Contouring(set_name="Joint"))
     result = describe_density(net)
     assert result is not None
     (part,) = result["parts"]
@@ -137,7 +137,7 @@ def test_only_the_named_group_of_sets_is_counted() -> None:
     at = np.vstack([path.vertices for path in filled.get_paths()])
     from_beds = longitude_latitude_to_vectors(at) @ SETS[0].vectors().mean(axis=0)
     assert from_beds.max() < 0.9
-    assert describe_density(replace(net, contouring=Contouring(only="Fault"))) is None
+    assert describe_density(replace(net, contouring=Contouring(set_name="Fault"))) is None
 
 
 @pytest.mark.parametrize("filled", [False, True])

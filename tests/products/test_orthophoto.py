@@ -473,7 +473,7 @@ def test_a_view_of_a_model_without_north_and_scale_names_no_winds_and_no_metres(
     from vomstudio.products.ortho.view_description import end_labels
 
     known = view_along_line(90, 0)
-    unknown = replace(known, north_known=False, metric=False)
+    unknown = replace(known, is_north_known=False, is_metric=False)
     assert end_labels(known) == ("N (000)", "S (180)", "up")
     assert end_labels(unknown) == ("000, local", "180, local", "up")
     units = [

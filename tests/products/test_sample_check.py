@@ -67,8 +67,8 @@ def law(cliff_seeds: list[int], draws: int) -> dict[str, list[bool]]:
         for number in range(draws):
             picks, truth = drawn(cliff, courses, 1000 * cliff_seed + number)
             for check in check_sample(picks, truth).checks:
-                assert check.is_within_limit is not None
-                held[check.name.split()[0]].append(check.is_within_limit)
+                assert check.within is not None
+                held[check.name.split()[0]].append(check.within)
     return held
 
 
@@ -143,7 +143,7 @@ def test_a_truth_inside_the_ellipse_is_held_and_one_outside_is_not(axis: str, si
         tilt = math.radians(share * limit)
         normal = math.cos(tilt) * fit.normal + side * math.sin(tilt) * way
         result = plane_check("x", fit, Plane.from_normal(normal))
-        assert result.is_within_limit is held
+        assert result.within is held
         assert result.error == pytest.approx(share * limit, rel=1e-6)
         assert result.stated_95 == pytest.approx(limit, rel=1e-6)
         assert result.truth["dip_deg"] == Plane.from_normal(normal).dip_deg  # type: ignore[index]
@@ -156,11 +156,11 @@ def test_a_truth_inside_the_ellipse_is_held_and_one_outside_is_not(axis: str, si
 def test_a_plane_that_hits_the_truth_is_held_and_one_of_three_points_states_nothing() -> None:
     fit = blob()
     exact = plane_check("x", fit, Plane.from_normal(fit.normal))
-    assert exact.is_within_limit is True
+    assert exact.within is True
     assert exact.error == pytest.approx(0.0, abs=1e-6)
     three = fit_plane([[0, 0, 0], [1, 0, 0], [0, 1, -1.0]])
     result = plane_check("x", three, Plane(0, 40))
-    assert (result.is_within_limit, result.stated_95) == (None, None)
+    assert (result.within, result.stated_95) == (None, None)
     assert result.error == pytest.approx(5.0)
 
 
@@ -171,11 +171,11 @@ def test_an_error_stated_as_none_holds_the_truth_alone(truth: Plane) -> None:
     fit = replace(blob(), normal=truth.normal(), axes=np.array([*frame(truth), truth.normal()]))
     sharp = replace(fit, max_confidence95_deg=0.0, min_confidence95_deg=0.0)
     hit = plane_check("x", sharp, truth)
-    assert (hit.is_within_limit, hit.stated_95) == (True, 0.0)
+    assert (hit.within, hit.stated_95) == (True, 0.0)
     for way in fit.axes[:2]:
         tilted = Plane.from_normal(truth.normal() + 1e-6 * way)
         miss = plane_check("x", sharp, tilted)
-        assert (miss.is_within_limit, miss.stated_95) == (False, 0.0)
+        assert (miss.within, miss.stated_95) == (False, 0.0)
         assert miss.error == pytest.approx(math.degrees(1e-6), rel=1e-4)
     long, short = fit.axes[1], fit.axes[0]
     thin = replace(fit, max_confidence95_deg=3.0, min_confidence95_deg=0.0)
@@ -187,7 +187,7 @@ def test_an_error_stated_as_none_holds_the_truth_alone(truth: Plane) -> None:
             (math.radians(0.01), short),
         )
     )
-    assert (along.is_within_limit, beyond.is_within_limit, aside.is_within_limit) == (
+    assert (along.within, beyond.within, aside.within) == (
         True,
         False,
         False,
@@ -207,8 +207,8 @@ def test_a_level_floor_is_checked_too() -> None:
     x, y = (k.ravel() for k in np.meshgrid(np.arange(5.0), np.arange(4.0)))
     fit = fit_plane(np.column_stack([x, y, 0 * x]), is_ordered=False)
     assert (fit.max_confidence95_deg, fit.min_confidence95_deg) == (0.0, 0.0)
-    assert plane_check("x", fit, Plane(0, 0)).is_within_limit is True
-    assert plane_check("x", fit, Plane(10, 1)).is_within_limit is False
+    assert plane_check("x", fit, Plane(0, 0)).within is True
+    assert plane_check("x", fit, Plane(10, 1)).within is False
 
 
 def test_an_axis_is_checked_against_its_own_ellipse() -> None:
@@ -226,7 +226,7 @@ def test_an_axis_is_checked_against_its_own_ellipse() -> None:
             tilt = math.radians(share * limit)
             truth = Line.from_vector(math.cos(tilt) * beta + math.sin(tilt) * way)
             result = axis_check("x", axis, truth)
-            assert result.is_within_limit is held
+            assert result.within is held
             assert result.error == pytest.approx(share * limit, rel=1e-6)
             assert result.stated_95 == pytest.approx(limit, rel=1e-6)
             assert result.truth == {"trend_deg": truth.trend_deg, "plunge_deg": truth.plunge_deg}
@@ -258,11 +258,11 @@ def test_the_slip_is_measured_in_the_fault_across_the_axis() -> None:
     assert result.error == pytest.approx(0.1)
     half = float(t.ppf(0.975, 2) * np.std(throws, ddof=1) / math.sqrt(3))
     assert result.stated_95 == pytest.approx(half)
-    assert result.is_within_limit is True
-    assert slip_check(fits, pairs, [0], Line(0, 0), 3.2 + 1.01 * half).is_within_limit is False
-    assert slip_check(fits, pairs, [0], Line(0, 0), 3.2 - 0.99 * half).is_within_limit is True
+    assert result.within is True
+    assert slip_check(fits, pairs, [0], Line(0, 0), 3.2 + 1.01 * half).within is False
+    assert slip_check(fits, pairs, [0], Line(0, 0), 3.2 - 0.99 * half).within is True
     one = slip_check(fits, pairs[:1], [0], Line(0, 0), 3.0)
-    assert (one.stated_95, one.is_within_limit) == (None, None)
+    assert (one.stated_95, one.within) == (None, None)
     assert one.unit == "m"
 
 

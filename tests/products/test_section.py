@@ -192,7 +192,7 @@ def test_features_come_along_the_direction_of_projection() -> None:
     (flat,), left_out = project_items((item,), curtain, ProjectionDirections(None), 6.0)
     assert left_out == 0
     assert flat.points[0] == pytest.approx([1, 162])
-    assert flat.away[0] == pytest.approx(-5)
+    assert flat.distance[0] == pytest.approx(-5)
     assert flat.apparent_dip_deg == pytest.approx(40)
     along = np.array([0.0, np.cos(np.radians(30)), -np.sin(np.radians(30))])
     (flat,), _ = project_items((item,), curtain, ProjectionDirections(along), None)

@@ -116,7 +116,7 @@ def test_a_line_across_a_bend_is_on_both_pieces() -> None:
     for corner in ([30, 1], [45, 2], [50, 3], [57, 4], [80, 5.0]):
         assert np.abs(flat.points - corner).max(axis=1).min() < 1e-9
     assert (np.diff(flat.points[:, 0]) > 0).all()
-    assert np.abs(flat.away).max() < 1e-9
+    assert np.abs(flat.distance).max() < 1e-9
     # 6 m inside the corner, which is before both pieces.
     inner = np.array([[6, -30, 1.0], [6, -6, 1.0], [30, -6, 1.0]])
     flats, _ = project_items((line_item(inner),), bent, ProjectionDirections(None), None)
@@ -125,7 +125,7 @@ def test_a_line_across_a_bend_is_on_both_pieces() -> None:
         pytest.approx([56, 80], abs=0.3),
     ]
     for flat in flats:
-        assert np.abs(flat.away) == pytest.approx(np.full(len(flat.points), 6.0), abs=1e-9)
+        assert np.abs(flat.distance) == pytest.approx(np.full(len(flat.points), 6.0), abs=1e-9)
     outer = np.array([[-6, -30, 1.0], [-6, 6, 1.0], [30, 6, 1.0]])
     flats, _ = project_items((line_item(outer, "ring"),), bent, ProjectionDirections(None), None)
     (flat,) = flats
@@ -144,7 +144,7 @@ def test_a_line_along_a_section_that_was_drawn_by_hand_is_not_broken() -> None:
     (flat,), _ = project_items((line_item(beside),), many, ProjectionDirections(None), None)
     assert (np.diff(flat.points[:, 0]) > 0).all()
     assert flat.points[[0, -1], 0] == pytest.approx(80 * angle[[0, -1]], abs=0.3)
-    assert np.abs(flat.away).max() < 0.6
+    assert np.abs(flat.distance).max() < 0.6
 
 
 def test_planes_of_a_table_have_the_colours_of_their_feature_types() -> None:

@@ -116,11 +116,11 @@ def test_the_bar_is_as_long_as_it_says(tmp_path: Path) -> None:
 def test_a_narrow_picture_and_unknown_scale_are_said_whole(tmp_path: Path) -> None:
     view = replace(
         view_along_line(45, 0),
-        north_known=False,
-        metric=False,
+        is_north_known=False,
+        is_metric=False,
         reason=Finding("view.chosen", description="x " * 300),
     )
-    narrow = replace(drawing(0.5, 8.0), shapes=(), metric=False)
+    narrow = replace(drawing(0.5, 8.0), shapes=(), is_metric=False)
     write_sheet(tmp_path / "s.pdf", narrow, view, "pdf")
     box, page = page_of(tmp_path / "s.pdf")
     words = texts_of(page)

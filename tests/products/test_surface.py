@@ -275,11 +275,11 @@ def test_a_plane_of_the_larger_part_is_no_compromise(share: float, slope: float)
 def test_rough_and_bent_surfaces_are_not_said_to_be_broken(exponent: float) -> None:
     rng = np.random.default_rng(12)
     for _ in range(8):
-        assert find_planar_part(self_affine(72, exponent, rng), 0.0).other is None
+        assert find_planar_part(self_affine(72, exponent, rng), 0.0).remaining_plane is None
     y, x = np.mgrid[0:72, 0:72] / 72.0
     for curve in (0.2 * x**2, 0.2 * (x**2 + y**2), 0.02 * np.sin(12.0 * x + 3.0 * y)):
         result = find_planar_part(curve + 0.002 * rng.standard_normal(x.shape), 0.002)
-        assert result.other is None
+        assert result.remaining_plane is None
         assert not result.trims
 
 

@@ -36,7 +36,7 @@ def test_the_ends_of_a_picture_are_a_quarter_turn_from_the_view(trend: int) -> N
         assert int(number.strip("()")) == azimuth % 360
         off = (winds.index(wind) * 22.5 - azimuth + 180) % 360 - 180
         assert abs(off) <= 11.25
-    local = end_labels(replace(view, north_known=False))
+    local = end_labels(replace(view, is_north_known=False))
     assert local == (f"{(trend - 90) % 360:03d}, local", f"{(trend + 90) % 360:03d}, local", "up")
 
 
@@ -44,7 +44,7 @@ def test_up_is_north_on_a_map_and_y_where_north_is_not_known() -> None:
     for plunge, words in ((90, "N"), (89.9, "N"), (-90, "N"), (89.8, "up"), (0, "up")):
         view = view_along_line(0, plunge)
         assert end_labels(view)[2] == words
-        known = end_labels(replace(view, north_known=False))[2]
+        known = end_labels(replace(view, is_north_known=False))[2]
         assert known == ("y" if words == "N" else "up")
 
 

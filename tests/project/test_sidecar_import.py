@@ -265,7 +265,7 @@ def test_points_marks_and_masks_are_read_to_the_last_digit(project: Path, photos
     # A mark says which photo of these it means, whatever folder it stands in.
     assert found.marks == (("P1", "sub/a.jpg", 1.5, 2.5), ("tie", "sub/a.jpg", 3.5, 4.5))
     assert found.pixels == {("P1", "sub/a.jpg"): (1.5, 2.5), ("tie", "sub/a.jpg"): (3.5, 4.5)}
-    assert (found.crs, found.problems, found.unread) == (CRS, (), ())
+    assert (found.crs, found.problems, found.unread_files) == (CRS, (), ())
     assert set(found.masks) == {"sub/a.jpg", "b.jpg"}
     for asset in found.masks.values():
         assert (project / asset.path).read_bytes() == mask.read_bytes()
@@ -289,14 +289,14 @@ def test_a_table_that_cannot_be_read_is_named_and_the_rest_is_read(
     control.write_text("label,x,y,z\nP1,not a number,2,3\n")
     found = read_sidecars(project, control, marks, masks, ["a.jpg"])
     assert (found.points, len(found.marks), set(found.masks)) == ((), 2, {"a.jpg"})
-    assert found.unread == ("control.csv",)
+    assert found.unread_files == ("control.csv",)
     assert len(found.problems) == 2
     assert "control.csv" in found.problems[0]
     assert "gone_mask.png" in found.problems[1]
     control.write_text(whole)
     marks.write_text("label,photo,x,y\nP1,a.jpg,left,2\n")
     found = read_sidecars(project, control, marks, {}, ["a.jpg"])
-    assert (len(found.points), found.marks, found.unread) == (2, (), ("marks.csv",))
+    assert (len(found.points), found.marks, found.unread_files) == (2, (), ("marks.csv",))
     assert len(found.problems) == 1
     assert "marks.csv" in found.problems[0]
 

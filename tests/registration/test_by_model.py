@@ -291,7 +291,9 @@ def test_points_and_the_observation_add_their_information() -> None:
     """Of the mean of two measurements with errors s and t the variance is st / (s + t)."""
     sigma = np.array([1e-3, 1e-3, 1e-3, 1e-4, 0.02, 0.02, 0.02])
     given = combined(sigma)
-    both = place([given, Combined(["again"], given.start, given.about, given.whitening)], None)
+    both = place(
+        [given, Combined(["again"], given.start, given.rotation_centre, given.whitening)], None
+    )
     assert both.rotation_error_deg.about_up == pytest.approx(
         np.degrees(1e-3 / np.sqrt(2)), rel=1e-4
     )
@@ -306,7 +308,9 @@ def test_points_that_contradict_it_are_named() -> None:
     points = Points([f"P{k}" for k in range(6)], model, there, np.full((6, 3), 0.01))
     placed = place([points, given], None, model)
     assert [b.label for b in placed.blunders] == ["P2"]
-    assert difference(given.start, given.start, given.about) == pytest.approx(np.zeros(7), abs=1e-8)
+    assert difference(given.start, given.start, given.rotation_centre) == pytest.approx(
+        np.zeros(7), abs=1e-8
+    )
 
 
 # --- masks ----------------------------------------------------------------------------------------

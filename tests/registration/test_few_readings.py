@@ -20,7 +20,7 @@ def test_a_strike_read_as_dip_direction_is_named_with_the_placement_without_it(
     readings = few_planes(np.random.default_rng(n), n, added, stated=stated)
     placed = place([readings.kind])
     first = placed.without[0]
-    assert first.is_suspect
+    assert first.suspect
     assert first.label == readings.wrong
     assert [blunder.label for blunder in placed.blunders] == [readings.wrong]
     assert first.azimuth_off_deg == -added

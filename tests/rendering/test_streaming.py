@@ -81,7 +81,7 @@ class Sink:
         elif isinstance(event, NodesDropped):
             for row, piece in event.pieces.items():
                 del self.nodes[row]
-                event.nodes.let_go(row, piece)
+                event.nodes.release(row, piece)
         elif isinstance(event, Problem):
             self.problems.append(event.finding)
         elif isinstance(event, StreamStarted):

@@ -56,12 +56,12 @@ def registered(lines, model=BARE, crs=None) -> Registration:
 @pytest.mark.parametrize(
     ("lines", "frame"),
     [
-        (LEVEL, Frame("undeclared", is_level=True)),
-        ([*LEVEL, LENGTH], Frame("scaled", is_level=True)),
+        (LEVEL, Frame("undeclared", level=True)),
+        ([*LEVEL, LENGTH], Frame("scaled", level=True)),
         ([LENGTH], Frame("scaled")),
         ([*LEVEL, AZIMUTH], Frame("oriented")),
         ([*LEVEL, AZIMUTH, LENGTH], Frame("local")),
-        ([PLUMB], Frame("undeclared", is_level=True)),
+        ([PLUMB], Frame("undeclared", level=True)),
         ([PLUMB, AZIMUTH, LENGTH], Frame("local")),
     ],
 )
@@ -82,7 +82,7 @@ def test_a_frame_says_what_the_lines_tell_and_no_more(lines, frame) -> None:
 def test_the_known_words_name_each_of_the_four_once() -> None:
     for frame in (
         Frame(),
-        Frame("scaled", is_level=True),
+        Frame("scaled", level=True),
         Frame("oriented"),
         Frame("local"),
         Frame("crs", crs="EPSG:32633"),

@@ -129,7 +129,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         progress=progress,
         features=features,
         legend=LEGEND in parts,
-        only=None if drawn_domain is None else drawn_domain.seen_in(items, request.plan),
+        territory=None if drawn_domain is None else drawn_domain.seen_in(items, request.plan),
     )
     result = requests.collect_result(
         picture_files,

@@ -58,8 +58,8 @@ class Finding:
             raise KeyError(f"{code} needs {', '.join(sorted(missing_keys))}")
         object.__setattr__(self, "code", code)
         object.__setattr__(self, "severity", severity or default_severity)
-        stored = {name: _freeze(value) for name, value in values.items()}
-        object.__setattr__(self, "_values", tuple(stored.items()))
+        frozen_values = {name: _freeze(value) for name, value in values.items()}
+        object.__setattr__(self, "_values", tuple(frozen_values.items()))
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"a finding cannot be changed: {name}")

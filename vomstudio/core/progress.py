@@ -86,7 +86,7 @@ class Executor(Protocol):
 
     def map(
         self,
-        work: Callable[[Item], Result],
+        function: Callable[[Item], Result],
         items: Iterable[Item],
         progress: Progress,
         needed_bytes: int = 0,
@@ -95,7 +95,7 @@ class Executor(Protocol):
 
         Parameters
         ----------
-        work : callable
+        function : callable
             Function at the top level of a module. Items and results are pickled; photos are
             transferred as bytes. Exceptions of the function are raised here.
         items : iterable
@@ -132,14 +132,14 @@ class InlineExecutor:
 
     def map(
         self,
-        work: Callable[[Item], Result],
+        function: Callable[[Item], Result],
         items: Iterable[Item],
         progress: Progress,
         needed_bytes: int = 0,
     ) -> Iterator[tuple[int, Result]]:
         for index, item in enumerate(items):
             progress.step(index)
-            yield index, work(item)
+            yield index, function(item)
 
     def close(self) -> None:
         pass

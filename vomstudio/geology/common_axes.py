@@ -127,8 +127,8 @@ def _mean_variances(
     ]
     counts = np.array([len(poles) for poles in members])
     degrees_of_freedom = int((counts - 1).sum())
-    natural = np.radians(NATURAL_SCATTER_DEG) ** 2
-    pooled_count = sum(squares) / degrees_of_freedom if degrees_of_freedom else natural
+    natural_variance = np.radians(NATURAL_SCATTER_DEG) ** 2
+    pooled_count = sum(squares) / degrees_of_freedom if degrees_of_freedom else natural_variance
     variances = [
         square / (count - 1) if count > 1 else pooled_count
         for square, count in zip(squares, counts, strict=True)

@@ -127,8 +127,8 @@ class _Kernel:
         if self.method in ("schmidt", "kamb"):
             return np.asarray((cosine >= 1.0 - self.cap).sum(axis=1), dtype=np.float64)
         if self.method == "linear_kamb":
-            excess = np.maximum(cosine - (1.0 - self.cap), 0.0)
-            return np.asarray(excess.sum(axis=1) * (2.0 / self.cap))
+            exceedance = np.maximum(cosine - (1.0 - self.cap), 0.0)
+            return np.asarray(exceedance.sum(axis=1) * (2.0 / self.cap))
         power = self.steep * (cosine - 1.0)
         return np.asarray(np.exp(power, out=power).sum(axis=1))
 

@@ -46,10 +46,10 @@ from vomstudio.geology.folding.figures import (
     ConeFigures,
     InfluentialPlane,
     LimbFigures,
+    OutlyingPlane,
     PairFigures,
     PlaneFigures,
     SmallCircleFigures,
-    Stray,
 )
 from vomstudio.geology.folding.findings import (
     bowed_findings,
@@ -128,7 +128,7 @@ class FoldAxis:
     limbs: LimbFigures | None = None
     leave_one_out: InfluentialPlane | None = None
     pairs: tuple[PairFigures, ...] = ()
-    strays: tuple[Stray, ...] = ()
+    strays: tuple[OutlyingPlane, ...] = ()
 
     @property
     def error95_deg(self) -> float | None:
@@ -259,7 +259,7 @@ def fold_axis(
     outlier_labels = [labels[row] for row in outlier_rows]
     return replace(
         result,
-        strays=tuple(Stray(row, names[row] if names else None) for row in outlier_rows),
+        strays=tuple(OutlyingPlane(row, names[row] if names else None) for row in outlier_rows),
         valid="conditional",
         verdict=fold_without_outliers.verdict,
         reasons=(
@@ -472,10 +472,13 @@ def _cone_figures(shape: PoleShape) -> ConeFigures | None:
     if cone is None:
         return None
     width = cone.half_width_deg if math.isfinite(cone.half_width_deg) else None
-    line, nearer, nearer_figures = cone.axis, cone.by_nearer_ends, None
-    if nearer is not None:
+    line, cone_by_nearer_ends, nearer_figures = cone.axis, cone.by_nearer_ends, None
+    if cone_by_nearer_ends is not None:
         nearer_figures = SmallCircleFigures(
-            nearer.axis.trend_deg, nearer.axis.plunge_deg, nearer.half_angle_deg, nearer.rms_deg
+            cone_by_nearer_ends.axis.trend_deg,
+            cone_by_nearer_ends.axis.plunge_deg,
+            cone_by_nearer_ends.half_angle_deg,
+            cone_by_nearer_ends.rms_deg,
         )
     return ConeFigures(
         line.trend_deg,

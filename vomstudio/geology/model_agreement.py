@@ -136,11 +136,11 @@ def compare_orientations(
     for name, i in names[0].items():
         if (j := names[1].get(name)) is not None:
             pairs.append((i, j, "name"))
-    remaining = [
+    unmatched_rows = [
         [k for k in range(len(planes)) if k not in {pair[index] for pair in pairs}]
         for index, planes in enumerate((first, second))
     ]
-    pairs += [(i, j, "nearness") for i, j in _mutual_nearest_pairs(first, second, *remaining)]
+    pairs += [(i, j, "nearness") for i, j in _mutual_nearest_pairs(first, second, *unmatched_rows)]
     pairs.sort()
     matched = tuple(_match(first[i], second[j], by) for i, j, by in pairs)
     angles = np.array([plane.angle_deg for plane in matched])
@@ -199,14 +199,16 @@ def _mutual_nearest_pairs(
 
 
 def _match(
-    one: OrientedPlane, other: OrientedPlane, by: Literal["name", "nearness"]
+    first_plane: OrientedPlane, second_plane: OrientedPlane, by: Literal["name", "nearness"]
 ) -> MatchedPlane:
-    sine = float(np.linalg.norm(np.cross(one.normal, other.normal)))
-    angle = float(np.degrees(np.arctan2(sine, abs(float(one.normal @ other.normal)))))
+    sine = float(np.linalg.norm(np.cross(first_plane.normal, second_plane.normal)))
+    angle = float(
+        np.degrees(np.arctan2(sine, abs(float(first_plane.normal @ second_plane.normal))))
+    )
     distance = error = None
-    if one.position is not None and other.position is not None:
-        distance = float(np.linalg.norm(one.position - other.position))
-    if one.error95_deg is not None and other.error95_deg is not None:
-        error = float(np.hypot(one.error95_deg, other.error95_deg))
+    if first_plane.position is not None and second_plane.position is not None:
+        distance = float(np.linalg.norm(first_plane.position - second_plane.position))
+    if first_plane.error95_deg is not None and second_plane.error95_deg is not None:
+        error = float(np.hypot(first_plane.error95_deg, second_plane.error95_deg))
     agree = None if error is None else angle <= error
-    return MatchedPlane(one.name, other.name, by, distance, angle, error, agree)
+    return MatchedPlane(first_plane.name, second_plane.name, by, distance, angle, error, agree)

@@ -82,9 +82,9 @@ class PlaneBand:
 
     def widths_at_rad(self, angle_rad: FloatArray) -> FloatArray:
         """Return the half-widths (k,) at normals rotated about the line by `angle_rad`."""
-        second, third = np.tan(self.widths_rad)
+        second_width, third_width = np.tan(self.widths_rad)
         return np.asarray(
-            np.arctan(np.hypot(second * np.sin(angle_rad), third * np.cos(angle_rad)))
+            np.arctan(np.hypot(second_width * np.sin(angle_rad), third_width * np.cos(angle_rad)))
         )
 
     def normals(self, angle_rad: FloatArray, tilt_rad: FloatArray) -> FloatArray:
@@ -181,9 +181,9 @@ def find_plane_band(
     l1, l2, l3 = (max(float(eigenvalue), 0.0) for eigenvalue in fit.eigenvalues)
     if major_deg <= DEFAULT_THRESHOLDS.poor_confidence95_deg or l1 <= 0.0:
         return None
-    third = np.tan(np.radians(min(minor_deg, 89.0)))
+    minor_width = np.tan(np.radians(min(minor_deg, 89.0)))
     # The error is proportional to the variance in the direction of the normal.
-    second = third * np.sqrt(l2 / l3) if l3 > 0.0 else third
+    second = minor_width * np.sqrt(l2 / l3) if l3 > 0.0 else minor_width
     min_width = 0.0
     if resolution_m is not None and fit.extent:
         # Half the point spacing divided by the length, or the whole spacing if the trace is no
@@ -191,7 +191,9 @@ def find_plane_band(
         spacings = 1.0 if is_within_wander(fit, "trace", resolution_m, outcrop_normal) else 0.5
         min_width = float(np.arctan(spacings * resolution_m / fit.extent))
     turn_errors = np.radians(registration_deg or 0.0)
-    widths = [float(np.hypot(max(np.arctan(w), min_width), turn_errors)) for w in (second, third)]
+    widths = [
+        float(np.hypot(max(np.arctan(w), min_width), turn_errors)) for w in (second, minor_width)
+    ]
     half_width = float(np.degrees(max(widths)))
     if half_width > MAX_HALF_WIDTH_DEG or major_deg < MIN_ASPECT_RATIO * half_width:
         return None
@@ -322,12 +324,12 @@ class CrossingPlane:
     crossing_deg: float
 
 
-def crossing_plane(one: PlaneBand, other: PlaneBand) -> CrossingPlane:
+def crossing_plane(first_band: PlaneBand, second_band: PlaneBand) -> CrossingPlane:
     """Find the plane that contains the lines of two traces, and its error.
 
     Parameters
     ----------
-    one, other : PlaneBand
+    first_band, second_band : PlaneBand
 
     Returns
     -------
@@ -338,7 +340,7 @@ def crossing_plane(one: PlaneBand, other: PlaneBand) -> CrossingPlane:
     GeometryError
         If the lines are nearly parallel.
     """
-    first_axis, second_axis = one.axes[0], other.axes[0]
+    first_axis, second_axis = first_band.axes[0], second_band.axes[0]
     angle = float(
         np.degrees(np.arcsin(min(float(np.linalg.norm(np.cross(first_axis, second_axis))), 1.0)))
     )
@@ -349,8 +351,8 @@ def crossing_plane(one: PlaneBand, other: PlaneBand) -> CrossingPlane:
     basis = np.stack([first_axis, np.cross(normal, first_axis)])
     # A tilt x of the normal rotates it away from each line d by x . d.
     lines = np.stack([first_axis, second_axis]) @ basis.T
-    scales = [_line_error_rad(band, normal) for band in (one, other)]
-    dof = min(one.degrees_of_freedom, other.degrees_of_freedom)
+    scales = [_line_error_rad(band, normal) for band in (first_band, second_band)]
+    dof = min(first_band.degrees_of_freedom, second_band.degrees_of_freedom)
     inverse = np.linalg.inv(lines)
     covariance = inverse @ np.diag(np.square(scales)) @ inverse.T
     factor = np.sqrt(dof * float(joint_quantile(np.array([dof]))[0]))

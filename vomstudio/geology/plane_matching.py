@@ -77,7 +77,7 @@ def compare_proposals(
 
 
 def _compare_planes(
-    one: Sequence[OrientedPlane], other: Sequence[OrientedPlane]
+    first_planes: Sequence[OrientedPlane], second_planes: Sequence[OrientedPlane]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return which planes (k, m) are near each other, which ones agree, and their angles."""
 
@@ -89,8 +89,8 @@ def _compare_planes(
             np.array([plane.error95_deg or 0.0 for plane in planes]),
         )
 
-    normal, position, extent, error = columns(one)
-    its_normal, its_place, its_extent, its_error = columns(other)
+    normal, position, extent, error = columns(first_planes)
+    its_normal, its_place, its_extent, its_error = columns(second_planes)
     angle = np.degrees(np.arccos(np.minimum(np.abs(normal @ its_normal.T), 1.0)))
     distance = np.linalg.norm(position[:, None] - its_place[None], axis=2)
     max_distance = np.maximum(extent[:, None], its_extent[None]) / 2.0

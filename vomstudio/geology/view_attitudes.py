@@ -117,8 +117,8 @@ def nadir_to_view_angles(angles: npt.ArrayLike) -> FloatArray:
     view_rotations = Rotation.from_euler(
         "ZYX", np.asarray(angles, np.float64).reshape(-1, 3), degrees=True
     )
-    ahead, right, down = np.moveaxis(view_rotations.as_matrix(), 2, 0)
-    cameras = np.stack([right, -ahead, down], axis=2)
+    forward, right, down = np.moveaxis(view_rotations.as_matrix(), 2, 0)
+    cameras = np.stack([right, -forward, down], axis=2)
     to_world = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
     return view_angles(to_world @ cameras)
 

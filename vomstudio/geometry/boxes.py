@@ -93,8 +93,8 @@ class ClipBox(Result):
         `max_distance` enlarges the box along each axis.
         """
         low, high = np.array([self.low]) - max_distance, np.array([self.high]) + max_distance
-        enter, leave = box_range(low, high, origin, direction)
-        first_distance, last_distance = max(float(enter[0]), 0.0), float(leave[0])
+        entry, exit_ = box_range(low, high, origin, direction)
+        first_distance, last_distance = max(float(entry[0]), 0.0), float(exit_[0])
         return (first_distance, last_distance) if last_distance >= first_distance else None
 
 
@@ -121,17 +121,17 @@ def box_range(
     enter, leave : (n,) ndarray
         In lengths of `direction`.
     """
-    enter, leave = np.full(len(low), -np.inf), np.full(len(low), np.inf)
+    entries, exits = np.full(len(low), -np.inf), np.full(len(low), np.inf)
     # Column by column: a reduction along rows of three is four times slower.
     for k, (start, slope) in enumerate(zip(origin.tolist(), direction.tolist(), strict=True)):
         if abs(slope) < 1e-200:
             is_outside = (low[:, k] > start) | (high[:, k] < start)
-            enter[is_outside] = np.inf
+            entries[is_outside] = np.inf
         else:
             a, b = (low[:, k] - start) / slope, (high[:, k] - start) / slope
-            np.maximum(enter, np.minimum(a, b), out=enter)
-            np.minimum(leave, np.maximum(a, b), out=leave)
-    return enter, leave
+            np.maximum(entries, np.minimum(a, b), out=entries)
+            np.minimum(exits, np.maximum(a, b), out=exits)
+    return entries, exits
 
 
 def is_box_hit(
@@ -154,7 +154,7 @@ def is_box_hit(
     -------
     bool
     """
-    enter, leave = 0.0, math.inf
+    entry, exit_ = 0.0, math.inf
     sides = zip(low.tolist(), high.tolist(), origin.tolist(), direction.tolist(), strict=True)
     for minimum, maximum, start, slope in sides:
         minimum, maximum = minimum - pad, maximum + pad
@@ -165,8 +165,8 @@ def is_box_hit(
         near_distance, far_distance = (minimum - start) / slope, (maximum - start) / slope
         if near_distance > far_distance:
             near_distance, far_distance = far_distance, near_distance
-        enter, leave = max(enter, near_distance), min(leave, far_distance)
-    return leave >= enter
+        entry, exit_ = max(entry, near_distance), min(exit_, far_distance)
+    return exit_ >= entry
 
 
 def are_boxes_hit(
@@ -185,5 +185,5 @@ def are_boxes_hit(
     -------
     (n,) ndarray of bool
     """
-    enter, leave = box_range(low, high, origin, direction)
-    return np.asarray(leave >= np.maximum(enter, 0.0))
+    entries, exits = box_range(low, high, origin, direction)
+    return np.asarray(exits >= np.maximum(entries, 0.0))

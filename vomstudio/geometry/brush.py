@@ -124,10 +124,10 @@ class MeshSurface(VertexSurface):
             while True:
                 corners = self._mesh.faces[inner_faces]
                 # Faces much longer than the hit face extend beyond the vertices found so far.
-                missing = _distinct(corners[positions[corners] < 0])
-                if not len(missing):
+                missing_vertices = _distinct(corners[positions[corners] < 0])
+                if not len(missing_vertices):
                     break
-                new_vertices = self._at(self._vertices[missing])
+                new_vertices = self._at(self._vertices[missing_vertices])
                 new_vertices = new_vertices[positions[new_vertices] < 0]
                 positions[new_vertices] = np.arange(
                     len(vertices), len(vertices) + len(new_vertices), dtype=np.int32

@@ -94,8 +94,8 @@ def check_near_model(point: Sequence[float], bounds: FloatArray) -> Finding | No
         return finding
     low, high = np.asarray(bounds, float)
     size = float(np.linalg.norm(high - low))
-    excess = np.maximum(np.maximum(low - point, np.asarray(point) - high), 0.0)
-    distance = float(np.linalg.norm(excess))
+    distances = np.maximum(np.maximum(low - point, np.asarray(point) - high), 0.0)
+    distance = float(np.linalg.norm(distances))
     if not np.isfinite(size) or distance <= MAX_DISTANCE_DIAMETERS * size:
         return None
     return Finding("coordinate.far-from-model", times=distance / max(size, 1e-300))

@@ -30,7 +30,7 @@ class Frame:
         Metres per unit of the file.
     up_axis : {"z", "y"}
         Up axis of the file; "y" means x East, y Up, z South (glTF).
-    is_level : bool
+    level : bool
         Whether up is known but north is not.
     """
 
@@ -38,7 +38,7 @@ class Frame:
     crs: str | None = None
     unit_m: float = 1.0
     up_axis: UpAxis = "z"
-    is_level: bool = False
+    level: bool = False
 
     @property
     def has_north(self) -> bool:
@@ -47,7 +47,7 @@ class Frame:
 
     @property
     def has_up(self) -> bool:
-        return self.is_level or self.has_north
+        return self.level or self.has_north
 
     @property
     def has_metres(self) -> bool:
@@ -87,10 +87,10 @@ class Frame:
         if self.kind == "oriented":
             return tr("local, north known, scale not known")
         if self.kind == "scaled":
-            if self.is_level:
+            if self.level:
                 return tr("local frame in metres, level: north not known")
             return tr("local frame in metres: not registered")
-        if self.is_level:
+        if self.level:
             return tr("local frame, level: north and scale not known")
         return tr("local frame: not registered")
 

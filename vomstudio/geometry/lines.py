@@ -149,7 +149,7 @@ class NearestApproach:
     along: float
 
 
-def nearest_approach(line: npt.ArrayLike, other: npt.ArrayLike) -> NearestApproach:
+def nearest_approach(line: npt.ArrayLike, other_line: npt.ArrayLike) -> NearestApproach:
     """Find the nearest approach of two polylines.
 
     The nearest points of all pairs of segments are computed (Ericson 2005, Real-Time Collision
@@ -159,7 +159,7 @@ def nearest_approach(line: npt.ArrayLike, other: npt.ArrayLike) -> NearestApproa
     ----------
     line : (n, 3) array_like
         At least 2 vertices.
-    other : (m, 3) array_like
+    other_line : (m, 3) array_like
         At least 2 vertices, in the same unit.
 
     Returns
@@ -167,7 +167,7 @@ def nearest_approach(line: npt.ArrayLike, other: npt.ArrayLike) -> NearestApproa
     Approach
     """
     base = np.asarray(line, np.float64)[0]
-    p, q = (np.asarray(points, np.float64) - base for points in (line, other))
+    p, q = (np.asarray(points, np.float64) - base for points in (line, other_line))
     steps = np.diff(q, axis=0)
     nearest: NearestApproach | None = None
     length_so_far = 0.0

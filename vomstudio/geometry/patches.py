@@ -143,10 +143,15 @@ def _effective_count(u: FloatArray, v: FloatArray, r: FloatArray) -> float:
     fine_root, coarse_root = (
         np.sqrt(x / white) for x in _excess_variances(u, v, r, cells_per_side)
     )
-    excess = max(float(2.0 * coarse_root - fine_root), 1.0) ** 2
+    variance_ratio = max(float(2.0 * coarse_root - fine_root), 1.0) ** 2
     degrees_of_freedom = cells_per_side * cells_per_side / 4.0 - 3.0
     # q is 2 F / dof times the variance of one independent point over l3, as in plane_errors.
-    q = float(joint_quantile(np.array([degrees_of_freedom]))[0]) * degrees_of_freedom * excess / n
+    q = (
+        float(joint_quantile(np.array([degrees_of_freedom]))[0])
+        * degrees_of_freedom
+        * variance_ratio
+        / n
+    )
     # The scatter of the means does not reveal steps or a partial layer, in which the pieces of the
     # patch share an attitude that differs from that of the whole.
     sample = slice(None, None, max(1, n // MAX_LEANING_POINTS))

@@ -63,8 +63,8 @@ def hyperbolic(n: IntArray, values: FloatArray) -> tuple[FloatArray, FloatArray,
     result = []
     for i in (1, 0):
         h = scaled_variances[:, i] - c * np.sqrt(scaled_variances[:, i] * l3)
-        safe = np.where(h > 0.0, h, 1.0)
-        result.append(np.where(h > 0.0, np.degrees(np.arctan(np.sqrt(h3 / safe))), 90.0))
+        positive_h = np.where(h > 0.0, h, 1.0)
+        result.append(np.where(h > 0.0, np.degrees(np.arctan(np.sqrt(h3 / positive_h))), 90.0))
         if i == 1:
             is_overflow = h <= 0.0
     return result[0], result[1], is_overflow
@@ -232,9 +232,9 @@ def split_rad(
     cosine = np.cos(dip)
     quadratic_term = np.sin(dip) ** 2 - cosine**2 * square_along
     is_bounded = (quadratic_term > 0.0) & ~is_flat
-    safe = np.where(is_bounded, quadratic_term, 1.0)
-    root = np.sqrt(np.maximum((cosine * cross_term) ** 2 + safe * square_across, 0.0))
-    slope = (np.abs(cosine * cross_term) + root) / safe
+    divisors = np.where(is_bounded, quadratic_term, 1.0)
+    root = np.sqrt(np.maximum((cosine * cross_term) ** 2 + divisors * square_across, 0.0))
+    slope = (np.abs(cosine * cross_term) + root) / divisors
     azimuth_error = np.where(is_bounded, np.arctan(slope), np.nan)
 
     rake = np.arctan2((e2 * down).sum(axis=1), (e2 * strike).sum(axis=1)) % np.pi

@@ -279,9 +279,9 @@ def _regress(
     # Smaller spread of the two other coordinates, which is zero for a plane parallel to the axis.
     slope_variance = determinant / np.maximum(saa + sbb, np.finfo(np.float64).tiny)
     is_parallel = np.sqrt(np.maximum(slope_variance, 0.0)) <= np.maximum(rounding, 1e-7)
-    safe = np.where(is_parallel, 1.0, determinant)
-    pa = (sbb * sac - sab * sbc) / safe
-    pb = (saa * sbc - sab * sac) / safe
+    divisors = np.where(is_parallel, 1.0, determinant)
+    pa = (sbb * sac - sab * sbc) / divisors
+    pb = (saa * sbc - sab * sac) / divisors
     normal = np.empty((len(pa), 3))
     normal[:, a], normal[:, b], normal[:, axis] = -pa, -pb, 1.0
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
@@ -289,8 +289,8 @@ def _regress(
     # Inverse covariance (S^-1) of the slopes, propagated to the normal, whose component ratios are
     # the slopes.
     inverse = np.zeros((len(pa), 3, 3))
-    inverse[:, a, a], inverse[:, b, b] = sbb / safe, saa / safe
-    inverse[:, a, b] = inverse[:, b, a] = -sab / safe
+    inverse[:, a, a], inverse[:, b, b] = sbb / divisors, saa / divisors
+    inverse[:, a, b] = inverse[:, b, a] = -sab / divisors
     projector = np.eye(3) - normal[:, :, None] * normal[:, None, :]
     leverage = projector @ inverse @ projector * (normal[:, axis] ** 2)[:, None, None]
     return upward(normal), np.sqrt(np.maximum(square, 0.0)), is_parallel, leverage

@@ -52,7 +52,7 @@ class ProgressiveOrder:
     def __len__(self) -> int:
         return len(self.spacing)
 
-    def is_sound(self, points: int) -> bool:
+    def is_valid(self, points: int) -> bool:
         """Return whether this is a valid arrangement of a cloud with the given number of points."""
         k = len(self)
         return bool(
@@ -93,14 +93,14 @@ def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> Pro
     points = np.asarray(points)
     with thread_pool(min(_MAX_THREADS, PROCESSORS)) as pool:
 
-        def each(work: Callable[[slice], None], count: int) -> None:
+        def map_blocks(work: Callable[[slice], None], count: int) -> None:
             def checked(start: int) -> None:
                 check()
                 work(slice(start, min(start + BLOCK_SIZE, count)))
 
             list(pool.map(checked, range(0, count, BLOCK_SIZE)))
 
-        low, high = _bounds(points, each)
+        low, high = _bounds(points, map_blocks)
         if not (np.isfinite(low).all() and np.isfinite(high).all()):
             finite_indices = np.flatnonzero(np.isfinite(points).all(axis=1))
             arrangement = arrange(points[finite_indices], check)
@@ -110,11 +110,11 @@ def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> Pro
         cube_size = float((high - low).max()) * (1.0 + 1e-9) or 1.0
         row_bits = max(1, len(points).bit_length())
         depth = _depth(row_bits)
-        keys = _keys(points, low, cube_size, depth, row_bits, each)
+        keys = _keys(points, low, cube_size, depth, row_bits, map_blocks)
         check()
         keys.sort()
         check()
-        levels, spacing = _levels(keys >> np.uint64(row_bits), cube_size, depth, each)
+        levels, spacing = _levels(keys >> np.uint64(row_bits), cube_size, depth, map_blocks)
         check()
         order = np.argsort(levels, kind="stable")
         keys = keys.take(order)

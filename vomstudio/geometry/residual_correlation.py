@@ -380,9 +380,9 @@ def _mixture_quantile(
         tail = weight * np.exp(-shape * np.log(base))
         value = tail.sum(axis=-1)
         slope = (tail * shape * rate * exponential / base).sum(axis=-1) / value
-        excess = np.log(value) - LOG_LEVEL
-        low, high = np.where(excess > 0.0, x, low), np.where(excess > 0.0, high, x)
-        step = x + excess / slope
+        log_excess = np.log(value) - LOG_LEVEL
+        low, high = np.where(log_excess > 0.0, x, low), np.where(log_excess > 0.0, high, x)
+        step = x + log_excess / slope
         # Convergence is quadratic, so a short step is the last one. Rounding may place the step on
         # a bound, where bisection would only reach the tolerance.
         has_converged = np.abs(step - x) <= 1e-7 * x

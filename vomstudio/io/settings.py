@@ -188,7 +188,7 @@ def read_settings(path: Path | None = None) -> tuple[Settings, list[Finding]]:
     for setting in fields(Settings):
         if setting.name not in values:
             continue
-        default, value = getattr(settings, setting.name), values[setting.name]
+        default_value, value = getattr(settings, setting.name), values[setting.name]
         try:
             if setting.name == "limits":
                 value = {key: float(v) for key, v in value.items()}
@@ -199,7 +199,7 @@ def read_settings(path: Path | None = None) -> tuple[Settings, list[Finding]]:
                 for limits in value.values():
                     Thresholds(**limits)
             else:
-                _check_setting(setting, value, default)
+                _check_setting(setting, value, default_value)
             setattr(settings, setting.name, value)
         except (TypeError, ValueError, AttributeError) as error:
             problems.append(
@@ -360,11 +360,11 @@ def _set(table: Any, values: dict[str, Any]) -> None:
     from tomlkit.items import AbstractTable
 
     for key, value in values.items():
-        current = table.get(key)
-        if isinstance(value, dict) and isinstance(current, AbstractTable):
-            for removed_key in current.keys() - value.keys():
-                del current[removed_key]
-            _set(current, value)
+        current_value = table.get(key)
+        if isinstance(value, dict) and isinstance(current_value, AbstractTable):
+            for removed_key in current_value.keys() - value.keys():
+                del current_value[removed_key]
+            _set(current_value, value)
         # True equals 1 in Python but not in TOML.
-        elif current != value or isinstance(current, bool) != isinstance(value, bool):
+        elif current_value != value or isinstance(current_value, bool) != isinstance(value, bool):
             table[key] = value

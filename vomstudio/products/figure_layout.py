@@ -48,8 +48,8 @@ def set_log_ticks(axis: Axis, font_pt: float) -> None:
     points_per_decade = 72.0 * fraction * side / math.log10(high / low)
     ticks = np.array([low, high])
     for ticks in _log_ticks(low, high):
-        letters = max(len(_plain_number(value)) for value in ticks.tolist())
-        needed_width = font_pt * (_LETTER * letters + 1.0 if is_horizontal else 1.5)
+        max_length = max(len(_plain_number(value)) for value in ticks.tolist())
+        needed_width = font_pt * (_LETTER * max_length + 1.0 if is_horizontal else 1.5)
         if points_per_decade * float(np.diff(np.log10(ticks)).min()) >= needed_width:
             break
     axis.set_major_locator(FixedLocator(ticks.tolist()))

@@ -132,25 +132,25 @@ def decode_edit(
     """
     if not (isinstance(before, Mapping) and isinstance(after, Mapping)):
         raise DocumentError(Finding("record.wrong-value"), field="after")
-    olds = {id_: _read(id_, before.get(id_), records, records) for id_ in after}
-    news: dict[str, Record | None] = {}
+    old_records = {id_: _read(id_, before.get(id_), records, records) for id_ in after}
+    new_records: dict[str, Record | None] = {}
     models = {
         id_ for id_, stored_record in after.items() if _is_model(stored_record, records.get(id_))
     }
     for id_, stored_record in after.items():
         if id_ not in models:
-            news[id_] = _read(id_, stored_record, records, records)
+            new_records[id_] = _read(id_, stored_record, records, records)
     # A model may refer to a registration that the same edit adds.
-    added_records = {id_: record for id_, record in news.items() if record is not None}
+    added_records = {id_: record for id_, record in new_records.items() if record is not None}
     all_records = {**records, **added_records} if models else records
     for id_ in models:
-        news[id_] = _read(id_, after[id_], records, all_records)
-    return Edit(label, olds, {id_: news[id_] for id_ in after})
+        new_records[id_] = _read(id_, after[id_], records, all_records)
+    return Edit(label, old_records, {id_: new_records[id_] for id_ in after})
 
 
-def _is_model(plain: PlainValues | None, record: Record | None) -> bool:
+def _is_model(values: PlainValues | None, record: Record | None) -> bool:
     return isinstance(record, Model) or (
-        isinstance(plain, Mapping) and plain.get("record") == "model"
+        isinstance(values, Mapping) and values.get("record") == "model"
     )
 
 

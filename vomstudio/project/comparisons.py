@@ -98,9 +98,9 @@ def store_comparison(comparison: StoredComparison) -> None:
     values = {name: value for name, value in vars(comparison).items() if name != "fields"}
     text = json.dumps({**values, "figures": dict(comparison.figures)}, indent=1, allow_nan=False)
     write_bytes(comparison.fields.with_suffix(".json"), text.encode(), force=True)
-    for other in _read_all(comparison.fields.parent):
-        if other.fields != comparison.fields and other.replaces(comparison):
-            for path in (other.fields, other.fields.with_suffix(".json")):
+    for other_comparison in _read_all(comparison.fields.parent):
+        if other_comparison.fields != comparison.fields and other_comparison.replaces(comparison):
+            for path in (other_comparison.fields, other_comparison.fields.with_suffix(".json")):
                 with suppress(OSError):
                     path.unlink()
 

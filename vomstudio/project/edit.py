@@ -77,12 +77,12 @@ def change(records: Mapping[str, Record], label: str, after: Changes) -> Edit:
 
 
 def _join_name_lines(record: Record | None) -> Record | None:
-    plain: dict[str, Any] = {
+    values: dict[str, Any] = {
         name: _join_lines(value)
         for name in _NAME_FIELDS
         if isinstance(value := getattr(record, name, None), str) and not value.isprintable()
     }
-    return record if record is None or not plain else replace(record, **plain)
+    return record if record is None or not values else replace(record, **values)
 
 
 def _join_lines(text: str) -> str:

@@ -526,8 +526,8 @@ def judge_by(records: Records, limits: Thresholds) -> Edit:
             ),
             field="good_confidence95_deg",
         )
-    current = records.get(PROFILE_ID)
-    if isinstance(current, VerdictProfile) and current.limits == limits:
+    current_profile = records.get(PROFILE_ID)
+    if isinstance(current_profile, VerdictProfile) and current_profile.limits == limits:
         raise DocumentError(Finding("edit.no-change"))
     record = VerdictProfile(PROFILE_ID, replace(limits, profile=name))
     return change(records, f"Judge by the profile {name}", {PROFILE_ID: record})

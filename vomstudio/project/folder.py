@@ -384,12 +384,12 @@ class ProjectFolder:
         The file is searched at its stored path, and by name in the project folder, in its `models`
         folder and next to the project (in case the project was moved together with its models).
         """
-        stored = Path(model.path)
-        positions = [self.folder / stored] if not stored.is_absolute() else [stored]
+        stored_path = Path(model.path)
+        positions = [self.folder / stored_path] if not stored_path.is_absolute() else [stored_path]
         positions += [
-            self.folder / stored.name,
-            self.folder / MODELS / stored.name,
-            self.folder.parent / stored.name,
+            self.folder / stored_path.name,
+            self.folder / MODELS / stored_path.name,
+            self.folder.parent / stored_path.name,
         ]
         return next((position for position in positions if is_regular(position)), None)
 
@@ -423,8 +423,8 @@ def _open_saved(folder: Path) -> tuple[ProjectLock, SqliteJournal]:
         raise write_error(folder, error.__cause__ or error) from error
 
 
-def _is_same_disk(one: Path, other: Path) -> bool:
-    return one.stat().st_dev == other.stat().st_dev
+def _is_same_disk(first_path: Path, second_path: Path) -> bool:
+    return first_path.stat().st_dev == second_path.stat().st_dev
 
 
 def project_folder(path: Path) -> Path:

@@ -81,7 +81,7 @@ class Adjustment:
         Covariance of a rotation about east, north and up (rad), a relative change of scale and a
         translation (metres), as one sigma of a normal distribution with the same 95 % limit as
         Student's t; zero for undetermined parameters, see `free`.
-    plain : (7, 7) array
+    plain_covariance : (7, 7) array
         The same covariance without widening by Student's t.
     free : (7, k) array
         Undetermined directions of the seven parameters, orthonormal in units of the model size.
@@ -101,14 +101,14 @@ class Adjustment:
     drift : mapping
         Correlation of the errors of adjacent table rows, by group ("points", "cameras"). Groups
         with independent errors are omitted.
-    common, common_covariance : (k,) and (k, k) array
+    common_errors, common_covariance : (k,) and (k, k) array
         Common errors of the rows and their covariance, in the order of `rows.shared_names`.
     """
 
     fit: Similarity
     centre: FloatArray
     covariance: FloatArray
-    plain: FloatArray
+    plain_covariance: FloatArray
     free: FloatArray
     rows: Rows
     sigma: FloatArray
@@ -120,7 +120,7 @@ class Adjustment:
     size: float
     redundancy: float
     information: FloatArray
-    common: FloatArray
+    common_errors: FloatArray
     common_covariance: FloatArray
     redundancy_of: Mapping[str, float]
     drift: Mapping[str, float]
@@ -217,7 +217,7 @@ def _add_scale_error(kinds: Sequence[Observed], result: Adjustment) -> Adjustmen
     return replace(
         result,
         covariance=result.covariance + added_covariance,
-        plain=result.plain + added_covariance,
+        plain_covariance=result.plain_covariance + added_covariance,
     )
 
 
@@ -253,14 +253,14 @@ def _shift(kind: Observed, offset: FloatArray) -> Observed:
         return replace(kind, world=kind.world - offset)
     if isinstance(kind, Combined):
         start = replace(kind.start, translation=kind.start.translation - offset)
-        return replace(kind, start=start, about=kind.about - offset)
+        return replace(kind, start=start, rotation_centre=kind.rotation_centre - offset)
     return kind
 
 
 def _common_origin(kinds: Sequence[Observed]) -> FloatArray:
     """Return a World position (3,) near the points, as an origin that preserves digits."""
     points = [kind.world for kind in kinds if isinstance(kind, Points)]
-    points += [kind.about[None] for kind in kinds if isinstance(kind, Combined)]
+    points += [kind.rotation_centre[None] for kind in kinds if isinstance(kind, Combined)]
     return np.round(np.concatenate(points).mean(axis=0)) if points else np.zeros(3)
 
 

@@ -118,8 +118,8 @@ def find_vertical_outliers(
     turned_axes = [down]
     for _ in range(3):
         # Rotate the photo clockwise by a quarter turn.
-        right, down_axis, ahead = turned_axes[-1].T
-        turned_axes.append(np.column_stack([-down_axis, right, ahead]))
+        right, down_axis, forward = turned_axes[-1].T
+        turned_axes.append(np.column_stack([-down_axis, right, forward]))
     directions_by_turn = [np.einsum("nij,nj->ni", model, item) for item in turned_axes]
     usual_direction, scatter = _majority_direction(directions_by_turn[0])
     if scatter > _MAX_SCATTER_DEG:
@@ -246,12 +246,12 @@ def _describe_outliers(
     return tilted_photos
 
 
-def _exclusion_finding(why: str, what: Any, photos: list[str]) -> Finding:
-    if why == "yaw":
-        return Finding("attitude.yaw-left-out", off_deg=what, photos=photos)
-    if why == "quarter":
-        return Finding("attitude.convention-left-out", change=what, photos=photos)
-    return Finding("attitude.left-out", limit_deg=what, photos=photos)
+def _exclusion_finding(reason: str, value: Any, photos: list[str]) -> Finding:
+    if reason == "yaw":
+        return Finding("attitude.yaw-left-out", off_deg=value, photos=photos)
+    if reason == "quarter":
+        return Finding("attitude.convention-left-out", change=value, photos=photos)
+    return Finding("attitude.left-out", limit_deg=value, photos=photos)
 
 
 def _outlier_limit_deg(offset: FloatArray) -> float:

@@ -122,7 +122,7 @@ class LeaveOneOut:
         RMS residual of the other directions.
     weakest_95_deg : float or None
         95 % error about the weakest axis, or None if unknown.
-    is_suspect : bool
+    suspect : bool
         Whether the error is too large to be due to chance.
     azimuth_off_deg : float or None
         Correction that makes a suspect azimuth agree with the others, or None if neither 90 nor 180
@@ -134,7 +134,7 @@ class LeaveOneOut:
     turned_deg: float
     others_deg: float
     weakest_95_deg: float | None
-    is_suspect: bool
+    suspect: bool
     azimuth_off_deg: float | None = None
 
 
@@ -396,11 +396,11 @@ def _test_all(
     residuals = rows.residuals / sigma
     redundancy = fit_of_all.redundancy
     squares = float((residuals**2).sum())
-    remaining = _remaining(kinds, out)
-    observation_count = sum(len(kind.labels) for _, kind, _ in remaining)
+    remaining_observations = _remaining(kinds, out)
+    observation_count = sum(len(kind.labels) for _, kind, _ in remaining_observations)
     candidates: list[tuple[Single, Observed, int, FloatArray]] = []
     statistics: list[tuple[float, int, bool]] = []
-    for position, (index, kind, row_numbers) in enumerate(remaining):
+    for position, (index, kind, row_numbers) in enumerate(remaining_observations):
         if isinstance(kind, KeptScale | PhotoUpright):
             continue
         first_row, last_row = fit_of_all.starts[position], fit_of_all.starts[position + 1]
@@ -478,10 +478,10 @@ def exclude_labels(
     def keep_unlisted(kind: Observed) -> Observed:
         return select_observations(kind, [label not in labels for label in kind.labels])
 
-    remaining = [keep_unlisted(kind) for kind in kinds]
+    remaining_kinds = [keep_unlisted(kind) for kind in kinds]
     remaining_check = None if check is None else keep_unlisted(check)
     assert remaining_check is None or isinstance(remaining_check, Points)
-    return [kind for kind in remaining if len(kind.labels)], remaining_check
+    return [kind for kind in remaining_kinds if len(kind.labels)], remaining_check
 
 
 # --- few directions ---------------------------------------------------------------------------
@@ -580,12 +580,12 @@ def _leave_each_out(
                     None
                     if fit_of_others.free[:3].size and np.abs(fit_of_others.free[:3]).max() > 1e-6
                     else worst_errors,
-                    is_suspect=False,
+                    suspect=False,
                     azimuth_off_deg=fits,
                 ),
             )
         )
-    results.sort(key=lambda each: each[0])
+    results.sort(key=lambda result: result[0])
     sorted_results = [replace(item, azimuth_off_deg=None) for _, _, item in results]
     if results and results[0][1] < _SIGNIFICANCE / len(results):
         sorted_results[0] = replace(results[0][2], is_suspect=True)

@@ -348,8 +348,8 @@ def _check_all(
     ]
     if findings or fits_as_mirror(model, world):
         return findings, True
-    mixed = mixed_row_findings(labels, model, world)
-    return mixed or misreading_findings(model, world, include_mirrors=False), False
+    mixed_findings = mixed_row_findings(labels, model, world)
+    return mixed_findings or misreading_findings(model, world, include_mirrors=False), False
 
 
 def _is_inlier(model: FloatArray, world: FloatArray, sigma: FloatArray) -> BoolArray:

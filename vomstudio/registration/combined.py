@@ -20,14 +20,14 @@ class Combined:
     ----------
     start : Similarity
         Similarity from the model to the World frame.
-    about : (3,) array
+    rotation_centre : (3,) array
         Centre of the errors of rotation and scale, in the World frame.
     whitening : (m, 7) array
         Matrix whose products with a rotation about east, north and up (rad), a relative change of
-        scale and a translation (m), all about `about`, are independent with variance 1. m < 7 if
-        directions are undetermined.
+        scale and a translation (m), all about `rotation_centre`, are independent with variance 1.
+        m < 7 if directions are undetermined.
     size : float
-        RMS distance of the fitted points from `about`, metres.
+        RMS distance of the fitted points from `rotation_centre`, metres.
     scale_error : float
         Relative one-sigma error of a fixed scale; 0 if the scale was fitted.
     scale_response : (7,) array or None
@@ -37,7 +37,7 @@ class Combined:
 
     labels: Sequence[str]
     start: Similarity
-    about: FloatArray
+    rotation_centre: FloatArray
     whitening: FloatArray
     size: float = 1.0
     scale_error: float = 0.0
@@ -53,10 +53,10 @@ class Combined:
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
         moves: FloatArray = np.zeros((7, 7))
         moves[:4, :4] = np.eye(4)
-        moves[4:] = jacobian(self.about - np.asarray(centre, np.float64).ravel())
+        moves[4:] = jacobian(self.rotation_centre - np.asarray(centre, np.float64).ravel())
         m = len(self.whitening)
         return Rows(
-            self.whitening @ difference(fit, self.start, self.about),
+            self.whitening @ difference(fit, self.start, self.rotation_centre),
             self.whitening @ moves,
             np.ones(m),
             (self.labels[0],) * m,

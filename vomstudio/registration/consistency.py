@@ -249,7 +249,7 @@ def _estimate_north(
             return None
         index = result.rows.shared_names.index(name)
         # Rows rotate the model counterclockwise, whereas readings increase clockwise.
-        step = -float(np.degrees(result.common[index]))
+        step = -float(np.degrees(result.common_errors[index]))
         first_turn += step
         error = float(np.degrees(np.sqrt(result.common_covariance[index, index])))
         if error > _MAX_NORTH_ERROR_DEG:
@@ -266,7 +266,7 @@ def _estimate_north(
 
 def _first_turn(
     kinds: Sequence[Observed],
-    others: Sequence[Observed],
+    other_kinds: Sequence[Observed],
     centre: FloatArray,
     size: float,
     name: str,
@@ -275,10 +275,10 @@ def _first_turn(
 
     Small steps from a distant start would converge to a wrong solution.
     """
-    fit_of_others = adjust(others, centre, size)
+    fit_of_others = adjust(other_kinds, centre, size)
     if np.abs(fit_of_others.free[:3]).sum() > 0:
         return 0.0
-    readings = [kind for kind in kinds if not any(kind is other_kind for other_kind in others)]
+    readings = [kind for kind in kinds if not any(kind is other_kind for other_kind in other_kinds)]
     trial_turns = np.arange(0.0, 360.0, _STEP_DEG)
     residuals = [
         np.median(

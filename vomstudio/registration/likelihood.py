@@ -63,7 +63,7 @@ def widen_by_likelihood(
     return replace(
         result,
         covariance=widened_axes @ result.covariance @ widened_axes.T,
-        plain=widened_axes @ result.plain @ widened_axes.T,
+        plain_covariance=widened_axes @ result.plain_covariance @ widened_axes.T,
     )
 
 

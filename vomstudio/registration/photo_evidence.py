@@ -157,7 +157,7 @@ def _quarter_turns(photo: Photo, view: View | None) -> int:
 
 
 def _turned(down: tuple[float, float, float], quarter_turns: int) -> tuple[float, float, float]:
-    right, camera_down, ahead = down
+    right, camera_down, forward = down
     for _ in range(quarter_turns):
         right, camera_down = -camera_down, right
-    return right, camera_down, ahead
+    return right, camera_down, forward

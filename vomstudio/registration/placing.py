@@ -246,7 +246,7 @@ def _find_outliers(
     # Mirrored points do not fit at all, but no single point is wrong.
     blunders = [] if is_mirrored else find_blunders(kinds, result, centre, size)
     leave_one_out_results = leave_one_out(kinds, result, centre, size)
-    if leave_one_out_results and leave_one_out_results[0].is_suspect:
+    if leave_one_out_results and leave_one_out_results[0].suspect:
         blunders = [
             Blunder(leave_one_out_results[0].label, None, None, leave_one_out_results[0].error_deg)
         ]
@@ -331,7 +331,9 @@ def _extent(kinds: Sequence[Observed], extent: FloatArray | None) -> tuple[Float
     fitted_kinds = [kind for kind in kinds if isinstance(kind, Combined)]
     if not positions and fitted_kinds:
         start = fitted_kinds[0].start
-        return start.inverse(fitted_kinds[0].about[None]), fitted_kinds[0].size / start.scale
+        return start.inverse(fitted_kinds[0].rotation_centre[None]), fitted_kinds[
+            0
+        ].size / start.scale
     if not positions:
         return np.zeros((1, 3)), 1.0
     all_positions = np.concatenate(positions)
@@ -389,7 +391,7 @@ def _rotation_errors(
         values, axes = np.linalg.eigh(result.rotation)
         axis, worst_axis = axes[:, -1], _Z95 * float(np.degrees(np.sqrt(max(values[-1], 0.0))))
     line = Line.from_vector(axis)
-    east, north, up = axis_errors(result.plain, 1.0)
+    east, north, up = axis_errors(result.plain_covariance, 1.0)
     east95, north95, up95 = axis_errors(result.covariance, _Z95)
     weakest = WeakestAxis(line.trend_deg, line.plunge_deg, worst_axis)
     return RotationError(up, east, north), RotationError95(up95, east95, north95, weakest)

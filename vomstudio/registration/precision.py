@@ -93,7 +93,7 @@ def add_rounding(
     return replace(
         result,
         covariance=rounded_result.covariance,
-        plain=rounded_result.plain,
+        plain_covariance=rounded_result.plain_covariance,
         error=rounded_result.error,
         sigma=rounded_result.sigma,
     )

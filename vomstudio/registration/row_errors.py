@@ -73,7 +73,7 @@ def invert_determined(information: FloatArray) -> tuple[FloatArray, FloatArray]:
     if not has_information.all():
         # Planes and lines alone determine neither scale nor position.
         n, informative_rows = len(has_information), np.ix_(has_information, has_information)
-        inner, free_rows = (
+        reduced_information, free_rows = (
             invert_determined(information[informative_rows])
             if has_information.any()
             else (np.zeros((0, 0)),) * 2
@@ -82,7 +82,7 @@ def invert_determined(information: FloatArray) -> tuple[FloatArray, FloatArray]:
             np.zeros((n, n)),
             np.zeros((n, free_rows.shape[1] + n - int(has_information.sum()))),
         )
-        inverse[informative_rows] = inner
+        inverse[informative_rows] = reduced_information
         null[has_information, : free_rows.shape[1]] = free_rows
         null[~has_information, free_rows.shape[1] :] = np.eye(n - int(has_information.sum()))
         return inverse, null

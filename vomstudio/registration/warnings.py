@@ -339,7 +339,7 @@ def suspect_findings(leave_one_out_results: Sequence[LeaveOneOut]) -> list[Findi
     -------
     list of Finding
     """
-    if not leave_one_out_results or not leave_one_out_results[0].is_suspect:
+    if not leave_one_out_results or not leave_one_out_results[0].suspect:
         return []
     first_result = leave_one_out_results[0]
     findings = [

@@ -47,7 +47,7 @@ def hash_of(path: Path) -> str:
     [
         registration(),
         registration(covariance=None, centre=None, read_north=None, observations=()),
-        replace(registration(), method="lines", frame=Frame("scaled", is_level=True)),
+        replace(registration(), method="lines", frame=Frame("scaled", level=True)),
     ],
 )
 def test_a_record_comes_back_as_it_was(model: Path, record: Registration) -> None:

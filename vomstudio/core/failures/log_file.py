@@ -28,10 +28,13 @@ class SharedFile(RotatingFileHandler):
 
     def _is_rotated(self, descriptor: int) -> bool:
         try:
-            current, opened_status = os.stat(self.baseFilename), os.fstat(descriptor)
+            current_status, opened_status = os.stat(self.baseFilename), os.fstat(descriptor)
         except OSError:
             return True
-        return (current.st_dev, current.st_ino) != (opened_status.st_dev, opened_status.st_ino)
+        return (current_status.st_dev, current_status.st_ino) != (
+            opened_status.st_dev,
+            opened_status.st_ino,
+        )
 
     def rotate(self, source: str, dest: str) -> None:
         # Windows cannot rename a file that another process has open; the file continues to grow

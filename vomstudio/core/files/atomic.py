@@ -149,19 +149,19 @@ def atomic_group(
         target.with_name(f".vom-{key}-{i}.part{target.suffix}") for i, target in enumerate(targets)
     ]
     target_by_temporary = dict(zip(temporaries, map(Path, paths), strict=True))
-    current = temporaries[0]
+    current_path = temporaries[0]
     try:
-        for current in temporaries:
-            os.close(os.open(current, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
-        current = temporaries[0]
+        for current_path in temporaries:
+            os.close(os.open(current_path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+        current_path = temporaries[0]
         yield temporaries
-        for current in temporaries:
-            _flush_to_disk(current)
-        current = temporaries[0]
+        for current_path in temporaries:
+            _flush_to_disk(current_path)
+        current_path = temporaries[0]
         stop_requests.check()
         _rename_all(temporaries, targets, key)
     except Exception as error:
-        disk_error = _disk_error(error, current, target_by_temporary)
+        disk_error = _disk_error(error, current_path, target_by_temporary)
         if disk_error is None:
             raise
         raise disk_error from error
@@ -177,7 +177,7 @@ def atomic_group(
 
 
 def _disk_error(
-    error: Exception, current: Path, displayed_paths: Mapping[Path, Path]
+    error: Exception, current_path: Path, displayed_paths: Mapping[Path, Path]
 ) -> TargetError | None:
     """Convert a disk error or an error about a temporary file to an error about the target.
 
@@ -186,7 +186,7 @@ def _disk_error(
     Parameters
     ----------
     error : Exception
-    current : Path
+    current_path : Path
         Temporary file that was being written.
     displayed_paths : mapping of Path to Path
         Targets by the paths of their temporary files.
@@ -197,7 +197,7 @@ def _disk_error(
         None for other errors.
     """
     file = getattr(error, "file", None)
-    target = displayed_paths.get(Path(file), Path(file)) if file else displayed_paths[current]
+    target = displayed_paths.get(Path(file), Path(file)) if file else displayed_paths[current_path]
     if isinstance(error, VomError) and (
         not isinstance(error, TargetError) or target not in displayed_paths.values()
     ):
@@ -207,7 +207,10 @@ def _disk_error(
             path = None if cause.filename is None else Path(os.fsdecode(cause.filename))
             if path is None or path in displayed_paths or path in displayed_paths.values():
                 return write_error(
-                    displayed_paths.get(path or current, path or displayed_paths[current]), cause
+                    displayed_paths.get(
+                        path or current_path, path or displayed_paths[current_path]
+                    ),
+                    cause,
                 )
     # An error with a number concerns another file; errors of the program are not changed.
     if isinstance(error, OSError) and error.errno is not None:
@@ -236,11 +239,11 @@ def _replace_temporary_names(value: object, displayed_paths: Mapping[Path, Path]
 def _causes(error: BaseException) -> Iterator[BaseException]:
     """Yield an error and the errors that caused it."""
     visited: set[int] = set()
-    current: BaseException | None = error
-    while current is not None and id(current) not in visited:
-        visited.add(id(current))
-        yield current
-        current = current.__cause__ or current.__context__
+    cause: BaseException | None = error
+    while cause is not None and id(cause) not in visited:
+        visited.add(id(cause))
+        yield cause
+        cause = cause.__cause__ or cause.__context__
 
 
 def _rename_all(temporary_paths: list[Path], targets: list[Path], key: str) -> None:

@@ -66,10 +66,10 @@ def probe_write_errno(folder: Path) -> int | None:
     probe = folder / f".vom-{secrets.token_hex(6)}.part"
     try:
         with open(probe, "xb", buffering=0) as stream:
-            remaining = memoryview(bytes(_PROBE_BYTES))
-            while remaining:
+            remaining_bytes = memoryview(bytes(_PROBE_BYTES))
+            while remaining_bytes:
                 # A nearly full disk first accepts a part of the data without an error.
-                remaining = remaining[stream.write(remaining) :]
+                remaining_bytes = remaining_bytes[stream.write(remaining_bytes) :]
             os.fsync(stream.fileno())
     except OSError as error:
         return error.errno

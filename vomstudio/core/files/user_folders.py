@@ -26,9 +26,9 @@ def _default_folder() -> Path:
 
 
 @cache
-def _first_writable(default: Path) -> Path:
-    if _is_writable(default):
-        return default
+def _first_writable(default_folder: Path) -> Path:
+    if _is_writable(default_folder):
+        return default_folder
     # Use a fixed name so that work can be found after a crash.
     user = os.getuid() if hasattr(os, "getuid") else os.environ.get("USERNAME", "user")
     temporary_folder = Path(tempfile.gettempdir()) / f"vomstudio-{user}"
@@ -38,7 +38,7 @@ def _first_writable(default: Path) -> Path:
         return Path(tempfile.mkdtemp(prefix="vomstudio-"))
     except OSError:
         # Writing to the folder will raise an error that states the reason.
-        return default
+        return default_folder
 
 
 def _is_writable(folder: Path) -> bool:

@@ -264,8 +264,8 @@ def bands(plane: PlaneEstimate, repeats: PlaneSeries, points: FloatArray) -> Pla
     return PlaneDistances(bed, distances - offset, plane.t95 * np.sqrt(variance))
 
 
-def _largest_known(one: float | None, other: float | None) -> float | None:
-    known_errors = [value for value in (one, other) if value is not None]
+def _largest_known(first_value: float | None, second_value: float | None) -> float | None:
+    known_errors = [value for value in (first_value, second_value) if value is not None]
     return max(known_errors) if known_errors else None
 
 

@@ -269,24 +269,28 @@ def _cut_triangles(
 
     The cuts are appended to `lines`.
     """
-    remaining = triangles
-    while len(remaining):
-        order = np.argsort(remaining[:, :, axis], axis=1, kind="stable")
-        remaining = np.take_along_axis(remaining, order[..., None], axis=1)
-        low, high = remaining[:, 0, axis], remaining[:, 2, axis]
+    remaining_triangles = triangles
+    while len(remaining_triangles):
+        order = np.argsort(remaining_triangles[:, :, axis], axis=1, kind="stable")
+        remaining_triangles = np.take_along_axis(remaining_triangles, order[..., None], axis=1)
+        low, high = remaining_triangles[:, 0, axis], remaining_triangles[:, 2, axis]
         is_inside = (high > 0.0) & (low < count)
-        remaining, low, high = remaining[is_inside], low[is_inside], high[is_inside]
+        remaining_triangles, low, high = (
+            remaining_triangles[is_inside],
+            low[is_inside],
+            high[is_inside],
+        )
         line = np.minimum(np.maximum(np.floor(low) + 1.0, 0.0), float(count))
         is_crossed = (low < line) & (line < high)
         # A piece that ends on the last line does not have to be cut.
-        yield remaining[~is_crossed]
-        remaining, line = remaining[is_crossed], line[is_crossed]
-        if not len(remaining):
+        yield remaining_triangles[~is_crossed]
+        remaining_triangles, line = remaining_triangles[is_crossed], line[is_crossed]
+        if not len(remaining_triangles):
             return
-        parts_below, parts_above, cuts = _split_triangles(remaining, line, axis)
+        parts_below, parts_above, cuts = _split_triangles(remaining_triangles, line, axis)
         lines.append(cuts)
         yield parts_below[parts_below[..., axis].max(axis=1) > 0.0]
-        remaining = parts_above
+        remaining_triangles = parts_above
 
 
 def _split_triangles(

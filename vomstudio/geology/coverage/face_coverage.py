@@ -105,12 +105,12 @@ def cell_name(grid: SquareGrid, cell: int) -> str:
     str
     """
     row, column = divmod(int(cell), grid.columns)
-    letters = ""
+    column_name = ""
     column += 1
     while column:
         column, digit = divmod(column - 1, 26)
-        letters = chr(65 + digit) + letters
-    return f"{letters}{grid.rows - row}"
+        column_name = chr(65 + digit) + column_name
+    return f"{column_name}{grid.rows - row}"
 
 
 def measure_coverage(

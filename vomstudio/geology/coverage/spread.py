@@ -326,7 +326,7 @@ def compare_interpreters(
     for structure in structures:
         names = np.array([interpreters[row] for row in structure.rows.tolist()], object)
         interpreters_here = sorted(set(names.tolist()))
-        remaining = structure.squares()
+        between_sum = structure.squares()
         for name in interpreters_here:
             interpreter_picks = structure.places[names == name]
             within_squares_sum = float(
@@ -334,8 +334,8 @@ def compare_interpreters(
             )
             squares[name] = squares.get(name, 0.0) + within_squares_sum
             counts[name] = counts.get(name, 0) + len(interpreter_picks) - 1
-            remaining -= within_squares_sum
-        between_squares += max(remaining, 0.0)
+            between_sum -= within_squares_sum
+        between_squares += max(between_sum, 0.0)
         between_n += len(interpreters_here) - 1
     spreads = {
         name: spread

@@ -31,7 +31,10 @@ class Cutoffs:
 
 
 def find_cutoffs(
-    one: npt.ArrayLike, other: npt.ArrayLike, fault: Plane, through: npt.ArrayLike
+    first_trace: npt.ArrayLike,
+    second_trace: npt.ArrayLike,
+    fault: Plane,
+    fault_point: npt.ArrayLike,
 ) -> Cutoffs:
     """Find the cutoffs of two traces of one bed at a fault.
 
@@ -40,10 +43,10 @@ def find_cutoffs(
 
     Parameters
     ----------
-    one, other : (n, 3) array_like
+    first_trace, second_trace : (n, 3) array_like
         Traces in the World frame, m.
     fault : Plane
-    through : (3,) array_like
+    fault_point : (3,) array_like
         Point on the fault in the World frame, m.
 
     Returns
@@ -55,8 +58,8 @@ def find_cutoffs(
     GeometryError
         If both traces are on the same side of the fault.
     """
-    normal, centre = fault.normal(), np.asarray(through, np.float64)
-    traces = [np.atleast_2d(np.asarray(t, np.float64)) for t in (one, other)]
+    normal, centre = fault.normal(), np.asarray(fault_point, np.float64)
+    traces = [np.atleast_2d(np.asarray(t, np.float64)) for t in (first_trace, second_trace)]
     heights = [(trace - centre) @ normal for trace in traces]
     first_height, second_height = (float(h.mean()) for h in heights)
     if (first_height > 0) == (second_height > 0):
@@ -65,5 +68,5 @@ def find_cutoffs(
         trace[int(np.argmin(np.abs(height)))] for trace, height in zip(traces, heights, strict=True)
     ]
     is_swapped = second_height > 0
-    hanging, foot = points[::-1] if is_swapped else points
-    return Cutoffs(hanging, foot, is_swapped)
+    hanging_wall_points, footwall_points = points[::-1] if is_swapped else points
+    return Cutoffs(hanging_wall_points, footwall_points, is_swapped)

@@ -176,8 +176,12 @@ def _half_angles(sizes: FloatArray, error: float, *, include_noise: bool) -> tup
     """
 
     def tilt(size: float) -> float:
-        remaining = size**2 - sizes[2] ** 2 - error**2
-        return math.atan(error / math.sqrt(remaining)) if remaining > 0.0 else math.pi / 2
+        remaining_square = size**2 - sizes[2] ** 2 - error**2
+        return (
+            math.atan(error / math.sqrt(remaining_square))
+            if remaining_square > 0.0
+            else math.pi / 2
+        )
 
     return tilt(float(sizes[0])), math.pi / 2 if include_noise else tilt(float(sizes[1]))
 

@@ -84,7 +84,7 @@ class InfluentialPlane:
 
 
 @dataclass(frozen=True)
-class Stray:
+class OutlyingPlane:
     """Outlying plane excluded from the verdict: its index among the planes used, and its id.
 
     Indices start at 0.
@@ -166,7 +166,7 @@ class AxisFigures:
     cone: ConeFigures | None
     limbs: LimbFigures | None
     leave_one_out: InfluentialPlane | None
-    strays: tuple[Stray, ...]
+    strays: tuple[OutlyingPlane, ...]
     pairs: tuple[PairFigures, ...]
     valid: str
     verdict: str

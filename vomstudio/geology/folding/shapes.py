@@ -261,15 +261,23 @@ def fit_small_circle(poles: FloatArray, axes: FloatArray) -> Cone | None:
     p, width = _test_cone(poles, axes, residuals)
     axis_fit = _fit_around_axis(poles, axes) if n >= MIN_POLES_AROUND else None
     likelihood = _log_likelihood(n, rms(residuals))
-    nearer = None
+    cone_by_nearer_ends = None
     if axis_fit is not None and axis_fit.log_likelihood > likelihood + MIN_LIKELIHOOD_GAIN:
         likelihood = axis_fit.log_likelihood
         axis, half_angle, residuals = axis_fit.axis, axis_fit.half_angle, axis_fit.residuals
         p, width = _test_mixture(poles, axes, axis_fit)
     elif axis_fit is not None and rms(axis_fit.residuals) < rms(residuals) - 1e-6:
-        nearer = _circle(axis_fit.axis, axis_fit.half_angle, axis_fit.residuals)
+        cone_by_nearer_ends = _circle(axis_fit.axis, axis_fit.half_angle, axis_fit.residuals)
     circle = _circle(axis, half_angle, residuals)
-    return Cone(circle.axis, circle.half_angle_deg, circle.rms_deg, p, width, likelihood, nearer)
+    return Cone(
+        circle.axis,
+        circle.half_angle_deg,
+        circle.rms_deg,
+        p,
+        width,
+        likelihood,
+        cone_by_nearer_ends,
+    )
 
 
 def _circle(axis: FloatArray, half_angle: float, residuals: FloatArray) -> SmallCircle:
@@ -579,11 +587,11 @@ def _two_circles(
 ) -> TwoCircles:
     n = len(poles)
     angles = np.abs(np.arcsin(np.clip(poles @ normals.T, -1.0, 1.0)))
-    nearer = np.argmin(angles, axis=1)
-    counts = (int((nearer == 0).sum()), int((nearer == 1).sum()))
+    nearest_circles = np.argmin(angles, axis=1)
+    counts = (int((nearest_circles == 0).sum()), int((nearest_circles == 1).sum()))
     arcs = []
     for k in (0, 1):
-        members = poles[nearer == k]
+        members = poles[nearest_circles == k]
         arcs.append(arc_deg(members, orientation_tensor(members)[1]) if len(members) > 1 else 0.0)
     single_criterion = _schwarz_criterion(n, _log_likelihood(n, rms(single_circle_normal)), 2)
     if cone is not None:

@@ -402,7 +402,9 @@ def _check_inputs(lines: ObjectArray, sampling_region: SamplingRegion) -> None:
         raise GeometryError(Finding("fractures.area-elsewhere"))
 
 
-def _warnings(lines: ObjectArray, pieces: TracePieces, overlaps: int, others: int) -> list[Finding]:
+def _warnings(
+    lines: ObjectArray, pieces: TracePieces, overlaps: int, other_count: int
+) -> list[Finding]:
     import shapely
 
     warnings = []
@@ -419,8 +421,8 @@ def _warnings(lines: ObjectArray, pieces: TracePieces, overlaps: int, others: in
         )
     if overlaps:
         warnings.append(Finding("fractures.overlaps", count=overlaps))
-    if others:
-        warnings.append(Finding("fractures.other-nodes", count=others))
+    if other_count:
+        warnings.append(Finding("fractures.other-nodes", count=other_count))
     return warnings
 
 

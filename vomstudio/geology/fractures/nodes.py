@@ -86,18 +86,18 @@ class Nodes:
 
 
 @dataclass(frozen=True, eq=False)
-class _Touches:
+class _TouchingEnds:
     """Ends within the tolerance of another piece: end, other piece and distance (k,)."""
 
     end: IntArray
-    other: IntArray
+    other_piece: IntArray
     distance: FloatArray
 
 
 def find_nodes(pieces: TracePieces, snap_m: float = 0.0, area: object = None) -> Nodes:
     """Find the nodes of a map of traces.
 
-    A trace that crosses or touches itself does not form a node there. Crossings and ends on the
+    A trace that crosses or touching_ends itself does not form a node there. Crossings and ends on the
     edge of the area are not nodes either.
 
     Parameters
@@ -120,16 +120,18 @@ def find_nodes(pieces: TracePieces, snap_m: float = 0.0, area: object = None) ->
     is_closed = np.asarray(shapely.is_closed(pieces.lines))
     tree = shapely.STRtree(pieces.lines)
     free_rows = np.flatnonzero(~cut & ~is_closed[piece])
-    touches = _find_touches(tree, pieces.lines, ends, piece, free_rows, tolerance)
+    touching_ends = _find_touching_ends(tree, pieces.lines, ends, piece, free_rows, tolerance)
     crossing, pair, overlaps = _find_crossings(tree, pieces.lines)
-    group, node_count = _group_nodes(ends, free_rows, crossing, pair, touches, piece, tolerance)
+    group, node_count = _group_nodes(
+        ends, free_rows, crossing, pair, touching_ends, piece, tolerance
+    )
     degree, is_edge = _count_branches(
         group,
         node_count,
         free_rows,
         piece,
         pair,
-        touches,
+        touching_ends,
         _crossings_at_cut_ends(crossing, ends[cut], tolerance),
     )
     positions = _node_places(group, node_count, ends[free_rows], crossing)
@@ -142,27 +144,27 @@ def find_nodes(pieces: TracePieces, snap_m: float = 0.0, area: object = None) ->
         L=int(np.sum(degree[is_inner] == 2)),
         other=int(np.sum(degree[is_inner] > 4)),
     )
-    snapped = _snapped_ends(pieces, ends, piece, touches, pair) + _snapped_edges(
+    snapped = _snapped_ends(pieces, ends, piece, touching_ends, pair) + _snapped_edges(
         pieces, ends, piece, cut, area
     )
     return Nodes(counts, tuple(snapped), positions[is_inner], degree[is_inner], overlaps)
 
 
-def _find_touches(
+def _find_touching_ends(
     tree: object,
     lines: ObjectArray,
     ends: FloatArray,
     piece: IntArray,
     free_indices: IntArray,
     tolerance: float,
-) -> _Touches:
+) -> _TouchingEnds:
     import shapely
 
     points = shapely.points(ends[free_indices])
     rows, touched_pieces = tree.query(points, predicate="dwithin", distance=tolerance)  # type: ignore[attr-defined]
     is_other_trace = piece[free_indices[rows]] != touched_pieces
     rows, touched_pieces = rows[is_other_trace], touched_pieces[is_other_trace]
-    return _Touches(
+    return _TouchingEnds(
         free_indices[rows],
         touched_pieces,
         np.asarray(shapely.distance(points[rows], lines[touched_pieces])),
@@ -196,7 +198,7 @@ def _group_nodes(
     free_indices: IntArray,
     crossing: FloatArray,
     pair: IntArray,
-    touches: _Touches,
+    touching_ends: _TouchingEnds,
     piece: IntArray,
     tolerance: float,
 ) -> tuple[IntArray, int]:
@@ -217,7 +219,9 @@ def _group_nodes(
     for row, (a, b) in enumerate(pair.tolist()):
         crossings_by_pair.setdefault((a, b), []).append(row)
     added_nodes = []
-    for end, touched_piece in zip(touches.end.tolist(), touches.other.tolist(), strict=True):
+    for end, touched_piece in zip(
+        touching_ends.end.tolist(), touching_ends.other_piece.tolist(), strict=True
+    ):
         piece_of_end = int(piece[end])
         for row in crossings_by_pair.get(
             (min(piece_of_end, touched_piece), max(piece_of_end, touched_piece)), ()
@@ -249,7 +253,7 @@ def _count_branches(
     free_indices: IntArray,
     piece: IntArray,
     pair: IntArray,
-    touches: _Touches,
+    touching_ends: _TouchingEnds,
     edge_crossings: IntArray,
 ) -> tuple[IntArray, BoolArray]:
     """Return the number of branches (count,) at each node, and which nodes are on the edge."""
@@ -257,8 +261,10 @@ def _count_branches(
     end_node = np.full(2 * (int(piece.max(initial=-1)) + 1), -1, np.int64)
     end_node[free_indices] = group[:n_free]
     # Count each piece once at each of its nodes.
-    nodes = np.concatenate([group[:n_free], np.repeat(group[n_free:], 2), end_node[touches.end]])
-    involved_pieces = np.concatenate([piece[free_indices], pair.ravel(), touches.other])
+    nodes = np.concatenate(
+        [group[:n_free], np.repeat(group[n_free:], 2), end_node[touching_ends.end]]
+    )
+    involved_pieces = np.concatenate([piece[free_indices], pair.ravel(), touching_ends.other_piece])
     node_pieces = np.unique(np.stack([nodes, involved_pieces], axis=1), axis=0)
     ends_here = np.unique(np.stack([group[:n_free], piece[free_indices]], axis=1), axis=0)
     passing_counts = np.bincount(node_pieces[:, 0], minlength=count)
@@ -278,13 +284,16 @@ def _snapped_ends(
     pieces: TracePieces,
     ends: FloatArray,
     piece: IntArray,
-    touches: _Touches,
+    touching_ends: _TouchingEnds,
     pair: IntArray,
 ) -> list[SnappedEnd]:
     crossed = set(map(tuple, pair.tolist()))
     nearest_ends: dict[int, tuple[float, int]] = {}
     for end, touched_piece, distance in zip(
-        touches.end.tolist(), touches.other.tolist(), touches.distance.tolist(), strict=True
+        touching_ends.end.tolist(),
+        touching_ends.other_piece.tolist(),
+        touching_ends.distance.tolist(),
+        strict=True,
     ):
         if distance > pieces.rounding_m and distance < nearest_ends.get(end, (np.inf, 0))[0]:
             nearest_ends[end] = (distance, touched_piece)

@@ -109,17 +109,17 @@ def weights_by_error(v: FloatArray, errors: OrientationErrors) -> tuple[FloatArr
         else np.ones(len(v))
     )
     variance = np.radians(error95_deg / JOINT_QUANTILE95) ** 2
-    natural = 0.0
+    natural_variance = 0.0
     weights = np.ones(len(v))
     for _ in range(50):
         squares, degrees_of_freedom = _residuals(v, weights)
         estimate = _natural_variance(squares, degrees_of_freedom, variance)
         weights = 1.0 / np.maximum(variance + estimate, 1e-16)
         weights /= weights.mean()
-        if abs(estimate - natural) <= 1e-9 * max(estimate, 1e-12):
+        if abs(estimate - natural_variance) <= 1e-9 * max(estimate, 1e-12):
             break
-        natural = estimate
-    scatter = float(np.degrees(np.sqrt(natural)))
+        natural_variance = estimate
+    scatter = float(np.degrees(np.sqrt(natural_variance)))
     figures = WeightFigures(
         "error", errors.column, scatter, effective_number(weights), int((~is_known).sum())
     )

@@ -51,7 +51,7 @@ class PlanarPart:
         Maximum deviation, m.
     plane : (3,) ndarray
         Coefficients of the robust plane, height = a + b column + c row.
-    other : (3,) ndarray or None
+    remaining_plane : (3,) ndarray or None
         Largest other plane if the surface is broken.
     other_share : float
         Share of the known cells that lie in the other plane.
@@ -61,7 +61,7 @@ class PlanarPart:
     departs: float
     limit: float
     plane: FloatArray
-    other: FloatArray | None = None
+    remaining_plane: FloatArray | None = None
     other_share: float = 0.0
 
     @property

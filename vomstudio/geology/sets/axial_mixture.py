@@ -115,8 +115,8 @@ def cones95_deg(poles: FloatArray, mixture: Mixture) -> FloatArray:
         information = np.diag(
             2.0 * weight * (membership @ (projections[:, None] ** 2 - cross_axes**2))
         )
-        missing = (score * (membership * (1.0 - membership))[:, None]).T @ score
-        values = np.linalg.eigvalsh(information - missing)
+        missing_information = (score * (membership * (1.0 - membership))[:, None]).T @ score
+        values = np.linalg.eigvalsh(information - missing_information)
         if size <= 2.0 or values[0] <= 0.05 * np.diag(information).min():
             continue
         sigma, ratio = 1.0 / math.sqrt(values[0]), math.sqrt(values[0] / values[1])

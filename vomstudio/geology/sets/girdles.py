@@ -58,9 +58,9 @@ def find_pairs_without_gap(
             projections /= np.linalg.norm(projections)
             positions = np.arctan2(members @ projections, members @ first_mean)
             positions = (positions + math.pi / 2.0) % math.pi - math.pi / 2.0
-            third = np.floor(positions / angle * 3.0)
-            is_between = (third >= 0) & (third <= 2)
-            n, middle_count = int(is_between.sum()), int(np.sum(third == 1))
+            thirds = np.floor(positions / angle * 3.0)
+            is_between = (thirds >= 0) & (thirds <= 2)
+            n, middle_count = int(is_between.sum()), int(np.sum(thirds == 1))
             if n >= MIN_POLES_BETWEEN and binom.cdf(middle_count, n, 1.0 / 3.0) >= SIGNIFICANCE:
                 pairs.append((i, j))
     return pairs

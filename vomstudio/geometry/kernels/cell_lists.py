@@ -124,16 +124,16 @@ def number_points_in_cells(points, cells_per_unit, row, layer, keys):  # type: i
 
 
 @kernel("void(i8[::1], i8, i8, i8[::1], i8[::1])")
-def sort_upper(values, first, last, other, counts):  # type: ignore[no-untyped-def]
+def sort_upper(values, first, last, buffer, counts):  # type: ignore[no-untyped-def]
     """Sort values by the bits `first` to `last`, preserving the order of equal values.
 
     This is a radix sort from the lowest bits upwards (Knuth, The Art of Computer Programming 3,
-    5.2.5). `other`, which has the length of `values`, and `counts` (512,) are working space.
+    5.2.5). `buffer`, which has the length of `values`, and `counts` (512,) are working space.
     """
     n, n_passes = len(values), 0
     for shift in range(first, last, 9):
         mask = (1 << min(9, last - shift)) - 1
-        source, target = (values, other) if n_passes % 2 == 0 else (other, values)
+        source, target = (values, buffer) if n_passes % 2 == 0 else (buffer, values)
         n_passes += 1
         counts[:] = 0
         for i in range(n):
@@ -146,7 +146,7 @@ def sort_upper(values, first, last, other, counts):  # type: ignore[no-untyped-d
             target[counts[k]] = source[i]
             counts[k] += 1
     if n_passes % 2 == 1:
-        values[:] = other
+        values[:] = buffer
 
 
 @kernel("i8(i8[::1], i8, f8[:,::1], i8[::1], i8[::1], f8[:,::1], i8[::1], i8[::1])")
@@ -247,7 +247,7 @@ def nearest_in_block(  # type: ignore[no-untyped-def]
 
 
 @kernel("void(f8[:,::1], i8[::1], f8[:,::1], f8[:,::1])")
-def cell_moments(points, cell_starts, means, inner):  # type: ignore[no-untyped-def]
+def cell_moments(points, cell_starts, means, covariances):  # type: ignore[no-untyped-def]
     """Compute the mean and covariance (xx, yy, zz, xy, xz, yz) of the points of each cell."""
     for c in range(len(cell_starts) - 1):
         first_point, last_point = cell_starts[c], cell_starts[c + 1]
@@ -262,12 +262,12 @@ def cell_moments(points, cell_starts, means, inner):  # type: ignore[no-untyped-
             xy, xz, yz = xy + dx * dy, xz + dx * dz, yz + dy * dz
         sx, sy, sz = sx / n, sy / n, sz / n
         means[c, 0], means[c, 1], means[c, 2] = x + sx, y + sy, z + sz
-        inner[c, 0], inner[c, 1], inner[c, 2] = (
+        covariances[c, 0], covariances[c, 1], covariances[c, 2] = (
             xx / n - sx * sx,
             yy / n - sy * sy,
             zz / n - sz * sz,
         )
-        inner[c, 3], inner[c, 4], inner[c, 5] = (
+        covariances[c, 3], covariances[c, 4], covariances[c, 5] = (
             xy / n - sx * sy,
             xz / n - sx * sz,
             yz / n - sy * sz,
@@ -278,7 +278,7 @@ def cell_moments(points, cell_starts, means, inner):  # type: ignore[no-untyped-
     "void(i8, i8, i8[::1], f8[:,::1], f8[:,::1], i8[::1], i4[::1], i8[::1], f8[:,::1], f8[:,::1])"
 )
 def block_planes(  # type: ignore[no-untyped-def]
-    first, last, cell_starts, means, inner, starts, neighbours, count, normals, spreads
+    first, last, cell_starts, means, covariances, starts, neighbours, count, normals, spreads
 ):
     """Fit a plane to the points of each cell from `first` to `last` and the cells around it.
 
@@ -296,9 +296,9 @@ def block_planes(  # type: ignore[no-untyped-def]
             dx, dy, dz = means[o, 0] - x, means[o, 1] - y, means[o, 2] - z
             n += w
             sx, sy, sz = sx + w * dx, sy + w * dy, sz + w * dz
-            xx, yy = xx + w * (dx * dx + inner[o, 0]), yy + w * (dy * dy + inner[o, 1])
-            zz, xy = zz + w * (dz * dz + inner[o, 2]), xy + w * (dx * dy + inner[o, 3])
-            xz, yz = xz + w * (dx * dz + inner[o, 4]), yz + w * (dy * dz + inner[o, 5])
+            xx, yy = xx + w * (dx * dx + covariances[o, 0]), yy + w * (dy * dy + covariances[o, 1])
+            zz, xy = zz + w * (dz * dz + covariances[o, 2]), xy + w * (dx * dy + covariances[o, 3])
+            xz, yz = xz + w * (dx * dz + covariances[o, 4]), yz + w * (dy * dz + covariances[o, 5])
         sx, sy, sz = sx / n, sy / n, sz / n
         eigen = smallest_eigenvector(
             xx / n - sx * sx,

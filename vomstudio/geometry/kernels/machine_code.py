@@ -163,12 +163,12 @@ def _compile_kernel(source: KernelSource, signature: Signature) -> bytes:
     # kernel in its usual way and reports any errors in the kernel itself.
     except Exception:  # noqa: BLE001
         return b""
-    is_sound = (
+    is_cacheable = (
         form == "object"
         and [_type_name(argument.type) for argument in arguments] == signature.llvm_types()
         and not any(name.startswith(NUMBA_SYMBOLS) for name in _missing_symbols(code))
     )
-    return _HEADER_FORMAT.pack(len(symbol)) + symbol.encode() + code if is_sound else b""
+    return _HEADER_FORMAT.pack(len(symbol)) + symbol.encode() + code if is_cacheable else b""
 
 
 def _type_name(llvm_type: Any) -> str:

@@ -42,5 +42,5 @@ def split_work(count: int) -> Iterator[Run]:
         yield run
 
 
-def _run_in_one_piece(count: int, work: Callable[[int, int], object]) -> None:
-    work(0, count)
+def _run_in_one_piece(count: int, kernel: Callable[[int, int], object]) -> None:
+    kernel(0, count)

@@ -40,10 +40,10 @@ def _entry_distance(low, high, node, start, direction, max_distance):  # type: i
             t0, t1 = (a - start[axis]) / w, (b - start[axis]) / w
             if t0 > t1:
                 t0, t1 = t1, t0
-            slack = 1e-12 * (abs(t0) + abs(t1))
+            tolerance = 1e-12 * (abs(t0) + abs(t1))
             near_distance, far_distance = (
-                max(near_distance, t0 - slack),
-                min(far_distance, t1 + slack),
+                max(near_distance, t0 - tolerance),
+                min(far_distance, t1 + tolerance),
             )
             if near_distance > far_distance:
                 return np.inf

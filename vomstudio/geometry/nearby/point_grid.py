@@ -118,7 +118,7 @@ class PointGrid:
 
         order = self._order(positions)
 
-        def work(block: slice) -> None:
+        def process_block(block: slice) -> None:
             rows = order[block]
             near_points = to_kernel_array(positions[rows] - self.corner, np.float64)
             n, results = np.zeros(len(rows), np.int64), np.full((3, len(rows), 3), np.nan)
@@ -128,7 +128,7 @@ class PointGrid:
             count[rows] = n
             mean[rows], normal[rows], spread[rows] = results
 
-        run_in_blocks(work, k, progress or SilentProgress())
+        run_in_blocks(process_block, k, progress or SilentProgress())
         return LocalPlanes(count, mean + self.corner, normal, spread)
 
     def curvatures(
@@ -149,7 +149,7 @@ class PointGrid:
         curvatures = np.full(len(positions), np.nan)
         order = self._order(positions)
 
-        def work(block: slice) -> None:
+        def process_block(block: slice) -> None:
             rows = order[block]
             near_points = to_kernel_array(positions[rows] - self.corner, np.float64)
             block_normals, block_curvatures = (
@@ -168,7 +168,7 @@ class PointGrid:
             )
             curvatures[rows] = block_curvatures
 
-        run_in_blocks(work, len(positions), progress or SilentProgress())
+        run_in_blocks(process_block, len(positions), progress or SilentProgress())
         return curvatures
 
     def along(
@@ -192,7 +192,7 @@ class PointGrid:
 
         order = self._order(positions)
 
-        def work(block: slice) -> None:
+        def process_block(block: slice) -> None:
             rows = order[block]
             near_points = to_kernel_array(positions[rows] - self.corner, np.float64)
             block_axes = to_kernel_array(axes[rows], np.float64)
@@ -211,7 +211,7 @@ class PointGrid:
             count[rows] = n
             mean[rows], deviation[rows] = results
 
-        run_in_blocks(work, k, progress or SilentProgress())
+        run_in_blocks(process_block, k, progress or SilentProgress())
         return CylinderStatistics(count, mean, deviation)
 
     def _cells_of(self, local_points: FloatArray) -> IntArray:
@@ -234,13 +234,13 @@ class PointGrid:
 
 
 def run_in_blocks(
-    work: Callable[[slice], Any], k: int, progress: Progress, size: int = PLACES_PER_BLOCK
+    process_block: Callable[[slice], Any], k: int, progress: Progress, size: int = PLACES_PER_BLOCK
 ) -> None:
     """Process rows in blocks, in several threads.
 
     Parameters
     ----------
-    work : callable
+    process_block : callable
         Called with the slice of each block; must release the GIL.
     k : int
         Number of rows.
@@ -255,7 +255,7 @@ def run_in_blocks(
         If the user cancels through `progress`.
     """
     blocks = [slice(start, min(start + size, k)) for start in range(0, k, size)]
-    results = map_parallel(work, blocks, min(_MAX_THREADS, PROCESSORS))
+    results = map_parallel(process_block, blocks, min(_MAX_THREADS, PROCESSORS))
     for block, _ in zip(blocks, results, strict=True):
         progress.step(block.stop)
     if not blocks:

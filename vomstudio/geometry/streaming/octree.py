@@ -113,7 +113,7 @@ class CloudNodes:
         """Return the points of nodes. Raises InputError if a node cannot be read."""
         raise NotImplementedError
 
-    def let_go(self, row: int, piece: NodePoints) -> None:
+    def release(self, row: int, piece: NodePoints) -> None:
         """Release a fetched node."""
 
     def choose(self, view: CloudView, max_points: int) -> IntArray:

@@ -115,8 +115,8 @@ def read_attitudes(path: str | Path, north: str = "grid") -> AttitudeTable:
     angles = np.full((len(photos), 3), np.nan)
     has_angle = [table.has(names) for names in _ANGLES]
     if has_angle[1] != has_angle[2] or not any(has_angle):
-        missing = _NAMES[has_angle.index(False)]
-        table.columns((_ANGLES[has_angle.index(False)],), (missing,))
+        missing_name = _NAMES[has_angle.index(False)]
+        table.columns((_ANGLES[has_angle.index(False)],), (missing_name,))
     for column, names in enumerate(_ANGLES):
         if has_angle[column]:
             angles[:, column] = table.columns((names,), (_NAMES[column],))[:, 0]
@@ -202,7 +202,7 @@ def _require_angles(table: NamedTable, angles: FloatArray) -> None:
             raise table.at(int(row), finding, _NAMES[column])
 
 
-def _norths(table: NamedTable, n: int, default: str) -> tuple[str, ...]:
+def _norths(table: NamedTable, n: int, default_north: str) -> tuple[str, ...]:
     if table.has(("north",)):
         norths = []
         for row, word in enumerate(table.words(("north",), "north", allow_empty=True)):
@@ -212,7 +212,7 @@ def _norths(table: NamedTable, n: int, default: str) -> tuple[str, ...]:
                     "table.unknown-word", cell=shorten(word), words=("grid", "true", "magnetic")
                 )
                 raise table.at(row, finding, "north")
-            norths.append(north if word else default)
+            norths.append(north if word else default_north)
         return tuple(norths)
     if table.has(("magnetic heading",)):
         return ("magnetic",) * n
@@ -221,7 +221,7 @@ def _norths(table: NamedTable, n: int, default: str) -> tuple[str, ...]:
         return ("magnetic",) * n
     if "(true)" in header or table.has(("true heading",)):
         return ("true",) * n
-    return (default,) * n
+    return (default_north,) * n
 
 
 def _read_geo_attitudes(path: Path) -> AttitudeTable:

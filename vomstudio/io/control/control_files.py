@@ -42,10 +42,10 @@ def marks_beside(control: Path) -> Path:
     format_ = choose_format(control)
     if format_.holds_marks:
         return control
-    default = control.with_name(MARKS)
-    if not default.is_file() and format_.marks_beside is not None:
-        return format_.marks_beside(control) or default
-    return default
+    default_path = control.with_name(MARKS)
+    if not default_path.is_file() and format_.marks_beside is not None:
+        return format_.marks_beside(control) or default_path
+    return default_path
 
 
 def find_control(photos: Path) -> tuple[Path, Path] | None:

@@ -325,7 +325,10 @@ def _unreadable(
     path: Path, layer: str | None = None, progress: Progress | None = None
 ) -> InputError:
     if layer is not None:
-        layers = [each.name for each in list_layers(path, lambda: _unreadable(path), progress)]
+        layers = [
+            listed_layer.name
+            for listed_layer in list_layers(path, lambda: _unreadable(path), progress)
+        ]
         if layer not in layers:
             finding = Finding("drawing.unknown-layer", layer=layer, layers=layers)
             return UsageError(finding, file=path, field="--layer")

@@ -49,9 +49,9 @@ def layer_names(names: Iterable[str]) -> dict[str, str]:
         if name in result:
             continue
         # Remove accents that Unicode decomposition has separated from letters.
-        letters = unicodedata.normalize("NFKD", name.strip())
-        letters = "".join(c for c in letters if not unicodedata.combining(c))
-        plain_name = re.sub(r"[^\w$-]", "_", letters, flags=re.ASCII) or "layer"
+        decomposed_name = unicodedata.normalize("NFKD", name.strip())
+        decomposed_name = "".join(c for c in decomposed_name if not unicodedata.combining(c))
+        plain_name = re.sub(r"[^\w$-]", "_", decomposed_name, flags=re.ASCII) or "layer"
         suffix, label = 1, plain_name[:MAX_NAME_LENGTH]
         while label.casefold() in used_names:
             suffix += 1

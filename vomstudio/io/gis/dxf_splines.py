@@ -87,11 +87,11 @@ def curve_through(
         else (_end_condition(start), _end_condition(end))
     )
     slopes = CubicSpline(distance, points, bc_type=ends)(distance, 1)
-    third = np.diff(distance)[:, None] / 3.0
+    third_steps = np.diff(distance)[:, None] / 3.0
     control = np.empty((3 * len(points) - 2, 3))
     control[0::3] = points
-    control[1::3] = points[:-1] + third * slopes[:-1]
-    control[2::3] = points[1:] - third * slopes[1:]
+    control[1::3] = points[:-1] + third_steps * slopes[:-1]
+    control[2::3] = points[1:] - third_steps * slopes[1:]
     return np.concatenate([distance[:1], np.repeat(distance, 3), distance[-1:]]), control
 
 

@@ -225,7 +225,7 @@ def read_named_layers(
     is_spreadsheet = kind is not None and kind.key in SPREADSHEETS
     # Otherwise, GDAL guesses the header and the types of the columns.
     options = {"HEADERS": "DISABLE", "FIELD_TYPES": "STRING"} if is_spreadsheet else {}
-    layers, remaining = [], request["max_features"]
+    layers, remaining_count = [], request["max_features"]
     is_local = is_local_geojson(readable_path)
     for layer in request["names"]:
         info = pyogrio.read_info(readable_path, layer=layer, **options)
@@ -238,11 +238,11 @@ def read_named_layers(
             columns=columns,
             force_2d=request["flat"],
             # Not every driver can count features before reading them.
-            max_features=remaining + 1,
+            max_features=remaining_count + 1,
             **options,
         )
-        remaining -= len(next(iter(values), ())) if shapes is None else len(shapes)
-        if remaining < 0:
+        remaining_count -= len(next(iter(values), ())) if shapes is None else len(shapes)
+        if remaining_count < 0:
             raise InputError(
                 Finding("file.too-many-parts", limit=request["max_features"], parts=tr("entries")),
                 file=path,

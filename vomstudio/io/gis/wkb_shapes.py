@@ -47,12 +47,12 @@ def shapes_from_wkb(
         if rows[row] is None:
             continue
         try:
-            remaining, _, count = _remove_surfaces(bytes(rows[row]), 0, 0)
+            remaining_bytes, _, count = _remove_surfaces(bytes(rows[row]), 0, 0)
         except (ValueError, struct.error):
             continue
         surfaces[row] = count
-        if count and remaining is not None:
-            shapes[row] = shapely.from_wkb(remaining, on_invalid="ignore")
+        if count and remaining_bytes is not None:
+            shapes[row] = shapely.from_wkb(remaining_bytes, on_invalid="ignore")
     return shapes, surfaces
 
 
@@ -86,9 +86,9 @@ def _remove_surfaces(data: bytes, offset: int, depth: int) -> tuple[bytes | None
         raise ValueError(f"unknown type {kind}")
     members, surfaces = [], 0
     for _ in range(count):
-        member, offset, inner = _remove_surfaces(data, offset, depth + 1)
+        member, offset, surface_count = _remove_surfaces(data, offset, depth + 1)
         members += [] if member is None else [member]
-        surfaces += inner
+        surfaces += surface_count
     if kind in _SURFACES:
         return None, offset, 1
     header = data[start : start + (9 if code & _HAS_SRID else 5)]

@@ -42,7 +42,7 @@ def write_converted(
     code = "".join(c for c in (loaded_model.crs or "").casefold() if c.isalnum())[:16]
     target = folder / f"{path.stem}_{code}{path.suffix}"
     folder.mkdir(exist_ok=True)
-    stored = stored_registration(loaded_model, options)
+    registration = stored_registration(loaded_model, options)
     findings = write_model(
         loaded_model.data,
         loaded_model.crs,
@@ -50,6 +50,6 @@ def write_converted(
         force=True,
         inputs=[path],
         progress=progress,
-        registration=stored.registration,
+        registration=registration.registration,
     )
-    return target, (*loaded_model.warnings, *stored.findings, *findings)
+    return target, (*loaded_model.warnings, *registration.findings, *findings)

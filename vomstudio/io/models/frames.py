@@ -85,8 +85,8 @@ def establish_frame(
     """
     field = "--to-crs" if options.to_crs else "--crs" if options.crs else "CRS"
     bounds = np.asarray(loaded_model.data.bounds, np.float64)
-    stored = stored_registration(loaded_model, options)
-    registration = stored.registration
+    stored_frame = stored_registration(loaded_model, options)
+    registration = stored_frame.registration
     if registration is not None:
         placed_bounds = world_bounds(bounds, registration.matrix)
         findings = check_frame(
@@ -98,7 +98,7 @@ def establish_frame(
         findings = _assumption_findings(loaded_model, options, frame.up_axis)
     else:
         findings = check_frame(frame, bounds, file=loaded_model.path, field=field)
-    return FrameWithFindings(frame, (*stored.findings, *findings))
+    return FrameWithFindings(frame, (*stored_frame.findings, *findings))
 
 
 def stored_registration(

@@ -297,11 +297,11 @@ def _read_meta(folder: Path) -> dict[str, Any]:
 
 def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
     arrays: dict[str, AnyArray] = {}
-    for name, stored in meta["arrays"].items():
+    for name, stored_array in meta["arrays"].items():
         if not name.replace("_", "").isalnum():
             raise _damaged(folder, tr("the names are not valid"))
         file = folder / f"{name}.npy"
-        shape, kind = tuple(stored["shape"]), np.dtype(stored["dtype"])
+        shape, kind = tuple(stored_array["shape"]), np.dtype(stored_array["dtype"])
         if kind.hasobject:
             raise _damaged(folder, tr("{file} contains Python objects", file=file.name))
         arrays[name] = _read_array(folder, file, shape, kind)
@@ -323,7 +323,7 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
             _checked_array(folder, arrays, "colors", np.uint8, 3) if "colors" in arrays else None
         )
         order = ProgressiveOrder(*(arrays[f"order_{k}"] for k in _ORDER))
-        if not order.is_sound(n):
+        if not order.is_valid(n):
             raise _damaged(folder, tr("the order does not agree with the points"))
         data = PointCloud(points, colors, normals, fields, order)
     else:

@@ -111,10 +111,10 @@ def _find_case_insensitive(folder: Path, relative_text: str) -> Path | None:
 
 def map_name(value: str) -> tuple[str, tuple[str, ...]]:
     """Return the file name in a map statement and the options before it."""
-    remaining = value.strip()
+    remaining_text = value.strip()
     options: list[str] = []
-    while remaining.startswith("-"):
-        word, _, next_words = remaining.partition(" ")
+    while remaining_text.startswith("-"):
+        word, _, next_words = remaining_text.partition(" ")
         key = word.lower()
         if key in _FIXED_OPTIONS:
             n = _FIXED_OPTIONS[key]
@@ -122,20 +122,20 @@ def map_name(value: str) -> tuple[str, tuple[str, ...]]:
             if len(words) <= n:
                 break
             options.append(" ".join([key, *words[:n]]))
-            remaining = words[n]
+            remaining_text = words[n]
         elif key in _UP_TO_THREE_NUMBERS:
             number_texts: list[str] = []
-            remaining = next_words.strip()
+            remaining_text = next_words.strip()
             while len(number_texts) < 3:
-                first_word, _, following_numbers = remaining.partition(" ")
+                first_word, _, following_numbers = remaining_text.partition(" ")
                 if not following_numbers or not _is_number(first_word):
                     break
                 number_texts.append(first_word)
-                remaining = following_numbers.strip()
+                remaining_text = following_numbers.strip()
             options.append(" ".join([key, *number_texts]))
         else:
             break
-    return unquote(remaining), tuple(options)
+    return unquote(remaining_text), tuple(options)
 
 
 def _is_number(word: str) -> bool:
@@ -209,16 +209,16 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Fi
     textures: dict[str, str] = {}
     colors: dict[str, tuple[float, float, float]] = {}
     names: dict[str, None] = {}
-    current: str | None = None
+    current_name: str | None = None
     text = decode(raw).replace("\r\n", "\n").replace("\r", "\n").replace("\\\n", " ")
     for line_number, line in enumerate(text.split("\n"), 1):
         word, _, value = line.strip().replace("\t", " ").partition(" ")
         key = word.lower()
         value = value.strip()
         if key == "newmtl":
-            current = unquote(value)
-            names.setdefault(current)
-        elif current is None:
+            current_name = unquote(value)
+            names.setdefault(current_name)
+        elif current_name is None:
             continue
         elif key == "kd":
             number_texts = value.split()
@@ -233,9 +233,9 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Fi
                     Finding("material.color-invalid", file=path.name, line=line_number, color=value)
                 )
                 continue
-            colors[current] = (r, g, b)
+            colors[current_name] = (r, g, b)
         elif key == "map_kd" and value:
-            textures[current] = value
+            textures[current_name] = value
     image_of_statement: dict[str, tuple[Path | None, str | None, bool]] = {}
     materials: dict[str, Material] = {}
     for name in names:

@@ -117,10 +117,10 @@ def _limit_fields(loaded_model: LoadedModel) -> LoadedModel:
     if len(fields) <= MAX_FIELDS:
         return loaded_model
     finding = Finding("model.fields-limited", count=len(fields), limit=MAX_FIELDS)
-    remaining = dict(itertools.islice(fields.items(), MAX_FIELDS))
+    remaining_fields = dict(itertools.islice(fields.items(), MAX_FIELDS))
     return replace(
         loaded_model,
-        data=replace(loaded_model.data, fields=remaining),
+        data=replace(loaded_model.data, fields=remaining_fields),
         warnings=(*loaded_model.warnings, finding),
     )
 

@@ -73,22 +73,22 @@ def read_exif(image: Image.Image) -> Exif:
 
 
 def exif_from_tags(
-    main: Mapping[int, Any],
+    main_tags: Mapping[int, Any],
     exif: Mapping[int, Any],
-    gps: Mapping[int, Any],
+    gps_tags: Mapping[int, Any],
     problems: list[Finding] | None = None,
 ) -> Exif:
     """Return the EXIF metadata from the values of the three directories by tag number."""
     problems = [] if problems is None else problems
-    tags = {**main, **exif}
+    tags = {**main_tags, **exif}
     orientation = _whole(tags.get(0x0112))
     if orientation not in range(1, 9):
         # 0 and a missing tag mean that the photo is shown as stored.
         if orientation not in (None, 0):
             problems.append(Finding("photo.unknown-orientation", tag=orientation))
         orientation = 1
-    latitude, longitude = _position(gps, problems)
-    altitude, reference = _altitude(gps) if latitude is not None else (None, None)
+    latitude, longitude = _position(gps_tags, problems)
+    altitude, reference = _altitude(gps_tags) if latitude is not None else (None, None)
     zoom = _positive(tags.get(0xA404))
     return Exif(
         make=_text(tags.get(0x010F)),
@@ -109,9 +109,11 @@ def exif_from_tags(
         longitude_deg=longitude,
         altitude_m=altitude,
         altitude_reference=reference,
-        gps_accuracy_m=_positive(gps.get(0x1F)),
-        direction_deg=_direction(gps, problems),
-        direction_north={"T": "true", "M": "magnetic"}.get((_text(gps.get(0x10)) or "").upper()),
+        gps_accuracy_m=_positive(gps_tags.get(0x1F)),
+        direction_deg=_direction(gps_tags, problems),
+        direction_north={"T": "true", "M": "magnetic"}.get(
+            (_text(gps_tags.get(0x10)) or "").upper()
+        ),
         acceleration=acceleration(tags.get(0x927C)),
         comment=comment_text(tags.get(0x9286)),
         problems=tuple(problems),

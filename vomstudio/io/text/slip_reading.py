@@ -216,18 +216,18 @@ def _column(table: TextTable, names: tuple[str, ...]) -> int | None:
 
 def _require_columns(table: TextTable, columns: dict[str, int]) -> None:
     """Raise InputError if columns are missing."""
-    missing = None
+    missing_column = None
     if "dip" not in columns or not ({"strike", "dip_direction"} & columns.keys()):
-        missing = tr("strike (or dip direction) and dip of the fault")
+        missing_column = tr("strike (or dip direction) and dip of the fault")
     elif "slip_rake" not in columns:
         if not ({"trend", "plunge"} <= columns.keys() or "rake" in columns):
-            missing = tr("trend and plunge, or rake, of the striae")
+            missing_column = tr("trend and plunge, or rake, of the striae")
         elif "sense" not in columns:
-            missing = tr("sense of slip")
-    if missing is not None:
+            missing_column = tr("sense of slip")
+    if missing_column is not None:
         finding = Finding(
             "slip.missing-columns",
-            missing=missing,
+            missing=missing_column,
             example=(table.delimiter if table.delimiter.strip() else " ").join(_EXAMPLE_HEADER),
         )
         raise table.header_error(finding, None)

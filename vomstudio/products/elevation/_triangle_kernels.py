@@ -117,9 +117,9 @@ def _deepest_inside(points, starts, nx, ny, grid_left, top, cell_size, x, y, f, 
         s, e = _row(starts, nx, j, x + low_x, x + high_x, grid_left, cell_size)
         for p in range(s, e):
             px, py = points[p, 0] - x, points[p, 1] - y
-            excess = px * px + py * py - f * px - g * py - h
-            if excess < greatest_depth:
-                deepest_point, greatest_depth = p, excess
+            power = px * px + py * py - f * px - g * py - h
+            if power < greatest_depth:
+                deepest_point, greatest_depth = p, power
     return deepest_point
 
 

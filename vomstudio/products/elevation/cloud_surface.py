@@ -137,12 +137,12 @@ def _is_under_another(points: FloatArray, open_indices: IndexArray) -> tuple[Boo
     return is_under, is_doubtful & bool(is_under.any())
 
 
-def _is_covered(away: FloatArray, is_above: BoolArray) -> BoolArray:
+def _is_covered(offsets: FloatArray, is_above: BoolArray) -> BoolArray:
     """Return whether the neighbours above a point cover it.
 
     Parameters
     ----------
-    away : (n, k, 2) array
+    offsets : (n, k, 2) array
         Neighbours relative to the point, including the point itself.
     is_above : (n, k) bool array
         Whether each neighbour is above the point.
@@ -153,26 +153,26 @@ def _is_covered(away: FloatArray, is_above: BoolArray) -> BoolArray:
     """
     counts = is_above.sum(axis=1)
     is_upper, is_lower = is_above[:, :, None], ~is_above[:, :, None]
-    middle_up = (away * is_upper).sum(axis=1) / counts[:, None]
-    middle_low = (away * is_lower).sum(axis=1) / (is_above.shape[1] - counts)[:, None]
+    middle_up = (offsets * is_upper).sum(axis=1) / counts[:, None]
+    middle_low = (offsets * is_lower).sum(axis=1) / (is_above.shape[1] - counts)[:, None]
     # Fisher's linear discriminant gives the direction of best separation.
-    deviations = away - np.where(is_upper, middle_up[:, None], middle_low[:, None])
+    deviations = offsets - np.where(is_upper, middle_up[:, None], middle_low[:, None])
     scatter = np.einsum("nki,nkj->nij", deviations, deviations)
     scale = np.maximum(np.trace(scatter, axis1=1, axis2=2), 1e-300)
     scatter += 1e-6 * scale[:, None, None] * np.eye(2)
     direction = np.linalg.solve(scatter, (middle_up - middle_low)[:, :, None])[:, :, 0]
-    projections = np.einsum("nki,ni->nk", away, direction)
+    projections = np.einsum("nki,ni->nk", offsets, direction)
     pairs = is_above[:, :, None] & ~is_above[:, None, :]
     right = (projections[:, :, None] > projections[:, None, :]) & pairs
     parted = right.sum(axis=(1, 2)) / pairs.sum(axis=(1, 2))
     # Near the edge of an upper sheet, the sheet is on one side, and the lower points are on the
     # other.
-    is_outward = np.einsum("nki,ni->nk", away, middle_up) < 0
+    is_outward = np.einsum("nki,ni->nk", offsets, middle_up) < 0
     is_inside = (is_outward & is_above).any(axis=1) | ~(is_outward & ~is_above).any(axis=1)
     is_mingled = (counts >= MIN_ABOVE) & (parted < MIN_SEPARATED_SHARE) & is_inside
     # An isolated point of the lower sheet has points above on all sides.
-    right_of, is_below = away[:, :, 0] >= 0, away[:, :, 1] >= 0
-    sides = np.zeros(len(away), np.int64)
+    right_of, is_below = offsets[:, :, 0] >= 0, offsets[:, :, 1] >= 0
+    sides = np.zeros(len(offsets), np.int64)
     for quarter in (
         right_of & is_below,
         right_of & ~is_below,

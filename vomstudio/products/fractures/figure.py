@@ -101,12 +101,12 @@ def lay_out_page(mapped_network: MappedNetwork, style: NetStyle = PRINT) -> Frac
     FracturePage
     """
     is_cut = np.asarray(mapped_network.pieces.is_cut.any(axis=1))
-    letters = ("d" if len(is_cut) and not is_cut.all() else "") + (
+    panel_letters = ("d" if len(is_cut) and not is_cut.all() else "") + (
         "e" if mapped_network.found.P21_by_size else ""
     )
     texts = _legend_texts(mapped_network)
     if not texts:
-        return FracturePage((), 0, letters)
+        return FracturePage((), 0, panel_letters)
     mm = 25.4 / 72.0
     widths = [_LEGEND_LINE_MM + 1.5 + mm * text_width(text, 0.9 * style.font_pt) for text in texts]
     width = WIDTH_MM - 2 * _MARGIN_MM
@@ -114,7 +114,7 @@ def lay_out_page(mapped_network: MappedNetwork, style: NetStyle = PRINT) -> Frac
     return FracturePage(
         tuple(min(column, width) for column in columns),
         math.ceil(len(texts) / len(columns)),
-        letters,
+        panel_letters,
     )
 
 
@@ -168,8 +168,8 @@ def draw_fractures(
     paper.set_ylim(0.0, height)
     paper.set_axis_off()
     axes = []
-    for letter, (x, y, wide, tall) in positions.items():
-        ax = figure.add_axes((x / WIDTH_MM, y / height, wide / WIDTH_MM, tall / height), zorder=2)
+    for letter, (x, y, width, tall) in positions.items():
+        ax = figure.add_axes((x / WIDTH_MM, y / height, width / WIDTH_MM, tall / height), zorder=2)
         title = draw[letter](ax, mapped_network, style)
         axes.append(ax)
         letter_x = x - 13.0 if letter in "de" else x
@@ -311,10 +311,10 @@ def _fill_box(ax: Axes) -> None:
 def _draw_bar(
     paper: Axes, ax: Axes, bounds: tuple[float, float, float, float], style: NetStyle
 ) -> None:
-    x_left, bottom, wide, _ = bounds
+    x_left, bottom, width, _ = bounds
     low, high = ax.get_xlim()
     bar = round_length(0.35 * (high - low))
-    length = wide * bar / (high - low)
+    length = width * bar / (high - low)
     paper.plot(
         [x_left, x_left + length],
         [bottom - 3.0] * 2,
@@ -339,8 +339,8 @@ def _draw_directions(
     style: NetStyle,
 ) -> None:
     """Draw the upward arrow and, on a face, the directions of its ends."""
-    x_left, bottom, wide, tall = bounds
-    top = bottom + tall
+    x_left, bottom, width, height = bounds
+    top = bottom + height
     left_name, right_name, up = _orientation(mapped_network)
     bold: dict[str, Any] = {
         "weight": "bold",
@@ -349,8 +349,8 @@ def _draw_directions(
         "va": "bottom",
     }
     paper.text(x_left, top + 1.5, left_name, ha="left", **bold)
-    paper.text(x_left + wide, top + 1.5, right_name, ha="right", **bold)
-    centre = x_left + 0.5 * wide
+    paper.text(x_left + width, top + 1.5, right_name, ha="right", **bold)
+    centre = x_left + 0.5 * width
     paper.annotate(
         "",
         (centre, top + 5.0),

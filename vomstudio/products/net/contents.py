@@ -308,7 +308,7 @@ class Contouring:
         Whether each set has its own contours.
     sigma : float
         Kamb's sigma, which determines the counting circle; Schmidt's method does not use it.
-    only : str or None
+    set_name : str or None
         Group of sets (`NetSet.group_name`) to contour; None for all sets.
     """
 
@@ -316,7 +316,7 @@ class Contouring:
     filled: bool | None = None
     each_set: bool = False
     sigma: float = SIGMA
-    only: str | None = None
+    set_name: str | None = None
 
     @property
     def is_filled(self) -> bool:

@@ -74,7 +74,7 @@ def draw_bar(page: NetPage, plan: ContourPlan) -> None:
     from matplotlib.patches import Rectangle
 
     n, font, row = len(plan.levels), page.font, page.row
-    thick = bar_width(plan, font, page.is_beside)
+    bar_thickness = bar_width(plan, font, page.is_beside)
     if page.is_beside:
         height = bar_height(plan, font, page.height)
         x_left, y_low = page.legend_x, page.pad + (page.under + 0.8) * row
@@ -82,18 +82,18 @@ def draw_bar(page: NetPage, plan: ContourPlan) -> None:
             page.text(x_left, y_low + height + (0.8 + i) * row, line)
     else:
         height = min(1.5 * font * n, 1.2 * page.radius)
-        x_left, y_low = page.width - page.pad - 2.2 * font - thick, page.cy - height / 2
+        x_left, y_low = page.width - page.pad - 2.2 * font - bar_thickness, page.cy - height / 2
         page.text(page.width - page.pad, y_low + height + 0.8 * row, plan.short_unit, align="right")
     columns = bar_columns(plan)
-    each = thick / len(columns)
+    column_width = bar_thickness / len(columns)
     for column, part in enumerate(columns):
         colors = contour_colors(part.of, n, plan.filled, page.style)
         for i, color in enumerate(colors):
-            x, y = x_left + column * each, y_low + height * i / n
+            x, y = x_left + column * column_width, y_low + height * i / n
             if plan.filled:
                 cell = Rectangle(
                     (x, y),
-                    each,
+                    column_width,
                     height / n,
                     facecolor=mix_colors(page.style.net, color, OPACITY),
                     edgecolor=page.style.soft,
@@ -105,7 +105,7 @@ def draw_bar(page: NetPage, plan: ContourPlan) -> None:
                 page.axes.add_patch(cell)
             else:
                 page.plot(
-                    [x, x + 0.85 * each],
+                    [x, x + 0.85 * column_width],
                     [y, y],
                     color=color,
                     linestyle=part.dash,
@@ -113,4 +113,4 @@ def draw_bar(page: NetPage, plan: ContourPlan) -> None:
                     zorder=layer("legend"),
                 )
     for i, level in enumerate(plan.levels):
-        page.text(x_left + thick + 0.4 * font, y_low + height * i / n, f"{level:g}")
+        page.text(x_left + bar_thickness + 0.4 * font, y_low + height * i / n, f"{level:g}")

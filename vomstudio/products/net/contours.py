@@ -107,7 +107,7 @@ def check_contour_sizes(net: NetContents) -> list[Finding]:
                     "net.few-for-contours",
                     set=contoured_set.name
                     if contoured_set
-                    else net.contouring.only or tr("All sets"),
+                    else net.contouring.set_name or tr("All sets"),
                     count=len(v),
                     share_percent=100.0 * area,
                 )
@@ -126,7 +126,7 @@ def contoured_sets(net: NetContents) -> list[NetSet]:
     -------
     list of NetSet
     """
-    contoured_type = net.contouring.only
+    contoured_type = net.contouring.set_name
     return [set_ for set_ in net.sets if len(set_) and contoured_type in (None, set_.group_name)]
 
 
@@ -136,9 +136,9 @@ def _describe_subject(net: NetContents) -> str:
     if net.contouring.each_set or len({set_.group_name for set_ in net.sets if len(set_)}) < 2:
         return ""
     count = sum(map(len, sets))
-    if net.contouring.only is None:
+    if net.contouring.set_name is None:
         return tr("of all sets together, n = {count:,}", count=count)
-    return tr("of {set}, n = {count:,}", set=net.contouring.only, count=count)
+    return tr("of {set}, n = {count:,}", set=net.contouring.set_name, count=count)
 
 
 def contour_groups(net: NetContents) -> list[tuple[NetSet | None, FloatArray]]:
@@ -174,7 +174,7 @@ def describe_density(net: NetContents) -> dict[str, Any] | None:
         line = Line.from_vector(place)
         parts.append(
             {
-                "set": contouring.only if contoured_set is None else contoured_set.name,
+                "set": contouring.set_name if contoured_set is None else contoured_set.name,
                 "n": len(v),
                 "maximum": top,
                 "trend_deg": line.trend_deg,

@@ -131,8 +131,8 @@ class NetArtists:
         if legend_names != _named_in_legend(self.contents) and not self.contents.compact:
             figure = self.axes.get_figure(root=True)
             assert figure is not None
-            anew = draw_stereonet(figure, self.contents, self.style)
-            self.__dict__.update(anew.__dict__)
+            new_artists = draw_stereonet(figure, self.contents, self.style)
+            self.__dict__.update(new_artists.__dict__)
             return
         self._emphasise()
 

@@ -81,7 +81,7 @@ def contouring_of(options: StereonetOptions) -> Contouring:
         filled=options.filled,
         each_set=options.each_set,
         sigma=options.kamb_sigma,
-        only=options.contour_set,
+        set_name=options.contour_set,
     )
 
 

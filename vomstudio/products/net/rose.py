@@ -93,9 +93,11 @@ def figure_size(
     panel_mm = min(width_mm / columns, _MAX_PANEL_MM)
     rows = math.ceil(len(contents.roses) / columns)
     letter = style.font_pt / 72.0 * 25.4
-    foot = _FOOT_LETTERS * letter + 1.45 * letter * (len(contents.notes) + bool(contents.title))
+    footer_height = _FOOT_LETTERS * letter + 1.45 * letter * (
+        len(contents.notes) + bool(contents.title)
+    )
     return width_mm / 25.4, (
-        rows * (_panel_height(panel_mm) + _HEAD_LETTERS * letter) + foot
+        rows * (_panel_height(panel_mm) + _HEAD_LETTERS * letter) + footer_height
     ) / 25.4
 
 
@@ -187,8 +189,8 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
     font = style.font_pt
     figure.set_facecolor(style.paper)
     title = [contents.title] if contents.title else []
-    foot = [*title, *contents.notes, *wrap_text(_caption(contents), font, width - 2 * font)]
-    foot_height = (_FOOT_LETTERS + 1.45 * (len(foot) - 1)) * font
+    footer_lines = [*title, *contents.notes, *wrap_text(_caption(contents), font, width - 2 * font)]
+    foot_height = (_FOOT_LETTERS + 1.45 * (len(footer_lines) - 1)) * font
     grid = _Grid.of(len(contents.roses), width, height, _HEAD_LETTERS * font, foot_height)
     panel_width = min(
         grid.panel_width, _MAX_PANEL_MM / 25.4 * 72.0 if style is PRINT else grid.panel_width
@@ -222,7 +224,7 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
                 parse_math=False,
             )
         drawn_petals[name] = ax
-    for i, line in enumerate(reversed(foot)):
+    for i, line in enumerate(reversed(footer_lines)):
         figure.text(
             0.5,
             (1.45 + 1.45 * i) * font / height,

@@ -71,10 +71,10 @@ def draw_net(ax: Any, net: NetContents, style: FigureStyle | None = None) -> Non
         draw_contours(ax, plan, paper)
         _draw_bar(ax, plan, figure_style)
     NetDrawing(ax, net, paper).draw()
-    letters: dict[str, Any] = {"size": paper.font_pt}
+    text_style: dict[str, Any] = {"size": paper.font_pt}
     if figure_style.font:
-        letters["family"] = figure_style.font
-    ax.legend(loc="upper left", bbox_to_anchor=(1.1, 1.0), frameon=False, prop=letters)
+        text_style["family"] = figure_style.font
+    ax.legend(loc="upper left", bbox_to_anchor=(1.1, 1.0), frameon=False, prop=text_style)
     lines = _text_below(net)
     if lines:
         ax.text(
@@ -83,7 +83,7 @@ def draw_net(ax: Any, net: NetContents, style: FigureStyle | None = None) -> Non
             "\n".join(lines),
             transform=ax.transAxes,
             va="top",
-            fontproperties=letters,
+            fontproperties=text_style,
         )
 
 

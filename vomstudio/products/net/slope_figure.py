@@ -274,10 +274,10 @@ def _legend(figure: Figure, panels: list[_Panel]) -> None:
         handlelength=1.8,
         columnspacing=1.4,
     )
-    foot = tr("Equal area, lower hemisphere")
+    footer = tr("Equal area, lower hemisphere")
     if any(mode.mode.of > MAX_INTERSECTIONS for mode in panels):
-        foot += tr("; {count:,} intersections drawn, all counted", count=MAX_INTERSECTIONS)
-    figure.text(0.03, 0.012, foot, fontsize=PRINT.font_pt, color=PRINT.soft)
+        footer += tr("; {count:,} intersections drawn, all counted", count=MAX_INTERSECTIONS)
+    figure.text(0.03, 0.012, footer, fontsize=PRINT.font_pt, color=PRINT.soft)
 
 
 # Construction lines, in the frame of the face --------------------------------------------------

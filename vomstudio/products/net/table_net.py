@@ -52,7 +52,7 @@ def net_of_table(
     groups: dict[str, tuple[str, Any, Any]] = {}
     turns_by_name: dict[str, Turns] = {}
     members_by_name = members_of(table, by)
-    contoured_type = None if contouring is None else contouring.only
+    contoured_type = None if contouring is None else contouring.set_name
     if contoured_type is not None and contoured_type not in members_by_name:
         finding = Finding(
             "option.not-a-choice", value=contoured_type, choices=tuple(members_by_name)

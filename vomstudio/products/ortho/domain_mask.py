@@ -109,7 +109,7 @@ def territory(items: Sequence[Item], name: str, field: str = "--domain") -> Terr
     other_domains = [item for item in known_domains if item != name]
     points_of = {item: _points(items, item) for item in known_domains}
     walls: list[Wall] = []
-    remaining = list(other_domains)
+    remaining_domains = list(other_domains)
     for wall in _faults(items):
         is_positive = points_of[name] @ wall.normal > wall.offset
         sign = 1.0 if is_positive.mean() >= 0.5 else -1.0
@@ -123,17 +123,19 @@ def territory(items: Sequence[Item], name: str, field: str = "--domain") -> Terr
         ]
         if separated_walls:
             walls.append(turned_wall)
-            remaining = [item for item in remaining if item not in separated_walls]
+            remaining_domains = [item for item in remaining_domains if item not in separated_walls]
     notes = []
     if walls:
         faults = tuple(dict.fromkeys(wall.name for wall in walls))
         notes.append(Finding("domain.ends-at-faults", domain=name, faults=faults))
-    if not remaining:
+    if not remaining_domains:
         return Territory(name, tuple(walls), np.empty((0, 3)), np.empty(0, np.bool_), tuple(notes))
     if other_domains:
-        notes.append(Finding("domain.no-fault-between", domain=name, others=remaining))
-    points = [points_of[name], *(points_of[item] for item in remaining)]
-    is_positive = np.repeat([True, *[False] * len(remaining)], [len(part) for part in points])
+        notes.append(Finding("domain.no-fault-between", domain=name, others=remaining_domains))
+    points = [points_of[name], *(points_of[item] for item in remaining_domains)]
+    is_positive = np.repeat(
+        [True, *[False] * len(remaining_domains)], [len(part) for part in points]
+    )
     return Territory(name, tuple(walls), np.concatenate(points), is_positive, tuple(notes))
 
 

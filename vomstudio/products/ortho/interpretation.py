@@ -96,7 +96,7 @@ class ProjectedItem:
     item : Item
     points : (n, 2) array
         Coordinates to the right and up, m.
-    away : (n,) array
+    distance : (n,) array
         Distance from the plane towards the viewer, m.
     apparent_dip_deg : float or None
         Apparent dip of a plane from the horizontal of the picture, -90 to 90, positive down to the
@@ -108,7 +108,7 @@ class ProjectedItem:
 
     item: Item
     points: FloatArray
-    away: FloatArray
+    distance: FloatArray
     apparent_dip_deg: float | None
     symbol: tuple[FloatArray, ...] = ()
 

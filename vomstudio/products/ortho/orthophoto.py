@@ -96,7 +96,7 @@ def write_orthophoto(
     drawn: TileSource | None = None,
     features: tuple[Item, ...] | None = None,
     legend: bool = True,
-    only: Territory | None = None,
+    territory: Territory | None = None,
 ) -> OrthophotoFiles:
     """Draw a picture and write all of its files, or none if one fails.
 
@@ -120,7 +120,7 @@ def write_orthophoto(
         Features in the World frame, which are written as vector data.
     legend : bool
         Whether to draw a legend of the features on the sheet.
-    only : Territory, optional
+    territory : Territory, optional
         Domain to show; the rest of the picture is grey.
 
     Returns
@@ -152,8 +152,8 @@ def write_orthophoto(
     shown_crs = crs if is_map else view_plane_crs(plan.view.is_metric, picture_id(metadata))
     raster = Raster(grid.width, grid.height, "rgba", transform, shown_crs, _tags(plan))
     progress.stage(tr("Preparing the model"))
-    source = _mask_domain(drawn or create_source(data, plan), plan, only)
-    small = _Reduced(grid) if sheet is not None or drawings else None
+    source = _mask_domain(drawn or create_source(data, plan), plan, territory)
+    reduced_picture = _Reduced(grid) if sheet is not None or drawings else None
     with atomic_group(targets, force, named_files=pages) as parts_of:
         paths = dict(zip(targets, parts_of, strict=True))
         with (
@@ -161,7 +161,7 @@ def write_orthophoto(
             open_geotiff(paths[depth], replace(raster, kind="float"), depth) as depth_file,
         ):
             tiles = draw_tiles(source, grid, progress, threads)
-            covered, filled = _draw(tiles, picture_file, depth_file, small)
+            covered, filled = _draw(tiles, picture_file, depth_file, reduced_picture)
         progress.stage(tr("Writing the orthophoto"))
         _refuse_empty(covered, plan)
         warnings += source.warnings()
@@ -176,8 +176,8 @@ def write_orthophoto(
             "drawing": {format_: target.name for format_, target in drawings.items()} or None,
             "software": f"VOM Studio {__version__}",
         }
-        if small is not None:
-            drawing = replace(drawing, picture=small.within())
+        if reduced_picture is not None:
+            drawing = replace(drawing, picture=reduced_picture.within())
         if drawings:
             progress.stage(tr("Writing the drawing"))
             parts = {format_: paths[target] for format_, target in drawings.items()}
@@ -212,8 +212,10 @@ def _drawn_facts(coverage: float, filled_count: int, source: TileSource) -> dict
     return metadata | ({"domain": source.territory.facts} if isinstance(source, OneDomain) else {})
 
 
-def _mask_domain(source: TileSource, plan: OrthophotoPlan, only: Territory | None) -> TileSource:
-    return source if only is None else OneDomain(source, plan, only)
+def _mask_domain(
+    source: TileSource, plan: OrthophotoPlan, territory: Territory | None
+) -> TileSource:
+    return source if territory is None else OneDomain(source, plan, territory)
 
 
 def _refuse_empty(n_covered: int, plan: OrthophotoPlan) -> None:
@@ -276,7 +278,7 @@ def _draw(
     drawn_pairs: Iterable[tuple[Tile, TilePicture]],
     picture_file: Any,
     depth_file: Any,
-    small: _Reduced | None,
+    reduced_picture: _Reduced | None,
 ) -> tuple[int, int]:
     """Write tiles to both rasters; return the numbers of covered and of filled pixels."""
     covered_count = filled_count = 0
@@ -285,8 +287,8 @@ def _draw(
         write_tile(depth_file, tile.column, tile.row, picture.depth)
         covered_count += int(np.isfinite(picture.depth).sum())
         filled_count += picture.filled
-        if small is not None:
-            small.add(tile.column, tile.row, picture.rgba)
+        if reduced_picture is not None:
+            reduced_picture.add(tile.column, tile.row, picture.rgba)
     return covered_count, filled_count
 
 

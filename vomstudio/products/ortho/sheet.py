@@ -130,10 +130,10 @@ def _words(view: ViewDirection, width_mm: float) -> list[str]:
     import textwrap
 
     unknown_text = unknown_direction_text(view)
-    letters = round(width_mm / (LETTER_MM * _FONT_PT))
+    letters_per_line = round(width_mm / (LETTER_MM * _FONT_PT))
     # A direction that was given needs no reason.
     is_given = view.reason.code == "view.as-given"
-    reason = [] if is_given else textwrap.wrap(view.reason.message, letters)
+    reason = [] if is_given else textwrap.wrap(view.reason.message, letters_per_line)
     return [direction_text(view), *reason, *([unknown_text] if unknown_text else [])]
 
 
@@ -248,9 +248,9 @@ def _draw_ends(
     ax: Axes, drawing: Drawing, view: ViewDirection, frame: tuple[float, float, float, float]
 ) -> None:
     """Draw the directions at both ends, clear of the arrow beside a narrow picture."""
-    x_left, y_bottom, wide, tall = frame
-    text_top, centre = y_bottom + tall + 3.0, x_left + 0.5 * wide
-    half_width = max(0.5 * wide, 12.0 + LETTER_MM * _FONT_PT * max(map(len, drawing.ends)))
+    x_left, y_bottom, width, height = frame
+    text_top, centre = y_bottom + height + 3.0, x_left + 0.5 * width
+    half_width = max(0.5 * width, 12.0 + LETTER_MM * _FONT_PT * max(map(len, drawing.ends)))
     text_style: dict[str, Any] = {"fontsize": _FONT_PT + 1.0, "weight": "bold", "color": INK}
     ax.text(centre - half_width, text_top, drawing.ends[0], ha="left", va="bottom", **text_style)
     ax.text(centre + half_width, text_top, drawing.ends[1], ha="right", va="bottom", **text_style)

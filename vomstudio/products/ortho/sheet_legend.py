@@ -30,8 +30,8 @@ class Legend:
         self._slots = max(
             (sum((entry.line, entry.area, entry.place)) for entry in entries), default=0
         )
-        letters = max(map(len, self._words), default=0)
-        self._wide = self._slots * (_GLYPH_MM + _GAP_MM) + LETTER_MM * font_pt * (letters + 4)
+        max_length = max(map(len, self._words), default=0)
+        self._wide = self._slots * (_GLYPH_MM + _GAP_MM) + LETTER_MM * font_pt * (max_length + 4)
         self._columns = max(1, math.floor(width_mm / max(self._wide, 1.0)))
         self._rows = math.ceil(len(entries) / self._columns)
         self._remark = explain_symbols(entries)

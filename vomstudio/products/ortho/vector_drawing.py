@@ -170,7 +170,7 @@ def shape_of(projected_item: ProjectedItem) -> DrawingShape:
             "dip_direction_deg": item.dip_direction_deg,
             "dip_deg": item.dip_deg,
             "apparent_dip_deg": dip,
-            "away_m": float(projected_item.away.mean()),
+            "away_m": float(projected_item.distance.mean()),
             **overturned_flag,
         },
         projected_item.symbol,
@@ -502,11 +502,15 @@ def _frame(
         text(x_left - 2.2, y + 1.1, number_text(value), "end")
     bold = 'font-weight="bold"'
     # The texts of a narrow drawing extend beyond it.
-    letters = 1.3 * _LETTER_WIDTH * _TEXT_MM * (sum(map(len, drawing.ends)) + 2)
-    overhang = min(max(0.5 * (letters - width), 0.0), x_left - 1.0)
+    text_width_mm = 1.3 * _LETTER_WIDTH * _TEXT_MM * (sum(map(len, drawing.ends)) + 2)
+    overhang = min(max(0.5 * (text_width_mm - width), 0.0), x_left - 1.0)
     text(x_left - overhang, y_top - 3, drawing.ends[0], "start", bold)
     text(
-        x_left + max(width + overhang, letters - overhang), y_top - 3, drawing.ends[1], "end", bold
+        x_left + max(width + overhang, text_width_mm - overhang),
+        y_top - 3,
+        drawing.ends[1],
+        "end",
+        bold,
     )
     text(x_left + width / 2, bottom + 9.5, drawing.axes[0], "middle")
     x = max(x_left - max_length - 4.5, _TEXT_MM)

@@ -48,8 +48,8 @@ class Check(Result):
     error : float
         Error of the measurement in `unit`.
     stated_95 : float or None
-        Stated 95 % error in `unit`. Like `is_within_limit`, None if it cannot be estimated.
-    is_within_limit : bool or None
+        Stated 95 % error in `unit`. Like `within`, None if it cannot be estimated.
+    within : bool or None
         Whether the true value lies within `stated_95`.
     unit : str
     total_95 : float or None
@@ -61,7 +61,7 @@ class Check(Result):
     measured: Mapping[str, float] | float
     error: float
     stated_95: float | None
-    is_within_limit: bool | None
+    within: bool | None
     unit: str = "deg"
     total_95: float | None = None
 

@@ -33,8 +33,8 @@ def _heads() -> tuple[str, ...]:
 
 def tally(checks: Sequence[Check]) -> Finding:
     """Report how often the true value lies within the stated region."""
-    stated_checks = [check for check in checks if check.is_within_limit is not None]
-    within_count = sum(bool(check.is_within_limit) for check in stated_checks)
+    stated_checks = [check for check in checks if check.within is not None]
+    within_count = sum(bool(check.within) for check in stated_checks)
     return Finding("sample.tally", held=within_count, count=len(stated_checks))
 
 
@@ -44,7 +44,7 @@ def format_html(
     """Format the report as HTML; `images` maps file names to captions."""
     header, *body = [_heads(), *map(_cells, checks)]
     rows = "\n".join(
-        f'<tr class="{"" if check.is_within_limit else "out"}">'
+        f'<tr class="{"" if check.within else "out"}">'
         + "".join(f"<td>{escape(cell)}</td>" for cell in cells)
         + "</tr>"
         for cells, check in zip(body, checks, strict=True)
@@ -82,7 +82,7 @@ def _cells(check: Check) -> tuple[str, ...]:
     stated_text = (
         tr("not stated") if check.stated_95 is None else f"{check.stated_95:.{digits}f}{unit}"
     )
-    within_text = {True: tr("yes"), False: tr("NO"), None: "-"}[check.is_within_limit]
+    within_text = {True: tr("yes"), False: tr("NO"), None: "-"}[check.within]
     return (
         tr(check.name),
         _value(check.truth),

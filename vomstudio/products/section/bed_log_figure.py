@@ -89,8 +89,8 @@ def lay_out_page(log: BedLog) -> LogPage:
     scale = _round_up(1000.0 * thickness_m / _MAX_COLUMN_MM) if thickness_m > 0 else 1.0
     column = 1000.0 * thickness_m / scale
     centres = [500.0 * (interval.base_m + interval.top_m) / scale for interval in log.intervals]
-    thick = [1000.0 * (interval.top_m - interval.base_m) / scale for interval in log.intervals]
-    has_name = [len(centres) <= _MAX_ROWS or t >= _ROW_MM for t in thick]
+    heights_mm = [1000.0 * (interval.top_m - interval.base_m) / scale for interval in log.intervals]
+    has_name = [len(centres) <= _MAX_ROWS or t >= _ROW_MM for t in heights_mm]
     rows = np.full(len(centres), np.nan)
     rows[has_name] = _spread(
         [centre for centre, n in zip(centres, has_name, strict=True) if n], _ROW_MM
@@ -255,9 +255,9 @@ def _write_bed(
         linewidth=0.4 * style.line_pt,
         zorder=0,
     )
-    thick = interval.thickness_m
+    thickness = interval.thickness_m
     lines = (
-        (_THICKNESS_MM, format_with_error(thick.value, thick.error95)),
+        (_THICKNESS_MM, format_with_error(thickness.value, thickness.error95)),
         (_LITHOLOGY_MM, _shorten(interval.lithology.replace("_", " "), _MAX_LITHOLOGY_LENGTH)),
         (_NOTES_MM, _shorten(interval.notes, _MAX_NOTES_LENGTH)),
     )

@@ -51,13 +51,15 @@ def project_along_bends(
             continue
         x = projected_feature.points[:, 0]
         is_nearer = (
-            (x >= panel.low) & (x <= panel.high) & (np.abs(projected_feature.away) < best_distances)
+            (x >= panel.low)
+            & (x <= panel.high)
+            & (np.abs(projected_feature.distance) < best_distances)
         )
         best_distances[is_nearer], panel_of[is_nearer] = (
-            np.abs(projected_feature.away[is_nearer]),
+            np.abs(projected_feature.distance[is_nearer]),
             k,
         )
-        distances[is_nearer] = projected_feature.away[is_nearer]
+        distances[is_nearer] = projected_feature.distance[is_nearer]
         unfolded_points[is_nearer] = projected_feature.points[is_nearer] + [
             panel.start,
             panel.level,

@@ -93,12 +93,12 @@ def cut_model(
     if spacing is None:
         estimate = point_spacing(data)
         spacing = estimate if np.isfinite(estimate) else 0.0
-    thick = SLAB_SPACINGS * spacing if slab is None else slab
-    parts = [_project_slab(data.points, panel, thick) for panel in curtain.panels]
+    slab_thickness = SLAB_SPACINGS * spacing if slab is None else slab
+    parts = [_project_slab(data.points, panel, slab_thickness) for panel in curtain.panels]
     points = np.concatenate(parts)
     lines = _link_points(points, max(spacing, 1e-12))
     world = tuple(_to_world(line, curtain) for line in lines)
-    return Cut(tuple(lines), world, thick, len(points))
+    return Cut(tuple(lines), world, slab_thickness, len(points))
 
 
 def _cut_mesh(mesh: Mesh, panel: Panel) -> FloatArray:

@@ -178,7 +178,9 @@ def project_items(
         ]
         if len(curtain.panels) > 1 and len(item.points) > 1:
             parts = project_along_bends(item, crossings, direction)
-            near_features = [f for f in parts if within is None or np.abs(f.away).mean() <= within]
+            near_features = [
+                f for f in parts if within is None or np.abs(f.distance).mean() <= within
+            ]
             projected_features += near_features
             continue
         best_projection: ProjectedItem | None = None
@@ -191,14 +193,15 @@ def project_items(
                 continue
             if (
                 best_projection is None
-                or np.abs(projected_feature.away).mean() < np.abs(best_projection.away).mean()
+                or np.abs(projected_feature.distance).mean()
+                < np.abs(best_projection.distance).mean()
             ):
                 shift = np.array([panel.start, panel.level])
                 best_projection = replace(
                     projected_feature, points=projected_feature.points + shift
                 )
         if best_projection is None or (
-            within is not None and float(np.abs(best_projection.away).mean()) > within
+            within is not None and float(np.abs(best_projection.distance).mean()) > within
         ):
             continue
         projected_features.append(best_projection)
@@ -206,17 +209,17 @@ def project_items(
     return tuple(projected_features), n_skipped
 
 
-def _count(flats: Iterable[ProjectedItem]) -> int:
+def _count(items: Iterable[ProjectedItem]) -> int:
     """Count features once each, even if they have several parts."""
     return count_features(
-        {id(projected_feature.item): projected_feature.item for projected_feature in flats}.values()
+        {id(projected_feature.item): projected_feature.item for projected_feature in items}.values()
     )
 
 
 def figures_of(
     section_cut: Cut,
     curtain: Curtain,
-    flats: tuple[ProjectedItem, ...],
+    items: tuple[ProjectedItem, ...],
     n_skipped: int,
     directions: ProjectionDirections = RIGHT_ANGLES,
 ) -> SectionFigures:
@@ -246,9 +249,9 @@ def figures_of(
         None if plane is None else plane.dip_deg,
         left_azimuth,
         right_azimuth,
-        _count(flats),
+        _count(items),
         n_skipped,
-        *(_projection(curtain, directions) if flats or n_skipped else ()),
+        *(_projection(curtain, directions) if items or n_skipped else ()),
     )
 
 
@@ -266,7 +269,7 @@ def write_section(
     section_cut: Cut,
     curtain: Curtain,
     figures: SectionFigures,
-    flats: tuple[ProjectedItem, ...] = (),
+    items: tuple[ProjectedItem, ...] = (),
     *,
     crs: str | None = None,
     model: str = "",
@@ -284,19 +287,19 @@ def write_section(
     UsageError, TargetError
     """
     suffix = format_of(path)
-    targets = section_targets(path, bool(flats))
+    targets = section_targets(path, bool(items))
     with atomic_group(targets, force) as parts:
         if suffix == ".csv":
             axes = Axes(is_metric, is_north_known)
             header = _head(curtain, crs, model, figures, axes)
             parts[0].write_text(header + _lines_table(section_cut, axes), "utf-8")
-            if flats:
-                parts[1].write_text(header + _features_table(flats, axes), "utf-8")
+            if items:
+                parts[1].write_text(header + _features_table(items, axes), "utf-8")
         else:
             drawing = section_drawing(
                 section_cut,
                 curtain,
-                flats,
+                items,
                 is_metric=is_metric,
                 is_north_known=is_north_known,
                 model=model,
@@ -313,7 +316,7 @@ def write_section(
 def section_drawing(
     section_cut: Cut,
     curtain: Curtain,
-    flats: tuple[ProjectedItem, ...],
+    items: tuple[ProjectedItem, ...],
     *,
     is_metric: bool = True,
     is_north_known: bool = True,
@@ -330,7 +333,7 @@ def section_drawing(
         )
         for k, line in enumerate(section_cut.lines)
     ]
-    shapes += [shape_of(projected_feature) for projected_feature in flats]
+    shapes += [shape_of(projected_feature) for projected_feature in items]
     all_points = np.concatenate([shape.points for shape in shapes])
     low, high = all_points.min(axis=0), all_points.max(axis=0)
     pad = max(0.05 * float((high - low).max()), 1e-3)
@@ -479,16 +482,16 @@ def _lines_table(section_cut: Cut, axes: Axes) -> str:
     return "\n".join(rows) + "\n"
 
 
-def _features_table(flats: tuple[ProjectedItem, ...], axes: Axes) -> str:
+def _features_table(items: tuple[ProjectedItem, ...], axes: Axes) -> str:
     import csv
     import io
 
     file = io.StringIO()
     out = csv.writer(file, lineterminator="\n")
-    parts = any(projected_feature.item.domain for projected_feature in flats)
+    parts = any(projected_feature.item.domain for projected_feature in items)
     names = (*FEATURE_COLUMNS, "domain") if parts else FEATURE_COLUMNS
     out.writerow(table_columns(names, is_metric=axes.metric))
-    for projected_feature in flats:
+    for projected_feature in items:
         item = projected_feature.item
         texts = [
             escape_formula(word) for word in (item.layer, item.id, item.name, item.kind, item.set)
@@ -504,7 +507,7 @@ def _features_table(flats: tuple[ProjectedItem, ...], axes: Axes) -> str:
         turned_text = "" if item.normal is None else str(item.overturned).lower()
         last_cells = [turned_text, escape_formula(item.domain)] if parts else [turned_text]
         for k, ((s, t), distances) in enumerate(
-            zip(projected_feature.points.tolist(), projected_feature.away.tolist(), strict=True)
+            zip(projected_feature.points.tolist(), projected_feature.distance.tolist(), strict=True)
         ):
             out.writerow(
                 [*texts, k + 1, f"{s:.6f}", f"{t:.6f}", f"{distances:.6f}", *angles, *last_cells]

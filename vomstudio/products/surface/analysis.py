@@ -418,7 +418,7 @@ def _roughness(
     rounding : float
         Rounding error of the heights, m.
     """
-    noise, lack = noise_and_lack
+    noise, missing_variance_m2 = noise_and_lack
     flat, bent = _remove_bend(deviations)
     min_distance = MIN_DISTANCE_EDGES * edge
     results: dict[str, Any] = {
@@ -435,7 +435,7 @@ def _roughness(
     if variations is None:
         reason = Finding("roughness.small-patch", shortest_m=min_distance)
         return {**results, "hurst_reason": reason, "smoothest_reason": reason}
-    exponent = increments.fit_exponent(variations, noise, lack)
+    exponent = increments.fit_exponent(variations, noise, missing_variance_m2)
     resolved_range = increments.resolved_range(variations, noise)
     if (
         exponent is None
@@ -458,7 +458,9 @@ def _roughness(
             DirectionRoughness(
                 *_line(variation.angle_deg, plan, plane), variation.H, variation.error95
             )
-            for variation in increments.fit_directional_exponents(variations, noise, lack)
+            for variation in increments.fit_directional_exponents(
+                variations, noise, missing_variance_m2
+            )
         )
         results["hurst"] = Hurst(
             exponent.H, exponent.error95, exponent.from_m, exponent.to_m, directions
@@ -558,10 +560,10 @@ def _warnings(
         warnings.append(
             Finding("patch.partly-planar", share_percent=100.0 * trim.share, turn_deg=trim.turn_deg)
         )
-    if trim is not None and holding.other is not None:
+    if trim is not None and holding.remaining_plane is not None:
         first_limit, second_limit = (
             np.array([-plane[1] / cell, -plane[2] / cell, 1.0])
-            for plane in (holding.plane, holding.other)
+            for plane in (holding.plane, holding.remaining_plane)
         )
         angle = math.atan2(
             float(np.linalg.norm(np.cross(first_limit, second_limit))),

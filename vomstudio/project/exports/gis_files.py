@@ -63,10 +63,10 @@ def write_shapefiles(
             else:
                 kind = _KINDS[layer.kind]
                 shapefile.write_shapes(shp, shx, dbf, kind, layer.shapes, columns)
-        remaining = temporaries[len(parts) :]
-        for temporary in remaining[: len(pages)]:
+        remaining_paths = temporaries[len(parts) :]
+        for temporary in remaining_paths[: len(pages)]:
             temporary.write_text("UTF-8", encoding="ascii")
-        for temporary in remaining[len(pages) :]:
+        for temporary in remaining_paths[len(pages) :]:
             temporary.write_text(text or "", encoding="utf-8")
     return names
 

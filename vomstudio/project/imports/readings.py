@@ -85,9 +85,9 @@ class FieldReadings:
 # --- reading ---------------------------------------------------------------------------------
 def missing_choice(columns: Mapping[str, int], notation: str | None) -> Finding | None:
     """Return the choice the user must make before the table can be read, or None."""
-    missing = [role for role in ("azimuth", "inclination") if role not in columns]
-    if missing and "text" not in columns:
-        return Finding("reading.columns-missing", roles=missing)
+    missing_roles = [role for role in ("azimuth", "inclination") if role not in columns]
+    if missing_roles and "text" not in columns:
+        return Finding("reading.columns-missing", roles=missing_roles)
     return Finding("reading.notation-missing") if notation is None else None
 
 

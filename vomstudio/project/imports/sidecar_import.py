@@ -40,7 +40,7 @@ class SidecarData:
         Files stored in the project, by photo name.
     problems : tuple of str
         Messages about data that could not be read.
-    unread : tuple of str
+    unread_files : tuple of str
         Names of unreadable tables, which must not be overwritten without asking the user.
     """
 
@@ -49,7 +49,7 @@ class SidecarData:
     masks: Mapping[str, Asset] = field(default_factory=dict)
     crs: str = ""
     problems: tuple[str, ...] = ()
-    unread: tuple[str, ...] = ()
+    unread_files: tuple[str, ...] = ()
 
     @property
     def pixels(self) -> dict[tuple[str, str], tuple[float, float]]:

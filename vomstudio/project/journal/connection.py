@@ -44,8 +44,8 @@ class JournalConnection(sqlite3.Connection):
             while size < self._size:
                 # Write the zeros instead of only extending the file: on a full disk, a page without
                 # space is just as fatal.
-                missing = min(PAGE_BYTES, self._size - size)
-                size += os.pwrite(self._index, bytes(missing), size)
+                missing_bytes = min(PAGE_BYTES, self._size - size)
+                size += os.pwrite(self._index, bytes(missing_bytes), size)
         except OSError as error:
             raise sqlite3.OperationalError(
                 f"disk I/O error: {error.strerror}"  # same wording as SQLite

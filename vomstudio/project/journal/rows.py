@@ -50,9 +50,9 @@ def read_head(db: sqlite3.Connection) -> Head:
     (rows,) = db.execute("SELECT count(*) FROM journal").fetchone()
     last_row = db.execute("SELECT seq, checksum FROM journal ORDER BY seq DESC LIMIT 1").fetchone()
     seq, checksum = last_row or (0, "")
-    stored = db.execute("SELECT seq FROM head").fetchone()
+    row = db.execute("SELECT seq FROM head").fetchone()
     # Row numbers are never reused.
-    return Head(rows, max(seq, stored[0] if stored else 0), checksum)
+    return Head(rows, max(seq, row[0] if row else 0), checksum)
 
 
 def checksum(previous_text: str, values: Sequence[object]) -> str:
@@ -83,18 +83,18 @@ def read_rows(db: sqlite3.Connection, path: Path) -> Iterator[JournalRow]:
         query = f"SELECT {COLUMNS}, checksum FROM journal ORDER BY seq"
         seq, total = 0, ""
         settings_cache: tuple[Any, Any] = (None, None)
-        for *values, stored in db.execute(query):
+        for *values, stored_checksum in db.execute(query):
             number, kind, of_seq, label, before, after, time, version, settings = values
             notice: Finding | None = None
             problem: Finding | None = None
             if number != seq + 1:
                 notice = _missing_rows(seq + 1, number - 1)
-            elif stored != checksum(total, values):
+            elif stored_checksum != checksum(total, values):
                 problem = Finding("row.checksum")
             elif not all(type(word) is str for word in (kind, label, time, version)):
                 problem = Finding("row.not-text")
                 kind, label, time, version = map(str, (kind, label, time, version))
-            seq, total = number, str(stored)
+            seq, total = number, str(stored_checksum)
             # Settings rarely change from one row to the next.
             if settings != settings_cache[0]:
                 settings_cache = (settings, load_json(settings))

@@ -215,8 +215,8 @@ def write_orientation_csv(
     lines = [comment_line(text).rstrip("\n") for text in header]
     names = (*COLUMNS, *extra_columns)
     lines.append(",".join(names))
-    remaining = iter(rows)
-    while batch := list(islice(remaining, BATCH_ROWS)):
+    remaining_rows = iter(rows)
+    while batch := list(islice(remaining_rows, BATCH_ROWS)):
         columns = map(_csv_column, _columns_of(batch, names))
         lines += map(",".join, zip(*columns, strict=True))
     write_bytes(path, ("\n".join(lines) + "\n").encode("utf-8", "replace"), force=force)

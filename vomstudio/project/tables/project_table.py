@@ -96,15 +96,15 @@ class ProjectTable:
 def project_table(
     records: Mapping[str, Record],
     measurements: Measurements | None = None,
-    only: Collection[str] | None = None,
+    feature_ids: Collection[str] | None = None,
 ) -> ProjectTable:
-    """Return all planes and lines of a project as rows; if `only` is given, only these IDs."""
+    """Return the planes and lines of a project as rows, all or only those with given IDs."""
     features = [
         record
         for record in records.values()
         if isinstance(record, Feature)
         and kind_of(record).orientations
-        and (only is None or record.id in only)
+        and (feature_ids is None or record.id in feature_ids)
     ]
     measurements = measurements or Measurements()
     measurements_by_id = measurements.of(records, [feature.id for feature in features])
@@ -122,8 +122,8 @@ def project_table(
             skipped_rows.append({"id": feature.id, "name": feature.name, "reason": reason})
         else:
             rows.append(row)
-    placed_features = [*features, *_listed_features(records, only)] or _features_on_models(
-        records, only
+    placed_features = [*features, *_listed_features(records, feature_ids)] or _features_on_models(
+        records, feature_ids
     )
     crs, north, unit_m = _frame(records, placed_features)
     axes = _axes(records, placed_features)
@@ -166,9 +166,13 @@ def _extra_values(subject: Subject) -> Row:
     return values | repeat_columns(subject.feature, subject.records)
 
 
-def _listed_features(records: Mapping[str, Record], only: Collection[str] | None) -> list[Feature]:
+def _listed_features(
+    records: Mapping[str, Record], feature_ids: Collection[str] | None
+) -> list[Feature]:
     """Return the features without an orientation that are interpretations, as in the layers."""
-    return [feature for feature in _features_on_models(records, only) if kind_of(feature).listed]
+    return [
+        feature for feature in _features_on_models(records, feature_ids) if kind_of(feature).listed
+    ]
 
 
 def _features_on_models(

@@ -146,7 +146,7 @@ def fit_to_reference(
         Combined(
             [NAME],
             refinement.fit,
-            refinement.about,
+            refinement.rotation_centre,
             whitening,
             refinement.size,
             scale_error=0.0 if with_scale else scale_error or 0.0,

@@ -44,10 +44,10 @@ class Refinement:
     ----------
     fit : Similarity
         Similarity from the model to the World frame.
-    about : (3,) array
+    rotation_centre : (3,) array
         Mean of the used points in the World frame.
     size : float
-        RMS distance of the used points from `about`, metres.
+        RMS distance of the used points from `rotation_centre`, metres.
     places : (k, 3) array
         Used points in the World frame.
     miss : (k,) array
@@ -64,12 +64,12 @@ class Refinement:
         Change of the summed `pull` in the determined directions per shift along them; the identity
         for noise-free normals of flat surfaces.
     scale_response : (7,) array or None
-        Change of rotation, scale and translation (m) about `about` per relative error of a fixed
-        scale, or None if the scale was fitted.
+        Change of rotation, scale and translation (m) about `rotation_centre` per relative error of
+        a fixed scale, or None if the scale was fitted.
     """
 
     fit: Similarity
-    about: FloatArray
+    rotation_centre: FloatArray
     size: float
     places: FloatArray
     miss: FloatArray
@@ -117,7 +117,7 @@ def refine(
     for iteration in range(_MAX_ITERATIONS):
         result = _linearise(model, reference, fit, with_scale)
         step = _newton(result)
-        fit = _apply_step(fit, step, result.about, result.size)
+        fit = _apply_step(fit, step, result.rotation_centre, result.size)
         progress.step(iteration + 1)
         # Stop below a hundredth of the standard error of the mean, in metres at the rim.
         if np.abs(step).max() * result.size < 0.01 * result.sigma / np.sqrt(len(result.miss)):
@@ -143,7 +143,9 @@ def _scale_response(
     step = _TEST_SHIFT_SIGMAS * result.sigma / result.size
     ends = []
     for sign in (1.0, -1.0):
-        scaled_step = _apply_step(result.fit, sign * step * np.eye(7)[3], result.about, result.size)
+        scaled_step = _apply_step(
+            result.fit, sign * step * np.eye(7)[3], result.rotation_centre, result.size
+        )
         shifted = _linearise(model, reference, scaled_step, False, result)
         ends.append(result.determined.T @ (shifted.moves.T @ shifted.pull))
     pull_change = (ends[0] - ends[1]) / (2.0 * step)
@@ -162,7 +164,9 @@ def _response(
     for direction in result.determined.T:
         ends = []
         for sign in (1.0, -1.0):
-            fit = _apply_step(result.fit, sign * step * direction, result.about, result.size)
+            fit = _apply_step(
+                result.fit, sign * step * direction, result.rotation_centre, result.size
+            )
             shifted = _linearise(model, reference, fit, with_scale, result)
             ends.append(result.determined.T @ (shifted.moves.T @ shifted.pull))
         columns.append((ends[0] - ends[1]) / (2.0 * step))
@@ -193,7 +197,7 @@ def _linearise(
         matches.miss[is_near],
         matches.normal[is_near],
     )
-    centre = positions.mean(axis=0) if previous is None else previous.about
+    centre = positions.mean(axis=0) if previous is None else previous.rotation_centre
     size = max(float(np.sqrt(((positions - centre) ** 2).sum(axis=1).mean())), 1e-9)
     if previous is not None:
         size = previous.size

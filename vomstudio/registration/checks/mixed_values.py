@@ -195,16 +195,16 @@ def mixed_row_findings(
     -------
     list of Finding
     """
-    mixed = find_mixed_values(model, world)
-    if mixed is None:
+    mixed_values = find_mixed_values(model, world)
+    if mixed_values is None:
         return []
-    mask, offset = mixed.which, mixed.offset_m
+    mask, offset = mixed_values.which, mixed_values.offset_m
     if offset is not None and 2 * mask.sum() > len(labels):
         mask, offset = ~mask, -offset
     names = [labels[int(row)] for row in np.flatnonzero(mask)]
     if offset is not None:
         return [Finding("control.height-offset", labels=names, offset_m=offset)]
-    if mixed.kind == "feet":
+    if mixed_values.kind == "feet":
         axes = tr("heights of {labels}", labels=", ".join(names))
         return [Finding("control.other-unit", axes=axes, unit=tr("feet"), factor=_FOOT_M)]
     return [Finding("control.swapped-columns", labels=names)]

@@ -146,8 +146,8 @@ class CloudSides:
         )
         radius = max(self._radius, 2.0 * sparse_spacing)
         planes = PointGrid(self._points, radius).planes(positions, radius)
-        is_sound = np.isfinite(planes.normal).all(axis=1)
-        positions, normals = positions[is_sound], planes.normal[is_sound]
+        is_valid = np.isfinite(planes.normal).all(axis=1)
+        positions, normals = positions[is_valid], planes.normal[is_valid]
         if not len(positions):
             return self._points[:1], np.array([[0.0, 0.0, 1.0]])
         normals, parts = spread_side(positions, normals)

@@ -90,10 +90,10 @@ class MeshSides:
         n = len(positions)
         distance, beyond_edge, normal = np.full(n, np.nan), np.zeros(n), np.full((n, 3), np.nan)
 
-        def work(rows: slice) -> None:
+        def process_rows(rows: slice) -> None:
             distance[rows], beyond_edge[rows], normal[rows] = self._block(positions[rows])
 
-        run_in_blocks(work, n, progress or SilentProgress(), _BLOCK_SIZE)
+        run_in_blocks(process_rows, n, progress or SilentProgress(), _BLOCK_SIZE)
         return Counterparts(distance, beyond_edge, normal)
 
     def _block(self, positions: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

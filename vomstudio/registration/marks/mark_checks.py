@@ -70,8 +70,8 @@ def nearest(name: str, known_names: Sequence[str]) -> str | None:
 
 def _normalise(name: str) -> str:
     """Normalise a name by removing case, spaces, punctuation and leading zeros."""
-    letters = re.sub(r"[\W_]+", "", name.casefold())
-    return re.sub(r"0*(\d+)", lambda digits: digits.group(1), letters)
+    normalized_name = re.sub(r"[\W_]+", "", name.casefold())
+    return re.sub(r"0*(\d+)", lambda digits: digits.group(1), normalized_name)
 
 
 def _suggest_names(names: Sequence[str], known_names: Sequence[str]) -> list[str]:

@@ -109,7 +109,7 @@ class Intake:
         for part in dropped_pieces:
             self.drop(part)
         for row, piece in event.pieces.items():
-            event.nodes.let_go(row, piece)
+            event.nodes.release(row, piece)
 
     def _take_view(self, model: ModelScene, event: ViewDone) -> None:
         if (

@@ -115,7 +115,7 @@ def _orthophoto(request: OrthophotoRequest, progress: Progress) -> OrthophotoOut
         progress=progress,
         features=features,
         legend=interpretation.LEGEND in request.parts,
-        only=None if selected_drawing is None else selected_drawing.seen_in(items, plan),
+        territory=None if selected_drawing is None else selected_drawing.seen_in(items, plan),
     )
     return OrthophotoOutput(
         image=Path(result.image),

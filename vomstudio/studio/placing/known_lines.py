@@ -305,7 +305,7 @@ def frame_after_placement(placement: Placed, model: Model, crs: str | None) -> F
         return Frame("local") if is_crs_kept is None else Frame("crs", crs=is_crs_kept)
     if known_parts.north:
         return Frame("oriented")
-    return Frame("scaled" if known_parts.scale else "undeclared", is_level=known_parts.vertical)
+    return Frame("scaled" if known_parts.scale else "undeclared", level=known_parts.vertical)
 
 
 def covariance_after(placement: Placed, previous_registration: Registration | None) -> FloatArray:

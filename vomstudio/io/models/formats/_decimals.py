@@ -48,10 +48,10 @@ def _quotient(mantissa, power):  # type: ignore[no-untyped-def]
     correction = (((high - product) - tail) + low) / p
     rounded_quotient = q + correction
     remainder_part = correction - (rounded_quotient - q)
-    slack = abs(rounded_quotient) * 2.0**-98
+    tolerance = abs(rounded_quotient) * 2.0**-98
     if (
-        rounded_quotient + (remainder_part + slack) == rounded_quotient
-        and rounded_quotient + (remainder_part - slack) == rounded_quotient
+        rounded_quotient + (remainder_part + tolerance) == rounded_quotient
+        and rounded_quotient + (remainder_part - tolerance) == rounded_quotient
     ):
         return rounded_quotient
     return np.nan
@@ -82,16 +82,16 @@ def _power(data, i, end):  # type: ignore[no-untyped-def]
         minus = data[i] == 45
         i += 1
     power = np.int64(0)
-    is_sound = False
+    is_valid = False
     while i < end:
         d = np.int64(data[i]) - 48
         if d < 0 or d > 9:
             break
-        is_sound = True
+        is_valid = True
         if power < 100000:
             power = power * 10 + d
         i += 1
-    return (-power if minus else power), is_sound, i
+    return (-power if minus else power), is_valid, i
 
 
 @part
@@ -109,13 +109,13 @@ def number(data, start, end):  # type: ignore[no-untyped-def]
     mantissa = np.int64(0)
     digits = 0
     exponent = np.int64(0)
-    is_sound = False
+    is_valid = False
     is_long = False
     while i < end:
         d = np.int64(data[i]) - 48
         if d < 0 or d > 9:
             break
-        is_sound = True
+        is_valid = True
         if digits < MAX_DIGITS:
             mantissa = mantissa * 10 + d
             if mantissa != 0:
@@ -129,7 +129,7 @@ def number(data, start, end):  # type: ignore[no-untyped-def]
             d = np.int64(data[i]) - 48
             if d < 0 or d > 9:
                 break
-            is_sound = True
+            is_valid = True
             if digits < MAX_DIGITS:
                 mantissa = mantissa * 10 + d
                 exponent -= 1
@@ -138,12 +138,12 @@ def number(data, start, end):  # type: ignore[no-untyped-def]
             elif d != 0:
                 is_long = True
             i += 1
-    if is_sound and i < end and (data[i] == 101 or data[i] == 69):
-        power, is_sound, i = _power(data, i + 1, end)
+    if is_valid and i < end and (data[i] == 101 or data[i] == 69):
+        power, is_valid, i = _power(data, i + 1, end)
         exponent += power
     if i < end and not is_space(data[i]):
-        is_sound = False
-    if not is_sound or is_long:
+        is_valid = False
+    if not is_valid or is_long:
         while i < end and not is_space(data[i]):
             i += 1
         c = data[start] | 32

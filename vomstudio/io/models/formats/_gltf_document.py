@@ -196,9 +196,9 @@ class Document:
             raise self.error(tr("it has the wrong type"), f"{kind}[{index}]")
         return entry
 
-    def whole(self, parent: dict[str, Any], key: str, default: int, field: str) -> int:
+    def whole(self, parent: dict[str, Any], key: str, default_value: int, field: str) -> int:
         """Return a count or offset. Raises InputError if it is not a non-negative integer."""
-        value = parent.get(key, default)
+        value = parent.get(key, default_value)
         if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**62:
             raise self.error(tr("'{key}' is not a whole number", key=key), field)
         return value

@@ -245,26 +245,28 @@ def _piece(
     attributes = document.section("attributes", primitive)
     if "POSITION" not in attributes:
         return PlacedPrimitive(np.empty((0, 3)), None, -1)
-    stored = document.accessor(attributes["POSITION"], 3)
+    stored_positions = document.accessor(attributes["POSITION"], 3)
     mode = primitive.get("mode", TRIANGLES)
     faces = None
     if mode != POINTS:
-        faces = _faces(document, primitive, mode, len(stored), findings)
+        faces = _faces(document, primitive, mode, len(stored_positions), findings)
     material = primitive.get("material", -1)
     if material != -1:
         document.item("materials", material)
     rows: Any = slice(None)
     if faces is not None and is_shared:
         # Many primitives share one large buffer, so copy only the part that each one needs.
-        rows, faces = _used_rows(faces, len(stored))
-    document.budget.take(24 * (len(stored) if isinstance(rows, slice) else len(rows)), "meshes")
-    positions = _morphed_positions(document, primitive, stored, rows, weights)
+        rows, faces = _used_rows(faces, len(stored_positions))
+    document.budget.take(
+        24 * (len(stored_positions) if isinstance(rows, slice) else len(rows)), "meshes"
+    )
+    positions = _morphed_positions(document, primitive, stored_positions, rows, weights)
     if not np.array_equal(matrix, np.eye(4)):
         positions = positions @ matrix[:3, :3].T + matrix[:3, 3]
         if faces is not None and np.linalg.det(matrix[:3, :3]) < 0:
             faces = faces[:, ::-1]
     piece = PlacedPrimitive(positions, faces, material)
-    n = len(stored)
+    n = len(stored_positions)
 
     def values(name: str, *widths: int) -> AnyArray | None:
         if name not in attributes:

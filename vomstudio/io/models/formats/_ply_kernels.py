@@ -112,22 +112,22 @@ def walk_rows(values, starts, is_list, positions, counts):  # type: ignore[no-un
     for i in range(positions.shape[0]):
         offset = starts[i]
         end = starts[i + 1]
-        is_sound = True
+        is_valid = True
         for j in range(is_list.shape[0]):
             n = np.int64(1)
             if is_list[j]:
                 if offset >= end or not 0 <= values[offset] <= end - offset - 1:
-                    is_sound = False
+                    is_valid = False
                     break
                 n = np.int64(values[offset])
                 offset += 1
             if n > end - offset:
-                is_sound = False
+                is_valid = False
                 break
             positions[i, j] = offset
             counts[i, j] = n
             offset += n
-        if not is_sound:
+        if not is_valid:
             for j in range(is_list.shape[0]):
                 positions[i, j] = 0
                 counts[i, j] = 0

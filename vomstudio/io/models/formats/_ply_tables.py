@@ -37,7 +37,7 @@ class Table:
     """Values of one element: plain values by name, and lists as (lengths, all items)."""
 
     n: int
-    plain: dict[str, GenericArray] = field(default_factory=dict)
+    scalars: dict[str, GenericArray] = field(default_factory=dict)
     lists: dict[str, tuple[IntArray, GenericArray]] = field(default_factory=dict)
 
 
@@ -120,7 +120,7 @@ def _binary_table(
                 values.reshape(-1),
             )
         else:
-            table.plain[property_.name] = values
+            table.scalars[property_.name] = values
     return table, offset + fitting * record.itemsize
 
 
@@ -181,7 +181,7 @@ def _ragged_table(
         if property_.count_type:
             table.lists[property_.name] = (counts[:, j].copy(), values)
         else:
-            table.plain[property_.name] = values
+            table.scalars[property_.name] = values
     if n:
         offset = int(positions[-1, -1] + counts[-1, -1] * sizes[-1])
     return table, offset
@@ -338,7 +338,7 @@ class _TextRows:
                 items = self._take_column(f"{j}", int(counts.sum()), np.float64)
                 table.lists[property_.name] = counts, items
             else:
-                table.plain[property_.name] = self._take_column(f"{j}", n, property_.type)
+                table.scalars[property_.name] = self._take_column(f"{j}", n, property_.type)
         return table
 
     def _take_column(self, name: str, n: int, dtype: npt.DTypeLike) -> GenericArray:

@@ -36,11 +36,11 @@ def _load(corners, t0, n, ring):  # type: ignore[no-untyped-def]
     ring[1] = corners[t0, 1]
     for k in range(n - 2):
         ring[k + 2] = corners[t0 + k, 2]
-    is_sound = True
+    is_valid = True
     for k in range(n):
         if ring[k] < 0:
-            is_sound = False
-    return is_sound
+            is_valid = False
+    return is_valid
 
 
 @part
@@ -128,28 +128,28 @@ def _cut_polygon(vertices, corners, uv_corners, polygons, points, rings, ears): 
             continue
         for k in range(n):
             index[k] = k
-        remaining = n
+        remaining_count = n
         n_ears = 0
         k = 0
         attempts = 0
-        while remaining > 3 and attempts < remaining:
-            a = index[(k + remaining - 1) % remaining]
-            b = index[k % remaining]
-            c = index[(k + 1) % remaining]
-            if _is_ear(points, index, remaining, a, b, c, nx, ny, nz):
+        while remaining_count > 3 and attempts < remaining_count:
+            a = index[(k + remaining_count - 1) % remaining_count]
+            b = index[k % remaining_count]
+            c = index[(k + 1) % remaining_count]
+            if _is_ear(points, index, remaining_count, a, b, c, nx, ny, nz):
                 ears[n_ears, 0] = a
                 ears[n_ears, 1] = b
                 ears[n_ears, 2] = c
                 n_ears += 1
-                for j in range(k % remaining, remaining - 1):
+                for j in range(k % remaining_count, remaining_count - 1):
                     index[j] = index[j + 1]
-                remaining -= 1
+                remaining_count -= 1
                 attempts = 0
-                k = k % remaining
+                k = k % remaining_count
             else:
-                k = (k + 1) % remaining
+                k = (k + 1) % remaining_count
                 attempts += 1
-        if remaining > 3:
+        if remaining_count > 3:
             continue
         ears[n_ears, 0] = index[0]
         ears[n_ears, 1] = index[1]

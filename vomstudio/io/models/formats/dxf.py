@@ -256,18 +256,18 @@ def _groups(data: bytes, path: Path) -> Iterator[tuple[list[int], list[bytes], i
         return
     if b"\n" not in data[:BLOCK_BYTES]:
         data = data.replace(b"\r", b"\n")
-    offset, lines_before, remaining = 0, 0, b""
+    offset, lines_before, remaining_bytes = 0, 0, b""
     while offset < len(data):
-        block = remaining + data[offset : offset + BLOCK_BYTES]
+        block = remaining_bytes + data[offset : offset + BLOCK_BYTES]
         offset += BLOCK_BYTES
         end = len(block) if offset >= len(data) else block.rfind(b"\n") + 1
-        remaining, lines = block[end:], block[:end].split(b"\n")
+        remaining_bytes, lines = block[end:], block[:end].split(b"\n")
         if not end:
             continue
         if lines[-1] == b"" and offset < len(data):
             lines.pop()
         if len(lines) % 2 and offset < len(data):
-            remaining = lines.pop() + b"\n" + remaining
+            remaining_bytes = lines.pop() + b"\n" + remaining_bytes
         code_lines = lines[0::2]
         try:
             codes = list(map(int, code_lines[: len(lines) // 2]))

@@ -95,7 +95,7 @@ def _read_scans(
     names = [_names(e57, scan) for scan in scans]
     is_colored = all(set(COLORS) <= known_name for known_name in names)
     has_intensity = all("intensity" in known_name for known_name in names)
-    unread = set()
+    unread_fields = set()
     # A constant value takes no bits in the file, whatever the number of points.
     budget = Budget(path, path.stat().st_size)
     for index, (scan, known_name) in enumerate(zip(scans, names, strict=True)):
@@ -113,7 +113,7 @@ def _read_scans(
         flags = [
             name for name in INVALID if name in known_name and name[:4] == coordinate_names[0][:4]
         ]
-        unread |= (
+        unread_fields |= (
             known_name - set(column_names) - set(flags) - {"rowIndex", "columnIndex", "intensity"}
         )
         rotation, shift = _pose(scan)
@@ -146,8 +146,8 @@ def _read_scans(
         findings.append(Finding("model.points-withheld", count=n_invalid))
     if done_count < point_count:
         findings.append(points_missing(done_count, point_count))
-    if unread:
-        findings.append(Finding("model.fields-left-out", fields=sorted(unread)))
+    if unread_fields:
+        findings.append(Finding("model.fields-left-out", fields=sorted(unread_fields)))
     points = columns.take("points", n)
     assert points is not None
     fields: dict[str, AnyArray] = {}

@@ -302,12 +302,12 @@ class _Reading:
         materials = self._materials(names, libraries)
         faces, uv_faces = self.corners, self.uv_corners
         edges = np.array([*starts[0], len(faces)], np.int64)
-        is_sound = faces[:, 0] >= 0
-        if is_sound.all() and all(a < b for a, b in itertools.pairwise(starts[1])):
+        is_valid = faces[:, 0] >= 0
+        if is_valid.all() and all(a < b for a, b in itertools.pairwise(starts[1])):
             offsets = edges
         else:
             ids = np.repeat(np.array(starts[1], np.int32), np.diff(edges))
-            valid_rows = np.flatnonzero(is_sound)
+            valid_rows = np.flatnonzero(is_valid)
             valid_rows = valid_rows[np.argsort(ids[valid_rows], kind="stable")]
             faces, ids = faces[valid_rows], ids[valid_rows]
             uv_faces = uv_faces[valid_rows] if len(uv_faces) else uv_faces

@@ -76,11 +76,11 @@ def read(path: Path, progress: Progress) -> LoadedModel:
 
 
 def _take(table: Table, names: tuple[str, ...], used_names: set[str]) -> list[GenericArray] | None:
-    names_by_lower = {name.lower(): name for name in table.plain}
+    names_by_lower = {name.lower(): name for name in table.scalars}
     if not all(name in names_by_lower for name in names):
         return None
     used_names.update(names_by_lower[name] for name in names)
-    return [table.plain[names_by_lower[name]] for name in names]
+    return [table.scalars[names_by_lower[name]] for name in names]
 
 
 def _assemble(
@@ -112,14 +112,14 @@ def _assemble(
         columns = _take(vertex, triple, used_names)
         if columns is not None:
             used_names.update(
-                n for n in vertex.plain if n.lower() in ("alpha", "diffuse_alpha", "a")
+                n for n in vertex.scalars if n.lower() in ("alpha", "diffuse_alpha", "a")
             )
             colors = scale_colors(np.stack(columns, axis=1))
             break
     normals = _take(vertex, NORMAL_NAMES, used_names)
     face = _faces_and_strips(header, tables, findings)
     if face is None:
-        fields = {n: v for n, v in vertex.plain.items() if n not in used_names}
+        fields = {n: v for n, v in vertex.scalars.items() if n not in used_names}
         return drop_invalid_points(
             PointCloud(
                 points,
@@ -136,7 +136,7 @@ def _assemble(
         if columns is not None:
             uv = np.stack(columns, axis=1).astype(np.float32)
             break
-    fields = {n: v for n, v in vertex.plain.items() if n not in used_names}
+    fields = {n: v for n, v in vertex.scalars.items() if n not in used_names}
     return _mesh(
         header,
         face,
@@ -157,7 +157,7 @@ def _faces_and_strips(
         element.name for element in header.elements if element.count and element.properties
     }
     face = tables["face"] if "face" in element_names else None
-    if face is not None and any(name.endswith("red") for name in face.plain):
+    if face is not None and any(name.endswith("red") for name in face.scalars):
         findings.append(Finding("model.face-colors-unused"))
     for name in sorted(element_names & STRIP_NAMES):
         lists = tables[name].lists
@@ -178,9 +178,9 @@ def _faces_and_strips(
                 {},
                 {face_name: (np.append(old_counts, counts), joined_indices)},
             )
-    unread = sorted(element_names - STRIP_NAMES - {"vertex", "face"})
-    if unread:
-        findings.append(Finding("model.elements-left-out", elements=unread))
+    unread_elements = sorted(element_names - STRIP_NAMES - {"vertex", "face"})
+    if unread_elements:
+        findings.append(Finding("model.elements-left-out", elements=unread_elements))
     return face
 
 
@@ -353,8 +353,8 @@ def _textured(
     """Return the triangles sorted by texture, the materials, and each one's first triangle."""
     materials = tuple(_texture(name, i, path, findings) for i, name in enumerate(header.textures))
     ids = np.zeros(len(faces.corners), np.int64)
-    if "texnumber" in face.plain:
-        ids = face.plain["texnumber"].astype(np.int64)[faces.face_of]
+    if "texnumber" in face.scalars:
+        ids = face.scalars["texnumber"].astype(np.int64)[faces.face_of]
         is_untextured = (ids < 0) | (ids >= len(materials))
         has_unknown_texture = is_untextured & (
             ids != -1

@@ -81,7 +81,7 @@ class ColumnUses:
     xyz: list[int]
     rgb: list[int] = field(default_factory=list)
     normals: list[int] = field(default_factory=list)
-    others: dict[int, str] = field(default_factory=dict)
+    other_fields: dict[int, str] = field(default_factory=dict)
 
 
 def matches(path: Path, head: bytes) -> bool:
@@ -204,8 +204,8 @@ def _columns(layout: Layout, path: Path, findings: list[Finding]) -> ColumnUses:
     for i, name in enumerate(layout.header):
         if i not in used_columns:
             label = name or f"column {i + 1}"
-            columns.others[i] = (
-                label if label not in columns.others.values() else f"{label} {i + 1}"
+            columns.other_fields[i] = (
+                label if label not in columns.other_fields.values() else f"{label} {i + 1}"
             )
     return columns
 
@@ -235,7 +235,7 @@ def _columns_by_value(layout: Layout, path: Path, findings: list[Finding]) -> Co
         elif remaining_columns >= 3 and not columns.normals and _are_normals(triple):
             columns.normals = [column, column + 1, column + 2]
         else:
-            columns.others[column] = f"column {column + 1}"
+            columns.other_fields[column] = f"column {column + 1}"
             column += 1
             continue
         findings.append(
@@ -364,10 +364,10 @@ def plain_numbers(data: bytes, layout: Layout) -> dict[int, AnyArray] | None:
             if "." in line:
                 return None
             cells = [cell.replace(",", ".") for cell in cells]
-        is_sound = len(cells) == layout.width and all(
+        is_valid = len(cells) == layout.width and all(
             _PLAIN.fullmatch(cell) and len(cell) <= _EXACT_DIGITS for cell in cells
         )
-        if not is_sound:
+        if not is_valid:
             return None
         rows.append(cells)
     return {i: _column(cells) for i, cells in enumerate(zip(*rows, strict=True))} or None
@@ -412,7 +412,7 @@ def _cloud(
     colors, normals = _triple(columns.rgb, numeric), _triple(columns.normals, numeric)
     fields: dict[str, AnyArray] = {}
     words = []
-    for i, name in columns.others.items():
+    for i, name in columns.other_fields.items():
         values = numeric(i)
         if values is None:
             words.append(name)

@@ -104,10 +104,10 @@ class _ErrorRecordingFile(io.FileIO):
     failure: OSError | None = None
 
     def write(self, content: Any) -> int:
-        remaining = memoryview(content).cast("B")
+        remaining_bytes = memoryview(content).cast("B")
         try:
-            while remaining:
-                remaining = remaining[super().write(remaining) :]
+            while remaining_bytes:
+                remaining_bytes = remaining_bytes[super().write(remaining_bytes) :]
         except OSError as error:
             self.failure = error
             raise

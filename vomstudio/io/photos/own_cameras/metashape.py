@@ -59,17 +59,26 @@ def read_metashape(path: Path, root: Element) -> list[Candidate]:
             raise _damaged(path, camera, tr("its sensor does not exist"))
         if unknown_model is not None:
             unknown_models.append(unknown_model)
-        outer = transforms.get(camera.get("component_id"))
-        if outer is None:
-            outer = chunk_transform if not transforms else next(iter(transforms.values()))
-        poses.append((_label(path, camera), lens, matrix, np.eye(4) if outer is None else outer))
-    inner = [_view(path, chunk, *pose[:3], np.eye(4)) for pose in poses]
-    if not inner:
+        component_transform = transforms.get(camera.get("component_id"))
+        if component_transform is None:
+            component_transform = (
+                chunk_transform if not transforms else next(iter(transforms.values()))
+            )
+        poses.append(
+            (
+                _label(path, camera),
+                lens,
+                matrix,
+                np.eye(4) if component_transform is None else component_transform,
+            )
+        )
+    views = [_view(path, chunk, *pose[:3], np.eye(4)) for pose in poses]
+    if not views:
         raise InputError(Finding("cameras.none-aligned"), file=path, line=chunk.sourceline)
     warnings += [unknown_lens(name, count) for name, count in Counter(unknown_models).items()]
     findings = tuple(warnings)
-    candidates = [Candidate(tr("the inner frame of the chunk"), inner, findings)]
-    if all((outer == np.eye(4)).all() for *_, outer in poses):
+    candidates = [Candidate(tr("the inner frame of the chunk"), views, findings)]
+    if all((component_transform == np.eye(4)).all() for *_, component_transform in poses):
         return candidates
     chunk_views = [_view(path, chunk, *pose) for pose in poses]
     reference = (chunk.findtext("reference") or "").strip()

@@ -64,14 +64,14 @@ def read_micmac(folder: Path) -> list[Candidate]:
         _require(path, orientation, "TypeProj", "eProjStenope")
         _require(path, orientation, "ConvOri/KnownConv", _CONVENTION)
         lens, unknown_model = _lens_of(path, orientation, lenses)
-        outer = _child(path, orientation, "Externe")
-        rows = [_numbers(path, outer, f"ParamRotation/CodageMatr/L{n}", 3) for n in (1, 2, 3)]
-        centre = _numbers(path, outer, "Centre", 3)
+        exterior = _child(path, orientation, "Externe")
+        rows = [_numbers(path, exterior, f"ParamRotation/CodageMatr/L{n}", 3) for n in (1, 2, 3)]
+        centre = _numbers(path, exterior, "Centre", 3)
         name = path.name.removeprefix(_PREFIX).removesuffix(".xml")
         try:
             view = view_of_centre(name, lens, np.array(rows).T, centre)
         except (ValueError, GeometryError) as error:
-            raise _damaged(path, outer, str(error)) from error
+            raise _damaged(path, exterior, str(error)) from error
         if unknown_model is not None:
             unknown_models.append(unknown_model)
         elif _check_error_px(path, orientation, view) > _MAX_CHECK_PX:
@@ -101,9 +101,9 @@ def _check_error_px(path: Path, orientation: Element, view: View) -> float:
 def _lens_of(
     path: Path, orientation: Element, lenses: dict[Path, tuple[Intrinsics, str | None]]
 ) -> tuple[Intrinsics, str | None]:
-    inner = orientation.find("Interne")
-    if inner is not None:
-        return _lens(path, inner)
+    interior = orientation.find("Interne")
+    if interior is not None:
+        return _lens(path, interior)
     stated_path = _child(path, orientation, "FileInterne").text or ""
     file = path.with_name(stated_path.strip().replace("\\", "/").rpartition("/")[2])
     if file not in lenses:

@@ -44,8 +44,12 @@ def unknown_sizes(sizes: dict[str, Size], names: Sequence[str]) -> list[Finding]
     list of Finding
         Empty if all sizes are known.
     """
-    missing = [name for name in names if name not in sizes]
-    return [Finding("cameras.sizes-unknown", photos=missing, count=len(missing))] if missing else []
+    missing_names = [name for name in names if name not in sizes]
+    return (
+        [Finding("cameras.sizes-unknown", photos=missing_names, count=len(missing_names))]
+        if missing_names
+        else []
+    )
 
 
 def lens_without_size() -> Intrinsics:

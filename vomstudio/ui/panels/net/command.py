@@ -122,7 +122,7 @@ def _net_options(
             "filled": contouring.is_filled,
             "each_set": contouring.each_set,
             # Tables contain type names in lower case.
-            "contour_set": None if contouring.only is None else contouring.only.casefold(),
+            "contour_set": None if contouring.set_name is None else contouring.set_name.casefold(),
             "kamb_sigma": contouring.sigma,
             "levels": format_numbers(view_settings.levels) if view_settings.levels else None,
         }

@@ -345,7 +345,7 @@ class StereonetPanel(QWidget):
         """Return the settings of the contours of these sets."""
         contouring = replace(self.contours.contouring, levels=self.view_settings.levels)
         contoured_type = None if contouring.each_set else self._source.contoured_type(sets)
-        return replace(contouring, only=contoured_type)
+        return replace(contouring, set_name=contoured_type)
 
     def rose_contents(self) -> RoseContents:
         """Return the contents of the roses or histograms."""

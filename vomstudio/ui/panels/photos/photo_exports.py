@@ -103,7 +103,7 @@ class PhotoExports(QObject):
         if sidecars is None:
             self.foreign_files = self._find_foreign_files()
         else:
-            self._store_sidecar_hashes(sidecars.unread)
+            self._store_sidecar_hashes(sidecars.unread_files)
 
     def _find_foreign_files(self) -> list[str]:
         """Return the names of files that have changed since they were imported or written."""
@@ -138,7 +138,7 @@ class PhotoExports(QObject):
             and sidecars.crs == ("" if photo_set is None else photo_set.crs),
             MARKS: sidecars.pixels == marks,
         }
-        for name in [item for item in names if matches[item] and item not in sidecars.unread]:
+        for name in [item for item in names if matches[item] and item not in sidecars.unread_files]:
             self._hashes[name] = _hash_file(tables[name])
             names.remove(name)
         return names
