@@ -326,7 +326,7 @@ def test_closed_lines_are_the_outline_where_there_is_no_polygon(run, tmp_path, e
         for line in lines:
             document.modelspace().add_lwpolyline(line)
         if path is area:
-            document.modelspace().add_lwpolyline(corners, is_closed=True)
+            document.modelspace().add_lwpolyline(corners, close=True)
         document.saveas(path)
     ran = run("fractures", traces, "--area", area, "--json")
     assert ran.code == 0, ran.err

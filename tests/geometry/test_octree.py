@@ -268,9 +268,9 @@ def test_fetched_nodes_are_kept_until_they_are_let_go() -> None:
     assert file.asked == rows
     file.store.tree(rows[0], pieces[0].cloud)
     again = replace(pieces[0], cloud=replace(pieces[0].cloud))
-    file.store.let_go(rows[0], again)  # one that has been read anew since stays
+    file.store.release(rows[0], again)  # one that has been read anew since stays
     assert rows[0] in file.store.loaded()
-    file.store.let_go(rows[0], pieces[0])
+    file.store.release(rows[0], pieces[0])
     assert rows[0] not in file.store.loaded()
     assert file.store.tree(rows[1], pieces[1].cloud) is file.store.tree(rows[1], pieces[1].cloud)
 
@@ -428,7 +428,7 @@ def test_what_is_only_looked_up_is_not_kept() -> None:
     # The tree of a node goes with it.
     piece = file.store.fetch([row])[0]
     kept = file.store.tree(row, piece.cloud)
-    file.store.let_go(row, piece)
+    file.store.release(row, piece)
     assert file.store.tree(row, file.store.fetch([row])[0].cloud) is not kept
 
 

@@ -204,7 +204,7 @@ def test_windows_are_corrected_in_95_of_100(name: str) -> None:
     runs, values = 500, []
     for _ in range(runs):
         pieces = traces_seen(name, chance, NOTCHED)
-        lengths, cut = pieces.lengths(), pieces.cut.sum(axis=1)
+        lengths, cut = pieces.lengths(), pieces.is_cut.sum(axis=1)
         window: Window = fit_window(pieces, NOTCHED)
         found = fit_law(law(name, lengths, cut), lengths, cut, window)
         ends = mean_length_from_ends(lengths, cut)

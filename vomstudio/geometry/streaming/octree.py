@@ -246,7 +246,7 @@ class NodeStore(CloudNodes):
             )
         return pieces
 
-    def let_go(self, row: int, piece: NodePoints) -> None:
+    def release(self, row: int, piece: NodePoints) -> None:
         with self._lock:
             # Keep a node that has been read again in the meantime.
             if self._loaded.get(row) is piece.cloud:
