@@ -97,7 +97,7 @@ class _TouchingEnds:
 def find_nodes(pieces: TracePieces, snap_m: float = 0.0, area: object = None) -> Nodes:
     """Find the nodes of a map of traces.
 
-    A trace that crosses or touching_ends itself does not form a node there. Crossings and ends on the
+    A trace that crosses or touches itself does not form a node there. Crossings and ends on the
     edge of the area are not nodes either.
 
     Parameters
