@@ -414,7 +414,7 @@ def test_the_scale_bar_names_its_depth_only_in_perspective_and_only_where_it_is_
 
     for is_orthographic in (True, False):
         stage.view.moves.set_orthographic(is_orthographic)
-        stage.wait(lambda: stage.view.still)
+        stage.wait(lambda: stage.view.is_still)
         free, covered = picture_of_the_bar(QRect()), picture_of_the_bar(box)
         assert (free == covered).all() == is_orthographic
 

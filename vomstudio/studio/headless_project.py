@@ -584,9 +584,9 @@ class HeadlessProject:
         surface, findings = self._surface_for_planes(model)
         lines = collect_lines(brought_projected_lines, names, sidecar, findings, _to_file(model))
         reason = {
-            line.name: why
+            line.name: reason
             for line in lines.lines
-            if (why := self._why_not_on(model, np.array(line.on_surface))) is not None
+            if (reason := self._why_not_on(model, np.array(line.on_surface))) is not None
         }
         lines = replace(lines, lines=tuple(line for line in lines.lines if line.name not in reason))
         type_id = None if feature_type is None else feature_type.id

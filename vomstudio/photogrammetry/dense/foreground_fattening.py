@@ -47,13 +47,13 @@ def sky_fringe(gray: ByteArray, is_valid: BoolArray, has_depth: BoolArray) -> Bo
     is_featureless = spread < np.clip(1.5 * noise, _MIN_DEVIATION, _MAX_DEVIATION)
     is_featureless &= mean > np.median(gray[::3, ::3])
     # Mortar and plaster have gaps too, but only sky fills a complete square without depth.
-    square = (_SKY_SIZE, _SKY_SIZE)
+    window_size = (_SKY_SIZE, _SKY_SIZE)
     is_open_sky = (
-        cv2.blur((is_featureless & is_valid & ~has_depth).astype(np.float32), square)
+        cv2.blur((is_featureless & is_valid & ~has_depth).astype(np.float32), window_size)
         > _MIN_SKY_SHARE
     )
     grown_mask = np.asarray(
-        cv2.dilate(is_open_sky.astype(np.uint8), np.ones(square, np.uint8)), np.uint8
+        cv2.dilate(is_open_sky.astype(np.uint8), np.ones(window_size, np.uint8)), np.uint8
     )
     is_reached = grown_mask & ~has_depth
     cross_kernel = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))

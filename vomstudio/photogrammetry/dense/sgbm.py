@@ -35,7 +35,7 @@ class Rectified:
     first, second : (3, 3) array
         Homographies from the pixels of each photo to the rectified planes; the second includes the
         shear.
-    turn : (3, 3) array
+    rotation : (3, 3) array
         Rotation from the scene to the rectified frame.
     focal : float
         Focal length of both planes, pixels.
@@ -51,7 +51,7 @@ class Rectified:
 
     first: FloatArray
     second: FloatArray
-    turn: FloatArray
+    rotation: FloatArray
     focal: float
     baseline: float
     plane: tuple[float, float, float]
@@ -187,7 +187,7 @@ def pair_inverse_depth(
             *pair.plane,
             1.0 / (pair.focal * pair.baseline),
             pair.focal,
-            *(first[0].rotation @ pair.turn.T)[2],
+            *(first[0].rotation @ pair.rotation.T)[2],
         ]
     )
     lift(
