@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QComboBox, QFileDialog, QLineEdit, QMessageBox
 
@@ -104,6 +105,21 @@ def test_a_figure_and_the_table_of_a_command_too(opened, tmp_path) -> None:
 def test_the_report_too(opened, tmp_path) -> None:
     run = opened.actions_table.all["save_report"].trigger
     replaced_only_when_asked(tmp_path / "report.txt", run, str(tmp_path / "report"))
+
+
+def test_the_report_of_a_project_too(opened, tmp_path) -> None:
+    run = opened.actions_table.all["project_report"].trigger
+    path = tmp_path / "project.html"
+    replaced_only_when_asked(path, run, str(tmp_path / "project"))
+    driver.wait(lambda: opened.files.why_no_export() is None, "the end of the report")
+    text = path.read_text("utf-8")
+    names = [feature.name for feature in opened.studio.session.features()]
+    assert names
+    assert all(f"<td>{name}</td>" in text for name in names)
+    opened.actions_table.all["copy_export"].trigger()
+    copied = QGuiApplication.clipboard().text()
+    assert " project " in copied
+    assert f" report -o {path}" in copied
 
 
 def test_a_model_is_exported_in_the_format_that_is_chosen(opened, tmp_path) -> None:

@@ -229,6 +229,22 @@ def test_a_finished_export_offers_to_open_it(
     assert bar.isVisible(), "with an unread message before it, it stays"
 
 
+def test_a_report_is_written_in_the_background_and_offers_to_open_it(
+    window: Any, studio: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    report = window.actions_table.all["project_report"]
+    assert window.actions_table.why_not("project_report").code == "export.no-features"
+    add_cliff(studio)
+    add_bed(studio, "b1")
+    path = tmp_path / "cliff.html"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(path), ""))
+    report.trigger()
+    driver.wait(path.exists, "the report")
+    driver.wait(lambda: window.message_bar.isVisible(), "the notice")
+    assert window.message_bar.notice.code == "export.written"
+    assert "B01" in path.read_text("utf-8")
+
+
 def test_the_export_of_distances_needs_a_model(window: Any) -> None:
     window.docks.bring_forward("compare")
     export = window.docks["compare"].widget().widget().export

@@ -20,6 +20,7 @@ SYNONYMS: dict[str, str] = {
     "export_dxf": to_translate("cad, autocad"),
     "export_csv": to_translate("csv, spreadsheet, excel"),
     "export_program": to_translate("stereonet, faultkin, orient, gempy"),
+    "project_report": to_translate("html, print, summary of the project"),
     "import_readings": to_translate(
         "field data, compass readings, strike and dip, clino, import csv"
     ),

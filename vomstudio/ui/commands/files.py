@@ -99,6 +99,14 @@ def commands(studio: Studio, files: Files, quit_program: Callable[[], object]) -
             why_not=why_no_features,
         ),
         Command(
+            "project_report",
+            tr("Write &report…"),
+            files.write_report,
+            icon="file-document-outline",
+            tip=tr("Write all figures of the project as an HTML page."),
+            why_not=why_no_features,
+        ),
+        Command(
             "copy_export",
             tr("&Copy export command"),
             files.copy_export,

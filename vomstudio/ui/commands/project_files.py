@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from PySide6.QtWidgets import QDialog, QFileDialog, QMenu, QMessageBox, QWidget
@@ -20,6 +21,7 @@ from vomstudio.io.models.frames import check_frame
 from vomstudio.project import edits
 from vomstudio.project.exports.export import export_records
 from vomstudio.project.journal.failures import is_lost
+from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.paths import PROJECT_SUFFIX, is_project
 from vomstudio.project.records import Model
 from vomstudio.studio.discarded_work import list_discarded_works
@@ -36,10 +38,14 @@ from vomstudio.ui.base.command_targets import (
 )
 from vomstudio.ui.base.controls import escape_markup
 from vomstudio.ui.base.long_boxes import fit_to_screen
+from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.dialogs.frame_dialog import FrameDialog
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
-from vomstudio.ui.widgets.copied_command import copy_command
+from vomstudio.ui.widgets.copied_command import CommandArguments, copy_command
+
+if TYPE_CHECKING:
+    from vomstudio.products.report.project import ProjectReport
 
 _EXPORTS = {
     "csv": to_translate("Orientation table"),
@@ -69,6 +75,10 @@ _PROGRAMS = {
 """File filter of the dialog and ending of the file name, by program format."""
 
 
+REPORT = "report"
+"""Action of the command that writes a report, in place of a format."""
+
+
 class Files(QObject):
     """Actions that open, save and export projects and models through dialogs of `parent`."""
 
@@ -81,6 +91,7 @@ class Files(QObject):
         self._frame_dialog: FrameDialog | None = None
         self._pending_ids: list[str] = []
         self._last_export: tuple[str, Path] | None = None
+        self._background = QtBackground(self)
         studio.project_opened.connect(self._begin_project)
 
     def _begin_project(self) -> None:
@@ -229,6 +240,33 @@ class Files(QObject):
 
         self.attempt(write)
 
+    def write_report(self) -> None:
+        """Ask for a file, and write the report of the project to it in the background."""
+        studio = self._studio
+        path = ask_for_target(
+            self._parent,
+            studio,
+            tr("Write report"),
+            f"{'report' if studio.project.untitled else studio.project.name}.html",
+            {"html": tr("Report")},
+        )
+        if path is None:
+            return
+        records, title = dict(studio.records), self.project_name()
+        thresholds = studio.settings.thresholds
+
+        def compute() -> ProjectReport:
+            from vomstudio.products.report.project import write_project_report
+
+            measurements = Measurements(thresholds)
+            return write_project_report(path, records, measurements, title=title, force=True)
+
+        def finish(_: ProjectReport) -> None:
+            self._last_export = REPORT, path
+            studio.written(path)
+
+        self._background.run(compute, finish, studio.fail)
+
     def why_no_export(self) -> Finding | None:
         """Return a finding if nothing has been exported yet, otherwise None."""
         return Finding("action.nothing-exported") if self._last_export is None else None
@@ -238,9 +276,10 @@ class Files(QObject):
         if self._last_export is not None:
             format_, path = self._last_export
             folder = self._studio.project.folder
-            copy_command(
-                self._studio, ["export", folder, ("--to", format_), ("-o", path), "--force"]
-            )
+            words: CommandArguments = ["export", folder, ("--to", format_)]
+            if format_ == REPORT:
+                words = ["project", folder, REPORT]
+            copy_command(self._studio, [*words, ("-o", path), "--force"])
 
     def export_model(self) -> None:
         """Start a job that exports the current model in the World frame."""

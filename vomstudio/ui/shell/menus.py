@@ -35,6 +35,7 @@ MENUS = (
             "export_gpkg",
             "export_program",
             "export_net",
+            "project_report",
             "copy_export",
             "|",
             "quit",
