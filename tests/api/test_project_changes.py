@@ -19,7 +19,12 @@ from vomstudio.core.options import declarations
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.trace_options import ProposalOptions
 from vomstudio.registration.register_options import Observations
-from vomstudio.studio.project_options import AcceptOptions, FeatureValues, PlacementOptions
+from vomstudio.studio.project_options import (
+    AcceptOptions,
+    FeatureValues,
+    PickOptions,
+    PlacementOptions,
+)
 
 pytestmark = pytest.mark.usefixtures("own_folders")
 STEPS = np.arange(0.0, 4.0, 0.1)
@@ -211,6 +216,29 @@ def test_groups_without_a_plane_are_left_out_with_a_warning(project: vs.Project)
     assert project.traces()[["id", "name"]].values.tolist() == [[added, "1"]]
 
 
+def test_groups_are_traces_lines_or_patches_in_one_step(project: vs.Project) -> None:
+    groups = {"a": RING, "b": np.add(RING, [1.0, 0, 1.0])}
+    for shape, kind, table in (
+        ("line", "contact", project.contacts),
+        ("line", "lineation", project.lines),
+        ("patch", "joint", project.patches),
+    ):
+        added = project.add_points(groups, type=kind, shape=shape, set="s")
+        assert table()[["id", "name", "set"]].values.tolist() == [
+            [added[0], "a", "s"],
+            [added[1], "b", "s"],
+        ]
+    (single,) = project.add_points({"a": RING}, type="joint", shape="patch", set="t")
+    alone = project.fit(project.add_patch(RING, type="joint"))
+    assert project.fit(single).area_m2 == alone.area_m2
+    off_surface = {"a": np.add(RING, [0, 1.5, 0]), "b": RING[:2]}
+    with refused("picks.none-usable", vs.errors.GeometryError, count=2):
+        project.add_points(off_surface, type="joint", shape="patch")
+    with warned("feature.left-out", feature="b"):
+        assert len(project.add_points({"a": RING, "b": RING[:2]}, type="joint", shape="patch")) == 1
+    assert steps_back(project) == 7
+
+
 def test_a_model_in_memory_is_written_into_the_project(project: vs.Project) -> None:
     import pyvista
 
@@ -281,6 +309,7 @@ def test_a_report_has_every_feature_with_the_figures_of_the_table(
         ("accept_facets", (AcceptOptions, FacetOptions), {"propose_sets", "preset"}),
         ("accept_traces", (AcceptOptions, ProposalOptions), set()),
         ("register", (PlacementOptions,), set()),
+        ("add_points", (PickOptions,), set()),
         ("set_values", (FeatureValues,), set()),
     ],
 )

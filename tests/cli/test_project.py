@@ -253,6 +253,23 @@ def test_points_in_world_lie_where_they_were_in_the_models_own_frame(
     assert (row["dip_direction_deg"], row["dip_deg"]) == pytest.approx((90.0, 45.0))
 
 
+def test_picks_are_lines_and_patches_as_well(run, tmp_path: Path, write) -> None:
+    folder = tmp_path / "walls.vom"
+    model = write("v 0 0 0\nv 9 0 0\nv 9 0 9\nv 0 0 9\nf 1 2 3\nf 1 3 4\n", "wall.obj")
+    assert run("project", folder, "create").code == 0
+    assert run("project", folder, "add-model", model, "--up", "z", "--unit", "m").code == 0
+    ring = "x,y,z,name\n" + "".join(f"{x},0,{z},R\n" for x, z in ((-1, -1), (9, -1), (9, 9)))
+    words = ("project", folder, "add-picks", write(ring), "--by", "name", "--json")
+    made = run(*words, "--type", "contact", "--shape", "line").json
+    assert made["kinds"] == {"contact": 1}
+    made = run(*words, "--type", "joint", "--shape", "patch").json
+    assert made["kinds"] == {"contact": 1, "patch": 1}
+    (row,) = run("project", folder, "fit", "--json").json["planes"]
+    assert (row["name"], row["kind"], row["area_m2"]) == ("R", "joint", 40.5)
+    refused = run(*words, "--type", "joint", "--shape", "circle").json["error"]
+    assert refused["code"] == "option.not-a-choice"
+
+
 def test_picks_that_are_no_planes_are_named_and_the_others_added(run, project: Path, write) -> None:
     lines = ["x,y,z,bed", *(f"{x},{y},{z},good" for x, y, z in EAST)]
     lines += ["0,0,0,short", "1,1,1,short"]

@@ -101,7 +101,7 @@ def bed_on(project: HeadlessProject, model: Model, points: Array) -> Measurement
     """The measurement of a trace through points in World."""
     kind = project.find_type("bedding")
     added = project.add_picks([Picks("", points)], model, kind)
-    return measure_one(added.traces[0], model)
+    return measure_one(added.features[0], model)
 
 
 def bed_in_new_project(

@@ -41,6 +41,7 @@ from vomstudio.project.kinds.station import STATION_KINDS, StationKind
 from vomstudio.project.records import FeatureType, Model
 from vomstudio.registration.results import Placed
 from vomstudio.studio.headless_project import HeadlessProject, Picks
+from vomstudio.studio.placed_features import SHAPE_NOUNS, PickedShape
 from vomstudio.studio.project_options import AcceptOptions, FeatureValues, PlacementOptions
 
 if TYPE_CHECKING:
@@ -304,34 +305,38 @@ class ProjectChanges:
         by: str | None = None,
         model: str | ModelFacts | None = None,
         type: str,
+        shape: PickedShape = "trace",
         set: str | None = None,
         domain: str | None = None,
     ) -> tuple[str, ...]:
-        """Add one trace for each group of points, as one step.
+        """Add one trace, line or patch for each group of points, as one step.
 
-        Groups that do not define a plane are left out, with a warning.
+        Groups that do not define such a feature are left out, with a warning.
 
         Parameters
         ----------
         points : DataFrame or dict of str to (n, 3) array
             Points in the World frame, metres: columns x, y, z of a table, or arrays by the names
-            of the traces.
+            of the features.
         by : str, optional
-            Column of the table with the names of the traces.
+            Column of the table with the names of the features.
+        shape : {"trace", "line", "patch"}, optional
+            What the points of a group define: a trace, a line (see `add_line`), or the outline of
+            a patch (see `add_patch`).
         model, type, set, domain
             See `add_trace`.
 
         Returns
         -------
         tuple of str
-            Ids of the traces.
+            Ids of the features.
 
         Raises
         ------
         vs.errors.InputError, vs.errors.UsageError
             As `add_trace`.
         vs.errors.GeometryError
-            If no group defines a plane.
+            If no group defines such a feature.
 
         Examples
         --------
@@ -348,13 +353,14 @@ class ProjectChanges:
         with name_argument_in_errors("points", "groups"):
             groups = to_groups(points, by)
         warn(groups.messages)
+        check_choice(shape, SHAPE_NOUNS, "shape")
         part = _labels(domain=domain)["domain"]
         ends = zip(groups.offsets, groups.offsets[1:], strict=False)
         picks = [
             Picks(_name(id_), groups.points[first:stop], domain=part)
             for id_, (first, stop) in zip(groups.ids, ends, strict=True)
         ]
-        return self._add_picks(picks, model, type, set)
+        return self._add_picks(picks, model, type, set, shape)
 
     def _add_picks(
         self,
@@ -362,16 +368,17 @@ class ProjectChanges:
         model: str | ModelFacts | None,
         type: str,
         set: str | None,
+        shape: PickedShape = "trace",
     ) -> tuple[str, ...]:
         set_name = _labels(set=set)["set_name"]
         record, kind = self._target(model, type)
-        added = self._open_desk().add_picks(picks, record, kind, set_name)
+        added = self._open_desk().add_picks(picks, record, kind, set_name, shape)
         warn(
             Finding("feature.left-out", feature=name, reason=reason)
             for name, reason in added.skipped
         )
         warn(added.warnings)
-        return tuple(trace.id for trace in added.traces)
+        return tuple(feature.id for feature in added.features)
 
     def add_line(
         self,

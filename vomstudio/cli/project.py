@@ -77,7 +77,7 @@ def add_parser(subparsers: Subparsers) -> None:
     picks = add(
         "add-picks",
         _add_picks,
-        tr("Add traces from a table of World points along beds or fractures"),
+        tr("Add traces, lines or patches from a table of World points"),
     )
     picks.add_argument("table", metavar="TABLE", help=tr("text table with x, y, z"))
     import_parser = add(
@@ -331,15 +331,17 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
             Picks(name, groups.points[first:stop], domain=options.domain or "")
             for name, (first, stop) in zip(names, ends, strict=True)
         ]
-        added_picks = project.add_picks(picks, model, feature_type, options.set or "")
+        added_picks = project.add_picks(
+            picks, model, feature_type, options.set or "", options.shape
+        )
     text = tr_n(
-        "{count} trace on {model}",
-        "{count} traces on {model}",
-        len(added_picks.traces),
+        "{count} feature on {model}",
+        "{count} features on {model}",
+        len(added_picks.features),
         model=model.name,
     )
     warnings = [*groups.warnings, *added_picks.warnings]
-    _report_added(args, out, added_picks.traces, added_picks.skipped, warnings, text)
+    _report_added(args, out, added_picks.features, added_picks.skipped, warnings, text)
 
 
 def _import(args: argparse.Namespace, out: Output) -> None:

@@ -41,9 +41,8 @@ from vomstudio.project.edit import change
 from vomstudio.project.folder import MODELS, ProjectFolder
 from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.station import Station, StationKind
-from vomstudio.project.kinds.trace import Trace
-from vomstudio.project.measurement_cache import measure_all
-from vomstudio.project.records import Feature, FeatureType, Model, Record, get
+from vomstudio.project.measurement_cache import measure_all, measure_one
+from vomstudio.project.records import Feature, FeatureType, Model, Record
 from vomstudio.project.registration_import import registration_in_project
 from vomstudio.project.session import Session
 from vomstudio.registration.register_options import Observations
@@ -51,13 +50,15 @@ from vomstudio.studio.drawn_traces import (
     DrawingTarget,
     DrawnTraces,
     create_drawn_traces,
-    create_trace,
     update_traces,
 )
 from vomstudio.studio.jobs.drawing_tasks import collect_lines
 from vomstudio.studio.layer_export import update_layers
 from vomstudio.studio.models import name_of, new_model
 from vomstudio.studio.placed_features import (
+    SHAPE_NOUNS,
+    PickedShape,
+    create_feature,
     create_line,
     create_patch,
     elements_inside,
@@ -109,9 +110,9 @@ class AddedModel:
 
 @dataclass(frozen=True)
 class AddedPicks:
-    """Added traces; `skipped` contains the name of each rejected line and the reason."""
+    """Added features; `skipped` contains the name of each rejected group and the reason."""
 
-    traces: tuple[Trace, ...]
+    features: tuple[Feature, ...]
     skipped: tuple[tuple[str, Finding], ...]
     warnings: tuple[Finding, ...]
 
@@ -377,48 +378,62 @@ class HeadlessProject:
         return next(path for path in paths if not path.exists())
 
     def add_picks(
-        self, picks: Sequence[Picks], model: Model, kind: FeatureType, set_name: str = ""
+        self,
+        picks: Sequence[Picks],
+        model: Model,
+        kind: FeatureType,
+        set_name: str = "",
+        shape: PickedShape = "trace",
     ) -> AddedPicks:
-        """Add a trace for each line of picks that defines a plane, in one edit.
+        """Add a trace, line or patch for each group of points that defines one, in one edit.
+
+        Parameters
+        ----------
+        picks : sequence of Picks
+        model : Model
+        kind : FeatureType
+            Feature type of the picks without a type.
+        set_name : str
+        shape : {"trace", "line", "patch"}
+            What the points define: a trace, a line (see `add_line`), or the outline of a patch.
 
         Raises
         ------
+        InputError
+            If `shape` is "patch", and the file of the model cannot be read.
         GeometryError
-            If no line defines a plane.
+            If no group defines a feature.
         """
+        if shape == "patch":
+            self.read_model(model)
         surface, warnings = self._surface_for_planes(model)
         records = self.session.records
-        new_records: dict[str, Record] = {}
         names = edits.NextNames(records)
-        traces: list[Trace] = []
+        features: list[Feature] = []
         skipped_picks: list[tuple[str, Finding]] = []
         for pick in picks:
-            points = transform.apply(_to_file(model), pick.points)
-            if (reason := self._why_not_on(model, points)) is not None:
-                skipped_picks.append((pick.name, reason))
-                continue
             feature_type = pick.kind or kind
-            trace = create_trace(pick.name, points, model, feature_type.id, set_name, surface)
-            trace = replace(
-                trace, name=trace.name or names.next_for(feature_type), domain=pick.domain
-            )
             try:
-                edit = edits.add_trace(records, trace)
+                points = self._points_on(model, pick.points)
+                feature = create_feature(shape, points, model, feature_type, surface)
+                measure_one(feature, model)
             except GeometryError as error:
                 skipped_picks.append((pick.name, cause_of(error)))
                 continue
-            named_trace = get(edit.after, trace.id, Trace)
-            assert named_trace is not None
-            new_records[trace.id] = named_trace
-            names.reserve(named_trace)
-            traces.append(named_trace)
-        if not traces:
+            name = pick.name or names.next_for(feature_type)
+            feature = feature.but(name=name, set_name=set_name, domain=pick.domain)
+            names.reserve(feature)
+            features.append(feature)
+        if not features:
             example = ": ".join(map(str, skipped_picks[0])) if skipped_picks else ""
-            raise GeometryError(Finding("picks.no-plane", count=len(picks), first=example))
-        records_after: dict[str, Record | None] = {trace.id: trace for trace in traces}
-        subject = traces[0].name if len(traces) == 1 else f"{len(traces)} traces"
-        self.session.apply(change(self.session.records, f"Add {subject}", records_after))
-        return AddedPicks(tuple(traces), tuple(skipped_picks), warnings)
+            code = "picks.no-plane" if shape == "trace" else "picks.none-usable"
+            raise GeometryError(Finding(code, count=len(picks), first=example))
+        records_after: dict[str, Record | None] = {feature.id: feature for feature in features}
+        subject = f"{len(features)} {SHAPE_NOUNS[shape]}"
+        if len(features) == 1:
+            subject = features[0].name
+        self.session.apply(change(records, f"Add {subject}", records_after))
+        return AddedPicks(tuple(features), tuple(skipped_picks), warnings)
 
     def add_line(
         self,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IntArray
@@ -13,13 +15,51 @@ from vomstudio.geometry.matrices import Point
 from vomstudio.project.kinds.contact import Contact
 from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.patch import Patch
+from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import FeatureType, Model
+from vomstudio.studio.drawn_traces import create_trace
 from vomstudio.studio.tools.brush_stroke import record_figures
 from vomstudio.studio.tools.element_preview import empty_patch
 
+PickedShape = Literal["trace", "line", "patch"]
+SHAPE_NOUNS: dict[PickedShape, str] = {"trace": "traces", "line": "lines", "patch": "patches"}
+"""Words of the labels of edits."""
 MIN_LINE_POINTS = 2
 MIN_OUTLINE_POINTS = 3
 BLOCK_SIZE = 1_000_000
+
+
+def create_feature(
+    shape: PickedShape,
+    points: FloatArray,
+    model: Model,
+    kind: FeatureType,
+    surface: PaintSurface | None,
+) -> Trace | Lineation | Contact | Patch:
+    """Create a feature of which points are known.
+
+    Parameters
+    ----------
+    shape : {"trace", "line", "patch"}
+        What the points define: a trace, a line (see `create_line`), or the outline of a patch.
+    points : (n, 3) float64
+        Points in the file frame of the model.
+    model : Model
+    kind : FeatureType
+    surface : PaintSurface or None
+        Surface of the model, which a patch requires.
+
+    Raises
+    ------
+    GeometryError
+        If the points do not define such a feature.
+    """
+    if shape == "trace":
+        return create_trace("", points, model, kind.id, "", surface)
+    if shape == "line":
+        return create_line(points, model, kind, surface)
+    assert surface is not None
+    return create_patch(elements_inside(surface, points), model, kind, surface)
 
 
 def create_line(

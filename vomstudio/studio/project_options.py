@@ -38,20 +38,27 @@ class PlacementOptions(Observations, ModelChoice):
 
 @dataclass(frozen=True, kw_only=True)
 class PickOptions(ModelChoice):
-    """Options of traces that are added to a project."""
+    """Options of points that are added to a project as features."""
 
     type: str = option(metavar="TYPE", help=to_translate("feature type, such as bedding"))
+    shape: Literal["trace", "line", "patch"] = option(
+        "trace",
+        help=to_translate(
+            "what the points define: a trace, a line (a lineation or contact line, depending on the"
+            " type), or the outline of a patch"
+        ),
+    )
     by: str | None = option(
         None,
         metavar="COLUMN",
-        help=to_translate("name or number of the column with the trace names"),
-        automatic_text=to_translate("one trace"),
+        help=to_translate("name or number of the column with the names of the features"),
+        automatic_text=to_translate("one feature"),
     )
-    set: str | None = option(None, metavar="SET", help=to_translate("set of the traces"))
+    set: str | None = option(None, metavar="SET", help=to_translate("set of the features"))
     domain: str | None = option(
         None,
         metavar="DOMAIN",
-        help=to_translate("domain of the traces, such as a wall of a fault"),
+        help=to_translate("domain of the features, such as a wall of a fault"),
     )
 
 

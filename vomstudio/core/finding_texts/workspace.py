@@ -33,6 +33,10 @@ TEXTS: dict[str, Entry] = {
             " Make it again."
         ),
     ),
+    "picks.none-usable": (
+        "error",
+        to_translate("None of the groups of points ({count}) can be added. {first}"),
+    ),
     "picks.no-plane": (
         "error",
         to_translate("None of the picked lines ({count}) defines a plane. {first}"),
