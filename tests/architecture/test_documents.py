@@ -170,7 +170,7 @@ def _inner(parser: argparse.ArgumentParser) -> list[tuple[str, argparse.Argument
     return [item for action in found for item in action.choices.items()]
 
 
-SHARED = {"--json", "--progress", "--quiet", "-q", "--help", "-h"}
+SHARED = {"--json", "--progress", "--quiet", "-q", "--verbose", "-v", "--help", "-h"}
 
 
 def test_the_page_of_the_command_line_names_every_command_and_no_other() -> None:

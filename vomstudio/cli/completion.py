@@ -16,7 +16,12 @@ SHELLS = ("bash", "zsh", "fish")
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the ``completion`` command."""
+    """Add the ``completion`` command.
+
+    Parameters
+    ----------
+    subparsers : Subparsers
+    """
     parser = add_command(
         subparsers,
         "completion",

@@ -65,6 +65,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Parsed arguments.
     out : Output
         Object that receives the results, warnings and progress.
+
+    Raises
+    ------
+    UsageError
+        If an option does not apply to the input.
     """
     target = Path(args.output)
     if target.suffix.lower() in _CAMERA_SUFFIXES and _may_be_cameras(Path(args.input)):
@@ -133,7 +138,6 @@ def _may_be_cameras(path: Path) -> bool:
 
 
 def _convert_cameras(args: argparse.Namespace, out: Output) -> None:
-    """Write cameras and tie points for another program."""
     from vomstudio.photogrammetry.inspect.camera_export import export_cameras
 
     first_given = frame_options(args).first_given

@@ -154,6 +154,15 @@ def build_parser(arguments: Sequence[str]) -> Parser:
     """Return the parser of the command named by the first word, or of all commands.
 
     Each command imports its own dependencies.
+
+    Parameters
+    ----------
+    words : sequence of str
+        Words of the command line.
+
+    Returns
+    -------
+    Parser
     """
     parser = Parser(
         prog="vomstudio",

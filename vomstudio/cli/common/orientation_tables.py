@@ -15,7 +15,12 @@ if TYPE_CHECKING:
 
 
 def add_table_options(parser: Parser) -> None:
-    """Add ``--azimuth``, ``--columns`` and ``--layer``."""
+    """Add ``--azimuth``, ``--columns`` and ``--layer``.
+
+    Parameters
+    ----------
+    parser : Parser
+    """
     add_options(parser, TableOptions)
 
 

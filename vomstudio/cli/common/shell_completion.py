@@ -47,7 +47,16 @@ class CommandWords:
 
 
 def command_words(parser: argparse.ArgumentParser) -> list[CommandWords]:
-    """Return the commands of a parser with their options and those of their actions."""
+    """Return the commands of a parser with their options and those of their actions.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+
+    Returns
+    -------
+    list of CommandWords
+    """
     commands = []
     for action in parser._actions:
         if not isinstance(action, argparse._SubParsersAction):
@@ -80,7 +89,16 @@ def _words_of(
 
 
 def bash_script(commands: Sequence[CommandWords]) -> str:
-    """Return the script for bash."""
+    """Return the script for bash.
+
+    Parameters
+    ----------
+    commands : sequence of CommandWords
+
+    Returns
+    -------
+    str
+    """
     names = " ".join(command.name for command in commands)
     words, values = [], []
     for command in commands:
@@ -120,13 +138,31 @@ def bash_script(commands: Sequence[CommandWords]) -> str:
 
 
 def zsh_script(commands: Sequence[CommandWords]) -> str:
-    """Return the script for zsh, which uses the completion of bash."""
+    """Return the script for zsh, which uses the completion of bash.
+
+    Parameters
+    ----------
+    commands : sequence of CommandWords
+
+    Returns
+    -------
+    str
+    """
     head = "autoload -Uz compinit bashcompinit\ncompinit\nbashcompinit\n"
     return head + bash_script(commands)
 
 
 def fish_script(commands: Sequence[CommandWords]) -> str:
-    """Return the script for fish."""
+    """Return the script for fish.
+
+    Parameters
+    ----------
+    commands : sequence of CommandWords
+
+    Returns
+    -------
+    str
+    """
     lines = []
     for command in commands:
         lines.append(

@@ -79,8 +79,8 @@ def _select_table(path: Path, tables: Mapping[str, TextTable]) -> TextTable:
         for name, table in tables.items()
         if table.names is not None and has_orientations(table.names)
     }
-    if len(candidates) > 1 and (own := [n for n in _OWN_LAYERS if n in candidates]):
-        return _join([candidates[name] for name in own])
+    if len(candidates) > 1 and (layers := [n for n in _OWN_LAYERS if n in candidates]):
+        return _join([candidates[name] for name in layers])
     if len(candidates) > 1:
         finding = Finding("drawing.several-layers", layers=list(candidates))
         raise UsageError(finding, file=path, field="--layer")
@@ -167,10 +167,10 @@ def _add_coordinates(columns: dict[str, list[str]], points: FloatArray) -> None:
     for axis, values in zip("xyz", points.T, strict=True):
         cells = ["" if np.isnan(value) else repr(float(value)) for value in values]
         accepted_names = {axis, *COORDINATES[axis]}
-        taken = [name for name in columns if normalise_name(name) in accepted_names]
-        if len(taken) == 1 and _is_equal(columns[taken[0]], values):
+        duplicates = [name for name in columns if normalise_name(name) in accepted_names]
+        if len(duplicates) == 1 and _is_equal(columns[duplicates[0]], values):
             continue
-        for name in taken:
+        for name in duplicates:
             columns[f"{name}_attribute"] = columns.pop(name)
         columns[axis] = cells
 

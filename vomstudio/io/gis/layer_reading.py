@@ -126,7 +126,17 @@ def _is_known(head: bytes) -> bool:
 
 
 def is_spreadsheet(head: bytes) -> bool:
-    """Return whether a file is a workbook, from its first bytes."""
+    """Return whether a file is a workbook.
+
+    Parameters
+    ----------
+    head : bytes
+        First bytes of the file.
+
+    Returns
+    -------
+    bool
+    """
     kind = recognise_kind(head)
     return kind is not None and kind.key in SPREADSHEETS
 
@@ -221,6 +231,14 @@ def is_local_geojson(path: Path) -> bool:
     """Return whether a file is GeoJSON whose `crs` is null, so that its CRS is unknown.
 
     GDAL reads such coordinates as degrees.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    bool
     """
     if path.suffix.lower() not in (".json", ".geojson"):
         return False

@@ -230,8 +230,8 @@ def read_named_layers(
     for layer in request["names"]:
         info = pyogrio.read_info(readable_path, layer=layer, **options)
         fields = tuple(map(str, info["fields"]))
-        wanted = request["columns"]
-        columns = [field for field in fields if wanted is None or field.casefold() in wanted]
+        names = request["columns"]
+        columns = [field for field in fields if names is None or field.casefold() in names]
         metadata, _, shapes, values = pyogrio.raw.read(
             readable_path,
             layer=layer,

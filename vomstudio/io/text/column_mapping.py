@@ -1,4 +1,4 @@
-"""Meanings of columns that the user states, for tables with unknown names or without a header."""
+"""Meanings of columns that the user states, for tables with unknown names."""
 
 from __future__ import annotations
 
@@ -47,7 +47,21 @@ def parse_columns(text: str | None) -> dict[str, str]:
 
 
 def known_meaning(text: str) -> str:
-    """Return a known meaning or alias in its usual form. Raises UsageError."""
+    """Return a known meaning or alias in its usual form.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    UsageError
+        If the meaning is unknown.
+    """
     word = normalise_name(text)
     for meaning in MEANINGS:
         if normalise_name(meaning) == word:

@@ -314,7 +314,16 @@ class OrientationColumns:
 
 
 def is_attitude(cell: str) -> bool:
-    """Return whether a cell contains both angles of a plane: 120/30, N30E/45SE, 45 -> 120."""
+    """Return whether a cell contains both angles of a plane: 120/30, N30E/45SE, 45 -> 120.
+
+    Parameters
+    ----------
+    cell : str
+
+    Returns
+    -------
+    bool
+    """
     if not any(sign in cell for sign in "/→>") and _QUADRANT_PAIR.search(cell) is None:
         return False
     try:
@@ -325,7 +334,16 @@ def is_attitude(cell: str) -> bool:
 
 
 def has_orientations(names: Sequence[str]) -> bool:
-    """Return whether the names of columns include angles of planes or lines."""
+    """Return whether the names of columns include angles of planes or lines.
+
+    Parameters
+    ----------
+    names : sequence of str
+
+    Returns
+    -------
+    bool
+    """
     words = {normalise_name(name) for name in names}
     return any(words & ALIASES[meaning] for meaning in _ANGLE_MEANINGS) or any(
         _AXIS.fullmatch(word) for word in words

@@ -1,4 +1,4 @@
-"""Cameras and tie points for other programs: COLMAP's text files and nerfstudio's transforms.json.
+"""Cameras and tie points as files of COLMAP and nerfstudio.
 
 COLMAP's `images.txt` has poses from the frame to the camera (x right, y down, z forward), and
 `points3D.txt` the tie points with the photos that see them (COLMAP documentation, "Output Format").
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -30,7 +31,7 @@ from vomstudio.io.models.registration_file import read_registration
 from vomstudio.io.models.writing import write_model
 from vomstudio.io.photos.cameras_file import FILE_NAME, Cameras, read_cameras
 from vomstudio.io.photos.own_cameras.photos import find_photos
-from vomstudio.io.photos.own_cameras.reading import read_own_cameras
+from vomstudio.io.photos.own_cameras.reading import is_own_cameras, read_own_cameras
 from vomstudio.io.photos.own_cameras.result import OwnCameras
 from vomstudio.photogrammetry.base.colmap import colmap
 from vomstudio.photogrammetry.base.scene import SparseScene
@@ -40,7 +41,6 @@ _COLMAP_FILES = ("cameras.txt", "images.txt", "points3D.txt", "rigs.txt", "frame
 _AXES = np.diag([1.0, -1.0, -1.0])
 """From a camera with y down and z forward to one with y up and z backward."""
 _TIE_POINTS = "sparse.ply"
-_OWN_FORMAT = b'"vomstudio cameras"'
 _SHARED_PARAMETERS = ("k1", "k2", "k3", "p1", "p2")
 """Distortion that transforms.json stores for a lens that is not a fisheye."""
 
@@ -157,12 +157,12 @@ def _load_scene(source: Path, cameras: Cameras) -> SparseScene:
 
 def _read_cameras(source: Path) -> tuple[Cameras, tuple[Finding, ...]]:
     path = source / FILE_NAME if (source / FILE_NAME).is_file() else source
-    if path.name == FILE_NAME and path.is_file() and _OWN_FORMAT in path.read_bytes()[:4096]:
+    if path.name == FILE_NAME and is_own_cameras(path):
         return read_cameras(path), ()
-    found: OwnCameras = read_own_cameras(source)
-    if not found.views:
-        raise InputError(Finding("cameras.no-poses"), file=found.path)
-    return Cameras(tuple(found.views.values()), found.photos or Path(".")), found.warnings
+    foreign: OwnCameras = read_own_cameras(source)
+    if not foreign.views:
+        raise InputError(Finding("cameras.no-poses"), file=foreign.path)
+    return Cameras(tuple(foreign.views.values()), foreign.photos or Path(".")), foreign.warnings
 
 
 def _scene_in_world(scene: SparseScene, source: Path) -> SparseScene:
@@ -195,7 +195,7 @@ def _write_colmap(folder: Path, scene: SparseScene, *, force: bool) -> tuple[Pat
         paths = tuple(folder / name for name in written)
         with atomic_group(paths, force) as temporaries:
             for name, temporary in zip(written, temporaries, strict=True):
-                temporary.write_bytes((Path(scratch) / name).read_bytes())
+                shutil.copyfile(Path(scratch) / name, temporary)
     return paths
 
 

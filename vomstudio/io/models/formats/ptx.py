@@ -50,7 +50,18 @@ class _Scan:
 
 
 def matches(path: Path, head: bytes) -> bool:
-    """Return whether a file begins with the header of a scan."""
+    """Return whether a file begins with the header of a scan.
+
+    Parameters
+    ----------
+    path : Path
+    head : bytes
+        First bytes of the file.
+
+    Returns
+    -------
+    bool
+    """
     lines = head.splitlines()[: _HEADER_LINES + 1]
     if len(lines) <= _HEADER_LINES:
         return False
@@ -67,7 +78,21 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     """Read all scans of a file, each in its pose, as a single point cloud.
 
     The fields are `intensity` and, if there are several scans, `scan` (0, 1, ...). Points without a
-    return are dropped. Raises InputError if the file is damaged.
+    return are dropped.
+
+    Parameters
+    ----------
+    path : Path
+    progress : Progress
+
+    Returns
+    -------
+    LoadedModel
+
+    Raises
+    ------
+    InputError
+        If the file is damaged; states the line.
     """
     size = require_file(path)
     messages: list[Finding] = []

@@ -87,12 +87,12 @@ def read_reconstruction(path: Path, data: Sequence[Mapping[str, Any]]) -> list[C
         for name, camera in reconstruction["cameras"].items()
     }
     views, unknown_models = [], []
-    without_lens: dict[str, object] = {}
+    missing_lens_ids: dict[str, object] = {}
     for name, shot in reconstruction["shots"].items():
         field = f"shots/{name}"
         lens, unknown_model = lenses.get(fields.get(field, shot, "camera"), (None, None))
         if lens is None:
-            without_lens[name] = shot["camera"]
+            missing_lens_ids[name] = shot["camera"]
             lens = lens_without_size()
         if unknown_model is not None:
             unknown_models.append(unknown_model)
@@ -100,7 +100,7 @@ def read_reconstruction(path: Path, data: Sequence[Mapping[str, Any]]) -> list[C
         translation = fields.numbers(field, shot, "translation", 3)
         views.append(fields.call(field, view_of_pose, name, lens, rotation, translation))
     warnings += [unknown_lens(name, count) for name, count in Counter(unknown_models).items()]
-    warnings += missing_lenses(without_lens)
+    warnings += missing_lenses(missing_lens_ids)
     return [Candidate(tr("the file"), views, tuple(warnings))]
 
 

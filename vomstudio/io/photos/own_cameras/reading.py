@@ -139,11 +139,24 @@ def find_own_cameras(model: str | Path, *, include_parents: bool = True) -> Path
 
 def _has_lenses_only(path: Path) -> bool:
     """Return whether a file contains only lenses, like the `cameras.json` of OpenDroneMap."""
+    return is_regular(path) and path.name == FILE_NAME and not is_own_cameras(path)
+
+
+def is_own_cameras(path: Path) -> bool:
+    """Return whether a file is a `cameras.json` of this program, from its first bytes.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    bool
+    """
     if not is_regular(path):
         return False
     with open_regular(path) as stream:
-        header = stream.read(4096)
-    return path.name == FILE_NAME and b"vomstudio" not in header
+        return b"vomstudio" in stream.read(4096)
 
 
 def _read_json_cameras(path: Path, bounds: FloatArray | None) -> OwnCameras:
