@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Literal
 
 from vomstudio.api.checking import (
     column_name,
+    is_path,
     name_argument_in_errors,
     optional_text,
     to_list,
+    to_path,
     to_plane,
     warn,
 )
@@ -24,6 +26,7 @@ from vomstudio.geology.populations.table_statistics import TableStatistics, tabl
 from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.geology.table_folds import TableFold, table_fold
 from vomstudio.geology.table_slopes import TableSlope, slope_face, table_slope
+from vomstudio.io.gate.orientation_files import read_slips
 from vomstudio.io.text.slip_reading import extract_slips
 
 if TYPE_CHECKING:
@@ -357,7 +360,12 @@ def slip(table: TableArgument, *, azimuth: Azimuth | None = None) -> TableSlip:
     >>> round(axes.shortening.plunge_deg), round(axes.extension.trend_deg)
     (90, 90)
     """
-    rows = extract_slips(to_text_table(table, has_header=True), check_azimuth(azimuth))
+    azimuth = check_azimuth(azimuth)
+    rows = (
+        read_slips(to_path(table, "table"), azimuth)
+        if is_path(table)
+        else extract_slips(to_text_table(table), azimuth)
+    )
     result = table_slip(rows)
     warn(result.warnings)
     return result

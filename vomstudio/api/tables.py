@@ -236,7 +236,7 @@ def _drop_stated_angles(frame: Any) -> Any:
     return frame.drop(columns=list(claimed_columns)) if claimed_columns else frame
 
 
-def to_text_table(table: Any, name: str = "table", *, has_header: bool = False) -> TextTable:
+def to_text_table(table: Any, name: str = "table") -> TextTable:
     """Convert a DataFrame or a file to a table of texts.
 
     Parameters
@@ -244,8 +244,6 @@ def to_text_table(table: Any, name: str = "table", *, has_header: bool = False) 
     table : DataFrame or path
     name : str, optional
         Name of the argument.
-    has_header : bool
-        As for `vomstudio.io.text.rows.read_rows`.
 
     Returns
     -------
@@ -256,7 +254,7 @@ def to_text_table(table: Any, name: str = "table", *, has_header: bool = False) 
     InputError
     """
     if is_path(table):
-        return read_any_table(to_path(table, name), has_header=has_header)
+        return read_any_table(to_path(table, name))
     if not (hasattr(table, "columns") and hasattr(table, "itertuples")):
         raise wrong_type(table, "pandas.DataFrame, str, pathlib.Path", name)
     names, cells = _cells_of(table, name)

@@ -12,7 +12,7 @@ from vomstudio.io.text.column_mapping import name_columns
 from vomstudio.io.text.file_text import MAX_OBJECTS
 from vomstudio.io.text.orientation_columns import Azimuth
 from vomstudio.io.text.orientation_reading import OrientationTable, extract_orientations
-from vomstudio.io.text.slip_reading import SlipTable, extract_slips
+from vomstudio.io.text.slip_reading import SlipTable, extract_slips, has_fault_rows
 from vomstudio.io.text.tables import TextTable, read_table
 
 LAYER_KINDS = frozenset({"geojson", "geopackage", "shapefile", "xlsx", "ods"})
@@ -113,5 +113,7 @@ def read_slips(
         As for `read_orientations`.
     """
     # Rows without a header may contain a word for the sense of slip.
-    table = name_columns(read_any_table(path, layer, has_header=True), columns)
-    return extract_slips(table, azimuth)
+    table = read_any_table(path, layer, has_header=True)
+    if table.names is None and not columns and not has_fault_rows(table):
+        table = read_any_table(path, layer)
+    return extract_slips(name_columns(table, columns), azimuth)

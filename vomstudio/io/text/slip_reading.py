@@ -160,16 +160,34 @@ def extract_slips(table: TextTable, azimuth: Azimuth | None = None) -> SlipTable
 
 def _name_columns(table: TextTable, azimuth: Azimuth | None) -> TextTable:
     """Name the columns of a table without a header, in the order of T-TECTO and OpenStereo."""
-    names = _ORDERS.get(table.width)
-    if table.names is not None or names is None:
-        return table
-    senses = [normalise_name(word) for word in table.cells(table.width - 1) if word]
-    known_senses = _SENSES.keys() | _OBLIQUE_SENSES.keys() | _NUMBERED_SENSES.keys()
-    if not senses or not set(senses) <= known_senses:
+    if table.names is not None or not has_fault_rows(table):
         return table
     if azimuth is None:
         raise _ambiguous_azimuth(table, 0)
-    return replace(table, names=names)
+    return replace(table, names=_ORDERS[table.width])
+
+
+def has_fault_rows(table: TextTable) -> bool:
+    """Return whether the rows are angles followed by a sense, as in T-TECTO and OpenStereo.
+
+    Parameters
+    ----------
+    table : TextTable
+
+    Returns
+    -------
+    bool
+    """
+    if table.width not in _ORDERS:
+        return False
+    senses = {normalise_name(word) for word in table.cells(table.width - 1) if word}
+    known_senses = _SENSES.keys() | _OBLIQUE_SENSES.keys() | _NUMBERED_SENSES.keys()
+    angles = (cell for column in range(table.width - 1) for cell in table.cells(column))
+    return bool(senses) and senses <= known_senses and all(map(_is_number, angles))
+
+
+def _is_number(cell: str) -> bool:
+    return parse_number(cell, decimal_comma=True) is not None
 
 
 def _ambiguous_azimuth(table: TextTable, column: int) -> UsageError:
