@@ -687,14 +687,7 @@ class ProjectChanges:
         ...     project.planes()["dip_deg"].round().tolist()
         [90.0, 90.0]
         """
-        search = options_from_arguments(
-            FacetOptions,
-            angle_deg=angle_deg,
-            max_distance_m=max_distance_m,
-            min_points=min_points,
-            min_area_m2=min_area_m2,
-            min_coplanarity=min_coplanarity,
-        )
+        search = options_from_arguments(FacetOptions, locals())
         return self._accept(search, model, type, set, quality, progress, cancel)
 
     def accept_traces(
@@ -757,11 +750,7 @@ class ProjectChanges:
         (1, True)
         """
         search = options_from_arguments(
-            ProposalOptions,
-            cost=cost,
-            min_length_m=min_length_m,
-            max_lines=max_lines,
-            onnx_model=path_text(onnx_model, "onnx_model"),
+            ProposalOptions, locals(), onnx_model=path_text(onnx_model, "onnx_model")
         )
         return self._accept(search, model, type, set, quality, progress, cancel)
 
@@ -881,7 +870,7 @@ class ProjectChanges:
         [['J7', 'steep']]
         """
         names = _names(features)
-        values = options_from_arguments(FeatureValues, type=type, set=set, domain=domain, name=name)
+        values = options_from_arguments(FeatureValues, locals())
         with name_argument_in_errors("features"), name_arguments_in_errors(FeatureValues):
             changed = self._open_desk().set_values(names, values)
         return tuple(feature.id for feature in changed)
