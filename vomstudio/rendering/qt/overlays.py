@@ -98,13 +98,16 @@ class Overlays:
         self.legend.paint(painter)
         compass_and_scale.draw_compass(painter, self._camera.frame, height, self.north_known)
         scale_bar_box = compass_and_scale.scale_bar_box(width, height)
-        has_note = not self._camera.orthographic and not scale_bar_box.intersects(self.covered)
+        compass_box = compass_and_scale.compass_box(height)
+        is_free = not any(map(scale_bar_box.intersects, (self.covered, compass_box)))
         compass_and_scale.draw_scale_bar(
             painter,
             self._camera.metres_per_pixel(height),
             width,
             height,
-            note=tr("at the centre of rotation") if has_note else "",
+            note=tr("at the centre of rotation")
+            if is_free and not self._camera.orthographic
+            else "",
             is_unit_known=self.unit_known,
         )
 

@@ -14,7 +14,7 @@ from PySide6.QtGui import (
     QResizeEvent,
     QShowEvent,
 )
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QSizeGrip, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QSizeGrip, QToolButton, QVBoxLayout, QWidget
 
 from vomstudio.core.words import tr
 from vomstudio.ui.base import theme
@@ -24,7 +24,7 @@ _TOP = 56
 """Initial distance from the top, which leaves room for a message of two lines."""
 _SCALE_BAR_PX = 60
 """Height of the scale bar, which a net near the top does not cover."""
-_SIDE, _MIN_SIDE = 280, 200
+_SIDE, _MIN_SIDE = 280, 140
 _MAX_SHARE = 0.5
 """Maximum size of the overlay as a share of the outcrop's width and height."""
 _HIDE_MS = 400
@@ -97,9 +97,10 @@ class NetOverlay(QFrame):
         bar = QWidget(self)
         bar.setObjectName("net_overlay_buttons")
         bar.setAutoFillBackground(True)
-        row = QHBoxLayout(bar)
-        row.setContentsMargins(2, 1, 2, 1)
-        row.setSpacing(1)
+        # A column beside the round net covers nothing of it.
+        column = QVBoxLayout(bar)
+        column.setContentsMargins(1, 2, 1, 2)
+        column.setSpacing(1)
         for icon, text, signal in (
             ("arrow-expand", tr("Show in the centre (Shift+F9)"), self.center_requested),
             ("dock-right", tr("Dock the net"), self.dock_requested),
@@ -112,7 +113,7 @@ class NetOverlay(QFrame):
             button.setToolTip(text)
             button.setAccessibleName(text)
             button.clicked.connect(signal)
-            row.addWidget(button)
+            column.addWidget(button)
         bar.setCursor(Qt.CursorShape.SizeAllCursor)
         bar.hide()
         return bar
@@ -189,8 +190,14 @@ class NetOverlay(QFrame):
             y = max(_MARGIN, min(self._offset.y(), room_rect.height() - side - _SCALE_BAR_PX))
         place = QPoint(max(0, min(x, max(0, right + _MARGIN))), max(0, min(y, bottom + _MARGIN)))
         tools = self._tools
-        height = side if tools is None or tools.isHidden() else side + tools.sizeHint().height()
-        self.setGeometry(QRect(place, QSize(side, height)))
+        if tools is None or tools.isHidden():
+            self.setGeometry(QRect(place, QSize(side, side)))
+        else:
+            width = max(side, tools.minimumSizeHint().width())
+            height = min(side + tools.sizeHint().height(), room_rect.height())
+            place.setX(max(0, min(place.x(), room_rect.width() - width)))
+            place.setY(max(0, min(place.y(), room_rect.height() - height)))
+            self.setGeometry(QRect(place, QSize(width, height)))
         self.raise_()
         # The buttons of a message stay reachable.
         self._message_bar.raise_()

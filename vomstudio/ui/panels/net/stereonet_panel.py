@@ -74,7 +74,7 @@ _FONT_PX = 12.0
 _REDRAW_DELAY_MS, _MAX_DIRECT_REDRAW_MS, _MAX_REDRAW_DELAY_MS = 30, 60, 500
 _LABEL_WIDTH_SHARE = 0.4
 """Width of the corner label as a fraction of the canvas width."""
-_MIN_CANVAS_PX = 200
+_MIN_CANVAS_PX = 140
 """Minimum width and height of the canvas, which the overlay can have."""
 _MIN_LEGEND_PX = 360
 """Minimum width of the overlay for the whole legend."""
@@ -595,6 +595,8 @@ class StereonetPanel(QWidget):
             measurement = self._studio.measured([record.id])[record.id]
             attitude = orientation_text(measurement, self._studio.settings.notation)
             text = ("{}  {}" if self._is_brief else "{}\n{}").format(record.name, attitude)
+            if self._is_brief and not self._corner_label.fits(text, self.canvas.width()):
+                text = attitude
             if measurement.verdict is not None:
                 icon = theme.verdict_icon(measurement.verdict.quality)
         self._corner_label.set_text(text, icon)
@@ -628,6 +630,12 @@ class _CornerLabel(ElidedLabel):
     def set_paper(self, color: str | None) -> None:
         """Set the colour behind the text as #rrggbbaa, or None for no paper."""
         self._paper = QColor() if color is None else QColor(f"#{color[7:]}{color[1:7]}")
+
+    def fits(self, text: str, width_px: int) -> bool:
+        """Return whether a line of text and a mark fit in a width."""
+        metrics, margins = self.fontMetrics(), self.contentsMargins()
+        mark = metrics.height() + 8
+        return metrics.horizontalAdvance(text) + mark + margins.left() <= width_px
 
     def paper_rect(self) -> QRect:
         """Return the rectangle of the paper in the parent widget; empty without a text."""
