@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
+from matplotlib.colors import to_hex
 from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -203,6 +204,21 @@ def test_lines_that_point_up_are_hollow_at_their_lower_end() -> None:
     assert places(hollow) == pytest.approx(project(np.array(low)))
     assert full.get_markerfacecolor() == sets[0].color
     assert hollow.get_markerfacecolor() == STYLE.net
+
+
+def test_the_legend_has_the_colour_of_the_great_circles() -> None:
+    """A yellow line is darkened on white, in the net and in the legend."""
+    net = NetContents(tuple(replace(s, color="#f0e442") for s in make_sets({"a": planes(5)})))
+    artists = draw(net)
+    (arcs,) = [
+        c
+        for c in artists.axes.collections
+        if isinstance(c, LineCollection) and len(c.get_segments()) == 5
+    ]
+    lines = artists.axes.get_figure().findobj(Line2D)
+    legend = {to_hex(line.get_color()) for line in lines if len(line.get_xdata()) == 2}
+    assert to_hex(arcs.get_color()[0]) in legend
+    assert "#f0e442" not in legend
 
 
 def away(box: tuple[float, float, float, float], centre: tuple[float, float]) -> float:

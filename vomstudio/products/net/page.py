@@ -391,7 +391,7 @@ class NetPage:
             self.plot(
                 [x, x + 1.6 * self.font],
                 [y, y],
-                color=entry.color,
+                color=style.outline(entry.color),
                 zorder=layer("legend"),
                 linewidth=1.3 * style.line_pt,
                 linestyle=entry.line,
