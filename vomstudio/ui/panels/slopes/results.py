@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
     QListWidget,
     QListWidgetItem,
     QSizePolicy,
+    QSpacerItem,
     QTableWidget,
     QTableWidgetItem,
     QVBoxLayout,
@@ -22,7 +23,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.words import to_translate, tr, tr_n
-from vomstudio.ui.base.controls import Label
+from vomstudio.ui.base.controls import MAX_FORM_WIDTH_PX, Label
 
 if TYPE_CHECKING:
     from vomstudio.geology.table_slopes import CriticalPlane, Mode
@@ -79,6 +80,8 @@ class SlopeResults(QWidget):
         self._sides.setSpacing(4)
         self._sides.addWidget(self.table, 1, Qt.AlignmentFlag.AlignTop)
         self._sides.addWidget(self.planes)
+        self._space = QSpacerItem(0, 0)
+        self._sides.addSpacerItem(self._space)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(2)
@@ -92,6 +95,11 @@ class SlopeResults(QWidget):
         direction = QBoxLayout.Direction
         self._sides.setDirection(direction.LeftToRight if is_wide else direction.TopToBottom)
         self.planes.setMaximumWidth(_LIST_WIDTH if is_wide else _MAX_WIDGET_WIDTH_PX)
+        # Figures far to the right of their names could not be read.
+        self.table.setMaximumWidth(MAX_FORM_WIDTH_PX if is_wide else _MAX_WIDGET_WIDTH_PX)
+        policy = QSizePolicy.Policy.Expanding if is_wide else QSizePolicy.Policy.Minimum
+        self._space.changeSize(0, 0, policy, QSizePolicy.Policy.Minimum)
+        self._sides.invalidate()
 
     @property
     def mode(self) -> str:
