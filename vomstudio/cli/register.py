@@ -152,7 +152,7 @@ def placement_text(placement: Placed) -> str:
             tr("its error"),
             tr("model rotates"),
             tr("others agree"),
-            tr("worst 95 %"),
+            tr("weakest 95 %"),
         ]
         blocks.append(text_tables.table(headers, ["", "°", "°", "°", "°"], rows))
     return "\n".join([*blocks, *map(str, worst_axis_findings(placement))])

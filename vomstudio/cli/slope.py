@@ -189,7 +189,7 @@ def _result_text(slope: TableSlope) -> str:
         _row(tr("wedge sliding"), tr("intersections"), slope.wedge),
         _row(tr("flexural toppling"), tr("planes"), slope.flexural_toppling),
         _row(tr("direct toppling"), tr("intersections"), slope.direct_toppling),
-        _row("  " + tr("its bases"), tr("planes"), slope.direct_toppling.bases),
+        _row("  " + tr("base planes"), tr("planes"), slope.direct_toppling.bases),
     ]
     headers = [tr("mode"), tr("of"), tr("critical"), tr("all"), tr("share"), tr("with errors")]
     return heading + "\n" + text_tables.table(headers, ["", "", "", "", "%", "%"], rows)

@@ -62,7 +62,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.no-types": (
         "info",
-        to_translate("No tool with types is active. Choose Trace, Plane or Line first."),
+        to_translate("The active tool has no feature types. Choose Trace, Plane or Line first."),
     ),
     "action.no-feature": (
         "info",
@@ -238,7 +238,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.cells-are-window": (
         "info",
-        to_translate("The grid cells marked done or empty form the window."),
+        to_translate("The window consists of the grid cells marked done or empty."),
     ),
     "action.clouds-only": (
         "info",
@@ -318,7 +318,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.not-two-traces": (
         "info",
-        to_translate("Select two traces of the same bed first (Ctrl adds one)."),
+        to_translate("Select two traces of the same bed first (Ctrl+click adds one)."),
     ),
     "action.other-model-placed": (
         "info",

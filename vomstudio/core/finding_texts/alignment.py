@@ -16,8 +16,8 @@ TEXTS: dict[str, Entry] = {
     "alignment.no-base": (
         "error",
         to_translate(
-            "The photos match, but were all taken from one position. Move between photos instead"
-            " of turning on the spot, with 60 % overlap."
+            "The photos match, but were all taken from one position. Change position between"
+            " photos, with 60 % overlap, instead of turning on the spot."
         ),
     ),
     "alignment.shared-photos": (
@@ -106,15 +106,15 @@ TEXTS: dict[str, Entry] = {
     "alignment.matched-by-gps": (
         "info",
         to_translate(
-            "Each photo was matched with its {neighbours} nearest neighbours by GPS and the next"
-            " ones by name ({pairs} of {total} pairs)."
+            "Each photo was matched with its {neighbours} nearest neighbours by GPS and with the"
+            " next photos by name ({pairs} of {total} pairs)."
         ),
     ),
     "alignment.matched-by-likeness": (
         "info",
         to_translate(
-            "Each photo was matched with the {neighbours} most similar photos and the next ones"
-            " by name ({pairs} of {total} pairs)."
+            "Each photo was matched with the {neighbours} most similar photos and with the next"
+            " photos by name ({pairs} of {total} pairs)."
         ),
     ),
     "alignment.separate-component": (
@@ -129,20 +129,20 @@ TEXTS: dict[str, Entry] = {
     "lens.focal-estimated": (
         "info",
         to_translate(
-            "The focal length is estimated. The view directions spread by {spread_deg:.1f}°."
+            "The focal length is estimated. The view directions vary by {spread_deg:.1f}°."
         ),
     ),
     "lens.focal-estimated-without-exif": (
         "info",
         to_translate(
-            "The focal length is missing in EXIF and was estimated. The view directions spread by"
+            "The focal length is missing in EXIF and was estimated. The view directions vary by"
             " {spread_deg:.1f}°."
         ),
     ),
     "lens.focal-weak": (
         "warning",
         to_translate(
-            "The focal length was estimated without an EXIF value. View directions spread by only"
+            "The focal length was estimated without an EXIF value. View directions vary by only"
             " {spread_deg:.1f}°, so depths may be wrong by 10 % or more."
         ),
     ),
@@ -156,8 +156,8 @@ TEXTS: dict[str, Entry] = {
     "lens.focal-held-one-direction": (
         "info",
         to_translate(
-            "The focal length is fixed at the EXIF value: it correlates with distance, since view"
-            " directions spread by {spread_deg:.1f}° ({least_deg:.0f}° required)."
+            "The focal length is fixed at the EXIF value: it correlates with distance, because view"
+            " directions vary by only {spread_deg:.1f}° ({least_deg:.0f}° required)."
         ),
     ),
     "lens.focal-held-few-photos": (

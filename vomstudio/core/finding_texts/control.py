@@ -60,8 +60,8 @@ TEXTS: dict[str, Entry] = {
     "control.scale-of-unit": (
         "warning",
         to_translate(
-            "The registration scales the model by {scale:.4g}, like metres to {unit}. If the"
-            " model is in metres, multiply the coordinates by {factor:.4g}."
+            "The registration scales the model by {scale:.4g}, the factor between metres and"
+            " {unit}. If the model is in metres, multiply the coordinates by {factor:.4g}."
         ),
     ),
     "control.some-in-degrees": (
@@ -237,7 +237,7 @@ TEXTS: dict[str, Entry] = {
     "control.all-check": (
         "error",
         to_translate(
-            "All {count} points are check points, so none registers the model. Use at least 3 as"
+            "All {count} points are check points, so none can register the model. Use at least 3 as"
             " control points."
         ),
     ),

@@ -25,7 +25,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "drawing.unchanged": (
         "info",
-        to_translate("Features that are identical in drawing and project: {count}."),
+        to_translate("Features that are the same in the drawing and the project: {count}."),
     ),
     "drawing.edited": (
         "warning",
@@ -51,8 +51,8 @@ TEXTS: dict[str, Entry] = {
     "drawing.only-bodies": (
         "error",
         to_translate(
-            "The drawing contains no such lines, only {count} bodies and surfaces ({entities})."
-            " Extract their edges as lines in CAD."
+            "The drawing contains no lines, only {count} bodies and surfaces ({entities}). Extract"
+            " their edges as lines in CAD."
         ),
     ),
     "drawing.unreadable": (
@@ -140,7 +140,8 @@ TEXTS: dict[str, Entry] = {
     "drawing.separate-parts": (
         "warning",
         to_translate(
-            "Disconnected parts of features count as separate traces: {count} more than features."
+            "Disconnected parts of features count as separate traces: {count} more than there are"
+            " features."
         ),
     ),
     "drawing.duplicates": (

@@ -26,11 +26,11 @@ TEXTS: dict[str, Entry] = {
     ),
     "edit.no-change": (
         "error",
-        to_translate("The project already contains these values."),
+        to_translate("The features already have these values."),
     ),
     "edit.empty": (
         "error",
-        to_translate("The edit contains no features. Add at least one."),
+        to_translate("The edit does not contain any features. Add at least one."),
     ),
     "edit.nothing-to-undo": (
         "error",
@@ -223,7 +223,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "readings.compared": (
         "info",
-        to_translate("{count} reading, {median_deg:.0f}° from the nearest pick of its type."),
+        to_translate(
+            "{count} reading differs by {median_deg:.0f}° from the nearest pick of its type."
+        ),
         to_translate(
             "{count} readings, {compared} compared with the nearest pick of their type: "
             "median difference {median_deg:.0f}°."

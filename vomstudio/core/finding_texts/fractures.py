@@ -62,8 +62,8 @@ TEXTS: dict[str, Entry] = {
     "fractures.weights-capped": (
         "info",
         *to_translate_n(
-            "{count} Terzaghi weight was lowered to the maximum of {maximum:g}.",
-            "{count} Terzaghi weights were lowered to the maximum of {maximum:g}.",
+            "{count} Terzaghi weight was reduced to the maximum of {maximum:g}.",
+            "{count} Terzaghi weights were reduced to the maximum of {maximum:g}.",
         ),
     ),
     "fractures.one-face": (

@@ -8,13 +8,13 @@ from vomstudio.core.words import to_translate
 TEXTS: dict[str, Entry] = {
     "coordinate.out-of-range": (
         "error",
-        to_translate("{value:g} is not a coordinate in metres. Correct or remove it."),
+        to_translate("{value:g} is not a valid coordinate in metres. Correct or remove it."),
     ),
     "coordinate.far-from-model": (
         "error",
         to_translate(
-            "The distance of the point from the model is {times:.0f} times the model's size."
-            " Check the coordinates."
+            "The point is {times:.0f} times the model's size away from the model. Check the"
+            " coordinates."
         ),
     ),
     "coordinate.latitude": (
@@ -46,7 +46,7 @@ TEXTS: dict[str, Entry] = {
     "frame.no-unit": (
         "warning",
         to_translate(
-            "The unit of the model is unknown, so lengths in metres are read in that unit."
+            "The unit of the model is unknown, so metres in the options mean the unit of the model."
             " Specify it with --unit."
         ),
     ),
@@ -66,8 +66,8 @@ TEXTS: dict[str, Entry] = {
     "frame.outside-area": (
         "warning",
         to_translate(
-            "The data lie outside the area of use of {crs}, where lengths are {scale:.5g} times"
-            " the true lengths. Check the CRS, or use {suggested_crs}."
+            "The data are outside the area of use of {crs}, where lengths are {scale:.5g} times the"
+            " true lengths. Check the CRS, or use {suggested_crs}."
         ),
     ),
     "frame.reprojected": (
@@ -84,8 +84,8 @@ TEXTS: dict[str, Entry] = {
     "frame.maybe-degrees": (
         "warning",
         to_translate(
-            "x and y may be degrees, with a range of {span:.2g} for heights of {height:.2g}."
-            " Specify --crs and convert with --to-crs."
+            "x and y may be in degrees: their range is {span:.2g}, that of the heights"
+            " {height:.2g}. Specify --crs and convert with --to-crs."
         ),
     ),
     "frame.crs-replaced": (
@@ -113,8 +113,8 @@ TEXTS: dict[str, Entry] = {
     "frame.height-unit-replaced": (
         "warning",
         to_translate(
-            "The file specifies heights in {height_unit}, its CRS in {crs_unit}. The former is"
-            " used."
+            "The file specifies heights in {height_unit}, but its CRS specifies {crs_unit}. The"
+            " unit of the file is used."
         ),
     ),
     "frame.axes-unused": (
@@ -177,8 +177,8 @@ TEXTS: dict[str, Entry] = {
     "frame.up-by-format": (
         "error",
         to_translate(
-            "In this format Y is up, so the model is rotated when read. For another up axis,"
-            " convert it to another format with --up z."
+            "In this format Y is up, so the model is rotated when it is read. For another up axis,"
+            " convert it with --up z."
         ),
     ),
     "frame.stale-crs-file": (
@@ -195,14 +195,15 @@ TEXTS: dict[str, Entry] = {
     "frame.not-projected": (
         "error",
         to_translate(
-            "{crs} has no east and north in metres. Choose a projected CRS, such as a UTM zone."
+            "{crs} has no east and north axes in metres. Choose a projected CRS, such as a UTM"
+            " zone."
         ),
     ),
     "frame.other-height-unit": (
         "error",
         to_translate(
-            "{crs} has heights in another unit than x and y. Convert the heights, and choose a"
-            " CRS of x and y only."
+            "In {crs}, heights have a different unit from x and y. Convert the heights, and choose"
+            " a CRS for x and y only."
         ),
     ),
     "frame.other-crs": (

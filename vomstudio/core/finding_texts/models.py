@@ -275,7 +275,10 @@ TEXTS: dict[str, Entry] = {
     ),
     "model.origin-unused": (
         "warning",
-        to_translate("{file} has another origin than the model file, whose origin is used."),
+        to_translate(
+            "{file} has a different origin from the model file. The origin of the model file is"
+            " used."
+        ),
     ),
     "model.maybe-lying": (
         "warning",

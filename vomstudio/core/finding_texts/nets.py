@@ -13,8 +13,8 @@ TEXTS: dict[str, Entry] = {
     "net.number-of-planes": (
         "error",
         to_translate(
-            "Intersections are drawn for 2 to {maximum} planes, but there are {count}. Choose"
-            " fewer or more planes."
+            "Intersections are drawn for 2 to {maximum} planes, but {count} are given. Change the"
+            " number of planes."
         ),
     ),
     "net.no-errors": (
@@ -26,7 +26,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "net.too-many-levels": (
         "error",
-        to_translate("There are {count} levels of contours. Use at most {maximum}."),
+        to_translate("There are {count} contour levels. Use at most {maximum}."),
     ),
     "net.nowhere-dense": (
         "info",
@@ -68,21 +68,25 @@ TEXTS: dict[str, Entry] = {
     "rose.uneven-bins": (
         "error",
         to_translate(
-            "Bins of {bin_deg:g}° do not divide {range_deg:g}° evenly. Use a width such as 5, 10,"
+            "{range_deg:g}° cannot be divided into bins of {bin_deg:g}°. Use a width such as 5, 10,"
             " 15 or 30."
         ),
     ),
     "figure.not-a-color": (
         "error",
-        to_translate("“{text}” is not the colour of a set. Use the form Bedding=#0072b2."),
+        to_translate(
+            "“{text}” does not specify the colour of a set. Use the form Bedding=#0072b2."
+        ),
     ),
     "rose.no-lines": (
         "error",
-        to_translate("The table has no lines with this angle. For planes use --of strike."),
+        to_translate(
+            "The table has no lines, which this angle needs. For planes, use --of strike."
+        ),
     ),
     "rose.no-planes": (
         "error",
-        to_translate("The table has no planes with a strike. For lines use --of trend."),
+        to_translate("The table has no planes with a strike. For lines, use --of trend."),
     ),
     "figure.no-font": (
         "error",

@@ -57,7 +57,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "notation.no-quadrant": (
         "error",
-        to_translate("“{text}” lacks the quadrant of the dip. Add it, as in N42E 41SE."),
+        to_translate("“{text}” has no dip quadrant. Add it, as in N42E 41SE."),
     ),
     "notation.needless-quadrant": (
         "error",

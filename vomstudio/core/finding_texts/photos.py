@@ -44,15 +44,15 @@ TEXTS: dict[str, Entry] = {
     "cameras.yaw-accuracy-unknown": (
         "warning",
         to_translate(
-            "The yaws have no accuracy (sigma_yaw), so that of a compass is assumed. Specify it,"
-            " or the possible error of north."
+            "The yaws have no stated accuracy (sigma_yaw), so that of a compass is assumed. Specify"
+            " it, or the possible error of north."
         ),
     ),
     "cameras.pitch-from-nadir": (
         "error",
         to_translate(
             "Pitch must be between -90 (straight down) and 90 degrees. These values appear to be"
-            " counted from straight down: subtract 90."
+            " measured from straight down: subtract 90."
         ),
     ),
     "cameras.no-angles": (
@@ -148,8 +148,8 @@ TEXTS: dict[str, Entry] = {
     "photo.cropped": (
         "warning",
         to_translate(
-            "The photo was cropped from {original} to {size} pixels, so its principal point is"
-            " off the centre. Use uncropped photos."
+            "The photo was cropped from {original} to {size} pixels, so its principal point is not"
+            " at its centre. Use uncropped photos."
         ),
     ),
     "photo.sensor-unused": (
@@ -169,14 +169,14 @@ TEXTS: dict[str, Entry] = {
     "mask.scaled": (
         "warning",
         to_translate(
-            "The mask has {mask_size} pixels, the photo {photo_size}. The mask is scaled."
+            "The mask has {mask_size} pixels, but the photo has {photo_size}. The mask is scaled."
         ),
     ),
     "mask.other-shape": (
         "warning",
         to_translate(
-            "The mask has {mask_size} pixels, the photo {photo_size}. Their aspect ratios differ,"
-            " so the mask is not used."
+            "The mask has {mask_size} pixels, but the photo has {photo_size}. Their aspect ratios"
+            " differ, so the mask is not used."
         ),
     ),
     "cameras.centres-in-degrees": (
@@ -207,8 +207,8 @@ TEXTS: dict[str, Entry] = {
     "cameras.none-in-folder": (
         "error",
         to_translate(
-            "The folder has no cameras. Specify cameras.json, or the file of cameras that the"
-            " program of the model exported."
+            "The folder has no cameras. Specify cameras.json, or the camera file exported by the"
+            " program that made the model."
         ),
     ),
     "cameras.repeated-photo": (
@@ -241,7 +241,7 @@ TEXTS: dict[str, Entry] = {
     "cameras.sizes-unknown": (
         "warning",
         to_translate(
-            "The file states no sizes of photos, and {count} photos were not found beside it. Only"
+            "The file states no sizes of photos, and {count} photos were not found next to it. Only"
             " their positions and attitudes are used."
         ),
     ),
@@ -266,7 +266,7 @@ TEXTS: dict[str, Entry] = {
     "cameras.no-photo-list": (
         "error",
         to_translate(
-            "The file names no photos. Put list.txt beside it, with the names of its {photos}"
+            "The file names no photos. Put list.txt next to it, with the names of its {photos}"
             " photos, one per line."
         ),
     ),
@@ -295,7 +295,7 @@ TEXTS: dict[str, Entry] = {
     "lens.parameter-count": (
         "error",
         to_translate(
-            "The lens model {model} needs {needed} parameters, but {given} are given. Correct them."
+            "The lens model {model} needs {needed} parameters, not {given}. Correct them."
         ),
     ),
     "points.tables-outdated": (

@@ -45,9 +45,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "registration.undetermined": (
         "error",
-        to_translate(
-            "The reference does not determine {parameters}. Add points that determine them."
-        ),
+        to_translate("The reference does not determine {parameters}. Add points that do."),
     ),
     "reference.mask-elsewhere": (
         "error",

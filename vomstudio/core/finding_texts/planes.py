@@ -9,15 +9,15 @@ TEXTS: dict[str, Entry] = {
     "trace.beside": (
         "warning",
         to_translate(
-            "Points {start} to {end} are {offset_m:.2g} m off the plane of the others, beyond"
-            " rock without a contact. Add a way-point there on the correct contact."
+            "Points {start} to {end} are {offset_m:.2g} m off the plane of the others, across rock"
+            " without a contact. Add a way-point there on the correct contact."
         ),
     ),
     "lines.not-planar": (
         "warning",
         to_translate(
             "The lines are three-dimensional and were analysed on the plane {plane}: scatter"
-            " {scatter_m:.2g} m, {shortening_percent:.1f} % shorter than in space. --plane sets"
+            " {scatter_m:.2g} m, {shortening_percent:.1f} % shorter than in space. Use --plane for"
             " another plane."
         ),
     ),
@@ -38,8 +38,8 @@ TEXTS: dict[str, Entry] = {
     "lines.edge-on": (
         "error",
         to_translate(
-            "The {option} is seen edge-on on the plane {plane} of the lines. Specify it with"
-            " heights (a circle as X,Y,Z,R)."
+            "Projected onto the plane {plane} of the lines, the {option} is seen edge-on. Specify"
+            " it with heights (a circle as X,Y,Z,R)."
         ),
     ),
     "lines.closed": (
@@ -86,14 +86,14 @@ TEXTS: dict[str, Entry] = {
         "info",
         to_translate(
             "The face bends by {bend_deg:.2g}° from edge to edge, so its plane is local. The"
-            " attitude over several such faces is known within {regional_deg:.2g}°."
+            " attitude of several such faces together is known within {regional_deg:.2g}°."
         ),
     ),
     "plane.long-roughness": (
         "warning",
         to_translate(
-            "The roughness is as long as the trace, so the wider of the two errors counts."
-            " Pick a longer trace."
+            "The roughness is as long as the trace, so the larger of the two errors is used. Pick a"
+            " longer trace."
         ),
     ),
     "plane.too-small": (
@@ -107,7 +107,7 @@ TEXTS: dict[str, Entry] = {
         "info",
         to_translate(
             "The extent is {ratio:g} times the resolution of the model ({recommended:g}"
-            " recommended). Planes of this size are expected within {error_deg:.2g}°."
+            " recommended). The expected error of planes of this size is {error_deg:.2g}°."
         ),
     ),
     "plane.not-coplanar": (
@@ -133,8 +133,8 @@ TEXTS: dict[str, Entry] = {
     "plane.in-face": (
         "warning",
         to_translate(
-            "The trace follows the outcrop face within {angle_deg:.2g}° and has little relief."
-            " Pick where it cuts into the face."
+            "The trace follows the outcrop face within {angle_deg:.2g}° and has little relief. Pick"
+            " points where it cuts into the face."
         ),
     ),
     "plane.along-face": (
@@ -151,8 +151,8 @@ TEXTS: dict[str, Entry] = {
     "plane.three-straight-points": (
         "warning",
         to_translate(
-            "Three nearly collinear points barely constrain a plane, and give no error. Add"
-            " points where the trace bends."
+            "Three nearly collinear points barely constrain a plane, and their error is unknown."
+            " Add points where the trace bends."
         ),
     ),
     "plane.three-distinct-points": (
@@ -164,8 +164,8 @@ TEXTS: dict[str, Entry] = {
     "plane.too-few-points": (
         "warning",
         to_translate(
-            "The plane has fewer than {minimum} independent points, so its scatter may be"
-            " small by chance. Add points."
+            "The plane has fewer than {minimum} independent points, so their scatter may be small"
+            " by chance. Add points."
         ),
     ),
     "plane.registration": (
@@ -226,7 +226,7 @@ TEXTS: dict[str, Entry] = {
     "plane.levels": (
         "warning",
         to_translate(
-            "The points lie on two levels {gap_m:.2g} m apart, and the plane between them. Reduce"
+            "The points are on two levels {gap_m:.2g} m apart, with the plane between them. Reduce"
             " the distance, or paint each level separately."
         ),
     ),
@@ -275,7 +275,7 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The line is uncertain by {error_deg:.2g}° (limit {limit_deg:g}°), mainly because of"
-            " its planes. Measure them better."
+            " its planes. Improve their picks."
         ),
     ),
     "line.uncertain": (
@@ -322,7 +322,7 @@ TEXTS: dict[str, Entry] = {
     "points.collinear": (
         "error",
         to_translate(
-            "All points are collinear, so they do not define a plane. Add a point off the line."
+            "All points are collinear, so they do not define a plane. Add a point off their line."
         ),
     ),
     "planes.parallel": (

@@ -26,7 +26,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "project.exists": (
         "error",
-        to_translate("There is already a project here. Choose another name."),
+        to_translate("A project already exists here. Choose another name."),
     ),
     "project.no-models": (
         "error",
@@ -39,7 +39,7 @@ TEXTS: dict[str, Entry] = {
     "project.other-model": (
         "error",
         to_translate(
-            "The project has no model with this file, only: {models}. Specify one of these."
+            "No model in the project has this file. Specify one of these models: {models}."
         ),
     ),
     "model.ambiguous-name": (
@@ -67,7 +67,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "journal.foreign": (
         "error",
-        to_translate("This is not the journal of a VOM Studio project. Restore it from a backup."),
+        to_translate(
+            "This file is not the journal of a VOM Studio project. Restore it from a backup."
+        ),
     ),
     "journal.in-use": (
         "error",
@@ -90,7 +92,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "journal.inconsistent": (
         "error",
-        to_translate("The readable rows are inconsistent. Restore the journal from a backup."),
+        to_translate("The readable rows contradict each other. Restore the journal from a backup."),
     ),
     "row.unknown-kind": (
         "error",
@@ -245,7 +247,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "reading.nearest-pick": (
         "info",
-        to_translate("{angle} from {pick}, {distance} away."),
+        to_translate("{angle} from {pick}, at a distance of {distance}."),
     ),
     "reading.similar-pick": (
         "info",
@@ -253,11 +255,11 @@ TEXTS: dict[str, Entry] = {
     ),
     "reading.turned": (
         "info",
-        to_translate("The azimuth was rotated by {turned_deg:+.2f}° to grid north."),
+        to_translate("The azimuth was changed by {turned_deg:+.2f}° to refer to grid north."),
     ),
     "reading.no-angle": (
         "error",
-        to_translate("The row lacks an azimuth, a dip or a plunge. Enter both angles."),
+        to_translate("The row has no azimuth, or no dip or plunge. Enter both angles."),
     ),
     "angle.out-of-range": (
         "error",
@@ -312,7 +314,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "row.not-text": (
         "error",
-        to_translate("The kind, label, time or version is not text."),
+        to_translate("The kind, label, time or version is not a text."),
     ),
     "asset.damaged": (
         "error",
@@ -390,7 +392,7 @@ TEXTS: dict[str, Entry] = {
     "reading.type-unclear": (
         "error",
         to_translate(
-            "Choose a type for {types}. The name does not show whether these are planes or lines."
+            "Choose a type for {types}. Their names do not show whether they are planes or lines."
         ),
     ),
     "reading.lines-by-type": (
@@ -404,22 +406,18 @@ TEXTS: dict[str, Entry] = {
     ),
     "reading.upward": (
         "info",
-        to_translate(
-            "{count} lineation plunges upward and is stored by its downward end ({lines})."
-        ),
-        to_translate(
-            "{count} lineations plunge upward and are stored by their downward ends ({lines})."
-        ),
+        to_translate("{count} lineation plunges upward. Its downward end is stored ({lines})."),
+        to_translate("{count} lineations plunge upward. Their downward ends are stored ({lines})."),
     ),
     "reading.degrees-without-crs": (
         "warning",
         to_translate(
-            "{count} reading is imported without a position: degrees need a project with a CRS"
-            " ({lines})."
+            "{count} reading is imported without a position, because positions in degrees need a"
+            " project with a CRS ({lines})."
         ),
         to_translate(
-            "{count} readings are imported without positions: degrees need a project with a CRS"
-            " ({lines})."
+            "{count} readings are imported without positions, because positions in degrees need a"
+            " project with a CRS ({lines})."
         ),
     ),
     "reading.coordinate-missing": (
@@ -480,7 +478,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "project.unclosed": (
         "warning",
-        to_translate("{project} was open when the program last stopped. Its work can be restored."),
+        to_translate(
+            "{project} was open when the program last stopped. You can restore your work."
+        ),
     ),
     "project.older-unclosed": (
         "warning",

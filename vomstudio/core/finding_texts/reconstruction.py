@@ -54,7 +54,7 @@ TEXTS: dict[str, Entry] = {
     "reconstruction.memory": (
         "info",
         to_translate(
-            "Depth maps and point cloud need up to {needed} of memory ({free} available)."
+            "Depth maps and the point cloud need up to {needed} of memory ({free} available)."
         ),
     ),
     "reconstruction.reduced-depth-maps": (
@@ -86,7 +86,8 @@ TEXTS: dict[str, Entry] = {
     "region.not-a-box": (
         "error",
         to_translate(
-            "A region consists of six numbers: x0,y0,z0,x1,y1,z1, its lowest and highest corner."
+            "A region consists of six numbers, x0,y0,z0,x1,y1,z1: its lowest and its highest"
+            " corner."
         ),
     ),
     "region.empty": (
@@ -135,11 +136,11 @@ TEXTS: dict[str, Entry] = {
     ),
     "dense.no-sources": (
         "error",
-        to_translate("Depths need another photo of the same rock."),
+        to_translate("Depth maps need another photo of the same rock."),
     ),
     "dense.no-method": (
         "error",
-        to_translate("Each source of the photo needs a method."),
+        to_translate("Each source photo needs a method."),
     ),
     "dense.depth-range": (
         "error",
@@ -165,8 +166,8 @@ TEXTS: dict[str, Entry] = {
     "dense.no-agreement": (
         "error",
         to_translate(
-            "No two depth maps agree anywhere. The photos may be blurred, badly aligned, or show"
-            " a surface without texture."
+            "No two depth maps agree at any point. The photos may be blurred, badly aligned, or"
+            " show a surface without texture."
         ),
     ),
     "dense.calibration": (
@@ -206,8 +207,8 @@ TEXTS: dict[str, Entry] = {
     "mask.other-size": (
         "error",
         to_translate(
-            "The mask has {mask_width} x {mask_height} pixels, the photo {width} x {height}. Draw"
-            " the mask on this photo."
+            "The mask has {mask_width} x {mask_height} pixels, but the photo has {width} x"
+            " {height}. Draw the mask on this photo."
         ),
     ),
     "surface.no-points": (
@@ -277,8 +278,8 @@ TEXTS: dict[str, Entry] = {
     "texture.mostly-unseen": (
         "error",
         to_translate(
-            "{share_percent:.0f} % of the surface is in no photo, so most of the model would be"
-            " interpolated. Photograph all sides, or mask everything except the rock."
+            "{share_percent:.0f} % of the surface is not visible in any photo, so most of the"
+            " texture would be interpolated. Photograph all sides, or mask the surroundings."
         ),
     ),
     "texture.charts-too-large": (
@@ -288,7 +289,8 @@ TEXTS: dict[str, Entry] = {
     "texture.triangle-too-large": (
         "error",
         to_translate(
-            "A single triangle is larger than a texture page. Use larger pages or texels."
+            "A single triangle is larger than a texture page. Use larger pages or larger texture"
+            " pixels."
         ),
     ),
     "texture.page-size": (
@@ -318,7 +320,8 @@ TEXTS: dict[str, Entry] = {
     "texture.unseen": (
         "warning",
         to_translate(
-            "{share_percent:.0f} % of the surface is in no photo and has interpolated colours."
+            "{share_percent:.0f} % of the surface is not visible in any photo and has interpolated"
+            " colours."
         ),
     ),
     "texture.turned-over": (

@@ -37,7 +37,7 @@ TEXTS: dict[str, Entry] = {
     "registration.incomplete": (
         "warning",
         to_translate(
-            "The earlier registration in {file} does not supplement the new one, because the"
+            "The earlier registration in {file} cannot complete the new one, because the"
             " coordinates of the file are not World coordinates."
         ),
     ),
@@ -59,13 +59,13 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The level lines are parallel within {apart_deg:.0f}° and count as one. Add a level"
-            " line across them, or a plumb line."
+            " line in another direction, or a plumb line."
         ),
     ),
     "registration.photo-upright": (
         "info",
         to_translate(
-            "The way the photos were held is used as an observation of the vertical, ±"
+            "The upright direction of the photos is used as an observation of the vertical, ±"
             " {sigma_deg:g}° (1 sigma)."
         ),
     ),
@@ -154,14 +154,14 @@ TEXTS: dict[str, Entry] = {
     ),
     "registration.too-few-points": (
         "error",
-        to_translate("{count} point cannot register a model. Use at least {least}."),
-        to_translate("{count} points cannot register a model. Use at least {least}."),
+        to_translate("{count} point is not enough to register a model. Use at least {least}."),
+        to_translate("{count} points are not enough to register a model. Use at least {least}."),
     ),
     "registration.points-and-cameras": (
         "warning",
         to_translate(
             "Control points and cameras disagree by {turn_deg:.2g}° and {scale_percent:+.2g} % of"
-            " the scale. Register with the better ones and check with the others."
+            " the scale. Register with the more accurate ones, and use the others as a check."
         ),
     ),
     "registration.scale-contradicted": (
@@ -187,7 +187,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "registration.unknown-label": (
         "error",
-        to_translate("{label} cannot be left out, because it is missing. Available: {known}."),
+        to_translate("{label} cannot be left out, because it does not exist. Available: {known}."),
     ),
     "registration.without": (
         "info",
@@ -226,7 +226,7 @@ TEXTS: dict[str, Entry] = {
     "registration.left-out": (
         "warning",
         to_translate(
-            "{labels} contradicted the other observations and took no part. Check the values."
+            "Left out, because they contradict the other observations: {labels}. Check the values."
         ),
     ),
     "registration.blunder": (
@@ -269,8 +269,8 @@ TEXTS: dict[str, Entry] = {
     "registration.ambiguous": (
         "warning",
         to_translate(
-            "A different rotation fits equally well. The one that tilts and rotates the model"
-            " least was used. Add a point, or another direction."
+            "A different rotation fits equally well. The one that rotates the model least was used."
+            " Add a point or a line in another direction."
         ),
     ),
     "registration.error-assumed": (
@@ -332,29 +332,29 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The model is bowed by {evidence}: edges are {rise_m:.2g} m off the mean plane,"
-            " {where}, and dips there wrong by {side_deg:.1f}° ± {error95_deg:.1f}°. Calibrate"
-            " the lens."
+            " {where}, and dips there are wrong by {side_deg:.1f}° ± {error95_deg:.1f}°. Calibrate"
+            " lenses."
         ),
     ),
     "registration.moved": (
         "warning",
         to_translate(
-            "The registration moves the model {distance_km:,.1f} km from its coordinates in"
-            " {crs}. If those are right, check zone, CRS, unit and column order."
+            "The registration moves the model {distance_km:,.1f} km from its coordinates in {crs}."
+            " If these are correct, check zone, CRS, unit and column order."
         ),
     ),
     "registration.turned": (
         "warning",
         to_translate(
             "The registration rotates the model by {turn_deg:.0f}° from its orientation in {crs}."
-            " If that is right, check for swapped columns or labels."
+            " If that orientation is correct, check for swapped columns or labels."
         ),
     ),
     "registration.off-model": (
         "error",
         to_translate(
             "The points ({x:,.2f}, {y:,.2f}, {z:,.2f}, …) are far from the model, whose centre is"
-            " ({mx:,.2f}, {my:,.2f}, {mz:,.2f}). Use the coordinates of its file."
+            " ({mx:,.2f}, {my:,.2f}, {mz:,.2f}). Use coordinates of its file."
         ),
     ),
     "registration.upside-down": (
@@ -476,15 +476,15 @@ TEXTS: dict[str, Entry] = {
     "reference.little-overlap": (
         "error",
         to_translate(
-            "Only {share_percent:.1f} % of the model overlaps the reference. Check that both are"
-            " in one frame, or pick three points visible in both."
+            "Only {share_percent:.1f} % of the model overlaps the reference. Check that both are in"
+            " the same frame, or pick three points visible in both."
         ),
     ),
     "reference.few-places": (
         "error",
         to_translate(
-            "Model and reference overlap at only {places} places. Check that both are in one"
-            " frame, or pick three points visible in both."
+            "Model and reference overlap at only {places} positions. Check that both are in the"
+            " same frame, or pick three points visible in both."
         ),
     ),
     "reference.little-relief": (
@@ -514,7 +514,7 @@ TEXTS: dict[str, Entry] = {
     "reference.fitted": (
         "info",
         to_translate(
-            "Fitted to the reference at {places} places ({overlap_percent:.0f} % of the model)"
+            "Fitted to the reference at {places} positions ({overlap_percent:.0f} % of the model)"
             " within {rms_m:.3g} m (robust, 1 sigma). Errors are computed from {blocks} blocks of"
             " {block_m:.3g} m."
         ),
@@ -523,7 +523,7 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate(
             "{first} and {second} do not overlap: they are {apart_m:.6g} m apart, and the larger"
-            " is {size_m:.4g} m across. Use register --pairs, or check units and CRS."
+            " one is {size_m:.4g} m wide. Use register --pairs, or check units and CRS."
         ),
     ),
     "crs.taken-over": (
@@ -611,22 +611,22 @@ TEXTS: dict[str, Entry] = {
     "cameras.noise": (
         "warning",
         to_translate(
-            "The camera positions have errors of {error_m:.3g} m over an extent of {extent_m:.3g}"
-            " m (RMS), so the rotation is uncertain. Add control points, or compass and length."
+            "The camera positions have errors of {error_m:.3g} m (RMS) over {extent_m:.3g} m, so"
+            " the rotation is uncertain. Add control points, or compass readings and a length."
         ),
     ),
     "cameras.unsure": (
         "error",
         to_translate(
-            "The errors of the camera positions are as large as their distances, so the rotation"
-            " is uncertain by more than {limit_deg:.0f}°. Add control points."
+            "The errors of the camera positions are as large as the distances between them. The"
+            " rotation is uncertain by more than {limit_deg:.0f}°. Add control points."
         ),
     ),
     "cameras.none-known": (
         "error",
         to_translate(
-            "None of the {photos} photos in the table is among the cameras of the model ({first},"
-            " …), which are called {known}, …. Check the names."
+            "No photo in the table ({first}, …; {photos} in all) is among the cameras of the model"
+            " ({known}, …). Check the names."
         ),
     ),
     "cameras.unknown-photos": (
@@ -706,8 +706,8 @@ TEXTS: dict[str, Entry] = {
     "length.contradicted": (
         "warning",
         to_translate(
-            "{label} has a stated length of {stated_m:.4g} m, but from the points it is"
-            " {by_points_m:.4g} m ± {error_m:.2g} m (99.9 %). Measure it again."
+            "{label} has a stated length of {stated_m:.4g} m, but the points give {by_points_m:.4g}"
+            " m ± {error_m:.2g} m (99.9 %). Measure it again."
         ),
     ),
     "level.away": (
@@ -784,14 +784,14 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "{photos} yaws from true or magnetic north were not corrected to grid north, because"
-            " place or date is unknown. Specify --declination or --date, and --crs."
+            " their position or date is unknown. Specify --declination or --date, and --crs."
         ),
     ),
     "north.no-declination": (
         "error",
         to_translate(
-            "The declination is unknown. Specify it with --declination, or the date with --date"
-            " and the place with --crs and positions."
+            "The declination is unknown. Specify it with --declination, or the date with --date and"
+            " the location with --crs and positions."
         ),
     ),
     "date.invalid": (
@@ -849,12 +849,12 @@ TEXTS: dict[str, Entry] = {
     ),
     "comparison.no-planes-matched": (
         "info",
-        to_translate("No plane was measured on both models: none has the same name or position."),
+        to_translate("No plane was measured on both models: no names or positions match."),
     ),
     "comparison.no-unit": (
         "warning",
         to_translate(
-            "Neither file specifies its unit, so lengths in metres are read in the unit of both."
+            "Neither file specifies its unit, so metres in the options mean the unit of the files."
             " Specify it with --unit."
         ),
     ),
@@ -865,8 +865,8 @@ TEXTS: dict[str, Entry] = {
     "comparison.no-overlap": (
         "error",
         to_translate(
-            "No point of the model lies opposite the benchmark. Convert both to one frame, or use"
-            " a larger radius."
+            "No point of the model lies opposite the benchmark. Convert both to the same frame, or"
+            " use a larger radius."
         ),
     ),
     "comparison.partial": (
@@ -919,8 +919,8 @@ TEXTS: dict[str, Entry] = {
     "control.click-points": (
         "info",
         to_translate(
-            "Click the points on the outcrop: {found} of {count} are done. After three (two if"
-            " the model is upright), rings show the others."
+            "Click the points on the outcrop ({found} of {count} are done). After three points (two"
+            " if the model is upright), rings show the others."
         ),
     ),
     "registration.with-reference": (

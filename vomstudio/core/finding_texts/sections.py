@@ -18,7 +18,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "section.too-few-points": (
         "error",
-        to_translate("A section line needs at least two points. Write x and y of each in one row."),
+        to_translate(
+            "A section line needs at least two points. Write x and y of each point in one row."
+        ),
     ),
     "section.line-missing": (
         "error",
@@ -65,14 +67,14 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The projection direction is only {angle_deg:.0f}° from the section: each degree of"
-            " its error moves features by {cost_percent:.0f} % of their distance from it."
+            " error displaces features by {cost_percent:.0f} % of their distance from the section."
         ),
     ),
     "section.grazing-domain": (
         "warning",
         to_translate(
-            "The axis of domain {domain} is only {angle_deg:.0f}° from the section: each degree"
-            " of its error moves features by {cost_percent:.0f} % of their distance from it."
+            "The axis of domain {domain} is only {angle_deg:.0f}° from the section: each degree of"
+            " error displaces features by {cost_percent:.0f} % of their distance from the section."
         ),
     ),
     "section.pieces-without-features": (
@@ -132,8 +134,8 @@ TEXTS: dict[str, Entry] = {
     "log.too-few-boundaries": (
         "error",
         to_translate(
-            "{count} of the traces come within {reach:.3g} {unit} of the line, but a log needs"
-            " two boundaries. Increase the distance, or use the line's points."
+            "{count} of the traces are within {reach:.3g} {unit} of the line, but a log needs two"
+            " boundaries. Increase the distance, or use the line's points."
         ),
     ),
     "log.no-bedding": (

@@ -12,7 +12,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "sets.too-many-seeds": (
         "error",
-        to_translate("{seeds} seeds define more sets than {max_sets}. Remove some seeds."),
+        to_translate("{seeds} seeds define more than {max_sets} sets. Remove some seeds."),
     ),
     "sets.seed-not-a-plane": (
         "error",
@@ -32,7 +32,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "sets.no-scatter": (
         "error",
-        to_translate("No set in the table has three planes that scatter about a mean. Add planes."),
+        to_translate("No set in the table has three planes with a mean. Add planes."),
     ),
     "sets.empty": ("error", to_translate("The set {set} has no planes. Choose another set.")),
     "sets.no-members": (
@@ -56,7 +56,7 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate(
             "The orientations cancel out or are evenly distributed, so they have no mean. Divide"
-            " them into sets."
+            " the orientations into sets."
         ),
     ),
     "net.ellipse-direction": (
@@ -162,8 +162,8 @@ TEXTS: dict[str, Entry] = {
     "sets.each-pick-counts": (
         "warning",
         to_translate(
-            "Only positions are known, so each pick counts as one discontinuity. If several"
-            " belong to one, the spacing is larger and P32 smaller."
+            "Only positions are known, so each pick counts as one discontinuity. If several picks"
+            " belong to one, the true spacing is larger and P32 smaller."
         ),
     ),
     "sets.too-few-planes": (

@@ -46,7 +46,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "slope.horizontal-face": (
         "error",
-        to_translate("The face is horizontal, so nothing can slide out of it. Specify its dip."),
+        to_translate("The face is horizontal, so nothing can slide out of it. Specify a dip."),
     ),
     "slope.pairs-of-one-set": (
         "info",
@@ -58,8 +58,8 @@ TEXTS: dict[str, Entry] = {
     "fold.planes-not-good": (
         "warning",
         to_translate(
-            "{not_good} of {used} planes of the fold axis are not good, but count like the"
-            " others. Improve them or leave them out."
+            "{not_good} of {used} planes of the fold axis are not good, but have the same weight."
+            " Improve them or leave them out."
         ),
     ),
     "log.beds-not-parallel": (
@@ -146,7 +146,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "slope.no-facet": (
         "error",
-        to_translate("No facet has a dip direction, so none is a slope. Choose other facets."),
+        to_translate("No facet has a dip direction, so none can be a slope. Choose other facets."),
     ),
     "fold.one-domain": (
         "error",
@@ -164,11 +164,13 @@ TEXTS: dict[str, Entry] = {
     ),
     "fold.no-column": (
         "error",
-        to_translate("The table has no column {columns} to select by. Add one, or omit {option}."),
+        to_translate(
+            "The table has no column {columns}, which {option} needs. Add one, or omit the option."
+        ),
     ),
     "fold.unknown-kind": (
         "error",
-        to_translate("No plane is of the kind “{kind}”. Choose one with --kind: {kinds}."),
+        to_translate("No plane has the kind “{kind}”. Choose another with --kind: {kinds}."),
     ),
     "fold.shape": (
         "info",
@@ -187,21 +189,21 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The verdict depends on one plane: without {plane} beta rotates by {turn_deg:.0f}°,"
-            " more than its error ({error_deg:.1f}°). Measure more planes like it."
+            " more than its error ({error_deg:.1f}°). Measure more planes with a similar attitude."
         ),
     ),
     "fold.one-plane-decides": (
         "warning",
         to_translate(
             "The verdict depends on one plane: without {plane} the others are {verdict}. Measure"
-            " more planes like it. {reason}"
+            " more planes with a similar attitude. {reason}"
         ),
     ),
     "fold.one-plane-excludes-cone": (
         "warning",
         to_translate(
-            "Only {plane} distinguishes a cone from a cylinder. Measure more planes like it."
-            " Without it: {reason}"
+            "Only {plane} distinguishes a cone from a cylinder. Measure more planes with a similar"
+            " attitude. Without it: {reason}"
         ),
     ),
     "fold.limbs-or-hinge": (
@@ -272,7 +274,7 @@ TEXTS: dict[str, Entry] = {
     "fold.uniform": (
         "warning",
         to_translate(
-            "No orientation is preferred: a uniform distribution is this uneven with a"
+            "No orientation is preferred: data from a uniform distribution are this uneven with a"
             " probability of {p:.2f}."
         ),
     ),
@@ -346,7 +348,7 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The planes share one dip: poles scatter by {spread_deg:.1f}° (RMS) about the mean."
-            " Every direction in the bed shows true thickness, such as its strike."
+            " Every direction in the bed, such as its strike, shows true thickness."
         ),
     ),
     "fold.conical": (
@@ -427,8 +429,8 @@ TEXTS: dict[str, Entry] = {
     "fold.one-dip-domains": (
         "info",
         to_translate(
-            "Two domains with a single dip each always share an axis, their line of intersection."
-            " To test a fault between them, use --sets."
+            "Two domains that each have a single dip always share an axis, their line of"
+            " intersection. To test a fault between them, use --sets."
         ),
     ),
     "log.unknown-lithology": (

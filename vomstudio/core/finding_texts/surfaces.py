@@ -137,7 +137,7 @@ TEXTS: dict[str, Entry] = {
         "info",
         to_translate(
             "{good_percent:.0f} % of the surface would give a good plane (95 % error up to 5°),"
-            " {doubtful_percent:.0f} % a doubtful, {poor_percent:.0f} % a poor one,"
+            " {doubtful_percent:.0f} % a doubtful one, {poor_percent:.0f} % a poor one,"
             " {none_percent:.0f} % none."
         ),
     ),
@@ -151,22 +151,22 @@ TEXTS: dict[str, Entry] = {
     "sample.tally": (
         "info",
         to_translate(
-            "The truth lies within the stated 95 % region in {held} of {count} checks. About 1 in"
-            " 20 is expected to lie outside."
+            "The true value is within the stated 95 % region in {held} of {count} checks. About 1"
+            " in 20 should be outside."
         ),
     ),
     "sample.photo-model": (
         "info",
         to_translate(
-            "The model from the sample's photos is {model_mm:.0f} mm off the outcrop, and its"
-            " cameras are {cameras_mm:.0f} mm off (medians)."
+            "The model from the sample's photos differs from the outcrop by {model_mm:.0f} mm, and"
+            " its cameras from the true ones by {cameras_mm:.0f} mm (medians)."
         ),
     ),
     "sample.photo-planes": (
         "info",
         to_translate(
-            "{held} of {count} planes on this model agree with the truth within their total error"
-            " (95 %). The largest error is {worst_deg:.1f}°."
+            "{held} of {count} planes on this model agree with the true planes within their total"
+            " error (95 %). The largest error is {worst_deg:.1f}°."
         ),
     ),
     "sample.pick-without-plane": (

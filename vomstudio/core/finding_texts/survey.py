@@ -13,8 +13,8 @@ TEXTS: dict[str, Entry] = {
     "one-photo": (
         "error",
         to_translate(
-            "A single photo gives no depth. Take at least two photos of the same rock, preferably"
-            " ten."
+            "Depth cannot be determined from a single photo. Take at least two photos of the same"
+            " rock, preferably ten."
         ),
     ),
     "few-photos": (
@@ -71,8 +71,8 @@ TEXTS: dict[str, Entry] = {
     "soft": (
         "warning",
         to_translate(
-            "All photos are unsharp: edges are blurred by {value:.1f} pixels (median sigma), so"
-            " the true resolution is {factor:.0f} times coarser than a pixel."
+            "All photos are unsharp: edges are blurred by {value:.1f} pixels (median sigma), so the"
+            " true resolution is only {factor:.0f} pixels."
         ),
     ),
     "digital-zoom": (
@@ -106,8 +106,8 @@ TEXTS: dict[str, Entry] = {
     "light-changed": (
         "warning",
         to_translate(
-            "The metered light changed by {value:.1f} stops, due to sun and shade or hours in"
-            " between. Moving shadows are matched as if they were rock."
+            "The light changed by {value:.1f} stops, because of sun and shade or the time between"
+            " photos. Moving shadows are matched as if they were rock."
         ),
     ),
     "long-survey": (
@@ -148,7 +148,7 @@ TEXTS: dict[str, Entry] = {
     "same-position": (
         "warning",
         to_translate(
-            "These photos share their position with another one, in another direction or zoom:"
+            "These photos have the same position as another one, but another direction or zoom:"
             " {photos}. Take one photo from each position."
         ),
     ),
@@ -245,8 +245,8 @@ TEXTS: dict[str, Entry] = {
     "high-error": (
         "warning",
         to_translate(
-            "The median reprojection error is {value:.1f} pixels: photos are blurred, the scene"
-            " moved, or the camera model does not fit the lens."
+            "The median reprojection error is {value:.1f} pixels: photos may be blurred, the scene"
+            " may have moved, or the lens model may be wrong."
         ),
     ),
     "rotation": (
@@ -406,7 +406,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "survey.model-resolution": (
         "info",
-        to_translate("The model resolves {size}."),
+        to_translate("The resolution of the model is {size}."),
     ),
     "survey.planes-by-photos": (
         "info",
@@ -475,7 +475,7 @@ TEXTS: dict[str, Entry] = {
     "video.cut-short": (
         "warning",
         to_translate(
-            "The video ends after {frames} of its {total} frames: it is damaged or incomplete."
+            "The video ends after {frames} of its {total} frames, so it is damaged or incomplete."
         ),
     ),
     "video.few-frames": (
@@ -490,7 +490,7 @@ TEXTS: dict[str, Entry] = {
     "video.too-fast": (
         "error",
         to_translate(
-            "At {moments} moments the camera moves so fast that frames do not overlap enough."
+            "The camera moves too fast {moments} times, so that frames do not overlap enough."
         ),
     ),
     "video.small": (

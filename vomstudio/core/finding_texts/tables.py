@@ -156,12 +156,12 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "Column '{column}' has {count} different values and may define groups, but all points"
-            " are fitted by one plane. To fit each, use --by {by}."
+            " are fitted by one plane. To fit each group, use --by {by}."
         ),
     ),
     "table.only-repeats": (
         "error",
-        to_translate("All rows are repeats of picks that are not in the table. Add these picks."),
+        to_translate("All rows repeat picks that are not in the table. Add these picks."),
     ),
     "table.repeats-left-out": (
         "warning",
@@ -180,8 +180,8 @@ TEXTS: dict[str, Entry] = {
     "orientation.no-columns": (
         "error",
         to_translate(
-            "The header ({columns}) has no orientations. Name the columns strike and dip, dip"
-            " direction and dip, or trend and plunge."
+            "The header ({columns}) contains no orientation columns. Name the columns strike and"
+            " dip, dip direction and dip, or trend and plunge."
         ),
     ),
     "orientation.no-planes": (
@@ -268,8 +268,8 @@ TEXTS: dict[str, Entry] = {
     "orientation.planes-with-lines": (
         "warning",
         to_translate(
-            "{count} rows have a plane and a line and are read as planes. Add a column 'element'"
-            " (plane or line) to choose."
+            "{count} rows contain a plane and a line and are read as planes. To choose, add a"
+            " column 'element' (plane or line)."
         ),
     ),
     "slip.missing-columns": (
@@ -358,15 +358,15 @@ TEXTS: dict[str, Entry] = {
     "repeats.interpreters-differ": (
         "warning",
         to_translate(
-            "Interpreters differ from each other by more than their own repeats (F {ratio:.1f}, p"
-            " {p:.3f})."
+            "Interpreters differ from each other by more than their own repeats differ (F"
+            " {ratio:.1f}, p {p:.3f})."
         ),
     ),
     "repeats.interpreters-alike": (
         "info",
         to_translate(
-            "Interpreters do not differ significantly more than their own repeats (F {ratio:.1f},"
-            " p {p:.2f})."
+            "Interpreters do not differ from each other significantly more than their own repeats"
+            " differ (F {ratio:.1f}, p {p:.2f})."
         ),
     ),
     "repeats.only-picking": (

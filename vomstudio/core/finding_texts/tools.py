@@ -167,8 +167,8 @@ TEXTS: dict[str, Entry] = {
     "selection.nothing-inside": (
         "error",
         to_translate(
-            "The shape contains nothing selectable. Draw a larger shape, zoom in, or select"
-            " through the surface."
+            "The shape contains nothing that can be selected. Draw a larger shape, zoom in, or"
+            " select through the surface."
         ),
     ),
     "selection.no-such-value": (
@@ -231,7 +231,7 @@ TEXTS: dict[str, Entry] = {
         ),
     ),
     "follow.searching": ("info", to_translate("Tracing…")),
-    "follow.finishing": ("info", to_translate("Will be saved when traced.")),
+    "follow.finishing": ("info", to_translate("The feature will be saved when its path is ready.")),
     "follow.clicks-waiting": (
         "info",
         to_translate("{count} click is queued for the next feature."),

@@ -237,10 +237,10 @@ TEXTS: dict[str, Entry] = {
             " those of {name}."
         ),
     ),
-    "field.not-calculated": ("info", to_translate("{field} is missing. Calculate it again.")),
+    "field.not-calculated": ("info", to_translate("{field} is missing. Compute it again.")),
     "features.no-orientation": (
         "info",
-        to_translate("None of these features has an orientation. Choose others."),
+        to_translate("None of these features has an orientation. Choose other features."),
     ),
     "features.left-out": (
         "warning",
@@ -303,7 +303,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "grid.empty-cells-with-features": (
         "warning",
-        to_translate("Cells marked as empty contain features: {cells}. Correct the marks."),
+        to_translate(
+            "These cells are marked as empty but contain features: {cells}. Correct the marks."
+        ),
     ),
     "filter.unknown-column": (
         "error",
@@ -335,7 +337,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "filter.text-has-no-size": (
         "error",
-        to_translate("“{condition}” compares text by size. Use : (contains) or = (equals)."),
+        to_translate("“{condition}” compares a text by size. Use : (contains) or = (equals)."),
     ),
     "view.damaged": (
         "warning",
@@ -422,8 +424,7 @@ TEXTS: dict[str, Entry] = {
     "selection.unsuitable": (
         "info",
         to_translate(
-            "The selection contains nothing suitable. Select other features, or choose a"
-            " group above."
+            "The selection contains no suitable features. Select others, or choose a group above."
         ),
     ),
     "selection.no-plane": (

@@ -69,7 +69,7 @@ class NetPage:
         self.foot = list(net.notes)
         planes = sum(len(set_) for set_ in net.sets if set_.kind == "plane")
         if net.circles is None and planes > AUTO_CIRCLES and not net.brief:
-            self.foot.append(tr("Great circles of {count:,} planes not drawn", count=planes))
+            self.foot.append(tr("Great circles of {count:,} planes are not drawn", count=planes))
         if self.contours and not self.bar:
             self.foot.append(Finding("net.nowhere-dense").message)
         if self.bar and self.bar.subject and net.compact:

@@ -91,7 +91,7 @@ def about(subject: Subject) -> list[str]:
     if not point.vertices:
         lines.append(tr("It has not been picked on the model yet."))
     if point.check:
-        lines.append(tr("It is used to check the registration only."))
+        lines.append(tr("It is only used to check the registration."))
     return lines
 
 

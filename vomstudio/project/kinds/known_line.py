@@ -203,7 +203,7 @@ def about(subject: Subject) -> list[str]:
             else tr("On the model: {feature}.", feature=feature.name)
         )
     if line.check:
-        lines.append(tr("It is used to check the registration only."))
+        lines.append(tr("It is only used to check the registration."))
     return lines
 
 

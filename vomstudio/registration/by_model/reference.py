@@ -21,7 +21,7 @@ from vomstudio.registration.similarity import Similarity
 
 NAME = "reference"
 FREE = {
-    "slide": to_translate("sliding along the surface"),
+    "slide": to_translate("a shift along the surface"),
     "turn": to_translate("a rotation"),
     "scale": to_translate("the scale"),
 }

@@ -87,5 +87,5 @@ def out_of_memory_error(job: Job[Any, Any]) -> WorkerError:
 def exit_text(code: int) -> str:
     """Describe an exit status."""
     if code == _KILLED:
-        return tr("killed by the system, probably out of memory")
+        return tr("killed by the system, probably for lack of memory")
     return tr("code {code}", code=code)

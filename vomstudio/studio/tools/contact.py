@@ -46,12 +46,12 @@ class ContactTool(FollowingTool[Contact]):
             return tr("Contact line: click along a contact or fault; no plane is fitted.")
         count = len(self.vertices)
         if count < 2:
-            return tr("Contact line: click the next point. Esc cancels.")
+            return tr("Contact line: click the next point. Press Esc to cancel.")
         return tr_n(
-            "Contact line: {count} point. Enter or double click finishes; drag a vertex to move "
-            "it; Ctrl+click inserts one; Esc cancels.",
-            "Contact line: {count} points. Enter or double click finishes; drag a vertex to move "
-            "it; Ctrl+click inserts one; Esc cancels.",
+            "Contact line: {count} point. Press Enter or double-click to finish, Esc to cancel;"
+            " drag a vertex to move it, Ctrl+click to insert one.",
+            "Contact line: {count} points. Press Enter or double-click to finish, Esc to cancel;"
+            " drag a vertex to move it, Ctrl+click to insert one.",
             count,
         )
 

@@ -80,7 +80,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
     def hint(self) -> str:
         if self._feature is None:
             return tr(_HINTS[self.kind])
-        return tr("Click the other end. Backspace removes the first one; Esc cancels.")
+        return tr("Click the other end. Press Backspace to remove the first one, Esc to cancel.")
 
     def why_not_finish(self) -> Finding | None:
         if self._feature is None:

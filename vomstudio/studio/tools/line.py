@@ -56,12 +56,12 @@ class LineTool(PolylineTool[Lineation]):
             return tr("Line: click along a striation, a hinge or another lineation on the outcrop.")
         count = len(self.vertices)
         if count < 2:
-            return tr("Line: 1 of at least 2 points. Backspace removes it; Esc cancels.")
+            return tr("Line: 1 of at least 2 points. Press Backspace to remove it, Esc to cancel.")
         return tr_n(
-            "Line: {count} point. Further points determine its error. Enter or double click "
-            "finishes; drag a vertex to move it; Esc cancels.",
-            "Line: {count} points. Further points determine its error. Enter or double click "
-            "finishes; drag a vertex to move it; Esc cancels.",
+            "Line: {count} point. Further points determine its error. Press Enter or double-click"
+            " to finish, Esc to cancel; drag a vertex to move it.",
+            "Line: {count} points. Further points determine its error. Press Enter or double-click"
+            " to finish, Esc to cancel; drag a vertex to move it.",
             count,
         )
 

@@ -65,10 +65,10 @@ class LithologyTool(FollowingTool[Lithology]):
         if self._feature is None:
             return tr("Rock area: click around an area of a single rock.")
         return tr_n(
-            "Rock area: {count} corner. Enter or double click finishes; drag a vertex to move it; "
-            "Ctrl+click inserts one; Esc cancels.",
-            "Rock area: {count} corners. Enter or double click finishes; drag a vertex to move it; "
-            "Ctrl+click inserts one; Esc cancels.",
+            "Rock area: {count} corner. Press Enter or double-click to finish, Esc to cancel; drag"
+            " a vertex to move it, Ctrl+click to insert one.",
+            "Rock area: {count} corners. Press Enter or double-click to finish, Esc to cancel;"
+            " drag a vertex to move it, Ctrl+click to insert one.",
             len(self.vertices),
         )
 

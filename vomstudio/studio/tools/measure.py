@@ -65,12 +65,15 @@ class MeasureTool(PolylineTool[Dimension]):
         if self._feature is None:
             return tr(_HINTS[self.kind])
         if self.kind in TWO_ENDS:
-            return tr("Measure: click the other end. Backspace removes the first one; Esc cancels.")
+            return tr(
+                "Measure: click the other end. Press Backspace to remove the first one, Esc to"
+                " cancel."
+            )
         return tr_n(
-            "Measure: {count} point. Enter or double click finishes; drag a vertex to move it; "
-            "Ctrl+click inserts one; Esc cancels.",
-            "Measure: {count} points. Enter or double click finishes; drag a vertex to move it; "
-            "Ctrl+click inserts one; Esc cancels.",
+            "Measure: {count} point. Press Enter or double-click to finish, Esc to cancel; drag a"
+            " vertex to move it, Ctrl+click to insert one.",
+            "Measure: {count} points. Press Enter or double-click to finish, Esc to cancel; drag a"
+            " vertex to move it, Ctrl+click to insert one.",
             len(self.vertices),
         )
 

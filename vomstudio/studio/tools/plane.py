@@ -62,7 +62,7 @@ _PICK_HINT = to_translate(
     "click to grow it, drag to paint it. Ctrl+wheel: angle, Shift+wheel: distance."
 )
 _HINT = to_translate("Plane: {how} {count}")
-_HINT_OPEN = to_translate("Plane: {count} Enter saves the plane, Esc discards it.")
+_HINT_OPEN = to_translate("Plane: {count} Press Enter to save the plane, Esc to discard it.")
 
 
 class PlaneTool(ElementTool):

@@ -80,12 +80,12 @@ class DrawnShape:
     def hint(self) -> str:
         """Describe the effect of the next click."""
         if self.mode != "polygon":
-            return tr("Release the button to close the shape; Esc discards it.")
+            return tr("Release the button to close the shape; press Esc to discard it.")
         if self.why_not_close() is not None:
-            return tr("Click the next corner; Esc discards the polygon.")
+            return tr("Click the next corner; press Esc to discard the polygon.")
         return tr(
-            "Click the next corner; Enter, or a click on the first corner, closes the polygon; "
-            "Backspace removes the last corner; Esc discards it."
+            "Click the next corner, or the first one (or Enter) to close the polygon; press"
+            " Backspace to remove a corner, Esc to discard the polygon."
         )
 
     def outline(self) -> Outline:

@@ -48,25 +48,25 @@ class TraceTool(FollowingTool[Trace]):
         count = len(self.vertices)
         if self.is_path:
             return tr_n(
-                "Trace: {count} way-point. Click the next one on the contact; drag one to move "
-                "it; Ctrl+click inserts one; Enter or double click finishes; Esc cancels.",
-                "Trace: {count} way-points. Click the next one on the contact; drag one to move "
-                "it; Ctrl+click inserts one; Enter or double click finishes; Esc cancels.",
+                "Trace: {count} way-point. Click the next one; drag one to move it, Ctrl+click to"
+                " insert one; press Enter to finish, Esc to cancel.",
+                "Trace: {count} way-points. Click the next one; drag one to move it, Ctrl+click to"
+                " insert one; press Enter to finish, Esc to cancel.",
                 count,
             )
         if count < 3:
             return tr_n(
-                "Trace: {count} of at least 3 points. Continue clicking; Backspace removes the"
-                " last point; Esc cancels.",
-                "Trace: {count} of at least 3 points. Continue clicking; Backspace removes the"
-                " last point; Esc cancels.",
+                "Trace: {count} of at least 3 points. Continue clicking; press Backspace to remove"
+                " the last point, Esc to cancel.",
+                "Trace: {count} of at least 3 points. Continue clicking; press Backspace to remove"
+                " the last point, Esc to cancel.",
                 count,
             )
         return tr_n(
-            "Trace: {count} point. Enter or double click finishes; drag a vertex to move it;"
-            " Ctrl+click inserts one; Delete removes the selected one; Esc cancels.",
-            "Trace: {count} points. Enter or double click finishes; drag a vertex to move it;"
-            " Ctrl+click inserts one; Delete removes the selected one; Esc cancels.",
+            "Trace: {count} point. Press Enter or double-click to finish, Esc to cancel; drag a"
+            " vertex to move it, Ctrl+click to insert one, Delete to remove one.",
+            "Trace: {count} points. Press Enter or double-click to finish, Esc to cancel; drag a"
+            " vertex to move it, Ctrl+click to insert one, Delete to remove one.",
             count,
         )
 

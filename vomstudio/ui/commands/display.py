@@ -76,7 +76,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             "display_lit",
             tr("&Lighting"),
             toggle_lighting,
-            tip=tr("Shade the surface by a light; turn off for true colours."),
+            tip=tr("Shade the surface with a light; turn off to see true colours."),
             why_not=lambda: display.why_not_lit(models()),
             is_checked=lambda: state.lit[current_mode()],
         ),

@@ -54,7 +54,7 @@ def commands(studio: Studio, files: Files, quit_program: Callable[[], object]) -
             files.save,
             icon="content-save-outline",
             shortcut="Ctrl+S",
-            tip=tr("Mark a saved state and write the GIS layers."),
+            tip=tr("Save the project and write its GIS layers."),
         ),
         Command("save_as", tr("Save &as…"), files.save_as, shortcut="Ctrl+Shift+S"),
         Command(

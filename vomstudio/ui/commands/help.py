@@ -23,12 +23,13 @@ if TYPE_CHECKING:
     from vomstudio.ui.dialogs.help.help_window import HelpWindow
 
 _MOUSE_TEXT = to_translate(
-    "<p><b>Mouse</b>: drag orbits about the point under the cursor, wheel zooms to the cursor,"
-    " middle button or Shift+drag pans, double click sets the centre of rotation. While picking:"
-    " click adds, drag a vertex moves it, Ctrl+click inserts, Enter or double click finishes."
-    " With the patch brush: drag paints, Ctrl+drag erases, the right button orbits. With Select:"
-    " Shift adds, Ctrl removes, Ctrl+wheel and Shift+wheel change the tolerance. On the"
-    " stereonet: click a pole or a great circle, drag a lasso around poles; Ctrl adds.</p>"
+    "<p><b>Mouse</b>: drag to orbit about the point under the cursor, turn the wheel to zoom to it,"
+    " drag with Shift or the middle button to pan, and double-click to set the centre of rotation."
+    " While picking: click to add a point, drag a vertex to move it, Ctrl+click to insert one, and"
+    " press Enter or double-click to finish. With the plane brush: drag to paint, Ctrl+drag to"
+    " erase; the right button orbits. With Select: hold Shift to add or Ctrl to remove; Ctrl+wheel"
+    " and Shift+wheel change the tolerance. On the stereonet: click a pole or a great circle, or"
+    " drag a lasso around poles; hold Ctrl to add.</p>"
 )
 _ABOUT_TEXT = to_translate(
     "<b>VOM Studio {version}</b><br>Measures geological structures on virtual outcrop models,"

@@ -70,7 +70,7 @@ def commands(
             show_panel,
             icon="image-search-outline",
             shortcut="Ctrl+Shift+P",
-            tip=tr("Show the photos that contain the selection, with features drawn."),
+            tip=tr("Show the photos of the selection, with the features drawn on them."),
             why_not=no_model,
         ),
         Command(
@@ -78,7 +78,7 @@ def commands(
             tr("Open &cameras…"),
             open_cameras,
             icon="camera-outline",
-            tip=tr("Open the cameras of the model's photos, as its program exported them."),
+            tip=tr("Open the camera file exported by the program that made the model."),
             why_not=no_model,
         ),
         Command(

@@ -43,7 +43,7 @@ _DEFAULT_SIZES = {
 _SIZES = (
     ("width_mm", to_translate("Width"), " mm", 1.0),
     ("height_mm", to_translate("Net height"), " mm", 1.0),
-    ("font_pt", to_translate("Letters"), " pt", 0.5),
+    ("font_pt", to_translate("Font size"), " pt", 0.5),
     ("symbol_pt", to_translate("Symbols"), " pt", 0.5),
     ("line_pt", to_translate("Lines"), " pt", 0.1),
 )

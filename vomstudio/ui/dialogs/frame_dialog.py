@@ -199,7 +199,9 @@ def _describe_origin(model: Model) -> str:
         )
     if model.frame.kind != "undeclared":
         return tr("The frame determines dip directions and lengths. Undo restores it.")
-    return tr("The file specifies no frame. Dip directions and lengths depend on your choice.")
+    return tr(
+        "The file does not specify its frame. Dip directions and lengths depend on your choice."
+    )
 
 
 def _bounds(opened_model: OpenModel) -> np.ndarray:

@@ -176,8 +176,8 @@ def steps(
         TourStep(
             "net",
             to_translate(
-                "The stereonet shows the same plane. Click its pole: it is selected in outcrop,"
-                " table and net."
+                "The stereonet shows the same plane. Click its pole to select it in outcrop, table"
+                " and net."
             ),
             dock("stereonet"),
             nothing,

@@ -136,7 +136,8 @@ def can_close(host: Host, parent: QWidget, questions: Sequence[Callable[[], bool
             host,
             parent,
             tr(
-                "An internal error prevented the question about unsaved changes ({kind}: {error}).",
+                "Because of an internal error, the program cannot ask about unsaved changes"
+                " ({kind}: {error}).",
                 kind=type(error).__name__,
                 error=escape_markup(str(error)),
             ),

@@ -44,7 +44,7 @@ class _Line:
 
 _ERROR = _Line(
     to_translate("95 % error"),
-    to_translate("95 % error in total, which decides the verdict, and from registration alone."),
+    to_translate("Total 95 % error, which determines the verdict, and that of registration."),
     catalogue.TOTAL,
     catalogue.REGISTRATION_ERROR,
 )

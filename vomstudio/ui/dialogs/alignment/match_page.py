@@ -47,7 +47,7 @@ class MatchPage(QWidget):
                 Column(
                     tr("Inlier ratio"),
                     lambda ratio: f"{100 * ratio:.1f} %",
-                    tr("Inliers over all matches."),
+                    tr("Inliers divided by all matches."),
                 ),
             ),
             sort_by=2,
@@ -76,9 +76,7 @@ class MatchPage(QWidget):
             box.toggled.connect(lambda _: self._draw())
         self.lines.currentIndexChanged.connect(lambda _: self._draw())
         self._hint = ElidedLabel()
-        self._hint.setText(
-            tr("Wheel: zoom. Drag: pan. Double-click on a match: zoom to both ends.")
-        )
+        self._hint.setText(tr("Wheel: zoom. Drag: pan. Double-click a match: zoom to both ends."))
         self._arrange()
 
     def _arrange(self) -> None:

@@ -39,12 +39,12 @@ class BedLogTable(QTableWidget):
 
     def __init__(self) -> None:
         columns = (
-            (tr("Bed"), tr("Number, from the oldest bed up.")),
+            (tr("Bed"), tr("Number, counted from the oldest bed.")),
             (tr("From"), tr("Lower boundary of the bed.")),
             (tr("To"), tr("Upper boundary of the bed.")),
             ("", tr("True thickness across the bedding, with its 95 % error.")),
-            (tr("Lithology"), tr("Lithology of the StraboSpot list; double click to edit.")),
-            (tr("Notes"), tr("Double click to edit.")),
+            (tr("Lithology"), tr("Lithology from the StraboSpot list; double-click to edit.")),
+            (tr("Notes"), tr("Double-click to edit.")),
         )
         super().__init__(0, len(columns))
         self.setObjectName("log_table")
@@ -124,7 +124,7 @@ class BedLogTable(QTableWidget):
             self.setItem(row, column, item)
         item.setText(text)
         if column in (LITHOLOGY, NOTES):
-            item.setToolTip(text or tr("Double click to edit."))
+            item.setToolTip(text or tr("Double-click to edit."))
 
     def _emit_description(self, item: QTableWidgetItem) -> None:
         row = item.row()

@@ -399,7 +399,7 @@ class PhotoPage(QWidget):
         if self.masks.busy_reason is not None:
             text = self.masks.busy_reason.message
         elif self.survey.exports.problem is not None:
-            text = tr("Saved in the project, but not beside the photos.")
+            text = tr("Saved in the project, but not next to the photos.")
         elif used_pixels is None:
             text = tr("Reading…") if self.photo else ""
         else:

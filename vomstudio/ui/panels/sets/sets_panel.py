@@ -112,7 +112,7 @@ class SetsPanel(QWidget):
         columns = (
             (
                 tr("Set"),
-                tr("Double click to rename. Equal names merge; unnamed sets are skipped."),
+                tr("Double-click to rename. Equal names merge; unnamed sets are skipped."),
             ),
             ("n", tr("Planes in the set.")),
             (tr("Mean"), tr("Fisher mean plane, ± 95 % error including registration.")),

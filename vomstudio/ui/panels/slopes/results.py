@@ -44,7 +44,7 @@ _COLUMNS = (
     (to_translate("Share"), to_translate("Critical planes as a share of all.")),
     (
         to_translate("Expected"),
-        to_translate("Expected share, given each plane's own error."),
+        to_translate("Expected share if the error of each plane is included."),
     ),
 )
 _LIST_HEIGHT = 90

@@ -8,9 +8,9 @@ from vomstudio.studio.surfaces.trace_proposals import ProposedLine, ProposedLine
 _FEATURE_TEXTS = {
     "dark": to_translate("Darker than its surroundings"),
     "light": to_translate("Lighter than its surroundings"),
-    "gradient": to_translate("A stronger brightness edge than its surroundings"),
-    "curvature": to_translate("A sharper edge or furrow than its surroundings"),
-    "onnx": to_translate("A higher edge probability than its surroundings"),
+    "gradient": to_translate("Stronger brightness edge than in its surroundings"),
+    "curvature": to_translate("Sharper edge or furrow than in its surroundings"),
+    "onnx": to_translate("Higher edge probability than in its surroundings"),
 }
 
 
@@ -38,7 +38,7 @@ def reason_text(proposals: ProposedLines, line: ProposedLine) -> str:
     feature = (
         tr(_FEATURE_TEXTS[cost])
         if cost in _FEATURE_TEXTS
-        else tr("Lower {field} than its surroundings", field=cost)
+        else tr("Lower {field} than in its surroundings", field=cost)
     )
     sentences = [
         tr(

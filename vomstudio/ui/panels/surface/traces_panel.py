@@ -95,7 +95,7 @@ class TracesPanel(ProposalsPanel):
                     tr("Doubt"),
                     lambda v: f"{100 * v[0]:.0f} %",
                     tr(
-                        "Probability that noise makes such a line (orange up to {sure:.0f} %).",
+                        "Probability that noise produces such a line (orange up to {sure:.0f} %).",
                         sure=100 * MAX_DOUBT,
                     ),
                 ),

@@ -147,7 +147,7 @@ class CompassDialog(QDialog):
             self._form.setRowVisible(field, is_visible)
         default_deg = default_north_sigma_deg(north_kind)
         self.doubt.setPlaceholderText(
-            tr("{angle:g}°: compass, rocks and steel nearby", angle=default_deg)
+            tr("{angle:g}°: compass, nearby rocks and steel", angle=default_deg)
             if default_deg
             else tr("0°: north is exact")
         )

@@ -28,7 +28,7 @@ _MODES: dict[ElementMode, tuple[str, str, str]] = {
     "pick": (
         to_translate("Grow and paint"),
         "G",
-        to_translate("Click to grow an even surface; drag to paint it."),
+        to_translate("Click to select a planar surface; drag to paint one."),
     ),
     "rectangle": (
         to_translate("Draw a rectangle"),
@@ -43,12 +43,15 @@ _MODES: dict[ElementMode, tuple[str, str, str]] = {
     ),
 }
 _COMBINE_TIPS: dict[Combine, tuple[str, str]] = {
-    "new": ("selection", to_translate("A result replaces the selection.")),
-    "add": ("vector-union", to_translate("A result is added (Shift does so once).")),
-    "subtract": ("vector-difference-ba", to_translate("A result is removed (Alt does so once).")),
+    "new": ("selection", to_translate("The result replaces the selection.")),
+    "add": ("vector-union", to_translate("The result is added (hold Shift to add once).")),
+    "subtract": (
+        "vector-difference-ba",
+        to_translate("The result is removed (hold Alt to remove once)."),
+    ),
     "intersect": (
         "vector-intersection",
-        to_translate("Only the result stays selected (Alt+Shift does so once)."),
+        to_translate("Only the common part stays selected (Alt+Shift: once)."),
     ),
 }
 _TARGETS: dict[Target, tuple[str, str, str]] = {
