@@ -65,7 +65,7 @@ def add_parser(subparsers: Subparsers) -> None:
     register = add(
         "register",
         _register,
-        tr("Register a model by points, cameras, compass readings or lengths"),
+        tr("Register a model by points, cameras, compass readings, known lines or another model"),
     )
     register.add_argument(
         "pairs",

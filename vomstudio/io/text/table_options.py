@@ -22,7 +22,7 @@ class TableOptions(Options):
     azimuth: Literal["strike", "dipdir"] | None = option(
         None,
         help=to_translate(
-            "meaning of a column called azimuth, or of the first column without a header"
+            "meaning of a column called azimuth, or of the first column if there is no header"
         ),
     )
     columns: str | None = option(

@@ -433,5 +433,7 @@ def _cut(lines: list[str], max_lines: int) -> list[str]:
     if len(lines) <= max_lines:
         return lines
     return (
-        [*lines[: max_lines - 1], tr("…: more mean values than fit here")] if max_lines > 1 else []
+        [*lines[: max_lines - 1], tr("…: not enough space for all mean values")]
+        if max_lines > 1
+        else []
     )

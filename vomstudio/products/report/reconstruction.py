@@ -134,7 +134,7 @@ def _camera(camera: Mapping[str, Any]) -> str:
     for index, name in enumerate(names):
         sigma = camera["sigma"][index]
         spread_text = (
-            tr("unknown") if sigma is None else tr("held") if sigma == 0 else f"± {sigma:.2g}"
+            tr("unknown") if sigma is None else tr("fixed") if sigma == 0 else f"± {sigma:.2g}"
         )
         rows.append(("", [name, f"{camera['params'][index]:.6g}", spread_text]))
     photos = tr_n("{count} photo.", "{count} photos.", camera["photos"])

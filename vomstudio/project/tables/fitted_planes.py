@@ -92,7 +92,7 @@ def fitted_planes(
     warnings: list[tuple[Finding, ...]] = []
     # Vectorised: processing single vectors takes a hundred times as long.
     planes = iter(Plane.from_normals([fit.normal for fit in fits if fit.error is None]))
-    progress.stage(tr("Judging planes"), len(fits))
+    progress.stage(tr("Assessing planes"), len(fits))
     for index, (name, fit) in enumerate(zip(ids, fits, strict=True)):
         if index % _PROGRESS_STEP == 0:
             progress.step(index)

@@ -33,7 +33,7 @@ class ReconstructOptions(Options):
             to_translate("High"),
         ),
         choice_tips=(
-            to_translate("takes minutes, to test the photos"),
+            to_translate("takes minutes; to test the photos"),
             to_translate("depth maps of 1000 pixels"),
             to_translate("depth maps of 1600 pixels"),
             to_translate("depth maps of 3200 pixels, takes hours"),

@@ -69,7 +69,7 @@ def exit_error(code: int, stderr_text: str, job: Job[Any, Any], request: Any) ->
     if code == _KILLED:
         remedy = job.memory_advice()
     elif code in _CRASHED and job.smaller:
-        remedy = tr("This can be a lack of memory. {remedy}", remedy=job.memory_advice())
+        remedy = tr("This may be caused by a lack of memory. {remedy}", remedy=job.memory_advice())
     return WorkerError(Finding("job.worker-died", ending=exit_text(code), remedy=remedy))
 
 

@@ -144,7 +144,7 @@ class PlaneTool(ElementTool):
 
     def hint(self) -> str:
         if self._is_pressed:
-            return tr("Plane: release the button to end the stroke; Esc discards it.")
+            return tr("Plane: release the button to end the stroke; press Esc to discard it.")
         if self._shape is not None:
             return self._shape.hint()
         if self.count:
@@ -566,7 +566,7 @@ class PlaneTool(ElementTool):
         if self._waiting:
             return (tr("Waiting for the neighbour graph"),)
         if measurement is None and self.count and self._shape is None and not self._is_pressed:
-            return (tr("The plane is measured after Enter"),)
+            return (tr("Press Enter to measure the plane"),)
         return plane_reading(self._context, measurement, is_painting=self._is_pressed)
 
     def _pending_places(self) -> FloatArray | None:

@@ -42,7 +42,9 @@ class StationTool(PolylineTool[Station]):
 
     def hint(self) -> str:
         if self.is_continued:
-            return tr("Field station: click its new position; Enter finishes; Esc cancels.")
+            return tr(
+                "Field station: click its new position; press Enter to finish, Esc to cancel."
+            )
         return tr("Field station: click the position of a station or sample on the outcrop.")
 
     def why_not_finish(self) -> Finding | None:

@@ -38,7 +38,7 @@ def commands(
             tr("Fit to &model…"),
             fit,
             icon="vector-combine",
-            tip=tr("Register the model by another model of the same rock."),
+            tip=tr("Register the model by fitting it to another model."),
             why_not=lambda: why_no_open_model(studio),
         ),
         Command(

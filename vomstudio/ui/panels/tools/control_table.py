@@ -53,7 +53,7 @@ class ControlTable(QTableWidget):
         self.verticalHeader().setDefaultSectionSize(23)
         self.setMinimumHeight(170)
         for column, tooltip in (
-            (TICK, tr("Ticked points register the model, the others check it.")),
+            (TICK, tr("Ticked points register the model; the others check it.")),
             (_RESIDUAL, tr("Length of the residual (fitted minus given).")),
         ):
             item = self.horizontalHeaderItem(column)

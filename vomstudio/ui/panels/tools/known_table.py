@@ -43,7 +43,7 @@ class KnownTable(QTableWidget):
         header.setSectionResizeMode(RESIDUAL, QHeaderView.ResizeMode.Stretch)
         header.setMinimumSectionSize(34)
         for column, tooltip in (
-            (TICK, tr("Ticked ones register the model, the others check it.")),
+            (TICK, tr("Ticked lines register the model; the others check it.")),
             (
                 VALUE,
                 tr("Azimuth (°), length (m), or compass reading, such as 213/45."),
