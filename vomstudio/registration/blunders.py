@@ -588,5 +588,5 @@ def _leave_each_out(
     results.sort(key=lambda result: result[0])
     sorted_results = [replace(item, azimuth_off_deg=None) for _, _, item in results]
     if results and results[0][1] < _SIGNIFICANCE / len(results):
-        sorted_results[0] = replace(results[0][2], is_suspect=True)
+        sorted_results[0] = replace(results[0][2], suspect=True)
     return sorted_results
