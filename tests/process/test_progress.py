@@ -94,7 +94,7 @@ def slow(tmp_path: Path) -> Path:
 
 def test_a_terminal_shows_one_line_in_place_and_then_the_result(slow: Path) -> None:
     command = Recording(["fit", str(slow)], 0.0)
-    command.read_until(lambda text: text.count(ERASE) > 5)
+    command.read_until(lambda text: text.count(ERASE) > 5 and "Reading slow.csv" in text)
     with open(slow, "wb") as writer:
         writer.write(POINTS)
     assert command.finish() == 0
